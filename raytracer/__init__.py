@@ -1,0 +1,71 @@
+"""A GLSL ray tracer for constructive solid geometry that knows its own error.
+
+    import raytracer as rt
+
+    solid = (rt.Sphere((0, 0, 0), 1) | rt.Sphere((1, 0, 0), 1)) - rt.Sphere((0.5, 0.5, 0.5), 0.8)
+    scene = rt.Scene([solid], [rt.PointLight((4, 7, 4))], rt.Camera((0, 1, 5), (0, 0, 0)))
+    rt.render(scene, size=(640, 360), samples=16).save("solid.png")
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from raytracer.scene import (
+    Camera,
+    Complement,
+    Difference,
+    InputError,
+    Intersection,
+    Material,
+    Plane,
+    PointLight,
+    Scene,
+    Solid,
+    Sphere,
+    Union,
+)
+from raytracer.scene_file import load
+from raytracer.settings import Settings
+
+if TYPE_CHECKING:
+    from raytracer.context import ContextError
+    from raytracer.film import Image
+    from raytracer.glsl_source import ShaderError
+    from raytracer.renderer import render
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Camera",
+    "Complement",
+    "ContextError",
+    "Difference",
+    "Image",
+    "InputError",
+    "Intersection",
+    "Material",
+    "Plane",
+    "PointLight",
+    "Scene",
+    "Settings",
+    "ShaderError",
+    "Solid",
+    "Sphere",
+    "Union",
+    "load",
+    "render",
+]
+
+# What needs NumPy or OpenGL is imported when first asked for: a scene is made and checked without.
+_LAZY = {"ContextError": "context", "Image": "film", "ShaderError": "glsl_source", "render": "renderer"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    value = getattr(import_module(f"raytracer.{_LAZY[name]}"), name)
+    globals()[name] = value
+    return value

@@ -1,0 +1,138 @@
+"""OpenGL contexts without a visible window: EGL, a hidden window, OSMesa.
+
+`open_context()` returns a `moderngl.Context` of OpenGL 3.3 core or later, current in the calling
+thread. Which way is taken is the caller's choice, or the variable RAYTRACER_BACKEND's, or "auto".
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from typing import Any, Literal, get_args
+
+import moderngl
+
+from raytracer.scene import InputError
+
+Backend = Literal["auto", "egl", "window", "osmesa"]
+VARIABLE = "RAYTRACER_BACKEND"
+
+# More devices than any machine has; EGL says itself where its list ends.
+MAX_EGL_DEVICES = 64
+REQUIRED = 330
+
+PACKAGES = {
+    "egl": "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri",
+    "window": "xvfb libgl1 libglx-mesa0 libgl1-mesa-dri",
+    "osmesa": "libosmesa6",
+}
+
+
+class ContextError(RuntimeError):
+    """No OpenGL context could be opened; the message lists what was tried, why it failed, and a remedy."""
+
+
+def open_context(backend: str | None = None) -> moderngl.Context:
+    """A new context by `backend`, or by RAYTRACER_BACKEND if None, or else by the first that opens.
+
+    Raises InputError for a name that is none of auto, egl, window, osmesa, ContextError if no
+    context opens.
+    """
+    name = os.environ.get(VARIABLE) or "auto" if backend is None else backend
+    if name not in get_args(Backend):
+        where = VARIABLE if backend is None else "backend"
+        raise InputError(f"{where}: expected one of {', '.join(get_args(Backend))}, got {name!r}")
+    names = list(_OPENERS) if name == "auto" else [name]
+    failures = []
+    for name in names:
+        try:
+            return _OPENERS[name]()
+        except Exception as error:  # every driver and binding fails in its own way
+            failures.append(f"  {name}: {error or type(error).__name__}")
+    packages = " ".join(dict.fromkeys(" ".join(PACKAGES[name] for name in names if name != "window").split()))
+    remedy = f"\nOn Debian or Ubuntu this may help: apt-get install {packages or PACKAGES['window']}"
+    remedy = remedy if sys.platform == "linux" else ""
+    raise ContextError("no OpenGL 3.3 context opens here; tried\n" + "\n".join(failures) + remedy)
+
+
+def _open_egl() -> moderngl.Context:
+    """The first EGL device that gives a context: a machine may list devices that cannot be opened."""
+    failures: list[str] = []
+    for index in range(MAX_EGL_DEVICES):
+        try:
+            # The .so.1 names are those of the run-time packages; bare .so is in -dev packages only.
+            return moderngl.create_context(
+                require=REQUIRED,
+                standalone=True,
+                backend="egl",  # pyright: ignore[reportArgumentType]
+                device_index=index,  # pyright: ignore[reportArgumentType]
+                libgl="libGL.so.1",  # pyright: ignore[reportArgumentType]
+                libegl="libEGL.so.1",  # pyright: ignore[reportArgumentType]
+            )
+        except Exception as error:
+            reason = str(error)
+            if "requested device index" not in reason:
+                failures.append(f"device {index}: {reason}")
+            elif not failures:
+                raise RuntimeError("no EGL device") from None
+            if "requested device index" in reason or "not loaded" in reason:
+                break
+    raise RuntimeError("; ".join(failures))
+
+
+class _GlfwLoader:
+    """What moderngl wants of a context that somebody else made: functions, and an end."""
+
+    def __init__(self, glfw: Any, window: Any) -> None:
+        self._glfw, self._window = glfw, window
+
+    def load_opengl_function(self, name: str) -> int:
+        return self._glfw.get_proc_address(name) or 0
+
+    def __enter__(self) -> None:
+        self._glfw.make_context_current(self._window)
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def release(self) -> None:
+        # GLFW has one platform a process; ending it lets another kind of context open later.
+        if self._window:
+            self._glfw.terminate()
+            self._window = None
+
+
+def _open_glfw(platform: str) -> moderngl.Context:
+    # Imported where used: importing glfw starts a process to compare library versions.
+    import glfw
+
+    glfw.ERROR_REPORTING = "raise"
+    if platform == "null":
+        glfw.init_hint(glfw.PLATFORM, glfw.PLATFORM_NULL)
+    else:
+        glfw.init_hint(glfw.PLATFORM, glfw.ANY_PLATFORM)
+    try:
+        glfw.init()
+        glfw.window_hint(glfw.VISIBLE, glfw.FALSE)
+        glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, REQUIRED // 100)
+        glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, REQUIRED // 10 % 10)
+        glfw.window_hint(glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE)
+        if platform == "null":
+            glfw.window_hint(glfw.CONTEXT_CREATION_API, glfw.OSMESA_CONTEXT_API)
+        else:  # macOS gives no core profile without it; OSMesa gives none with it
+            glfw.window_hint(glfw.OPENGL_FORWARD_COMPAT, glfw.TRUE)
+        window = glfw.create_window(16, 16, "raytracer", None, None)
+        glfw.make_context_current(window)
+        return moderngl.create_context(require=REQUIRED, context=_GlfwLoader(glfw, window))
+    except Exception:
+        glfw.terminate()
+        raise
+
+
+_OPENERS: dict[str, Callable[[], moderngl.Context]] = {
+    "egl": _open_egl,
+    "window": lambda: _open_glfw("any"),
+    "osmesa": lambda: _open_glfw("null"),
+}
+BACKENDS = tuple(_OPENERS)

@@ -1,0 +1,79 @@
+"""GLSL text from the files of `shaders/`: `#include` once each, with `#line`, so that a compiler's
+message can be traced back to a file and line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+VERSION = "#version 330 core\n"
+
+_INCLUDE = re.compile(r'^[ \t]*#include[ \t]+"([^"\n]+)"[ \t]*$')
+# Mesa: "3:12(5): error: ...", NVIDIA: "3(12) : error ...", others: "ERROR: 3:12: ...".
+_PLACE = re.compile(r"\b(\d+):(\d+)(\(\d+\))?|\b(\d+)\((\d+)\)")
+
+
+class ShaderError(RuntimeError):
+    """The GLSL compiler refused a text; the message names files and lines of `shaders/`."""
+
+
+def shaders_folder() -> Path:
+    """Inside the package where it is installed from a wheel, beside it in a checkout."""
+    package = Path(__file__).parent
+    installed = package / "shaders"
+    return installed if installed.is_dir() else package.parent / "shaders"
+
+
+@dataclass(frozen=True)
+class Source:
+    """A complete text, and the files it came from in the order of their `#line` numbers."""
+
+    text: str
+    files: tuple[str, ...]
+
+    def explain(self, log: str) -> str:
+        """A compiler's log with file numbers replaced by names: `sphere.glsl:12: error ...`."""
+
+        def name(match: re.Match[str]) -> str:
+            file, line = int(match[1] or match[4]), match[2] or match[5]
+            return f"{self.files[file]}:{line}" if file < len(self.files) else match[0]
+
+        return _PLACE.sub(name, log)
+
+
+def assemble(
+    top: str, defines: Mapping[str, int] | None = None, generated: Mapping[str, str] | None = None
+) -> Source:
+    """The text of file `top` with everything that it includes, each file once, at its first mention.
+
+    `defines` become `#define NAME value`. `generated` holds texts that stand for files, by name.
+    Raises ShaderError for a file that is not there.
+    """
+    folder = shaders_folder()
+    files: list[str] = []
+
+    def expand(name: str, wanted_by: str) -> list[str]:
+        if name in files:
+            return []
+        number = len(files)
+        files.append(name)
+        if generated and name in generated:
+            text = generated[name]
+        else:
+            try:
+                text = (folder / name).read_text(encoding="utf-8")
+            except OSError:
+                raise ShaderError(f'{wanted_by}: no file "{name}" in {folder}') from None
+        lines = [f"#line 1 {number}"]
+        for i, line in enumerate(text.splitlines(), start=1):
+            if match := _INCLUDE.match(line):
+                lines += expand(match[1], f"{name}:{i}")
+                lines.append(f"#line {i + 1} {number}")
+            else:
+                lines.append(line)
+        return lines
+
+    head = VERSION + "".join(f"#define {name} {value}\n" for name, value in (defines or {}).items())
+    return Source(head + "\n".join(expand(top, top)) + "\n", tuple(files))

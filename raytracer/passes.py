@@ -1,0 +1,127 @@
+"""The passes that draw one tile: what each pixel sees, then its light, summed over samples."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from raytracer import view_space
+from raytracer.film import Image
+from raytracer.sampling import sample_point
+from raytracer.scene import Scene
+from raytracer.settings import Settings
+
+Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower left pixel of the picture
+# Uniform blocks' binding points.
+_BLOCKS = {"Surfaces": 0, "Materials": 1, "Lights": 2}
+
+
+class Passes:
+    """Targets of `target` (width, height) pixels, and the scene's numbers on the GPU. Release after use."""
+
+    def __init__(
+        self,
+        context: moderngl.Context,
+        visibility: moderngl.Program,
+        shade: moderngl.Program,
+        scene: Scene,
+        settings: Settings,
+        size: tuple[int, int],
+        target: tuple[int, int],
+    ) -> None:
+        self._context = context
+        self._programs = (visibility, shade)
+        self._samples = settings.samples
+        self._to_world = view_space.rotation(scene.camera).astype(np.float32)
+        self._material_index = view_space.material_index(scene)
+
+        blocks = {
+            "Surfaces": view_space.surfaces_block(scene),
+            "Materials": view_space.materials_block(scene, settings),
+            "Lights": view_space.lights_block(scene),
+        }
+        self._buffers = {name: context.buffer(data) for name, data in blocks.items() if data}
+        self._normal_depth = context.texture(target, 4, dtype="f4")
+        self._surface = context.texture(target, 1, dtype="i4")
+        self._radiance = context.texture(target, 4, dtype="f4")
+        self._seen = context.framebuffer([self._normal_depth, self._surface])
+        self._light = context.framebuffer([self._radiance])
+        self._arrays = [context.vertex_array(program, []) for program in self._programs]
+        for program in self._programs:
+            set_uniforms(
+                program,
+                resolution=size,
+                pixelScale=view_space.pixel_scale(scene.camera, size[1]),
+                ambient=scene.ambient,
+                background=scene.background,
+                normalDepth=0,
+                surface=1,
+            )
+            for name in self._buffers:
+                if name in program:
+                    program[name].binding = _BLOCKS[name]  # pyright: ignore[reportAttributeAccessIssue]
+
+    def draw(self, tile: Rectangle, k: int) -> None:
+        """Draw sample k = 0, 1, ... of a tile and wait for it. Sample 0 starts the sum anew."""
+        sx, sy = sample_point(k)
+        for program in self._programs:
+            set_uniforms(program, tileOrigin=tile[:2], samplePoint=(2.0 * sx - 1.0, 1.0 - 2.0 * sy))
+        for name, buffer in self._buffers.items():
+            buffer.bind_to_uniform_block(_BLOCKS[name])
+        viewport = (0, 0, *tile[2:])
+
+        self._context.disable(moderngl.BLEND)
+        self._seen.use()
+        self._seen.viewport = viewport
+        self._arrays[0].render(moderngl.TRIANGLES, 3)
+
+        self._light.use()
+        self._light.viewport = viewport
+        if k > 0:
+            self._context.enable(moderngl.BLEND)
+            self._context.blend_func = moderngl.ONE, moderngl.ONE
+        self._normal_depth.use(0)
+        self._surface.use(1)
+        self._arrays[1].render(moderngl.TRIANGLES, 3)
+        self._context.disable(moderngl.BLEND)
+        self._context.finish()
+
+    def read_radiance(self, image: Image, where: tuple[slice, slice]) -> None:
+        """Put the mean of the tile's samples into `image.radiance[where]`."""
+        height, width = image.radiance[where].shape[:2]
+        data = self._light.read((0, 0, width, height), components=3, dtype="f4")
+        total = np.frombuffer(data, np.float32).reshape(height, width, 3)[::-1]
+        np.divide(total, np.float32(self._samples), out=image.radiance[where])
+
+    def read_geometry(self, image: Image, where: tuple[slice, slice]) -> None:
+        """Put what the sample just drawn sees into the other arrays of `image`."""
+        assert image.depth is not None and image.normal is not None and image.material is not None
+        height, width = image.depth[where].shape
+        area = (0, 0, width, height)
+        data = np.frombuffer(self._seen.read(area, components=4, dtype="f4"), np.float32)
+        seen = data.reshape(height, width, 4)[::-1]
+        data = np.frombuffer(self._seen.read(area, components=1, attachment=1, dtype="i4"), np.int32)
+        surface = data.reshape(height, width)[::-1]
+        image.normal[where] = seen[..., :3] @ self._to_world
+        image.depth[where] = np.where(surface < 0, np.float32(np.inf), seen[..., 3])
+        image.material[where] = self._material_index[surface]
+
+    def release(self) -> None:
+        """Give back everything on the GPU."""
+        for thing in (
+            *self._arrays,
+            self._seen,
+            self._light,
+            self._normal_depth,
+            self._surface,
+            self._radiance,
+            *self._buffers.values(),
+        ):
+            thing.release()
+
+
+def set_uniforms(program: moderngl.Program, **values: object) -> None:
+    """Set those of `values` that the program has: a compiler removes uniforms that do nothing."""
+    for name, value in values.items():
+        if name in program:
+            program[name] = value

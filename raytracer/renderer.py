@@ -1,0 +1,170 @@
+"""Programs, uniforms, passes, read-back: a Scene to an Image on the GPU."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import moderngl
+import numpy as np
+
+from raytracer.context import open_context
+from raytracer.film import Image
+from raytracer.glsl_source import ShaderError, Source, assemble
+from raytracer.passes import Passes, Rectangle
+from raytracer.scene import InputError, Scene
+from raytracer.settings import Evaluator, Settings, Shading, Shadows
+from raytracer.shader import shade_source, surfaces, visibility_source
+
+if TYPE_CHECKING:
+    from raytracer.context import Backend
+
+Progress = Callable[[int, int], None]
+
+# Side of a tile in pixels. A tile's targets take 36 bytes a pixel, 151 MB at this size.
+TILE = 2048
+MAX_SIDE = 65536
+
+
+def render(
+    scene: Scene,
+    size: tuple[int, int] = (1280, 720),
+    *,
+    samples: int = 1,
+    shading: Shading | None = None,
+    shadows: Shadows = "hard",
+    evaluator: Evaluator = "walk",
+    geometry: bool = True,
+    backend: Backend | None = None,
+    progress: Progress | None = None,
+) -> Image:
+    """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
+
+    See `Settings` for `samples`, `shading`, `shadows` and `evaluator`. `geometry=False` leaves
+    out depth, normal and material. `backend` is how OpenGL is reached: "auto" (the default, or
+    what the variable RAYTRACER_BACKEND says), "egl", "window" or "osmesa"; the context is kept
+    for the next call. `progress(done, total)` is called after each pass.
+
+    Raises InputError for a wrong value or a scene beyond this driver's limits, ContextError if no
+    OpenGL context opens, MemoryError if the picture does not fit.
+    """
+    settings = Settings(samples=samples, shading=shading, shadows=shadows, evaluator=evaluator)
+    check_size(size)
+    return shared_renderer(backend).render(scene, size, settings, geometry=geometry, progress=progress)
+
+
+@functools.cache
+def shared_renderer(backend: str | None = None) -> Renderer:
+    """The renderer on this process's one context of that kind."""
+    return Renderer(open_context(backend))
+
+
+def check_size(size: Any) -> None:
+    """Raise InputError unless `size` is (width, height) in whole pixels that this renderer makes."""
+    try:
+        width, height = size
+        right = all(isinstance(side, int | np.integer) and 1 <= side <= MAX_SIDE for side in (width, height))
+    except (TypeError, ValueError):
+        right = False
+    if not right:
+        raise InputError(f"size: expected width and height in whole pixels in [1, {MAX_SIDE}], got {size!r}")
+
+
+def host_memory(size: tuple[int, int], geometry: bool) -> int:
+    """Bytes of host memory that rendering and saving a picture take at most, beside the program itself."""
+    # radiance 12, its 8-bit copy 3 and Pillow's 4; depth 4, normal 12, material 4 and its index 4
+    return size[0] * size[1] * (19 + 24 * geometry)
+
+
+class Renderer:
+    """Renders scenes on one OpenGL context. Programs are kept, by their text."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self.context = context
+        self._programs: dict[str, moderngl.Program] = {}
+        info = context.info
+        self._max_target = min(info["GL_MAX_TEXTURE_SIZE"], *info["GL_MAX_VIEWPORT_DIMS"][:2])
+        self._max_block = info["GL_MAX_UNIFORM_BLOCK_SIZE"]
+
+    def render(
+        self,
+        scene: Scene,
+        size: tuple[int, int],
+        settings: Settings,
+        *,
+        geometry: bool = True,
+        progress: Progress | None = None,
+        tile: int = TILE,
+    ) -> Image:
+        """An image of `scene`; `tile` is the side of the largest target in pixels. Else as `render()`."""
+        from raytracer import __version__
+
+        self.check_limits(scene)
+        width, height = size
+        tile = min(tile, self._max_target)
+        image = Image(
+            radiance=np.empty((height, width, 3), np.float32),
+            depth=np.empty((height, width), np.float32) if geometry else None,
+            normal=np.empty((height, width, 3), np.float32) if geometry else None,
+            material=np.empty((height, width), np.int32) if geometry else None,
+            metadata={
+                "Title": scene.name,
+                "Software": f"raytracer {__version__}",
+                "Description": f"{width}x{height}, {settings}",
+            },
+        )
+        tiles = list(_tiles(size, tile))
+        passes = Passes(
+            self.context,
+            self.program(visibility_source(scene, settings)),
+            self.program(shade_source(scene, settings)),
+            scene,
+            settings,
+            size,
+            target=(min(width, tile), min(height, tile)),
+        )
+        try:
+            for i, rectangle in enumerate(tiles):
+                x, y, w, h = rectangle
+                where = slice(height - y - h, height - y), slice(x, x + w)
+                for k in range(settings.samples):
+                    passes.draw(rectangle, k)
+                    if k == 0 and geometry:
+                        passes.read_geometry(image, where)
+                    if progress:
+                        progress(i * settings.samples + k + 1, len(tiles) * settings.samples)
+                passes.read_radiance(image, where)
+        finally:
+            passes.release()
+        return image
+
+    def program(self, source: Source) -> moderngl.Program:
+        """The full-screen program with this fragment shader. Raises ShaderError with files and lines."""
+        if source.text not in self._programs:
+            vertex = assemble("screen.vert")
+            try:
+                program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
+            except moderngl.Error as error:
+                raise ShaderError(source.explain(str(error))) from None
+            self._programs[source.text] = program
+        return self._programs[source.text]
+
+    def check_limits(self, scene: Scene) -> None:
+        """Raise InputError if the scene has more in it than this driver's uniform blocks hold."""
+        for what, count, size in (
+            ("primitives", len(surfaces(scene)), 48),  # their materials are the larger block
+            ("lights", len(scene.lights), 32),
+        ):
+            if count * size > self._max_block:
+                limit = self._max_block // size
+                raise InputError(f"expected at most {limit} {what} (this driver's uniform block), got {count}")
+
+
+def _tiles(size: tuple[int, int], side: int) -> Iterator[Rectangle]:
+    """The tiles of a picture, from the top row down."""
+    width, height = size
+    for top in range(0, height, side):
+        h = min(side, height - top)
+        for x in range(0, width, side):
+            yield x, height - top - h, min(side, width - x), h

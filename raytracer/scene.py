@@ -1,0 +1,371 @@
+"""What there is: solids, materials, lights, a camera, and the scene that holds them.
+
+Pure data, no OpenGL. Every object is frozen, checked when made, and has a `repr` that can be
+pasted back. Lengths are in one unit of the user's choice, angles in degrees, colours linear RGB.
+Whatever is wrong with a value raises `InputError`, whose message begins with the value's name.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any, TypeVar
+
+import msgspec
+
+Vec3 = tuple[float, float, float]
+T = TypeVar("T")
+
+# float32 squares lengths on the way to a discriminant, so lengths and radii stay within
+# 1e-12 .. 1e12: squares, and sums of a few of them, then neither overflow nor lose bits.
+MAX_LENGTH = 1e12
+MIN_RADIUS = 1e-12
+# Light times reflectance, summed over lights and samples, must stay finite in float32 (3.4e38).
+MAX_COLOR = 1e12
+# The exponent to which the highlight's accuracy is specified.
+MAX_EXPONENT = 1e6
+# Sine of the angle between `up` and the view below which rounding of the given numbers decides
+# where "right" points.
+MIN_UP_ANGLE = 1e-12
+# Leaves of one solid. Sub-solids may be shared in Python, so a short program can describe a tree
+# of astronomical size; no evaluator comes near this many.
+MAX_LEAVES = 65536
+
+
+class InputError(ValueError):
+    """Something that the user gave is wrong: the message says what, where, and what is expected."""
+
+
+def number(
+    value: Any, key: str, low: float = -math.inf, high: float = math.inf, expected: str = "a finite number"
+) -> float:
+    """`value` as a finite float with low <= value <= high; `expected` words the error."""
+    try:
+        result = float(value)
+    except (TypeError, ValueError, OverflowError):
+        result = math.nan
+    if isinstance(value, str | bytes | bool) or not math.isfinite(result) or not low <= result <= high:
+        raise InputError(f"{key}: expected {expected}, got {_shown(value)}")
+    return result
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _vector(value: Any, key: str, low: float, high: float, expected: str) -> Vec3:
+    try:
+        x, y, z = value
+    except (TypeError, ValueError):
+        raise InputError(f"{key}: expected {expected}, got {_shown(value)}") from None
+    x, y, z = (number(component, key, low, high, expected) for component in (x, y, z))
+    return (x, y, z)
+
+
+def _point(value: Any, key: str) -> Vec3:
+    return _vector(value, key, -MAX_LENGTH, MAX_LENGTH, f"3 numbers within +-{MAX_LENGTH:g}")
+
+
+def _color(value: Any, key: str) -> Vec3:
+    return _vector(value, key, 0.0, MAX_COLOR, f"3 numbers in [0, {MAX_COLOR:g}] (linear RGB)")
+
+
+def _direction(value: Any, key: str) -> Vec3:
+    direction = _vector(value, key, -MAX_LENGTH, MAX_LENGTH, "3 finite numbers, not all 0")
+    # In float32 range after normalisation; a denormal length would lose the direction's bits.
+    if math.hypot(*direction) < 1.0 / MAX_LENGTH:
+        raise InputError(f"{key}: expected a vector that is not 0, got {_shown(value)}")
+    return direction
+
+
+def _set(struct: msgspec.Struct, **values: Any) -> None:
+    """Store checked values into a frozen struct, from its `__post_init__` only."""
+    for name, value in values.items():
+        msgspec.structs.force_setattr(struct, name, value)
+
+
+class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """How a surface reflects: ambient, diffuse and specular factors, the highlight's exponent.
+
+    `ka`, `kd`, `ks` are linear RGB in [0, 1e12], `h` is in [0, 1e6], `model` is "phong"
+    (Phong 1975) or "blinn" (Blinn 1977). `name` is only a label.
+    """
+
+    ka: Vec3 = (0.1, 0.1, 0.1)
+    kd: Vec3 = (0.8, 0.8, 0.8)
+    ks: Vec3 = (0.5, 0.5, 0.5)
+    h: float = 32.0
+    model: str = "phong"
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if self.model not in MODELS:
+            raise InputError(f"model: expected {' or '.join(map(repr, MODELS))}, got {_shown(self.model)}")
+        if not isinstance(self.name, str):
+            raise InputError(f"name: expected a string, got {_shown(self.name)}")
+        _set(
+            self,
+            ka=_color(self.ka, "ka"),
+            kd=_color(self.kd, "kd"),
+            ks=_color(self.ks, "ks"),
+            h=number(self.h, "h", 0.0, MAX_EXPONENT, f"a number in [0, {MAX_EXPONENT:g}]"),
+        )
+
+
+MODELS = ("phong", "blinn")
+
+
+class Solid(msgspec.Struct, frozen=True):
+    """A closed set of points: a primitive, or a tree of them. `|` `&` `-` `~` make trees."""
+
+    def __or__(self, other: Solid) -> Union:
+        return Union(self, other)
+
+    def __and__(self, other: Solid) -> Intersection:
+        return Intersection(self, other)
+
+    def __sub__(self, other: Solid) -> Difference:
+        return Difference(self, other)
+
+    def __invert__(self) -> Complement:
+        return Complement(self)
+
+
+class Sphere(Solid, frozen=True):
+    """The ball around `center` with `radius` in [1e-12, 1e12]."""
+
+    center: Vec3
+    radius: float
+    material: Material = Material()
+
+    def __post_init__(self) -> None:
+        _check_material(self.material)
+        expected = f"a number above 0, in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
+        _set(
+            self,
+            center=_point(self.center, "center"),
+            radius=number(self.radius, "radius", MIN_RADIUS, MAX_LENGTH, expected),
+        )
+
+
+class Plane(Solid, frozen=True):
+    """The solid half-space dot(normal, x) <= offset; `normal` need not be a unit vector."""
+
+    normal: Vec3
+    offset: float
+    material: Material = Material()
+
+    def __post_init__(self) -> None:
+        _check_material(self.material)
+        expected = f"a number within +-{MAX_LENGTH:g}"
+        offset = number(self.offset, "offset", -MAX_LENGTH, MAX_LENGTH, expected)
+        normal = _direction(self.normal, "normal")
+        distance = abs(offset) / math.hypot(*normal)
+        if distance > MAX_LENGTH:
+            raise InputError(f"offset: expected offset / |normal| within +-{MAX_LENGTH:g}, got {distance:g}")
+        _set(self, normal=normal, offset=offset)
+
+
+Primitive = Sphere | Plane
+
+
+def _check_material(material: Any) -> None:
+    if not isinstance(material, Material):
+        raise InputError(f"material: expected a Material, got {_shown(material)}")
+
+
+class _Operator(Solid, frozen=True, eq=False, repr_omit_defaults=True):
+    """An inner node of a CSG tree.
+
+    Trees get deep (a - b - c - ...), so nothing here recurses: equality, hash and repr work on
+    the tree's postfix form.
+    """
+
+    def __post_init__(self) -> None:
+        for name in self.__struct_fields__:
+            if not isinstance(getattr(self, name), Solid):
+                raise InputError(f"{name}: expected a solid, got {_shown(getattr(self, name))}")
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Operator) and _key(self) == _key(other)
+
+    def __hash__(self) -> int:
+        return hash(_key(self))
+
+    def __repr__(self) -> str:
+        texts: list[str] = []
+        for node in postfix(self):
+            match node:
+                case Complement():
+                    texts.append(f"~{texts.pop()}")
+                case Union() | Intersection() | Difference():
+                    b, a = texts.pop(), texts.pop()
+                    texts.append(f"({a} {node.symbol} {b})")
+                case _:
+                    texts.append(repr(node))
+        return texts[0]
+
+
+class _Binary(_Operator, frozen=True, eq=False):
+    a: Solid
+    b: Solid
+
+
+class Union(_Binary, frozen=True, eq=False):
+    """The points in `a` or `b`: `a | b`."""
+
+    symbol = "|"
+
+
+class Intersection(_Binary, frozen=True, eq=False):
+    """The points in both `a` and `b`: `a & b`."""
+
+    symbol = "&"
+
+
+class Difference(_Binary, frozen=True, eq=False):
+    """The points in `a` that are not in `b`: `a - b`."""
+
+    symbol = "-"
+
+
+class Complement(_Operator, frozen=True, eq=False):
+    """The points that are not in `a`: `~a`."""
+
+    a: Solid
+
+
+def postfix(solid: Solid) -> list[Solid]:
+    """The nodes of a tree, operands before their operator: the form that every evaluator reads.
+
+    Raises InputError for a tree of more than `MAX_LEAVES` leaves.
+    """
+    # Root, right, left on a stack is postfix backwards.
+    order: list[Solid] = []
+    pending = [solid]
+    count = 0
+    while pending:
+        node = pending.pop()
+        order.append(node)
+        match node:
+            case Complement():
+                pending.append(node.a)
+            case _Binary():
+                pending += (node.a, node.b)
+            case _:
+                count += 1
+        if count > MAX_LEAVES or len(order) > 4 * MAX_LEAVES:
+            raise InputError(f"objects: expected at most {MAX_LEAVES} primitives in one object")
+    order.reverse()
+    return order
+
+
+def _key(solid: Solid) -> tuple[object, ...]:
+    return tuple(type(node) if isinstance(node, _Operator) else node for node in postfix(solid))
+
+
+class PointLight(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A light of intensity `color` at `position`, not attenuated by distance, as in the lecture."""
+
+    position: Vec3
+    color: Vec3 = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        _set(self, position=_point(self.position, "position"), color=_color(self.color, "color"))
+
+
+class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A pinhole camera. `vertical_fov` is in degrees, in (0, 180); `up` need not be a unit vector."""
+
+    position: Vec3
+    look_at: Vec3
+    up: Vec3 = (0.0, 1.0, 0.0)
+    vertical_fov: float = 53.13
+
+    def __post_init__(self) -> None:
+        fov = number(self.vertical_fov, "vertical_fov", expected="degrees in (0, 180)")
+        if not 0.0 < fov < 180.0:
+            raise InputError(f"vertical_fov: expected degrees in (0, 180), got {fov:g}")
+        _set(
+            self,
+            position=_point(self.position, "position"),
+            look_at=_point(self.look_at, "look_at"),
+            up=_direction(self.up, "up"),
+            vertical_fov=fov,
+        )
+        self.axes()
+
+    def axes(self) -> tuple[Vec3, Vec3, Vec3]:
+        """Unit vectors right, up, forward of the picture, in world space (right-handed: back = -forward)."""
+        forward = _sub(self.look_at, self.position)
+        distance = math.hypot(*forward)
+        if distance == 0.0:
+            raise InputError(f"look_at: expected a point other than position, got {self.look_at}")
+        forward = _divided(forward, distance)
+        right = _cross(forward, _divided(self.up, math.hypot(*self.up)))
+        sine = math.hypot(*right)
+        if sine < MIN_UP_ANGLE:
+            raise InputError(f"up: expected a direction not parallel to the view, got {self.up}")
+        right = _divided(right, sine)
+        return right, _cross(right, forward), forward
+
+
+def _sub(a: Vec3, b: Vec3) -> Vec3:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def _divided(a: Vec3, s: float) -> Vec3:
+    return (a[0] / s, a[1] / s, a[2] / s)
+
+
+def _cross(a: Vec3, b: Vec3) -> Vec3:
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+class Scene(msgspec.Struct, frozen=True):
+    """Solids, lights and a camera.
+
+    `objects` are separate solids; the first hit of any is seen. `ambient` is Ia of the lecture's
+    formula, `background` the radiance of a ray that meets nothing. `materials` lists the scene's
+    materials in the order that the `material` output counts them: those given, then any others
+    in the order in which the objects name them.
+    """
+
+    objects: Sequence[Solid]
+    lights: Sequence[PointLight]
+    camera: Camera
+    ambient: Vec3 = (1.0, 1.0, 1.0)
+    background: Vec3 = (0.5, 0.7, 0.9)
+    materials: Sequence[Material] = ()
+    name: str = "scene"
+
+    def __post_init__(self) -> None:
+        objects = _tuple_of(self.objects, Solid, "objects", "solids")
+        if not objects:
+            raise InputError("objects: expected at least one")
+        if not isinstance(self.camera, Camera):
+            raise InputError(f"camera: expected a Camera, got {_shown(self.camera)}")
+        given = _tuple_of(self.materials, Material, "materials", "Materials")
+        named = (leaf.material for solid in objects for leaf in leaves(solid))
+        _set(
+            self,
+            objects=objects,
+            lights=_tuple_of(self.lights, PointLight, "lights", "PointLights"),
+            ambient=_color(self.ambient, "ambient"),
+            background=_color(self.background, "background"),
+            materials=tuple(dict.fromkeys((*given, *named))),
+        )
+
+
+def leaves(solid: Solid) -> list[Primitive]:
+    """The primitives of a tree, from left to right."""
+    return [node for node in postfix(solid) if isinstance(node, Primitive)]
+
+
+def _tuple_of(values: Iterable[T], kind: type[T], key: str, expected: str) -> tuple[T, ...]:
+    result = tuple(values) if isinstance(values, Iterable) else (values,)
+    for value in result:
+        if not isinstance(value, kind):
+            raise InputError(f"{key}: expected {expected}, got {_shown(value)}")
+    return result

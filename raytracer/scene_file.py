@@ -1,0 +1,169 @@
+"""Scene files: TOML in, Scene out.
+
+A scene file is untrusted input. It is parsed, never run; no text of it reaches a shader; its
+size is bounded. Every error is an `InputError` that names the file, the key and what was expected.
+"""
+
+from __future__ import annotations
+
+import os
+import tomllib
+import warnings
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from raytracer import expression
+from raytracer.scene import (
+    Camera,
+    InputError,
+    Material,
+    Plane,
+    PointLight,
+    Primitive,
+    Scene,
+    Solid,
+    Sphere,
+    Vec3,
+    leaves,
+)
+
+MAX_BYTES = 64 * 1024 * 1024
+
+T = TypeVar("T")
+
+
+class _SphereTable(msgspec.Struct, forbid_unknown_fields=True):
+    center: Vec3
+    radius: float
+
+
+class _PlaneTable(msgspec.Struct, forbid_unknown_fields=True):
+    normal: Vec3
+    offset: float
+
+
+class _ShapeTable(msgspec.Struct, forbid_unknown_fields=True):
+    material: str
+    sphere: _SphereTable | None = None
+    plane: _PlaneTable | None = None
+
+
+class _SceneTable(msgspec.Struct, forbid_unknown_fields=True):
+    """The file's top level. Tables of named entries stay raw, to be checked with their names at hand."""
+
+    camera: dict[str, Any]
+    shapes: dict[str, Any]
+    objects: dict[str, str]
+    materials: dict[str, Any] = {}
+    lights: list[Any] = []
+    ambient: Vec3 | None = None
+    background: Vec3 | None = None
+
+
+def load(path: str | os.PathLike[str]) -> Scene:
+    """The scene in the TOML file `path`; its `name` is the file's without the suffix.
+
+    Warns (UserWarning) of shapes that no object uses. Raises InputError if the file cannot be
+    read or is not a scene.
+    """
+    path = Path(path)
+    try:
+        # Bounded, so that a path such as /dev/zero ends.
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{path}: expected a readable scene file: {reason}") from None
+    try:
+        if len(data) > MAX_BYTES:
+            raise InputError(f"expected a file of at most {MAX_BYTES} bytes")
+        return loads(data.decode(), name=path.stem)
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: expected UTF-8 text: {error.reason} at byte {error.start}") from None
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def loads(text: str, name: str = "scene") -> Scene:
+    """The scene in a TOML text. Warns and raises as `load`, without a file's name."""
+    try:
+        raw = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"expected TOML: {error}") from None
+    except (RecursionError, ValueError):  # deep nesting; an integer of more digits than Python converts
+        raise InputError("expected TOML without deep nesting or numbers of thousands of digits") from None
+    table = _convert(raw, _SceneTable, "")
+    materials = {key: _material(value, key) for key, value in table.materials.items()}
+    shapes = {key: _shape(value, f"shapes.{key}", materials) for key, value in table.shapes.items()}
+    objects = [_object(text, key, shapes, table.objects) for key, text in table.objects.items()]
+    _warn_of_unused(shapes, objects)
+    options = {key: getattr(table, key) for key in ("ambient", "background") if getattr(table, key) is not None}
+    return Scene(
+        objects=objects,
+        lights=[_convert(value, PointLight, f"lights[{i}]") for i, value in enumerate(table.lights)],
+        camera=_convert(table.camera, Camera, "camera"),
+        materials=tuple(materials.values()),
+        name=name,
+        **options,
+    )
+
+
+def _convert(value: Any, kind: type[T], key: str) -> T:
+    """`value` as a `kind`; errors begin with the whole key, e.g. `shapes.a.sphere.radius`."""
+    try:
+        return msgspec.convert(value, kind)
+    except msgspec.ValidationError as error:
+        message, _, inner = str(error).partition(" - at `$")
+        inner = inner.rstrip("`").removeprefix(".")
+        if isinstance(error.__cause__, InputError):  # from a __post_init__: the message begins with the field
+            separator = "." if key or inner else ""
+            raise InputError(f"{key}{'.' if key and inner else ''}{inner}{separator}{message}") from None
+        where = ".".join(filter(None, (key, inner)))
+        if "unknown field" in message and not inner:
+            message += f" (known: {', '.join(kind.__struct_fields__)})"  # pyright: ignore[reportAttributeAccessIssue]
+        raise InputError(f"{where}: {_lower(message)}" if where else _lower(message)) from None
+
+
+def _lower(text: str) -> str:
+    return text[:1].lower() + text[1:]
+
+
+def _material(value: Any, key: str) -> Material:
+    where = f"materials.{key}"
+    if isinstance(value, dict) and "name" in value:  # the label is the table's own name
+        raise InputError(f"{where}: object contains unknown field `name`")
+    return msgspec.structs.replace(_convert(value, Material, where), name=key)
+
+
+def _shape(value: Any, key: str, materials: dict[str, Material]) -> Primitive:
+    table = _convert(value, _ShapeTable, key)
+    if table.material not in materials:
+        raise InputError(f"{key}.material: expected the name of a material, got {table.material[:40]!r}")
+    given = [name for name in ("sphere", "plane") if getattr(table, name) is not None]
+    if len(given) != 1:
+        raise InputError(f"{key}: expected one of sphere or plane, got {' and '.join(given) or 'neither'}")
+    primitive: Any = Sphere if table.sphere else Plane
+    try:
+        return primitive(**msgspec.structs.asdict(getattr(table, given[0])), material=materials[table.material])
+    except InputError as error:
+        raise InputError(f"{key}.{given[0]}.{error}") from None
+
+
+def _object(text: str, key: str, shapes: dict[str, Primitive], objects: dict[str, str]) -> Solid:
+    try:
+        return expression.parse(text, shapes)
+    except InputError as error:
+        hint = ""
+        if any(f'"{name}"' in str(error) for name in objects.keys() - shapes.keys()):
+            hint = " (an object; only shapes can be named)"
+        raise InputError(f"objects.{key}: {error}{hint}") from None
+
+
+def _warn_of_unused(shapes: dict[str, Primitive], objects: list[Solid]) -> None:
+    used = {id(leaf) for solid in objects for leaf in leaves(solid)}
+    unused = [name for name, shape in shapes.items() if id(shape) not in used]
+    if unused:
+        shown = ", ".join(unused[:5]) + (", ..." if len(unused) > 5 else "")
+        warnings.warn(f"no object uses the shape{'s' if len(unused) > 1 else ''} {shown}", stacklevel=4)

@@ -1,0 +1,57 @@
+"""What is traded between speed and accuracy, apart from the scene."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+import msgspec
+
+from raytracer.scene import MAX_EXPONENT, MODELS, InputError, Material
+
+Shadows = Literal["off", "hard", "diluted"]
+Shading = Literal["phong", "blinn"]
+Evaluator = Literal["walk", "roth"]
+
+MAX_SAMPLES = 65536
+
+
+class Settings(msgspec.Struct, frozen=True):
+    """How to render.
+
+    `samples` a pixel, 1 to 65536. `shadows`: "off", "hard" (a blocked light gives nothing) or
+    "diluted" (it gives the share dist(P, Q) / dist(P, light), Q the first blocking point).
+    `shading`: None for each material's own model, or "phong" or "blinn" for all. `evaluator`
+    finds where a ray meets a CSG tree: "walk" (fast) or "roth" (the assignment's hit lists, the
+    readable one); their pictures agree.
+    """
+
+    samples: int = 1
+    shading: Shading | None = None
+    shadows: Shadows = "hard"
+    evaluator: Evaluator = "walk"
+
+    def __post_init__(self) -> None:
+        if type(self.samples) is not int or not 1 <= self.samples <= MAX_SAMPLES:
+            raise InputError(f"samples: expected a whole number in [1, {MAX_SAMPLES}], got {self.samples!r}")
+        _check_choice("shading", self.shading, (None, *get_args(Shading)))
+        _check_choice("shadows", self.shadows, get_args(Shadows))
+        _check_choice("evaluator", self.evaluator, get_args(Evaluator))
+
+    def shaded(self, material: Material) -> Material:
+        """`material` under the shading override.
+
+        Blinn's highlight with 4 h has the size of Phong's with h (the lecture, after Blinn 1977),
+        so a material that changes its model changes its exponent too.
+        """
+        if self.shading is None or self.shading == material.model:
+            return material
+        h = material.h * 4.0 if self.shading == "blinn" else material.h / 4.0
+        return msgspec.structs.replace(material, model=self.shading, h=min(h, MAX_EXPONENT))
+
+
+def _check_choice(key: str, value: object, choices: tuple[str | None, ...]) -> None:
+    if value not in choices:
+        raise InputError(f"{key}: expected one of {', '.join(map(str, choices))}, got {value!r}")
+
+
+assert get_args(Shading) == MODELS

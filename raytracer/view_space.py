@@ -1,0 +1,68 @@
+"""A scene's numbers as the shaders take them: in view space, packed for uniform blocks.
+
+The move to view space (camera at the origin, looking along -z) is done here in float64, before
+anything is rounded to float32.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.scene import MODELS, Camera, Primitive, Scene, Sphere
+from raytracer.settings import Settings
+from raytracer.shader import surfaces
+
+# std140 layout of struct Material (material.glsl) and struct Light (light.glsl).
+_MATERIAL = np.dtype(
+    [("ka", "f4", 3), ("h", "f4"), ("kd", "f4", 3), ("model", "i4"), ("ks", "f4", 3), ("pad", "f4")]
+)
+_LIGHT = np.dtype([("position", "f4", 3), ("pad0", "f4"), ("color", "f4", 3), ("pad1", "f4")])
+
+
+def rotation(camera: Camera) -> NDArray[np.float64]:
+    """(3, 3): world directions to view space, by `R @ v`."""
+    right, up, forward = camera.axes()
+    return np.array([right, up, np.negative(forward)])
+
+
+def surfaces_block(scene: Scene) -> bytes:
+    """The uniform block of surfaces.glsl."""
+    R, eye = rotation(scene.camera), np.array(scene.camera.position)
+    packed = [_packed(surface, R, eye) for surface in surfaces(scene)]
+    return np.array(packed, np.float32).tobytes()
+
+
+def _packed(surface: Primitive, R: NDArray[np.float64], eye: NDArray[np.float64]) -> list[float]:
+    if isinstance(surface, Sphere):
+        return [*(R @ (np.array(surface.center) - eye)), surface.radius]
+    length = math.hypot(*surface.normal)
+    normal = np.array(surface.normal) / length
+    return [*(R @ normal), surface.offset / length - normal @ eye]
+
+
+def materials_block(scene: Scene, settings: Settings) -> bytes:
+    """The uniform block of material.glsl: the material of each surface."""
+    found = [settings.shaded(surface.material) for surface in surfaces(scene)]
+    rows = [(m.ka, m.h, m.kd, MODELS.index(m.model), m.ks, 0.0) for m in found]
+    return np.array(rows, _MATERIAL).tobytes()
+
+
+def lights_block(scene: Scene) -> bytes:
+    """The uniform block of light.glsl."""
+    R, eye = rotation(scene.camera), np.array(scene.camera.position)
+    rows = [(R @ (np.array(light.position) - eye), 0.0, light.color, 0.0) for light in scene.lights]
+    return np.array(rows, _LIGHT).tobytes()
+
+
+def material_index(scene: Scene) -> NDArray[np.int32]:
+    """Index into `Scene.materials` of each surface, and -1 at the end: so also at index -1."""
+    order = {material: i for i, material in enumerate(scene.materials)}
+    return np.array([*(order[surface.material] for surface in surfaces(scene)), -1], np.int32)
+
+
+def pixel_scale(camera: Camera, height: int) -> float:
+    """tan(fov / 2) / H: half a pixel on the plane at distance 1."""
+    return math.tan(math.radians(camera.vertical_fov) / 2.0) / height

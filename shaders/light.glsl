@@ -1,0 +1,10 @@
+// Provides lights[]: point lights of the lecture, not attenuated by distance, in view space.
+
+struct Light {
+    vec3 position;
+    vec3 color;  // I, linear RGB >= 0
+};
+
+layout(std140) uniform Lights {
+    Light lights[LIGHTS];
+};

@@ -1,0 +1,6 @@
+// Provides shadow(): the lecture's diluted S for a point light at `distance` along a ray from a
+// surface at P: 1 lit, or dist(P, Q) / distance with Q the first point that is in between.
+
+float shadow(Ray ray, float distance) {
+    return min(firstBlocker(ray, distance) / distance, 1.0);
+}
