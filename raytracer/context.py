@@ -1,7 +1,8 @@
-"""OpenGL contexts without a visible window: EGL, a hidden window, OSMesa.
+"""OpenGL contexts: EGL, a hidden window, OSMesa; and a window to be seen.
 
 `open_context()` returns a `moderngl.Context` of OpenGL 3.3 core or later, current in the calling
 thread. Which way is taken is the caller's choice, or the variable RAYTRACER_BACKEND's, or "auto".
+`open_window()` returns the like, and its window.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
-from typing import Any, Literal, get_args
+from typing import Any, Literal, NoReturn, get_args
 
 import moderngl
 
@@ -54,6 +55,19 @@ def open_context(backend: str | None = None) -> moderngl.Context:
     remedy = f"\nOn Debian or Ubuntu this may help: apt-get install {packages or PACKAGES['window']}"
     remedy = remedy if sys.platform == "linux" else ""
     raise ContextError("no OpenGL 3.3 context opens here; tried\n" + "\n".join(failures) + remedy)
+
+
+def open_window(size: tuple[int, int], title: str) -> tuple[moderngl.Context, Any]:
+    """A new context on a new visible window of `size` in screen coordinates, and GLFW's handle of it.
+
+    Releasing the context closes the window. Raises ContextError if no window opens.
+    """
+    try:
+        return _open_glfw("any", size, title, visible=True)
+    except Exception as error:
+        reason = error or type(error).__name__
+        remedy = "`raytracer render SCENE -o OUT.png` makes the picture without one"
+        raise ContextError(f"there is no window here: {reason}\n{remedy}") from None
 
 
 def _open_egl() -> moderngl.Context:
@@ -103,18 +117,20 @@ class _GlfwLoader:
             self._window = None
 
 
-def _open_glfw(platform: str) -> moderngl.Context:
+def _open_glfw(
+    platform: str, size: tuple[int, int] = (16, 16), title: str = "raytracer", *, visible: bool = False
+) -> tuple[moderngl.Context, Any]:
     # Imported where used: importing glfw starts a process to compare library versions.
     import glfw
 
-    glfw.ERROR_REPORTING = "raise"
+    glfw.set_error_callback(_raise_glfw_error)
     if platform == "null":
         glfw.init_hint(glfw.PLATFORM, glfw.PLATFORM_NULL)
     else:
         glfw.init_hint(glfw.PLATFORM, glfw.ANY_PLATFORM)
     try:
         glfw.init()
-        glfw.window_hint(glfw.VISIBLE, glfw.FALSE)
+        glfw.window_hint(glfw.VISIBLE, visible)
         glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, REQUIRED // 100)
         glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, REQUIRED // 10 % 10)
         glfw.window_hint(glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE)
@@ -122,17 +138,23 @@ def _open_glfw(platform: str) -> moderngl.Context:
             glfw.window_hint(glfw.CONTEXT_CREATION_API, glfw.OSMESA_CONTEXT_API)
         else:  # macOS gives no core profile without it; OSMesa gives none with it
             glfw.window_hint(glfw.OPENGL_FORWARD_COMPAT, glfw.TRUE)
-        window = glfw.create_window(16, 16, "raytracer", None, None)
+        window = glfw.create_window(*size, title, None, None)
         glfw.make_context_current(window)
-        return moderngl.create_context(require=REQUIRED, context=_GlfwLoader(glfw, window))
+        loader: Any = _GlfwLoader(glfw, window)
+        return moderngl.create_context(require=REQUIRED, context=loader), window
     except Exception:
         glfw.terminate()
         raise
 
 
+def _raise_glfw_error(_code: int, message: Any) -> NoReturn:
+    # The binding's own GLFWError shows the code and the bytes: (65550) b'...'.
+    raise RuntimeError(message.decode(errors="replace"))
+
+
 _OPENERS: dict[str, Callable[[], moderngl.Context]] = {
     "egl": _open_egl,
-    "window": lambda: _open_glfw("any"),
-    "osmesa": lambda: _open_glfw("null"),
+    "window": lambda: _open_glfw("any")[0],
+    "osmesa": lambda: _open_glfw("null")[0],
 }
 BACKENDS = tuple(_OPENERS)

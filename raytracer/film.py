@@ -21,7 +21,7 @@ SUFFIXES = (".png", ".npz")
 _BLOCK = 4_000_000
 
 
-def srgb8(radiance: NDArray[np.float32]) -> NDArray[np.uint8]:
+def srgb8(radiance: NDArray[Any]) -> NDArray[np.uint8]:
     """Linear RGB (H, W, 3), clipped to [0, 1], by the sRGB transfer function (IEC 61966-2-1:1999) to 8 bits."""
     encoded = np.empty(radiance.shape, np.uint8)
     rows = max(1, _BLOCK // max(1, radiance[:1].size))
@@ -40,12 +40,12 @@ class Image:
     or None if they were not asked for: `depth` (H, W) float32, the distance along the unit ray,
     inf where nothing was hit; `normal` (H, W, 3) float32, unit, world space, towards the viewer's
     side, 0 where nothing was hit; `material` (H, W) int32, index into `Scene.materials`, -1 where
-    nothing was hit. `metadata` goes into PNG files as text.
+    nothing was hit. The reference's images are float64. `metadata` goes into PNG files as text.
     """
 
-    radiance: NDArray[np.float32]
-    depth: NDArray[np.float32] | None = None
-    normal: NDArray[np.float32] | None = None
+    radiance: NDArray[Any]
+    depth: NDArray[Any] | None = None
+    normal: NDArray[Any] | None = None
     material: NDArray[np.int32] | None = None
     metadata: Mapping[str, str] = field(default_factory=dict)
 

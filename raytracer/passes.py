@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import moderngl
 import numpy as np
 
@@ -13,7 +15,7 @@ from raytracer.settings import Settings
 
 Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower left pixel of the picture
 # Uniform blocks' binding points.
-_BLOCKS = {"Surfaces": 0, "Materials": 1, "Lights": 2}
+_BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Materials": 2, "Lights": 3}
 
 
 class Passes:
@@ -37,6 +39,7 @@ class Passes:
 
         blocks = {
             "Surfaces": view_space.surfaces_block(scene),
+            "CameraTerms": view_space.camera_terms_block(scene, size),
             "Materials": view_space.materials_block(scene, settings),
             "Lights": view_space.lights_block(scene),
         }
@@ -108,16 +111,18 @@ class Passes:
 
     def release(self) -> None:
         """Give back everything on the GPU."""
-        for thing in (
-            *self._arrays,
-            self._seen,
-            self._light,
-            self._normal_depth,
-            self._surface,
-            self._radiance,
-            *self._buffers.values(),
-        ):
-            thing.release()
+        targets = (self._normal_depth, self._surface, self._radiance)
+        release(self._context, *self._arrays, self._seen, self._light, *targets, *self._buffers.values())
+
+
+def release(context: moderngl.Context, *things: Any) -> None:
+    """Release OpenGL objects, framebuffers among them.
+
+    When moderngl makes a framebuffer it binds the one used last again, which must not be gone by then.
+    """
+    context.detect_framebuffer(0).use()
+    for thing in things:
+        thing.release()
 
 
 def set_uniforms(program: moderngl.Program, **values: object) -> None:

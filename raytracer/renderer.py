@@ -15,7 +15,7 @@ from raytracer.glsl_source import ShaderError, Source, assemble
 from raytracer.passes import Passes, Rectangle
 from raytracer.scene import InputError, Scene
 from raytracer.settings import Evaluator, Settings, Shading, Shadows
-from raytracer.shader import shade_source, surfaces, visibility_source
+from raytracer.shader import roth_loops, shade_source, surfaces, visibility_source
 
 if TYPE_CHECKING:
     from raytracer.context import Backend
@@ -25,6 +25,8 @@ Progress = Callable[[int, int], None]
 # Side of a tile in pixels. A tile's targets take 36 bytes a pixel, 151 MB at this size.
 TILE = 2048
 MAX_SIDE = 65536
+# llvmpipe's compile time triples with every two loops in a row: 2 s for 11, 5 s for 13, 16 s for 15.
+MAX_ROTH_LOOPS = 14
 
 
 def render(
@@ -100,7 +102,7 @@ class Renderer:
         """An image of `scene`; `tile` is the side of the largest target in pixels. Else as `render()`."""
         from raytracer import __version__
 
-        self.check_limits(scene)
+        self.check_limits(scene, settings)
         width, height = size
         tile = min(tile, self._max_target)
         image = Image(
@@ -150,8 +152,13 @@ class Renderer:
             self._programs[source.text] = program
         return self._programs[source.text]
 
-    def check_limits(self, scene: Scene) -> None:
-        """Raise InputError if the scene has more in it than this driver's uniform blocks hold."""
+    def check_limits(self, scene: Scene, settings: Settings) -> None:
+        """Raise InputError if the scene needs more than this driver or the evaluator has."""
+        if settings.evaluator == "roth" and (loops := roth_loops(scene)) > MAX_ROTH_LOOPS:
+            raise InputError(
+                f"evaluator: expected at most {MAX_ROTH_LOOPS} loops for roth (1 an object, |, & or ~, 2 a -), got "
+                f"{loops}; the evaluator walk has no such limit"
+            )
         for what, count, size in (
             ("primitives", len(surfaces(scene)), 48),  # their materials are the larger block
             ("lights", len(scene.lights), 32),

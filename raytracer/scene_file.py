@@ -62,14 +62,26 @@ class _SceneTable(msgspec.Struct, forbid_unknown_fields=True):
     background: Vec3 | None = None
 
 
+def examples() -> dict[str, Path]:
+    """The example scenes that come with the package, by name."""
+    package = Path(__file__).parent
+    installed = package / "scenes"
+    folder = installed if installed.is_dir() else package.parent / "assets" / "scenes"
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
 def load(path: str | os.PathLike[str]) -> Scene:
     """The scene in the TOML file `path`; its `name` is the file's without the suffix.
+
+    Where there is no such file, `path` may be the name of one of `examples()`.
 
     Warns (UserWarning) of shapes that no object uses. Raises InputError if the file cannot be
     read or is not a scene.
     """
     path = Path(path)
     try:
+        if not path.exists() and str(path) in examples():
+            path = examples()[str(path)]
         # Bounded, so that a path such as /dev/zero ends.
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)

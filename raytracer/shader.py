@@ -8,12 +8,15 @@ and no text of a user's: names in the generated code are made of numbers only.
 
 from __future__ import annotations
 
+import itertools
+
 from raytracer.glsl_source import Source, assemble
 from raytracer.scene import (
     MODELS,
     Complement,
     Difference,
     Intersection,
+    Plane,
     Primitive,
     Scene,
     Solid,
@@ -39,8 +42,8 @@ def models(scene: Scene, settings: Settings) -> list[str]:
 
 def visibility_source(scene: Scene, settings: Settings) -> Source:
     """The fragment shader that finds what each pixel sees."""
-    generated = _trees(scene, settings) + _ray_csg(scene, settings)
-    return assemble("visibility.frag", _counts(scene), {"scene.glsl": "\n".join(generated)})
+    generated = "\n".join(_csg(scene, settings))
+    return assemble("visibility.frag", _counts(scene), {"scene.glsl": generated})
 
 
 def shade_source(scene: Scene, settings: Settings) -> Source:
@@ -49,9 +52,14 @@ def shade_source(scene: Scene, settings: Settings) -> Source:
     defines = {**_counts(scene), "LIGHTS": len(scene.lights)}
     if settings.shadows != "off" and scene.lights:
         defines["SHADOWS"] = 1
-        generated += _trees(scene, settings) + _first_blocker(scene, settings)
-        generated.append(f'#include "shadow_{settings.shadows}.glsl"')
+        generated += [*_csg(scene, settings), f'#include "shadow_{settings.shadows}.glsl"']
     return assemble("shade.frag", defines, {"scene.glsl": "\n".join(generated)})
+
+
+def roth_loops(scene: Scene) -> int:
+    """How many loops in a row the Roth filters of a scene are: what bounds their compilation."""
+    cost = {Union: 1, Intersection: 1, Difference: 2, Complement: 1}
+    return sum(1 + sum(cost.get(type(node), 0) for node in postfix(solid)) for solid in scene.objects)
 
 
 def max_hits(solid: Solid) -> int:
@@ -90,148 +98,135 @@ def _counts(scene: Scene) -> dict[str, int]:
     return {"SPHERES": spheres, "PLANES": len(found) - spheres, "SURFACES": len(found)}
 
 
-def _trees(scene: Scene, settings: Settings) -> list[str]:
-    """A function object0(), object1(), ... for each of the scene's trees."""
-    spheres = planes = 0
-    total_spheres = _counts(scene)["SPHERES"]
-    write = _roth_object if settings.evaluator == "roth" else _walk_object
-    lines = ['#include "surfaces.glsl"']
+def _csg(scene: Scene, settings: Settings) -> list[str]:
+    """rayCSG(): what of the scene's trees a ray meets first, by the chosen evaluator."""
+    counts = _counts(scene)
     if settings.evaluator == "roth":
-        lines += [f"#define MAX_HITS {max(map(max_hits, scene.objects))}", '#include "roth.glsl"']
+        includes = ["roth.glsl", "terms.glsl"]
     else:
-        lines += ['#include "sphere.glsl"'] if total_spheres else []
-        lines += ['#include "plane.glsl"'] if total_spheres < _counts(scene)["SURFACES"] else []
-        lines += ['#include "walk.glsl"']
-    for number, solid in enumerate(scene.objects):
-        nodes: list[Solid | int] = []  # leaves as their surface's index
-        for node in postfix(solid):
-            if isinstance(node, Sphere):
-                nodes.append(spheres)
-                spheres += 1
-            elif isinstance(node, Primitive):
-                nodes.append(total_spheres + planes)
-                planes += 1
-            else:
-                nodes.append(node)
-        lines += ["", *write(number, nodes, total_spheres)]
-    return lines
+        spans = ["sphere.glsl"] * (counts["SPHERES"] > 0) + ["plane.glsl"] * (counts["PLANES"] > 0)
+        includes = [*spans, "terms.glsl", "walk.glsl"]
+    hits = max(map(max_hits, scene.objects))
+    return [
+        f"#define MAX_HITS {hits}" if settings.evaluator == "roth" else "",
+        *(f'#include "{name}"' for name in includes),
+        "",
+        *(_roth if settings.evaluator == "roth" else _walk)(_numbered(scene), counts["SPHERES"]),
+        "",
+    ]
+
+
+_Tree = list[Solid | int]  # a postfix tree with its leaves' surface indices instead of the leaves
+
+
+def _numbered(scene: Scene) -> list[_Tree]:
+    spheres, planes = itertools.count(), itertools.count(_counts(scene)["SPHERES"])
+
+    def numbered(node: Solid) -> Solid | int:
+        return next(spheres) if isinstance(node, Sphere) else next(planes) if isinstance(node, Plane) else node
+
+    return [[numbered(node) for node in postfix(solid)] for solid in scene.objects]
 
 
 def _leaf(index: int, spheres: int) -> tuple[str, str]:
     """("Sphere" or "Plane", the arguments of its functions)."""
     if index < spheres:
-        return "Sphere", f"ray, spheres[{index}].xyz, spheres[{index}].w"
-    return "Plane", f"ray, planes[{index - spheres}].xyz, planes[{index - spheres}].w"
+        return "Sphere", f"ray, spheres[{index}].xyz, spheres[{index}].w, spherePower(ray, {index})"
+    plane = index - spheres
+    return "Plane", f"ray, planes[{plane}].xyz, planes[{plane}].w, planeSlope(ray, {plane})"
 
 
-def _roth_object(number: int, nodes: list[Solid | int], spheres: int) -> list[str]:
-    lines = [f"void object{number}(Ray ray, inout Hit nearest) {{"]
-    stack: list[int] = []
-    for k, node in enumerate(nodes):
-        if isinstance(node, int):
-            kind, arguments = _leaf(node, spheres)
-            value = f"ray{kind}({arguments}, {node})"
-        elif isinstance(node, Complement):
-            value = f"complementCSG(r{stack.pop()})"
-        else:
-            b, a = stack.pop(), stack.pop()
-            value = f"{type(node).__name__.lower()}CSG(r{a}, r{b})"
-        lines.append(f"    Roth r{k} = {value};")
-        stack.append(k)
-    return [*lines, f"    firstHit(r{stack[0]}, nearest);", "}"]
+_RAY_CSG = [
+    "// The first surface ahead of the ray and nearer than `end`: its distance, point, unit normal (on either",
+    "// side) and index, which is that of its material; or `end`, that far point, 0 and -1.",
+    "float rayCSG(Ray ray, float end, out vec3 P, out vec3 N, out int mat) {",
+]
 
 
-def _walk_object(number: int, nodes: list[Solid | int], spheres: int) -> list[str]:
-    """Spans of the primitives; the walk; then whose surface it is where the walk stopped."""
-    spans, next_root, inside, owner = [], [], [], []
-    stack: list[int] = []
-    for k, node in enumerate(nodes):
-        if isinstance(node, int):
-            kind, arguments = _leaf(node, spheres)
-            span = f"s{k}"
-            spans.append(f"    vec2 {span} = {kind.lower()}Span({arguments});")
-            next_root.append(f"        next = nextRoot({span}, at, next);")
-            inside.append(f"        bool in{k} = isInside({span}, at);")
-            owner.append(f"    bool b{k} = isBefore({span}, at), a{k} = isInside({span}, at);")
-            owner.append(f"    int o{k} = {node};")
-        elif isinstance(node, Complement):
-            a = stack.pop()
-            inside.append(f"        bool in{k} = !in{a};")
-            owner.append(f"    bool b{k} = !b{a}, a{k} = !a{a};")
-            owner.append(f"    int o{k} = o{a};")
-        else:
-            b, a = stack.pop(), stack.pop()
-            logic = {Union: "{} || {}", Intersection: "{} && {}", Difference: "{} && !{}"}[type(node)]  # pyright: ignore[reportArgumentType]
-            inside.append(f"        bool in{k} = {logic.format(f'in{a}', f'in{b}')};")
-            before, after = logic.format(f"b{a}", f"b{b}"), logic.format(f"a{a}", f"a{b}")
-            owner.append(f"    bool b{k} = {before}, a{k} = {after};")
-            owner.append(f"    int o{k} = b{a} != a{a} ? o{a} : o{b};")
-        stack.append(k)
-    root = stack[0]
+def _roth(trees: list[_Tree], spheres: int) -> list[str]:
+    """By the assignment's filters: a function for each object, and the nearest of their first hits."""
+    lines = []
+    for number, tree in enumerate(trees):
+        lines += [f"Roth object{number}(Ray ray) {{"]
+        stack: list[int] = []
+        for k, node in enumerate(tree):
+            if isinstance(node, int):
+                kind, arguments = _leaf(node, spheres)
+                value = f"ray{kind}({arguments}, {node})"
+            elif isinstance(node, Complement):
+                value = f"complementCSG(r{stack.pop()})"
+            else:
+                b, a = stack.pop(), stack.pop()
+                value = f"{type(node).__name__.lower()}CSG(r{a}, r{b})"
+            lines.append(f"    Roth r{k} = {value};")
+            stack.append(k)
+        lines += [f"    return r{stack[0]};", "}", ""]
     return [
-        "// Walk to the object's first surface nearer than t; if there is one, t and index become its.",
-        f"void object{number}(Ray ray, inout float t, inout int index) {{",
+        *lines,
+        *_RAY_CSG,
+        "    Hit nearest = Hit(end, vec3(0.0), -1);",
+        *(f"    firstHit(object{number}(ray), nearest);" for number in range(len(trees))),
+        "    P = ray.ro + nearest.t * ray.rd;",
+        "    N = nearest.normal;",
+        "    mat = nearest.mat;",
+        "    return nearest.t;",
+        "}",
+    ]
+
+
+def _walk(trees: list[_Tree], spheres: int) -> list[str]:
+    """By one walk over the roots of all primitives: the first at which an object's tree changes."""
+    spans, next_root, inside, owner = [], [], [], []
+    objects: list[int] = []  # the root nodes
+    k = 0
+    for tree in trees:
+        stack: list[int] = []
+        for node in tree:
+            if isinstance(node, int):
+                kind, arguments = _leaf(node, spheres)
+                spans.append(f"    vec2 s{k} = {kind.lower()}Span({arguments});")
+                next_root.append(f"        next = nextRoot(s{k}, at, next);")
+                inside.append(f"        bool in{k} = isInside(s{k}, at);")
+                owner.append(f"    bool b{k} = isBefore(s{k}, at), a{k} = isInside(s{k}, at);")
+                owner.append(f"    int o{k} = {node};")
+            elif isinstance(node, Complement):
+                a = stack.pop()
+                inside.append(f"        bool in{k} = !in{a};")
+                owner.append(f"    bool b{k} = !b{a}, a{k} = !a{a};")
+                owner.append(f"    int o{k} = o{a};")
+            else:
+                b, a = stack.pop(), stack.pop()
+                logic = "{0}%d || {0}%d" if isinstance(node, Union) else "{0}%d && {0}%d"
+                logic = ("{0}%d && !{0}%d" if isinstance(node, Difference) else logic) % (a, b)
+                inside.append(f"        bool in{k} = {logic.format('in')};")
+                owner.append(f"    bool b{k} = {logic.format('b')}, a{k} = {logic.format('a')};")
+                owner.append(f"    int o{k} = b{a} != a{a} ? o{a} : o{b};")
+            stack.append(k)
+            k += 1
+        objects.append(stack[0])
+    return [
+        *_RAY_CSG,
+        "    P = ray.ro + end * ray.rd;",
+        "    N = vec3(0.0);",
+        "    mat = -1;",
         *spans,
         "    float at = 0.0;",
-        "    bool was = false;",
+        *(f"    bool was{k} = false;" for k in objects),
         "    for (;;) {",
         *inside,
-        f"        if (at > 0.0 && in{root} != was) break;",
-        f"        was = in{root};",
-        "        float next = t;",
+        f"        if (at > 0.0 && ({' || '.join(f'in{k} != was{k}' for k in objects)})) break;",
+        *(f"        was{k} = in{k};" for k in objects),
+        "        float next = end;",
         *next_root,
-        "        if (next >= t) return;",
+        "        if (next >= end) return end;",
         "        at = next;",
         "    }",
-        "    t = at;",
-        "    // Before and after t; where an operator's result changes, its first operand that changes owns the surface.",
+        "    // Whose surface: that of the first object that changes, and in it, of an operator's first operand that does.",
         *owner,
-        f"    index = o{root};",
-        "}",
-    ]
-
-
-def _ray_csg(scene: Scene, settings: Settings) -> list[str]:
-    head = [
-        "",
-        "// The first surface ahead of the ray: its distance or INF, point, outward normal and index (-1: none).",
-        "float rayCSG(Ray ray, out vec3 P, out vec3 N, out int mat) {",
-    ]
-    if settings.evaluator == "roth":
-        return [
-            *head,
-            "    Hit nearest = Hit(INF, vec3(0.0), -1);",
-            *(f"    object{i}(ray, nearest);" for i in range(len(scene.objects))),
-            "    P = ray.ro + nearest.t * ray.rd;",
-            "    N = nearest.normal;",
-            "    mat = nearest.mat;",
-            "    return nearest.t;",
-            "}",
-        ]
-    return [
-        *head,
-        "    float t = INF;",
-        "    mat = -1;",
-        *(f"    object{i}(ray, t, mat);" for i in range(len(scene.objects))),
-        "    P = ray.ro + t * ray.rd;",
-        "    N = vec3(0.0);",
-        "    if (mat >= 0) surfaceAt(mat, P, N);",
-        "    return t;",
-        "}",
-    ]
-
-
-def _first_blocker(scene: Scene, settings: Settings) -> list[str]:
-    roth = settings.evaluator == "roth"
-    state = "Hit nearest = Hit(end, vec3(0.0), -1);" if roth else "float t = end; int index = -1;"
-    arguments = "ray, nearest" if roth else "ray, t, index"
-    return [
-        "",
-        "// The distance of the first surface ahead of the ray if it is nearer than `end`, or else `end`.",
-        "float firstBlocker(Ray ray, float end) {",
-        f"    {state}",
-        *(f"    object{i}({arguments});" for i in range(len(scene.objects))),
-        f"    return {'nearest.t' if roth else 't'};",
+        *(f"    {'else ' if k != objects[0] else ''}if (b{k} != a{k}) mat = o{k};" for k in objects),
+        "    P = ray.ro + at * ray.rd;",
+        "    surfaceAt(mat, P, N);",
+        "    return at;",
         "}",
     ]
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.scene import MODELS, Camera, Primitive, Scene, Sphere
+from raytracer.scene import MODELS, Camera, Plane, Primitive, Scene, Sphere, Vec3
 from raytracer.settings import Settings
 from raytracer.shader import surfaces
 
@@ -38,9 +38,41 @@ def surfaces_block(scene: Scene) -> bytes:
 def _packed(surface: Primitive, R: NDArray[np.float64], eye: NDArray[np.float64]) -> list[float]:
     if isinstance(surface, Sphere):
         return [*(R @ (np.array(surface.center) - eye)), surface.radius]
-    length = math.hypot(*surface.normal)
-    normal = np.array(surface.normal) / length
-    return [*(R @ normal), surface.offset / length - normal @ eye]
+    normal = _unit(surface.normal)
+    return [*(R @ normal), surface.offset / math.hypot(*surface.normal) - normal @ eye]
+
+
+def _unit(vector: Vec3) -> NDArray[np.float64]:
+    return np.array(vector) / math.hypot(*vector)
+
+
+def camera_terms_block(scene: Scene, size: tuple[int, int]) -> bytes:
+    """The uniform block of terms.glsl: the spheres' powers and the planes' slopes.
+
+    A slope, dot(normal, direction), is a x + b y + c in half pixels from the picture's centre; each
+    coefficient is split into a multiple of `quantum` and the rest. See cameraSlope() in camera.glsl.
+    """
+    R, eye = rotation(scene.camera), np.array(scene.camera.position)
+    found = surfaces(scene)
+    powers = [_power(eye, surface) for surface in found if isinstance(surface, Sphere)]
+
+    scale = pixel_scale(scene.camera, size[1])
+    normals = np.array([R @ _unit(s.normal) for s in found if isinstance(s, Plane)]).reshape(-1, 3)
+    slopes = normals * (scale, scale, -1.0)
+    largest = np.abs(slopes) @ (size[0], size[1], 1.0)
+    # Partial sums stay below 2^23 quanta, so float32's 24 bits hold each.
+    quantum = np.exp2(np.ceil(np.log2(largest)) - 23.0)[:, None]
+    coarse = np.rint(slopes / quantum) * quantum
+
+    rows = np.zeros((len(powers) + 2 * len(slopes), 4), np.float32)
+    rows[: len(powers), 0] = powers
+    rows[len(powers) :, :3] = np.concatenate([coarse, slopes - coarse])
+    return rows.tobytes()
+
+
+def _power(eye: NDArray[np.float64], sphere: Sphere) -> float:
+    distance = math.dist(sphere.center, eye)
+    return (distance - sphere.radius) * (distance + sphere.radius)
 
 
 def materials_block(scene: Scene, settings: Settings) -> bytes:

@@ -1,8 +1,8 @@
-// Provides cameraRay(): the ray through this fragment's sample point, from the origin along -z.
+// Provides cameraRay(), cameraSlope(): the ray through this fragment's sample point, from the
+// origin along -z.
 //
 // The direction goes through ((2 (x + sx) / W - 1) tan(fov/2) W/H, (1 - 2 (y + sy) / H) tan(fov/2), -1)
-// for pixel (x, y) from the top left and sample point (sx, sy) in it. Pixel numbers are kept as
-// whole and half numbers, which float32 holds exactly, until the one multiplication.
+// for pixel (x, y) from the top left and sample point (sx, sy) in it.
 
 #include "ray.glsl"
 
@@ -11,7 +11,26 @@ uniform vec2 tileOrigin;   // the lower left pixel of the tile being drawn
 uniform vec2 samplePoint;  // from the pixel's centre, in half pixels, +y up: within [-1, 1)
 uniform float pixelScale;  // tan(fov/2) / H
 
+// The pixel's centre from the picture's, in half pixels: whole numbers, so exact.
+vec2 halfPixels() {
+    return 2.0 * (gl_FragCoord.xy + tileOrigin) - resolution;
+}
+
+vec3 cameraDirection() {
+    return vec3((halfPixels() + samplePoint) * pixelScale, -1.0);
+}
+
 Ray cameraRay() {
-    vec2 p = (2.0 * (gl_FragCoord.xy + tileOrigin) - resolution + samplePoint) * pixelScale;
-    return ray(vec3(0.0), normalize(vec3(p, -1.0)));
+    return ray(vec3(0.0), normalize(cameraDirection()));
+}
+
+// dot(normal, cameraRay().rd) for a plane, without the cancellation that would spoil the depth of
+// a ground plane near the horizon. The sum over the unnormalised direction is linear in the pixel,
+// a x + b y + c. The host splits each coefficient into a coarse part and the fine rest, coarse
+// parts being multiples of so large a power of two that the sum of their products with whole
+// numbers is exact in float32. Only what is left of it is rounded.
+float cameraSlope(vec3 coarse, vec3 fine) {
+    vec3 pixel = vec3(halfPixels(), 1.0);
+    float rest = dot(fine, pixel) + dot(coarse.xy + fine.xy, samplePoint);
+    return (dot(coarse, pixel) + rest) / length(cameraDirection());
 }

@@ -34,11 +34,11 @@ struct Roth {
     Hit hit[MAX_HITS];
 };
 
-// The crossings of the ball around center.
-Roth raySphere(Ray ray, vec3 center, float radius, int mat) {
+// The crossings of the ball around center. power is powerOf(ray.ro, center, radius), as for sphereSpan().
+Roth raySphere(Ray ray, vec3 center, float radius, float power, int mat) {
     Roth r;
     r.n = 0;
-    vec2 span = sphereSpan(ray, center, radius);
+    vec2 span = sphereSpan(ray, center, radius, power);
     if (span.x < span.y) {
         r.n = 2;
         r.hit[0] = Hit(span.x, normalize(ray.ro + span.x * ray.rd - center), mat);
@@ -48,10 +48,11 @@ Roth raySphere(Ray ray, vec3 center, float radius, int mat) {
 }
 
 // The crossings of the half-space dot(normal, x) <= offset: one, and the end that has none.
-Roth rayPlane(Ray ray, vec3 normal, float offset, int mat) {
+// slope is dot(normal, ray.rd), as for planeSpan().
+Roth rayPlane(Ray ray, vec3 normal, float offset, float slope, int mat) {
     Roth r;
     r.n = 0;
-    vec2 span = planeSpan(ray, normal, offset);
+    vec2 span = planeSpan(ray, normal, offset, slope);
     if (span.x < span.y) {
         r.n = 2;
         r.hit[0] = Hit(span.x, span.x == -INF ? vec3(0.0) : normal, mat);

@@ -2,5 +2,7 @@
 // surface at P: 1 lit, or dist(P, Q) / distance with Q the first point that is in between.
 
 float shadow(Ray ray, float distance) {
-    return min(firstBlocker(ray, distance) / distance, 1.0);
+    vec3 Q, N;
+    int mat;
+    return min(rayCSG(ray, distance, Q, N, mat) / distance, 1.0);
 }

@@ -2,5 +2,7 @@
 // 1 lit, 0 where something is in between.
 
 float shadow(Ray ray, float distance) {
-    return firstBlocker(ray, distance) < distance ? 0.0 : 1.0;
+    vec3 Q, N;
+    int mat;
+    return rayCSG(ray, distance, Q, N, mat) < distance ? 0.0 : 1.0;
 }

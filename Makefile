@@ -1,0 +1,60 @@
+PYTHON ?= python3
+BIN := .venv/bin
+SCENE := assets/scenes/assignment.toml
+
+GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
+TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 xvfb xdotool
+
+.PHONY: demo test view check clean help
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+
+demo: .venv/core ## render the assignment to assignment.png (the default)
+	@tools/system-packages $(GL_PACKAGES)
+	$(BIN)/raytracer render $(SCENE) -o assignment.png --samples 16
+
+test: .venv/dev ## run the tests on EGL, then those that need OpenGL again on OSMesa
+	@tools/system-packages $(patsubst ?%,'?%',$(TEST_PACKAGES))
+	RAYTRACER_BACKEND=egl $(BIN)/python -m pytest
+	@if dpkg -s libosmesa6 >/dev/null 2>&1; then \
+		set -x; RAYTRACER_BACKEND=osmesa $(BIN)/python -m pytest -m gl; \
+	else \
+		echo 'There is no package libosmesa6 here: the OpenGL tests are not run again on OSMesa.'; \
+	fi
+
+view: .venv/core ## open the assignment in a window
+	@tools/system-packages $(GL_PACKAGES) libglx-mesa0
+	$(BIN)/raytracer view $(SCENE)
+
+check: .venv/dev ## lint, formatting, types, then test
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/pyright
+	@$(MAKE) --no-print-directory test
+
+clean: ## remove everything that make made
+	rm -rf .venv build dist .pytest_cache .ruff_cache .hypothesis assignment.png
+	find . -name __pycache__ -prune -exec rm -rf {} +
+
+help: ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 8
+
+# A stamp for what is installed: a repeated run installs nothing, a changed pyproject.toml installs again.
+.venv/core: pyproject.toml | .venv/bin/pip
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	@touch $@
+
+.venv/dev: pyproject.toml | .venv/bin/pip
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch .venv/core $@
+
+# Debian keeps what makes a virtual environment in a package of its own for each Python. What demo needs
+# besides is asked for at once, so that who is not root is told one command, not two.
+.venv/bin/pip:
+	@command -v $(PYTHON) >/dev/null || tools/system-packages python3
+	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("$(PYTHON) is Python %d.%d, \
+	and 3.11 or later is needed. To use another: make PYTHON=python3.11" % sys.version_info[:2])'
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
+		tools/system-packages $(GL_PACKAGES) \
+			"$$($(PYTHON) -c 'import sys; print("python%d.%d-venv" % sys.version_info[:2])')"
+	$(PYTHON) -m venv .venv

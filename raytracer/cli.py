@@ -1,0 +1,249 @@
+"""The command line: `raytracer render`, `raytracer view`, `raytracer doctor`.
+
+Exit status: 0 done; 2 the input is wrong, with one line on standard error that says what and
+where, and nothing written; 1 anything else.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, NoReturn, get_args
+
+from raytracer import __version__
+from raytracer.scene import InputError, Scene
+from raytracer.scene_file import load
+from raytracer.settings import Evaluator, Settings, Shading, Shadows
+
+if TYPE_CHECKING:
+    from raytracer.renderer import Progress
+
+# Pictures that need more host memory than this say so before they start.
+_MEMORY_WORTH_MENTION = 2**30
+# What takes longer than this on a terminal shows a progress bar.
+_SECONDS_WITHOUT_PROGRESS = 1.0
+
+_EXAMPLES = """\
+examples:
+  raytracer render assets/scenes/assignment.toml -o assignment.png
+  raytracer render assignment -o big.png --size 1920x1080 --samples 16
+  raytracer render my.toml -o my.npz --shading blinn --shadows diluted
+  raytracer view assets/scenes/assignment.toml
+  raytracer doctor
+"""
+
+_VIEW = """\
+Show a scene in a window.
+
+Drag with the left mouse button to move the first light around what the camera looks at.
+B  Phong or Blinn shading      S  hard, diluted or no shadows
+A  16 rays a pixel or 1        Esc  close
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line with `arguments` (default: sys.argv) and return the exit status."""
+    try:
+        options = _parser().parse_args(arguments)
+        return options.run(options)
+    except InputError as error:
+        print(f"raytracer: {_one_line(str(error))}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("raytracer: interrupted, nothing written", file=sys.stderr)
+        return 1
+    except BrokenPipeError:  # the reader of our output has gone: no message, also at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except MemoryError:
+        print("raytracer: the picture does not fit into memory; try a smaller --size", file=sys.stderr)
+        return 1
+    except (RuntimeError, OSError) as error:  # ContextError, ShaderError; a full disk, a vanished folder
+        print(f"raytracer: {error}", file=sys.stderr)
+        return 1
+
+
+def _one_line(text: str) -> str:
+    """Without control characters: file names and keys may hold anything."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise InputError(f"{message} (see {self.prog} --help)")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="raytracer",
+        description="A GLSL ray tracer for constructive solid geometry.",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"raytracer {__version__}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+
+    render = _command(commands, "render", "render a scene to a file", _render)
+    _add_scene(render)
+    render.add_argument(
+        "-o", "--output", metavar="OUT", required=True, help=".png (8-bit sRGB) or .npz (float32 arrays)"
+    )
+    render.add_argument(
+        "--size", metavar="WxH", type=_size, default=(1280, 720), help="in pixels (default: 1280x720)"
+    )
+    render.add_argument("--samples", metavar="N", type=int, default=1, help="rays a pixel (default: 1)")
+    render.add_argument("--shading", choices=get_args(Shading), help="for all materials (default: each one's own)")
+    render.add_argument("--shadows", choices=get_args(Shadows), default="hard", help="default: hard")
+    render.add_argument(
+        "--evaluator",
+        choices=get_args(Evaluator),
+        default="walk",
+        help="how CSG is evaluated: walk (fast, the default) or roth (the assignment's hit lists)",
+    )
+    _add_backend(render)
+
+    view = _command(commands, "view", "show a scene in a window", _view)
+    view.description = _VIEW
+    _add_scene(view)
+
+    doctor = _command(commands, "doctor", "which OpenGL contexts open here, and what to install if none does", _doctor)
+    doctor.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    return parser
+
+
+def _command(commands: Any, name: str, summary: str, run: Any) -> argparse.ArgumentParser:
+    examples = [line for line in _EXAMPLES.splitlines()[1:] if f"raytracer {name}" in line]
+    parser = commands.add_parser(
+        name,
+        help=summary,
+        description=summary[0].upper() + summary[1:] + ".",
+        epilog="\n".join(["examples:", *examples]),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.set_defaults(run=run)
+    return parser
+
+
+def _add_scene(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", metavar="SCENE", help="a TOML scene file, or the name of an example: assignment")
+
+
+def _add_backend(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--backend",
+        metavar="NAME",
+        help="how OpenGL is reached: auto, egl, window or osmesa (default: the variable RAYTRACER_BACKEND, or auto)",
+    )
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, x, height = text.partition("x")
+    if not (x and width.isascii() and width.isdigit() and height.isascii() and height.isdigit()):
+        raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, such as 1280x720, got {text!r}")
+    return int(width[:9]), int(height[:9])  # more digits are too many in any case
+
+
+def _load(path: str) -> Scene:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scene = load(path)
+    for warning in caught:
+        print(f"raytracer: warning: {_one_line(f'{path}: {warning.message}')}", file=sys.stderr)
+    return scene
+
+
+def _render(options: argparse.Namespace) -> int:
+    # Everything that can be wrong is found before NumPy and OpenGL are loaded, and before any work.
+    settings = Settings(
+        samples=options.samples,
+        shading=options.shading,
+        shadows=options.shadows,
+        evaluator=options.evaluator,
+    )
+    scene = _load(options.scene)
+
+    from raytracer.film import check_output
+    from raytracer.renderer import check_size, host_memory, shared_renderer
+
+    check_size(options.size)
+    output = check_output(options.output)
+    geometry = output.suffix.lower() == ".npz"
+    _check_memory(host_memory(options.size, geometry), options.size)
+    renderer = shared_renderer(options.backend)
+    try:
+        renderer.check_limits(scene, settings)
+    except InputError as error:
+        raise InputError(f"{options.scene}: {error}") from None
+    with _progress_bar(f"rendering {output.name}") as progress:
+        image = renderer.render(scene, options.size, settings, geometry=geometry, progress=progress)
+    image.save(output)
+    return 0
+
+
+def _view(options: argparse.Namespace) -> int:
+    scene = _load(options.scene)
+
+    from raytracer.viewer import view
+
+    try:
+        view(scene)
+    except InputError as error:  # beyond this driver's limits
+        raise InputError(f"{options.scene}: {error}") from None
+    return 0
+
+
+def _check_memory(needed: int, size: tuple[int, int]) -> None:
+    gib = needed / 2**30
+    try:
+        physical = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):  # not on this system
+        physical = needed
+    if needed > physical:
+        raise InputError(
+            f"--size: expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
+            f"got {size[0]}x{size[1]}, which needs {gib:.1f} GiB"
+        )
+    if needed > _MEMORY_WORTH_MENTION:
+        print(f"raytracer: this picture needs {gib:.1f} GiB of memory", file=sys.stderr)
+
+
+@contextmanager
+def _progress_bar(title: str) -> Iterator[Progress | None]:
+    """A callback that shows a bar on a terminal once the work has taken more than a moment."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    start = time.monotonic()
+    bar: Any = None
+    task: Any = None
+
+    def progress(done: int, total: int) -> None:
+        nonlocal bar, task
+        if bar is None and done < total and time.monotonic() - start > _SECONDS_WITHOUT_PROGRESS:
+            from rich.console import Console
+            from rich.progress import Progress
+
+            bar = Progress(console=Console(stderr=True), transient=True)
+            task = bar.add_task(title, total=total)
+            bar.start()
+        if bar is not None:
+            bar.update(task, completed=done)
+
+    try:
+        yield progress
+    finally:
+        if bar is not None:
+            bar.stop()
+
+
+def _doctor(options: argparse.Namespace) -> int:
+    from raytracer.doctor import examine, print_report
+
+    reports = examine()
+    print_report(reports, as_json=options.json)
+    return 0 if any(report.opens for report in reports) else 1

@@ -1,0 +1,71 @@
+"""Which OpenGL contexts open here, on what device, and what to install if none does."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import msgspec
+
+from raytracer.context import BACKENDS, PACKAGES, ContextError, open_context
+
+
+class Report(msgspec.Struct, frozen=True):
+    """What one way to reach OpenGL gave: the driver's own words and limits, or why it did not open."""
+
+    backend: str
+    opens: bool
+    vendor: str = ""
+    renderer: str = ""
+    version: str = ""
+    max_texture_size: int = 0
+    max_uniform_block: int = 0
+    problem: str = ""
+
+
+def examine() -> list[Report]:
+    """Open and close a context of each kind."""
+    return [_examine(backend) for backend in BACKENDS]
+
+
+def _examine(backend: str) -> Report:
+    try:
+        context = open_context(backend)
+    except ContextError as error:
+        reason = str(error).splitlines()[1].strip().removeprefix(f"{backend}: ")
+        return Report(backend, False, problem=reason)
+    info = context.info
+    report = Report(
+        backend,
+        True,
+        vendor=info["GL_VENDOR"],
+        renderer=info["GL_RENDERER"],
+        version=info["GL_VERSION"],
+        max_texture_size=info["GL_MAX_TEXTURE_SIZE"],
+        max_uniform_block=info["GL_MAX_UNIFORM_BLOCK_SIZE"],
+    )
+    context.release()
+    return report
+
+
+def print_report(reports: list[Report], *, as_json: bool = False) -> None:
+    """A table on standard output, and remedies; or JSON."""
+    if as_json:
+        print(json.dumps(msgspec.to_builtins(reports), indent=2))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("backend", "opens", "renderer", "vendor", "version", "max texture", "uniform block")
+    for report in reports:
+        if report.opens:
+            limits = (str(report.max_texture_size), f"{report.max_uniform_block // 1024} KiB")
+            table.add_row(report.backend, "yes", report.renderer, report.vendor, report.version, *limits)
+        else:
+            table.add_row(report.backend, "no", report.problem)
+    Console().print(table)
+    if sys.platform != "linux":
+        return
+    for report in reports:
+        if not report.opens:
+            print(f"For {report.backend} on Debian or Ubuntu: apt-get install {PACKAGES[report.backend]}")

@@ -1,0 +1,284 @@
+"""The same ray tracer in float64 NumPy, from the definitions: the oracle that the shaders are tested against.
+
+A point is inside a CSG tree by Boolean logic over the primitives that it is inside of. Along a
+ray, a surface is a root of a primitive at which the tree is different just before and just
+after. Every root is tried; nothing is sorted, skipped or shared with the shaders. World space;
+slow.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.film import Image
+from raytracer.sampling import sample_point
+from raytracer.scene import Camera, Complement, Intersection, Plane, Primitive, Scene, Solid, Sphere, Union, postfix
+from raytracer.settings import Settings
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_ROWS = 64  # of pixels traced at once
+
+
+def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None) -> Image:
+    """The image of `scene` at `size` (width, height), as `raytracer.render` makes it but in float64."""
+    settings = settings or Settings()
+    width, height = size
+    image = Image(
+        radiance=np.zeros((height, width, 3)),
+        depth=np.empty((height, width)),
+        normal=np.empty((height, width, 3)),
+        material=np.empty((height, width), np.int32),
+    )
+    tracer = _Tracer(scene)
+    for k in range(settings.samples):
+        for top in range(0, height, _ROWS):
+            rows = slice(top, min(top + _ROWS, height))
+            rd = camera_rays(scene.camera, size, sample_point(k))[rows]
+            shape = rd.shape[:2]
+            rd = rd.reshape(-1, 3)
+            ro = np.broadcast_to(np.array(scene.camera.position), rd.shape)
+            t, surface = tracer.first(ro, rd)
+            normal = tracer.normals(ro + np.where(np.isfinite(t), t, 0.0)[:, None] * rd, surface)
+            image.radiance[rows] += _radiance(scene, settings, tracer, ro, rd, t, surface, normal).reshape(*shape, 3)
+            if k == 0:
+                assert image.depth is not None and image.normal is not None and image.material is not None
+                facing = -np.sign(_dot(normal, rd))[:, None] * normal
+                image.depth[rows] = t.reshape(shape)
+                image.normal[rows] = facing.reshape(*shape, 3)
+                image.material[rows] = tracer.material_index[surface].reshape(shape)
+    image.radiance[...] /= settings.samples
+    return image
+
+
+def camera_rays(camera: Camera, size: tuple[int, int], point: tuple[float, float] = (0.5, 0.5)) -> Array:
+    """(H, W, 3) unit directions through `point` (from the top left, in [0, 1)) of every pixel."""
+    width, height = size
+    right, up, forward = (np.array(axis) for axis in camera.axes())
+    tangent = math.tan(math.radians(camera.vertical_fov) / 2.0)
+    x = (2.0 * (np.arange(width) + point[0]) / width - 1.0) * tangent * width / height
+    y = (1.0 - 2.0 * (np.arange(height) + point[1]) / height) * tangent
+    rd = forward + x[None, :, None] * right + y[:, None, None] * up
+    return rd / np.linalg.norm(rd, axis=-1, keepdims=True)
+
+
+def near_tangent_or_tie(scene: Scene, size: tuple[int, int], relative: float) -> Mask:
+    """(H, W): pixels whose centre ray passes within `relative` of a tangent or of a tie.
+
+    A tangent: the ray's distance from a sphere's centre is the radius, relative to the radius. A
+    tie: two roots of different primitives ahead of the camera at the same t, relative to t.
+    There an answer hangs on the last bits of the input, and float32 may differ.
+    """
+    rd = camera_rays(scene.camera, size).reshape(-1, 3)
+    eye = np.array(scene.camera.position)
+    tracer = _Tracer(scene)
+    doubtful = np.zeros(len(rd), bool)
+    roots: list[Array] = []
+    for primitive, span in zip(tracer.leaves, tracer.spans(np.broadcast_to(eye, rd.shape), rd), strict=True):
+        if isinstance(primitive, Sphere):
+            to_center = np.array(primitive.center) - eye
+            distance = np.linalg.norm(to_center - _dot(to_center, rd)[:, None] * rd, axis=1)
+            doubtful |= np.abs(distance - primitive.radius) <= relative * primitive.radius
+        for earlier in roots:
+            for root in span:
+                with np.errstate(invalid="ignore"):
+                    close = np.abs(earlier - root) <= relative * np.abs(root)
+                doubtful |= np.any(close & np.isfinite(root) & (root > 0.0), axis=0)
+        roots.append(np.array(span))
+    return doubtful.reshape(size[::-1])
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.sum(a * b, axis=-1)
+
+
+def _inside(solid: list[Solid], leaf_inside: list[Mask]) -> list[Mask]:
+    """For every node of a postfix tree, whether the point is in it, given that for the leaves."""
+    results: list[Mask] = []
+    stack: list[Mask] = []
+    leaf = iter(leaf_inside)
+    for node in solid:
+        if isinstance(node, Sphere | Plane):
+            value = next(leaf)
+        elif isinstance(node, Complement):
+            value = ~stack.pop()
+        else:
+            b, a = stack.pop(), stack.pop()
+            value = a | b if isinstance(node, Union) else a & b if isinstance(node, Intersection) else a & ~b
+        stack.append(value)
+        results.append(value)
+    return results
+
+
+class _Tracer:
+    """The scene's leaves, and rays (ro, rd) of shape (R, 3) against them. A surface is a leaf's number."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._trees = [postfix(solid) for solid in scene.objects]
+        self.leaves = [node for tree in self._trees for node in tree if isinstance(node, Sphere | Plane)]
+        order = {material: i for i, material in enumerate(scene.materials)}
+        self.material_index = np.array([*(order[leaf.material] for leaf in self.leaves), -1], np.int32)
+        keys = [_geometry(leaf) for leaf in self.leaves]
+        self._coincide = np.array([[a == b for b in keys] for a in keys])
+
+    def spans(
+        self, ro: Array, rd: Array, start: NDArray[np.int32] | None = None, n: Array | None = None
+    ) -> list[tuple[Array, Array]]:
+        """(entry, exit) of every leaf along the whole line; (inf, -inf) where it is missed.
+
+        For rays that start on a surface, `start` is its number and `n` its outward normal: there
+        the root at the start is 0 by definition, not by computation.
+        """
+        result = []
+        for k, leaf in enumerate(self.leaves):
+            on = self._coincide[k][start] if start is not None else np.zeros(len(rd), bool)
+            if isinstance(leaf, Sphere):
+                to_center = np.array(leaf.center) - ro
+                along = _dot(to_center, rd)
+                perp = to_center - along[:, None] * rd
+                square = leaf.radius**2 - _dot(perp, perp)
+                half = np.sqrt(np.maximum(square, 0.0))
+                entry, exit = np.where(square > 0, along - half, np.inf), np.where(square > 0, along + half, -np.inf)
+                if n is not None:
+                    chord = -2.0 * leaf.radius * _dot(n, rd)
+                    entry = np.where(on, np.minimum(chord, 0.0), entry)
+                    exit = np.where(on, np.maximum(chord, 0.0), exit)
+            else:
+                normal, offset = _unit_plane(leaf)
+                slope = rd @ normal
+                depth = np.where(on, 0.0, offset - ro @ normal)
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    t = depth / slope
+                parallel = np.where(depth >= 0.0, np.inf, -np.inf)
+                entry = np.where(slope == 0, -parallel, np.where(slope < 0, t, -np.inf))
+                exit = np.where(slope == 0, parallel, np.where(slope > 0, t, np.inf))
+            result.append((entry, exit))
+        return result
+
+    def first(
+        self, ro: Array, rd: Array, start: NDArray[np.int32] | None = None, n: Array | None = None
+    ) -> tuple[Array, NDArray[np.int32]]:
+        """(t, surface) of the first surface with t > 0: inf, -1 if there is none."""
+        nearest, surface = np.full(len(rd), np.inf), np.full(len(rd), -1, np.int32)
+        spans = self.spans(ro, rd, start, n)
+        first_leaf = 0
+        for tree in self._trees:
+            count = sum(isinstance(node, Sphere | Plane) for node in tree)
+            own = spans[first_leaf : first_leaf + count]
+            t = np.full(len(rd), np.inf)
+            for root in (root for span in own for root in span):
+                before, after = _inside(tree, _before(own, root))[-1], _inside(tree, _after(own, root))[-1]
+                t = np.where((before != after) & (root > 0.0) & (root < t), root, t)
+            closer = t < nearest
+            owner = first_leaf + _owner(tree, _inside(tree, _before(own, t)), _inside(tree, _after(own, t)))
+            nearest, surface = np.where(closer, t, nearest), np.where(closer, owner, surface).astype(np.int32)
+            first_leaf += count
+        return nearest, surface
+
+    def normals(self, P: Array, surface: NDArray[np.int32]) -> Array:
+        """Outward unit normals (R, 3) of the primitives at points on them; 0 for surface -1."""
+        result = np.zeros(P.shape)
+        for k, leaf in enumerate(self.leaves):
+            on = surface == k
+            if isinstance(leaf, Sphere):
+                outward = P[on] - np.array(leaf.center)
+                result[on] = outward / np.linalg.norm(outward, axis=1, keepdims=True)
+            else:
+                result[on] = _unit_plane(leaf)[0]
+        return result
+
+
+def _before(spans: list[tuple[Array, Array]], t: Array) -> list[Mask]:
+    return [(entry < t) & (t <= exit) for entry, exit in spans]
+
+
+def _after(spans: list[tuple[Array, Array]], t: Array) -> list[Mask]:
+    return [(entry <= t) & (t < exit) for entry, exit in spans]
+
+
+def _owner(tree: list[Solid], before: list[Mask], after: list[Mask]) -> NDArray[np.int32]:
+    """The leaf (counted in the tree) whose surface it is: an operator's first operand that changes."""
+    stack: list[tuple[Mask, Any]] = []  # does the node change, its owner
+    leaf = 0
+    for node, b, a in zip(tree, before, after, strict=True):
+        if isinstance(node, Sphere | Plane):
+            owner: Any = np.full(a.shape, leaf, np.int32)
+            leaf += 1
+        elif isinstance(node, Complement):
+            owner = stack.pop()[1]
+        else:
+            _, second = stack.pop()
+            changes, first = stack.pop()
+            owner = np.where(changes, first, second)
+        stack.append((a != b, owner))
+    return stack[0][1]
+
+
+def _unit_plane(plane: Plane) -> tuple[Array, float]:
+    length = math.hypot(*plane.normal)
+    return np.array(plane.normal) / length, plane.offset / length
+
+
+def _geometry(leaf: Primitive) -> object:
+    """Equal for leaves whose surfaces coincide, whatever their materials and sides."""
+    if isinstance(leaf, Sphere):
+        return leaf.center, leaf.radius
+    normal, offset = _unit_plane(leaf)
+    return max((tuple(normal), offset), (tuple(-normal), -offset))
+
+
+def _radiance(
+    scene: Scene,
+    settings: Settings,
+    tracer: _Tracer,
+    ro: Array,
+    rd: Array,
+    t: Array,
+    surface: NDArray[np.int32],
+    normal: Array,
+) -> Array:
+    """The lecture's I = ka Ia + sum of S (kd Il max(N.L, 0) + ks Il spec), (R, 3)."""
+    result = np.empty(rd.shape)
+    result[...] = scene.background
+    hit = surface >= 0
+    rd, t, surface, n = rd[hit], t[hit], surface[hit], normal[hit]
+    P = ro[hit] + t[:, None] * rd
+    N = -np.sign(_dot(n, rd))[:, None] * n
+    V = -rd
+
+    materials = [settings.shaded(leaf.material) for leaf in tracer.leaves]
+
+    def of_surface(value: Callable[[Any], Any]) -> Array:
+        return np.array([value(material) for material in materials], float)[surface]
+
+    I = of_surface(lambda m: m.ka) * np.array(scene.ambient)  # noqa: E741
+    kd, ks, h = of_surface(lambda m: m.kd), of_surface(lambda m: m.ks), of_surface(lambda m: m.h)
+    is_phong = of_surface(lambda m: m.model == "phong") == 1.0
+    for light in scene.lights:
+        to_light = np.array(light.position) - P
+        distance = np.linalg.norm(to_light, axis=1)
+        L = to_light / np.where(distance == 0.0, 1.0, distance)[:, None]
+        NoL = _dot(N, L)
+        R = 2.0 * NoL[:, None] * N - L
+        H = L + V
+        H /= np.maximum(np.linalg.norm(H, axis=1, keepdims=True), np.finfo(float).tiny)
+        cosine = np.where(is_phong, _dot(R, V), _dot(N, H))
+        with np.errstate(under="ignore"):
+            spec = np.maximum(cosine, 0.0) ** h
+        S = np.ones(len(P))
+        if settings.shadows != "off":
+            blocked_at, _ = tracer.first(P, L, surface, n)
+            blocked = blocked_at < distance
+            diluted = np.divide(blocked_at, distance, out=np.zeros(len(P)), where=blocked)
+            S = np.where(blocked, diluted if settings.shadows == "diluted" else 0.0, 1.0)
+        lit = (NoL > 0.0) & (distance > 0.0)
+        light_in = (S * lit)[:, None] * np.array(light.color)
+        I += light_in * (kd * NoL[:, None] + ks * spec[:, None])
+    result[hit] = I
+    return result

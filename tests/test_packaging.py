@@ -1,0 +1,46 @@
+"""What a user installs: the wheel, in an environment of its own, away from the checkout."""
+
+import os
+import subprocess
+import sys
+import venv
+import zipfile
+from pathlib import Path
+
+from PIL import Image
+
+import raytracer
+
+CHECKOUT = Path(__file__).parent.parent
+
+
+def run(folder: Path, *command: str | Path) -> str:
+    """Standard output of `command`, run in `folder` where nothing leads to the checkout."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+def test_the_wheel_holds_what_it_needs_and_renders_an_example_by_its_bare_name(tmp_path: Path) -> None:
+    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check")
+    run(tmp_path, *pip, "wheel", "--no-deps", "--wheel-dir", tmp_path, CHECKOUT)
+    (wheel,) = tmp_path.glob("*.whl")
+
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+    for original in (CHECKOUT / "shaders").rglob("*.*"):
+        assert f"raytracer/shaders/{original.relative_to(CHECKOUT / 'shaders').as_posix()}" in names
+    for original in (CHECKOUT / "assets/scenes").glob("*.toml"):
+        assert f"raytracer/scenes/{original.name}" in names
+    assert {"raytracer/py.typed", "raytracer/scenes/assignment.toml"} <= names
+    assert any(name.endswith(".dist-info/licenses/LICENSE") for name in names)
+
+    venv.create(tmp_path / "venv", with_pip=False)
+    binaries = tmp_path / "venv" / ("Scripts" if os.name == "nt" else "bin")
+    run(tmp_path, *pip, "--python", binaries / "python", "install", wheel)
+
+    run(tmp_path, binaries / "raytracer", "render", "assignment", "-o", "a.png", "--size", "64x36")
+    with Image.open(tmp_path / "a.png") as image:
+        assert image.size == (64, 36)
+    assert raytracer.__version__ in run(tmp_path, binaries / "python", "-m", "raytracer", "--version")

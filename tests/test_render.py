@@ -1,0 +1,135 @@
+"""The GPU's pictures are those of the float64 reference."""
+
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer import reference
+from raytracer.film import Image
+from raytracer.renderer import Renderer
+from raytracer.settings import Evaluator, Settings, Shading, Shadows
+from raytracer.shader import roth_loops
+
+from . import scenes
+
+pytestmark = pytest.mark.gl
+
+# The bounds that the project keeps, for rays that are not within DOUBT (relative) of a tangent or a tie.
+DOUBT = 1e-4
+DEPTH = 1e-5
+NORMAL = 1e-4
+
+
+def assert_agrees(image: Image, truth: Image, doubtful: np.ndarray) -> None:
+    """Depth, normal and material of `image` are the reference's at every pixel that is not doubtful."""
+    assert image.depth is not None and image.normal is not None and image.material is not None
+    assert truth.depth is not None and truth.normal is not None and truth.material is not None
+    sure = ~doubtful
+    assert sure.mean() > 0.9
+    np.testing.assert_array_equal(image.material[sure], truth.material[sure])
+    np.testing.assert_array_equal(np.isinf(image.depth)[sure], np.isinf(truth.depth)[sure])
+    hit = sure & (truth.material >= 0)
+    np.testing.assert_allclose(image.depth[hit], truth.depth[hit], rtol=DEPTH, atol=0)
+    np.testing.assert_allclose(image.normal[sure], truth.normal[sure], rtol=0, atol=NORMAL)
+
+
+def check(renderer: Renderer, scene: rt.Scene, size: tuple[int, int], settings: Settings) -> None:
+    image = renderer.render(scene, size, settings)
+    assert_agrees(image, reference.render(scene, size, settings), reference.near_tangent_or_tie(scene, size, DOUBT))
+    assert np.isfinite(image.radiance).all() and (image.radiance >= 0).all()
+
+
+@pytest.mark.parametrize("evaluator", ["walk", "roth"])
+def test_the_assignment_agrees_with_the_reference(renderer: Renderer, evaluator: Evaluator) -> None:
+    check(renderer, scenes.assignment(), (1280, 720), Settings(evaluator=evaluator, shadows="off"))
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_a_random_scene_agrees_with_the_reference(renderer: Renderer, seed: int) -> None:
+    check(renderer, scenes.random_scene(seed), (128, 72), Settings(shadows="off"))
+
+
+# Those of the random scenes whose Roth filters compile in a few seconds.
+SMALL = [seed for seed in range(200) if roth_loops(scenes.random_scene(seed)) <= 7]
+
+
+@pytest.mark.parametrize("seed", SMALL[:16])
+def test_both_evaluators_make_the_same_picture(renderer: Renderer, seed: int) -> None:
+    scene = scenes.random_scene(seed)
+    walk = renderer.render(scene, (128, 72), Settings(shadows="diluted"))
+    roth = renderer.render(scene, (128, 72), Settings(shadows="diluted", evaluator="roth"))
+    for name in ("radiance", "depth", "normal", "material"):
+        np.testing.assert_array_equal(getattr(walk, name), getattr(roth, name), err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("shading", "shadows"),
+    [(None, "hard"), ("phong", "diluted"), ("blinn", "hard"), ("blinn", "off")],
+)
+def test_the_assignments_picture_with_16_samples_is_the_references_to_2_in_255(
+    renderer: Renderer, shading: Shading | None, shadows: Shadows
+) -> None:
+    settings = Settings(samples=16, shading=shading, shadows=shadows)
+    image = renderer.render(scenes.assignment(), (320, 180), settings)
+    truth = reference.render(scenes.assignment(), (320, 180), settings)
+    assert np.abs(image.srgb8().astype(int) - truth.srgb8()).max() <= 2
+
+
+def test_several_lights_and_both_models_in_one_scene_agree_with_the_reference(renderer: Renderer) -> None:
+    shiny = rt.Material(kd=(0.2, 0.5, 0.7), ks=(0.9, 0.8, 0.7), h=100, model="blinn")
+    dull = rt.Material(kd=(0.7, 0.5, 0.2), ks=(0.1, 0.1, 0.1), h=0)
+    scene = scenes.of(rt.Sphere((-1, 0, 0), 1, shiny), rt.Sphere((1, 0, 0), 1, dull), rt.Plane((0, 1, 0), -1.5, shiny))
+    for shadows in ("hard", "diluted"):
+        settings = Settings(shadows=shadows, samples=4)
+        image, truth = renderer.render(scene, (160, 90), settings), reference.render(scene, (160, 90), settings)
+        # A sample that falls the other way at an edge changes a pixel by up to 1/4: there may be a few.
+        wrong = np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4
+        assert wrong.mean() < 5e-4
+
+
+def test_a_scene_without_lights_shows_its_ambient_and_background(renderer: Renderer) -> None:
+    ball = rt.Sphere((0, 0, 0), 1, rt.Material(ka=(0.1, 0.2, 0.3)))
+    camera = rt.Camera((0, 0, 5), (0, 0, 0))
+    scene = rt.Scene([ball], [], camera, ambient=(2, 1, 1), background=(0.25, 0.5, 1))
+    image = renderer.render(scene, (31, 31), Settings())
+    np.testing.assert_allclose(image.radiance[15, 15], (0.2, 0.2, 0.3), rtol=1e-6)
+    np.testing.assert_array_equal(image.radiance[0, 0], (0.25, 0.5, 1))
+
+
+def test_a_picture_in_tiles_is_the_picture_in_one_piece(renderer: Renderer) -> None:
+    whole = renderer.render(scenes.assignment(), (201, 113), Settings(samples=3))
+    tiled = renderer.render(scenes.assignment(), (201, 113), Settings(samples=3), tile=64)
+    for name in ("radiance", "depth", "normal", "material"):
+        np.testing.assert_array_equal(getattr(tiled, name), getattr(whole, name), err_msg=name)
+
+
+def test_one_render_after_another_gives_the_same_bytes(renderer: Renderer) -> None:
+    first = renderer.render(scenes.assignment(), (160, 90), Settings(samples=5))
+    renderer.render(scenes.random_scene(3), (64, 64), Settings(samples=2))
+    again = renderer.render(scenes.assignment(), (160, 90), Settings(samples=5))
+    np.testing.assert_array_equal(first.radiance, again.radiance)
+
+
+def test_numbers_are_data_and_structure_is_compiled(renderer: Renderer) -> None:
+    def programs_for(scene: rt.Scene) -> int:
+        before = len(renderer._programs)
+        renderer.render(scene, (8, 8), Settings())
+        return len(renderer._programs) - before
+
+    ball, other = rt.Sphere((0, 0, 0), 1), rt.Sphere((0.5, 0, 0), 1)
+    programs_for(scenes.of(ball - other))
+    moved = rt.Sphere((0.5, 1, 2), 3, rt.Material(kd=(1, 0, 0), h=5))
+    assert programs_for(scenes.of(moved - ball, eye=(1, 2, 9))) == 0
+    assert programs_for(scenes.of(~(ball | ~other | ball) & other)) == 2
+
+
+def test_the_depth_of_the_ground_holds_to_the_horizon_of_a_tilted_camera(renderer: Renderer) -> None:
+    ground = rt.Plane((0.1, 1, 0.05), 0.0)
+    camera = rt.Camera((3, 2, 6), (0, 1.7, 0), up=(0.4, 1, 0.1), vertical_fov=50)
+    check(renderer, rt.Scene([ground], [], camera), (640, 360), Settings())
+
+
+def test_a_leaf_used_twice_and_shared_parts_of_trees_are_no_obstacle(renderer: Renderer) -> None:
+    a, b = rt.Sphere((-0.5, 0, 0), 1, scenes.COLORS[0]), rt.Sphere((0.5, 0, 0), 1, scenes.COLORS[1])
+    lens = a & b
+    check(renderer, scenes.of((a - lens) | (lens - rt.Sphere((0, 0, 0), 0.5, scenes.COLORS[2]))), (96, 54), Settings())
