@@ -1,10 +1,10 @@
 """A GLSL ray tracer for constructive solid geometry that knows its own error.
 
-    import raytracer as rt
+import raytracer as rt
 
-    solid = (rt.Sphere((0, 0, 0), 1) | rt.Sphere((1, 0, 0), 1)) - rt.Sphere((0.5, 0.5, 0.5), 0.8)
-    scene = rt.Scene([solid], [rt.PointLight((4, 7, 4))], rt.Camera((0, 1, 5), (0, 0, 0)))
-    rt.render(scene, size=(640, 360), samples=16).save("solid.png")
+solid = (rt.Sphere((0, 0, 0), 1) | rt.Sphere((1, 0, 0), 1)) - rt.Sphere((0.5, 0.5, 0.5), 0.8)
+scene = rt.Scene([solid], [rt.PointLight((4, 7, 4))], rt.Camera((0, 1, 5), (0, 0, 0)))
+rt.render(scene, size=(640, 360), samples=16).save("solid.png")
 """
 
 from __future__ import annotations

@@ -93,9 +93,7 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument(
         "-o", "--output", metavar="OUT", required=True, help=".png (8-bit sRGB) or .npz (float32 arrays)"
     )
-    render.add_argument(
-        "--size", metavar="WxH", type=_size, default=(1280, 720), help="in pixels (default: 1280x720)"
-    )
+    render.add_argument("--size", metavar="WxH", type=_size, default=(1280, 720), help="in pixels (default: 1280x720)")
     render.add_argument("--samples", metavar="N", type=int, default=1, help="rays a pixel (default: 1)")
     render.add_argument("--shading", choices=get_args(Shading), help="for all materials (default: each one's own)")
     render.add_argument("--shadows", choices=get_args(Shadows), default="hard", help="default: hard")

@@ -34,16 +34,24 @@ class ContextError(RuntimeError):
     """No OpenGL context could be opened; the message lists what was tried, why it failed, and a remedy."""
 
 
-def open_context(backend: str | None = None) -> moderngl.Context:
-    """A new context by `backend`, or by RAYTRACER_BACKEND if None, or else by the first that opens.
+def backend_name(backend: str | None = None) -> str:
+    """`backend`, or what RAYTRACER_BACKEND says if None, or "auto".
 
-    Raises InputError for a name that is none of auto, egl, window, osmesa, ContextError if no
-    context opens.
+    Raises InputError for a name that is none of auto, egl, window, osmesa.
     """
     name = os.environ.get(VARIABLE) or "auto" if backend is None else backend
     if name not in get_args(Backend):
         where = VARIABLE if backend is None else "backend"
         raise InputError(f"{where}: expected one of {', '.join(get_args(Backend))}, got {name!r}")
+    return name
+
+
+def open_context(backend: str | None = None) -> moderngl.Context:
+    """A new context by `backend_name(backend)`; "auto" is the first that opens.
+
+    Raises InputError as `backend_name`, ContextError if no context opens.
+    """
+    name = backend_name(backend)
     names = list(_OPENERS) if name == "auto" else [name]
     failures = []
     for name in names:

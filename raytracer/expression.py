@@ -27,6 +27,12 @@ _BINARY: dict[str, tuple[int, Callable[[Solid, Solid], Solid]]] = {
 }
 
 
+def is_name(text: str) -> bool:
+    """Whether an expression can name a shape `text`."""
+    match = _TOKEN.fullmatch(text)
+    return match is not None and match["name"] == text
+
+
 def parse(text: str, shapes: Mapping[str, Solid]) -> Solid:
     """The solid that `text` describes, with names looked up in `shapes`.
 
@@ -51,6 +57,7 @@ def parse(text: str, shapes: Mapping[str, Solid]) -> Solid:
     while position < end:
         match = _TOKEN.match(text, position)
         if not match:
+            position += len(text[position:]) - len(text[position:].lstrip())
             raise _error(text, position, "a name or one of ( ) ~ | & -")
         position = match.end()
         token = match["name"] or match["mark"]

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from raytracer.glsl_source import ShaderError, Source, assemble, shaders_folder
-from raytracer.passes import release
+from raytracer.passes import release, set_uniforms
 from raytracer.renderer import Renderer, shared_renderer
 
 # Words of a row of the data textures: any driver of OpenGL 3.3 takes 1024, llvmpipe 16384.
@@ -214,19 +214,16 @@ def _run(renderer: Renderer, source: Source, data: NDArray[Any], returned: np.dt
     padded = np.zeros((max(1, -(-len(words) // _WIDTH)), _WIDTH), np.int32)
     padded.ravel()[: len(words)] = words
     total = len(data) * (returned.itemsize // 4)
-    rows = -(-total // _WIDTH)
     program = renderer.program(source)
-    texture = context.texture((_WIDTH, len(padded)), 1, padded.tobytes(), dtype="i4")
-    target = context.texture((_WIDTH, rows), 1, dtype="i4")
-    framebuffer = context.framebuffer([target])
-    array = context.vertex_array(program, [])
-    try:
+    with context:
+        texture = context.texture((_WIDTH, len(padded)), 1, padded.tobytes(), dtype="i4")
+        target = context.texture((_WIDTH, -(-total // _WIDTH)), 1, dtype="i4")
+        framebuffer = context.framebuffer([target])
+        array = context.vertex_array(program, [])
         framebuffer.use()
         texture.use(0)
-        if "data" in program:
-            program["data"] = 0
+        set_uniforms(program, data=0)
         array.render(moderngl.TRIANGLES, 3)
         answer = np.frombuffer(framebuffer.read(components=1, dtype="i4"), np.int32)[:total]
-    finally:
         release(context, array, framebuffer, target, texture)
     return answer.view(returned)

@@ -19,20 +19,22 @@ _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Materials": 2, "Lights": 3}
 
 
 class Passes:
-    """Targets of `target` (width, height) pixels, and the scene's numbers on the GPU. Release after use."""
+    """Targets of `target` (width, height) pixels, and the scene's numbers on the GPU, until closed.
+
+    `programs` are those of visibility.frag and shade.frag.
+    """
 
     def __init__(
         self,
         context: moderngl.Context,
-        visibility: moderngl.Program,
-        shade: moderngl.Program,
+        programs: tuple[moderngl.Program, moderngl.Program],
         scene: Scene,
         settings: Settings,
         size: tuple[int, int],
         target: tuple[int, int],
     ) -> None:
         self._context = context
-        self._programs = (visibility, shade)
+        self._programs = programs
         self._samples = settings.samples
         self._to_world = view_space.rotation(scene.camera).astype(np.float32)
         self._material_index = view_space.material_index(scene)
@@ -109,7 +111,7 @@ class Passes:
         image.depth[where] = np.where(surface < 0, np.float32(np.inf), seen[..., 3])
         image.material[where] = self._material_index[surface]
 
-    def release(self) -> None:
+    def close(self) -> None:
         """Give back everything on the GPU."""
         targets = (self._normal_depth, self._surface, self._radiance)
         release(self._context, *self._arrays, self._seen, self._light, *targets, *self._buffers.values())

@@ -257,7 +257,7 @@ def _radiance(
     def of_surface(value: Callable[[Any], Any]) -> Array:
         return np.array([value(material) for material in materials], float)[surface]
 
-    I = of_surface(lambda m: m.ka) * np.array(scene.ambient)  # noqa: E741
+    I = of_surface(lambda m: m.ka) * np.array(scene.ambient)
     kd, ks, h = of_surface(lambda m: m.kd), of_surface(lambda m: m.ks), of_surface(lambda m: m.h)
     is_phong = of_surface(lambda m: m.model == "phong") == 1.0
     for light in scene.lights:

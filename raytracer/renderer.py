@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 import moderngl
 import numpy as np
 
-from raytracer.context import open_context
+from raytracer.context import backend_name, open_context
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
 from raytracer.passes import Passes, Rectangle
@@ -27,6 +27,8 @@ TILE = 2048
 MAX_SIDE = 65536
 # llvmpipe's compile time triples with every two loops in a row: 2 s for 11, 5 s for 13, 16 s for 15.
 MAX_ROTH_LOOPS = 14
+# All trees are written out in one shader: llvmpipe compiles 100 primitives in 5 s, 300 in 34 s.
+MAX_PRIMITIVES = 512
 
 
 def render(
@@ -56,10 +58,15 @@ def render(
     return shared_renderer(backend).render(scene, size, settings, geometry=geometry, progress=progress)
 
 
-@functools.cache
+_shared: dict[str, Renderer] = {}
+
+
 def shared_renderer(backend: str | None = None) -> Renderer:
-    """The renderer on this process's one context of that kind."""
-    return Renderer(open_context(backend))
+    """The renderer on this process's one context of that kind, opened when first asked for."""
+    name = backend_name(backend)
+    if name not in _shared:
+        _shared[name] = Renderer(open_context(name))
+    return _shared[name]
 
 
 def check_size(size: Any) -> None:
@@ -117,16 +124,9 @@ class Renderer:
             },
         )
         tiles = list(_tiles(size, tile))
-        passes = Passes(
-            self.context,
-            self.program(visibility_source(scene, settings)),
-            self.program(shade_source(scene, settings)),
-            scene,
-            settings,
-            size,
-            target=(min(width, tile), min(height, tile)),
-        )
-        try:
+        programs = self.program(visibility_source(scene, settings)), self.program(shade_source(scene, settings))
+        target = min(width, tile), min(height, tile)
+        with self.context, closing(Passes(self.context, programs, scene, settings, size, target)) as passes:
             for i, rectangle in enumerate(tiles):
                 x, y, w, h = rectangle
                 where = slice(height - y - h, height - y), slice(x, x + w)
@@ -137,8 +137,6 @@ class Renderer:
                     if progress:
                         progress(i * settings.samples + k + 1, len(tiles) * settings.samples)
                 passes.read_radiance(image, where)
-        finally:
-            passes.release()
         return image
 
     def program(self, source: Source) -> moderngl.Program:
@@ -146,7 +144,8 @@ class Renderer:
         if source.text not in self._programs:
             vertex = assemble("screen.vert")
             try:
-                program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
+                with self.context:
+                    program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
             except moderngl.Error as error:
                 raise ShaderError(source.explain(str(error))) from None
             self._programs[source.text] = program
@@ -159,8 +158,11 @@ class Renderer:
                 f"evaluator: expected at most {MAX_ROTH_LOOPS} loops for roth (1 an object, |, & or ~, 2 a -), got "
                 f"{loops}; the evaluator walk has no such limit"
             )
+        primitives = len(surfaces(scene))
+        if primitives > MAX_PRIMITIVES:
+            raise InputError(f"expected at most {MAX_PRIMITIVES} primitives, got {primitives}")
         for what, count, size in (
-            ("primitives", len(surfaces(scene)), 48),  # their materials are the larger block
+            ("primitives", primitives, 48),  # their materials are the larger block
             ("lights", len(scene.lights), 32),
         ):
             if count * size > self._max_block:

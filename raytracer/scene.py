@@ -85,7 +85,7 @@ def _set(struct: msgspec.Struct, **values: Any) -> None:
         msgspec.structs.force_setattr(struct, name, value)
 
 
-class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True, repr_omit_defaults=True):
     """How a surface reflects: ambient, diffuse and specular factors, the highlight's exponent.
 
     `ka`, `kd`, `ks` are linear RGB in [0, 1e12], `h` is in [0, 1e6], `model` is "phong"
@@ -132,7 +132,7 @@ class Solid(msgspec.Struct, frozen=True):
         return Complement(self)
 
 
-class Sphere(Solid, frozen=True):
+class Sphere(Solid, frozen=True, repr_omit_defaults=True):
     """The ball around `center` with `radius` in [1e-12, 1e12]."""
 
     center: Vec3
@@ -149,7 +149,7 @@ class Sphere(Solid, frozen=True):
         )
 
 
-class Plane(Solid, frozen=True):
+class Plane(Solid, frozen=True, repr_omit_defaults=True):
     """The solid half-space dot(normal, x) <= offset; `normal` need not be a unit vector."""
 
     normal: Vec3

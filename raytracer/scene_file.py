@@ -108,7 +108,7 @@ def loads(text: str, name: str = "scene") -> Scene:
         raise InputError("expected TOML without deep nesting or numbers of thousands of digits") from None
     table = _convert(raw, _SceneTable, "")
     materials = {key: _material(value, key) for key, value in table.materials.items()}
-    shapes = {key: _shape(value, f"shapes.{key}", materials) for key, value in table.shapes.items()}
+    shapes = {key: _shape(value, key, materials) for key, value in table.shapes.items()}
     objects = [_object(text, key, shapes, table.objects) for key, text in table.objects.items()]
     _warn_of_unused(shapes, objects)
     options = {key: getattr(table, key) for key in ("ambient", "background") if getattr(table, key) is not None}
@@ -149,7 +149,10 @@ def _material(value: Any, key: str) -> Material:
     return msgspec.structs.replace(_convert(value, Material, where), name=key)
 
 
-def _shape(value: Any, key: str, materials: dict[str, Material]) -> Primitive:
+def _shape(value: Any, name: str, materials: dict[str, Material]) -> Primitive:
+    key = f"shapes.{name}"
+    if not expression.is_name(name):
+        raise InputError(f'{key}: expected a name of letters, digits and "_" that begins with no digit')
     table = _convert(value, _ShapeTable, key)
     if table.material not in materials:
         raise InputError(f"{key}.material: expected the name of a material, got {table.material[:40]!r}")

@@ -221,7 +221,7 @@ def _walk(trees: list[_Tree], spheres: int) -> list[str]:
         "        if (next >= end) return end;",
         "        at = next;",
         "    }",
-        "    // Whose surface: that of the first object that changes, and in it, of an operator's first operand that does.",
+        "    // Whose surface: the first object's that changes, and in it, an operator's first operand's that does.",
         *owner,
         *(f"    {'else ' if k != objects[0] else ''}if (b{k} != a{k}) mat = o{k};" for k in objects),
         "    P = ray.ro + at * ray.rd;",

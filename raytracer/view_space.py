@@ -16,9 +16,7 @@ from raytracer.settings import Settings
 from raytracer.shader import surfaces
 
 # std140 layout of struct Material (material.glsl) and struct Light (light.glsl).
-_MATERIAL = np.dtype(
-    [("ka", "f4", 3), ("h", "f4"), ("kd", "f4", 3), ("model", "i4"), ("ks", "f4", 3), ("pad", "f4")]
-)
+_MATERIAL = np.dtype([("ka", "f4", 3), ("h", "f4"), ("kd", "f4", 3), ("model", "i4"), ("ks", "f4", 3), ("pad", "f4")])
 _LIGHT = np.dtype([("position", "f4", 3), ("pad0", "f4"), ("color", "f4", 3), ("pad1", "f4")])
 
 
@@ -37,9 +35,10 @@ def surfaces_block(scene: Scene) -> bytes:
 
 def _packed(surface: Primitive, R: NDArray[np.float64], eye: NDArray[np.float64]) -> list[float]:
     if isinstance(surface, Sphere):
-        return [*(R @ (np.array(surface.center) - eye)), surface.radius]
+        return [*(R @ (np.array(surface.center) - eye)).tolist(), surface.radius]
     normal = _unit(surface.normal)
-    return [*(R @ normal), surface.offset / math.hypot(*surface.normal) - normal @ eye]
+    offset = surface.offset / math.hypot(*surface.normal) - float(normal @ eye)
+    return [*(R @ normal).tolist(), offset]
 
 
 def _unit(vector: Vec3) -> NDArray[np.float64]:

@@ -2,21 +2,19 @@
 
 from collections.abc import Iterator
 
-import moderngl
 import pytest
 
-from raytracer.renderer import Renderer, shared_renderer
+from raytracer.renderer import Renderer, _shared, shared_renderer
 
 
 @pytest.fixture
-def renderer() -> Iterator[Renderer]:
+def renderer() -> Renderer:
     """The session's renderer, on the backend that RAYTRACER_BACKEND names. No context is a failure."""
-    shared = shared_renderer()
-    assert shared.context.error == "GL_NO_ERROR"
-    yield shared
-    assert shared.context.error == "GL_NO_ERROR"
+    return shared_renderer()
 
 
-@pytest.fixture
-def context(renderer: Renderer) -> moderngl.Context:
-    return renderer.context
+@pytest.fixture(autouse=True)
+def no_opengl_error() -> Iterator[None]:
+    yield
+    for shared in _shared.values():
+        assert shared.context.error == "GL_NO_ERROR"

@@ -2,6 +2,7 @@
 solution of the same assignment, one test each (its hit lists lost surfaces in seven ways)."""
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -66,11 +67,11 @@ def test_a_filter_is_the_set_operation(renderer: Renderer, name: str, logic: Cal
     results = crossings(glsl.call(name, roth(*a), roth(*b), defines=HITS, renderer=renderer))
     for one, other, result in zip(a, b, results, strict=True):
         assert len(result) % 2 == 0
-        assert all(s < t for s, t in zip(result, result[1:], strict=False)), "strictly increasing"
+        assert all(s < t for s, t in pairwise(result)), "strictly increasing"
         for t in np.arange(-9.5, 10.5):
             assert inside(result, t) == logic(inside(one, t), inside(other, t)), (one, other, result, t)
         ends = [-INF, *np.arange(-9.5, 10.5), INF]
-        changes = sum(inside(result, s) != inside(result, t) for s, t in zip(ends[1:-1], ends[2:-1], strict=False))
+        changes = sum(inside(result, s) != inside(result, t) for s, t in pairwise(ends[1:-1]))
         assert changes == sum(abs(t) != INF for t in result), "no crossing that does not change anything"
 
 

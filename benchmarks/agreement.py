@@ -1,0 +1,69 @@
+"""How far the GPU's pictures are from the float64 reference's, and what samples cost: the README's tables.
+
+    python -m benchmarks.agreement
+"""
+
+import platform
+import statistics
+import time
+
+import numpy as np
+from rich.progress import track
+
+import raytracer as rt
+from raytracer import reference
+from raytracer.renderer import Renderer, shared_renderer
+from raytracer.settings import Settings
+from tests import scenes
+
+DOUBT = 1e-4
+SIZE = (1280, 720)
+
+
+def differences(renderer: Renderer, scene: rt.Scene, size: tuple[int, int]) -> tuple[float, float, int, int]:
+    """Largest relative depth error, largest normal error, wrong pixels, doubtful pixels."""
+    image, truth = renderer.render(scene, size, Settings()), reference.render(scene, size, Settings(shadows="off"))
+    assert image.depth is not None and image.normal is not None
+    assert truth.depth is not None and truth.normal is not None
+    doubtful = reference.near_tangent_or_tie(scene, size, DOUBT)
+    right = image.material == truth.material
+    sure = ~doubtful & right & np.isfinite(truth.depth)
+    depth = np.abs(image.depth[sure] / truth.depth[sure] - 1).max(initial=0)
+    normal = np.abs(image.normal[sure] - truth.normal[sure]).max(initial=0)
+    return float(depth), float(normal), int((~right & ~doubtful).sum()), int(doubtful.sum())
+
+
+def main() -> None:
+    """Measure and print."""
+    renderer = shared_renderer()
+    print(f"{renderer.context.info['GL_RENDERER']}, {renderer.context.info['GL_VERSION']}, {platform.machine()}\n")
+    assignment = scenes.assignment()
+
+    depth, normal, wrong, doubtful = differences(renderer, assignment, SIZE)
+    print(f"assignment, 1280x720: depth {depth:.1e}, normal {normal:.1e}, wrong {wrong}, doubtful {doubtful}")
+    found = [
+        differences(renderer, scenes.random_scene(seed), (128, 72)) for seed in track(range(200), "200 random scenes")
+    ]
+    depth, normal = max(row[0] for row in found), max(row[1] for row in found)
+    wrong, doubtful = sum(row[2] for row in found), sum(row[3] for row in found)
+    print(f"200 random scenes, 128x72: depth {depth:.1e}, normal {normal:.1e}, wrong {wrong}, doubtful {doubtful}")
+
+    settings = Settings(samples=16)
+    picture = renderer.render(assignment, SIZE, settings).srgb8().astype(int)
+    off = np.abs(picture - reference.render(assignment, SIZE, settings).srgb8())
+    print(f"assignment's picture, 16 samples, 1280x720: at most {off.max()} of 255, {(off > 2).sum()} values above 2\n")
+
+    print("| samples | median ms of 5 | root mean square error against 1024 samples |\n|---|---|---|")
+    truth = renderer.render(assignment, SIZE, Settings(samples=1024), geometry=False).radiance
+    for samples in (1, 4, 16, 64):
+        times = []
+        for _ in range(5):
+            start = time.perf_counter()
+            image = renderer.render(assignment, SIZE, Settings(samples=samples), geometry=False)
+            times.append(1000 * (time.perf_counter() - start))
+        error = np.sqrt(np.mean((image.radiance - truth) ** 2))
+        print(f"| {samples} | {statistics.median(times):.0f} | {error:.1e} |")
+
+
+if __name__ == "__main__":
+    main()

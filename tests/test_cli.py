@@ -1,0 +1,153 @@
+"""The command line: statuses, messages, and files that are written whole or not at all."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image as Pillow
+
+import raytracer
+from raytracer.cli import main
+from raytracer.film import written_whole
+
+from . import scenes
+
+SCENE = str(scenes.ASSIGNMENT)
+
+
+def test_render_writes_a_png_with_the_scene_the_settings_and_the_version(tmp_path: Path) -> None:
+    out = tmp_path / "a.png"
+    assert main(["render", SCENE, "-o", str(out), "--size", "32x18", "--samples", "2", "--shading", "blinn"]) == 0
+    with Pillow.open(out) as picture:
+        assert picture.size == (32, 18) and picture.mode == "RGB"
+        text = {key: str(value) for key, value in picture.info.items()}
+    assert text["Title"] == "assignment" and text["Software"] == f"raytracer {raytracer.__version__}"
+    assert "32x18" in text["Description"] and "samples=2" in text["Description"] and "blinn" in text["Description"]
+    assert list(tmp_path.iterdir()) == [out]
+
+
+def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> None:
+    out = tmp_path / "a.npz"
+    assert main(["render", SCENE, "-o", str(out), "--size", "32x18"]) == 0
+    with np.load(out) as arrays:
+        shapes = {name: (array.shape, array.dtype.str) for name, array in arrays.items()}
+        sky, ground = arrays["depth"][0, 0], arrays["depth"][-1, 0]
+        materials = arrays["material"]
+    assert shapes == {
+        "radiance": ((18, 32, 3), "<f4"),
+        "depth": ((18, 32), "<f4"),
+        "normal": ((18, 32, 3), "<f4"),
+        "material": ((18, 32), "<i4"),
+    }
+    assert np.isinf(sky) and np.isfinite(ground), "top row first"
+    assert materials[0, 0] == -1 and materials[-1, 0] == 3, "the file's materials in order"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ([], "COMMAND"),
+        (["paint"], "paint"),
+        (["render"], "SCENE"),
+        (["render", SCENE], "-o"),
+        (["render", "nowhere.toml", "-o", "{tmp}/a.png"], "nowhere.toml"),
+        (["render", "/", "-o", "{tmp}/a.png"], "directory"),
+        (["render", "/dev/zero", "-o", "{tmp}/a.png"], "at most"),
+        (["render", SCENE, "-o", "{tmp}/a.jpg"], "ends in .png or .npz"),
+        (["render", SCENE, "-o", "{tmp}/a"], "ends in .png or .npz"),
+        (["render", SCENE, "-o", "{tmp}/nowhere/a.png"], "a folder that exists"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--size", "12"], "WIDTHxHEIGHT"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--size", "0x5"], "size"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--size", "-1x5"], "size"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--size", "99999999999x1"], "size"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--size", "65536x65536"], "GiB"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--samples", "0"], "samples"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--samples", "many"], "samples"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--shading", "gouraud"], "gouraud"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--shadows", "long"], "long"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--backend", "vulkan"], "egl, window, osmesa"),
+    ],
+)
+def test_wrong_input_is_status_2_and_one_line(
+    arguments: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([argument.replace("{tmp}", str(tmp_path)) for argument in arguments]) == 2
+    errors = capsys.readouterr().err
+    assert says in errors and errors.count("\n") == 1 and errors.startswith("raytracer: ")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", [[], ["render"], ["doctor"], ["view"]])
+def test_help_shows_examples(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main([*command, "--help"])
+    assert end.value.code == 0
+    assert "examples:\n  raytracer " in capsys.readouterr().out
+
+
+def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+    out = tmp_path / "a.png"
+    out.write_bytes(b"before")
+    with pytest.raises(RuntimeError), written_whole(out) as file:
+        file.write(b"half")
+        raise RuntimeError
+    assert out.read_bytes() == b"before" and list(tmp_path.iterdir()) == [out]
+    with written_whole(out) as file:
+        file.write(b"all of it")
+    assert out.read_bytes() == b"all of it" and list(tmp_path.iterdir()) == [out]
+
+
+def start(*arguments: str, terminal: int | None = None) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", "raytracer", *arguments]
+    errors = subprocess.PIPE if terminal is None else terminal
+    return subprocess.Popen(command, cwd=scenes.CHECKOUT, stderr=errors, start_new_session=True)
+
+
+def test_ctrl_c_stops_cleanly_and_writes_nothing(tmp_path: Path) -> None:
+    out = tmp_path / "a.png"
+    process = start("render", SCENE, "-o", str(out), "--samples", "60000")
+    time.sleep(4)
+    assert process.poll() is None, "still rendering"
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 1 and errors == b"raytracer: interrupted, nothing written\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_progress_is_shown_on_a_terminal(tmp_path: Path) -> None:
+    leader, terminal = os.openpty()
+    process = start("render", SCENE, "-o", str(tmp_path / "a.png"), "--samples", "100", terminal=terminal)
+    os.close(terminal)
+    shown = b""
+    while True:
+        try:
+            data = os.read(leader, 4096)
+        except OSError:  # Linux: the other end is closed
+            break
+        if not data:
+            break
+        shown += data
+    os.close(leader)
+    assert process.wait(timeout=120) == 0
+    assert b"rendering a.png" in shown and b"%" in shown
+
+
+def test_no_context_is_status_1_and_says_what_was_tried(tmp_path: Path) -> None:
+    environment = {**os.environ, "__EGL_VENDOR_LIBRARY_FILENAMES": "/nowhere", "RAYTRACER_BACKEND": "egl"}
+    command = [sys.executable, "-m", "raytracer", "render", SCENE, "-o", str(tmp_path / "a.png"), "--size", "8x8"]
+    done = subprocess.run(command, env=environment, cwd=scenes.CHECKOUT, capture_output=True, text=True)
+    assert done.returncode == 1 and "Traceback" not in done.stderr
+    assert "egl: " in done.stderr and "apt-get install" in done.stderr and "libegl1" in done.stderr
+
+
+def test_doctor_names_each_way_and_the_driver() -> None:
+    command = [sys.executable, "-m", "raytracer", "doctor"]
+    done = subprocess.run(command, cwd=scenes.CHECKOUT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    for word in ("egl", "window", "osmesa", "Mesa", "16384"):
+        assert word in done.stdout

@@ -1,0 +1,69 @@
+"""GLSL functions called over arrays give what the functions give."""
+
+import numpy as np
+import pytest
+
+from raytracer import glsl
+from raytracer.glsl_source import ShaderError
+from raytracer.renderer import Renderer
+
+pytestmark = pytest.mark.gl
+
+
+def test_scalars_vectors_and_booleans_go_in_and_out(renderer: Renderer) -> None:
+    spans = np.array([(0, 1), (2, 3), (-1, 0.5)], np.float32)
+    np.testing.assert_array_equal(glsl.call("isInside", spans, 0.5, renderer=renderer), [True, False, False])
+    np.testing.assert_array_equal(glsl.call("isBefore", spans, 0.5, renderer=renderer), [True, False, True])
+    result = glsl.call("nextRoot", spans, 0.5, np.float32(9), renderer=renderer)
+    assert result.dtype == np.float32
+    np.testing.assert_array_equal(result, [1, 2, 9])
+
+
+def test_a_hundred_thousand_elements_keep_their_order_and_bits(renderer: Renderer) -> None:
+    x = np.random.default_rng(0).uniform(0, 1, 100_003).astype(np.float32)
+    np.testing.assert_array_equal(glsl.call("power", x, 1.0, renderer=renderer)[x == 0], 0)
+    span = np.stack([x, x + 1], axis=1)
+    np.testing.assert_array_equal(glsl.call("nextRoot", span, -1.0, 5.0, renderer=renderer), x)
+
+
+def test_structs_with_arrays_of_structs_are_structured_arrays(renderer: Renderer) -> None:
+    dtype = glsl.dtype("Roth", {"MAX_HITS": 4})
+    assert dtype["hit"].shape == (4,) and dtype["hit"].base.names == ("t", "normal", "mat")
+    a = np.zeros(3, dtype)
+    a["n"], a["hit"]["t"][:, :2], a["hit"]["mat"][:, :2] = 2, (1, 2), (5, 6)
+    b = glsl.call("complementCSG", a, defines={"MAX_HITS": 4}, renderer=renderer)
+    np.testing.assert_array_equal(b["n"], [4, 4, 4])
+    np.testing.assert_array_equal(b["hit"]["mat"][:, 1:3], [(5, 6)] * 3)
+
+
+def test_inout_parameters_come_back(renderer: Renderer) -> None:
+    roth, hit = glsl.dtype("Roth"), glsl.dtype("Hit")
+    r = np.zeros(2, roth)
+    r["n"], r["hit"]["t"][:, :2] = 2, [(-1, 3), (1, 4)]
+    nearest = np.zeros(1, hit)
+    nearest["t"] = 2
+    result = glsl.call("firstHit", r, nearest, renderer=renderer)
+    np.testing.assert_array_equal(result["t"], [2, 1])
+
+
+def test_wrong_calls_say_what_is_expected(renderer: Renderer) -> None:
+    with pytest.raises(TypeError, match=r"nextRoot\(vec2 span, float t, float next\) takes 3 arguments, got 1"):
+        glsl.call("nextRoot", 1, renderer=renderer)
+    with pytest.raises(ValueError, match=r"span: expected an array of shape \(N, 2\)"):
+        glsl.call("isInside", np.zeros((4, 3)), 0.0, renderer=renderer)
+    with pytest.raises(ValueError, match="4 elements or one"):
+        glsl.call("isInside", np.zeros((4, 2)), np.zeros(3), renderer=renderer)
+    with pytest.raises(ShaderError, match="no function or struct nothing"):
+        glsl.call("nothing", renderer=renderer)
+
+
+def test_phong_and_blinn_are_the_lectures_formulas(renderer: Renderer) -> None:
+    rng = np.random.default_rng(5)
+    N, L, V = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in rng.normal(size=(3, 2000, 3)))
+    L *= np.sign(np.sum(N * L, axis=1, keepdims=True))
+    R = 2 * np.sum(N * L, axis=1, keepdims=True) * N - L
+    H = (L + V) / np.linalg.norm(L + V, axis=1, keepdims=True)
+    for h in (0.0, 1.0, 32.0):
+        phong, blinn = (glsl.call(model, N, L, V, h, renderer=renderer) for model in ("phong", "blinn"))
+        np.testing.assert_allclose(phong, np.maximum(np.sum(R * V, axis=1), 0) ** h, atol=2e-5)
+        np.testing.assert_allclose(blinn, np.maximum(np.sum(N * H, axis=1), 0) ** h, atol=2e-5)

@@ -1,0 +1,185 @@
+"""Scene files: what is right loads, what is wrong is refused in one line that says where."""
+
+import contextlib
+import io
+import random
+import warnings
+from pathlib import Path
+
+import pytest
+
+import raytracer as rt
+from raytracer.cli import main
+from raytracer.scene_file import examples, load, loads
+
+from . import scenes
+
+GOOD = """\
+background = [0.5, 0.7, 0.9]
+[camera]
+position = [0, 3, 6]
+look_at = [0, 2, 0]
+[[lights]]
+position = [4.0, 7.0, 4.0]
+[materials.red]
+kd = [0.64, 0.08, 0.08]
+[shapes.a]
+sphere = { center = [-1.0, 2.0, 0.0], radius = 1.5 }
+material = "red"
+[shapes.b]
+plane = { normal = [0, 1, 0], offset = 0.0 }
+material = "red"
+[objects]
+one = "a - b"
+"""
+
+
+def test_the_assignment_is_the_scene_of_the_assignment() -> None:
+    scene = scenes.assignment()
+    red, blue, green, grey = scene.materials
+    assert [m.name for m in scene.materials] == ["red", "blue", "green", "grey"]
+    lens = rt.Sphere((-1, 2, 0), 1.5, red) & rt.Sphere((1, 2, 0), 1.5, red)
+    solid = (lens | rt.Sphere((0, 2.7, -0.3), 0.8, blue)) - rt.Sphere((0, 2.8, 0.3), 0.8, green)
+    assert scene.objects == (solid, rt.Plane((0, 1, 0), 0.0, grey))
+    assert scene.name == "assignment" and scene.lights == (rt.PointLight((4, 7, 4)),)
+
+
+def test_an_example_loads_by_its_bare_name() -> None:
+    assert "assignment" in examples() and load("assignment") == scenes.assignment()
+
+
+def test_a_shape_that_no_object_uses_is_a_warning() -> None:
+    with pytest.warns(UserWarning, match="no object uses the shape b"):
+        loads(GOOD.replace('"a - b"', '"a"'))
+
+
+def test_two_materials_of_equal_numbers_stay_two() -> None:
+    text = GOOD.replace("[shapes.b]", "[materials.twin]\nkd = [0.64, 0.08, 0.08]\n[shapes.b]")
+    assert [m.name for m in loads(text).materials] == ["red", "twin"]
+
+
+# What is replaced, by what, and what the one line must then say.
+BAD = [
+    ("background", "backgroud", "unknown field `backgroud`"),
+    ("look_at = [0, 2, 0]", "look_at = [0, 2, 0]\nzoom = 2", "camera: object contains unknown field `zoom`"),
+    ("kd = ", "diffuse = ", "materials.red: object contains unknown field `diffuse`"),
+    ("radius = 1.5", "radius = 1.5, hole = 1", "shapes.a.sphere: object contains unknown field `hole`"),
+    ("position = [0, 3, 6]", 'position = "here"', "camera.position: expected `array`, got `str`"),
+    ("position = [0, 3, 6]", "position = [0, 3]", "camera.position"),
+    ("radius = 1.5", "radius = true", "shapes.a.sphere.radius"),
+    ("radius = 1.5", "radius = 0", "shapes.a.sphere.radius: expected a number above 0"),
+    ("radius = 1.5", "radius = -1.5", "shapes.a.sphere.radius: expected a number above 0"),
+    ("radius = 1.5", "radius = nan", "shapes.a.sphere.radius"),
+    ("radius = 1.5", "radius = inf", "shapes.a.sphere.radius"),
+    ("radius = 1.5", "radius = 1e300", "shapes.a.sphere.radius"),
+    ("radius = 1.5", "radius = 1" + "0" * 400, "shapes.a.sphere.radius"),
+    ("radius = 1.5", "radius = 1" + "0" * 5000, "digits"),
+    ("-1.0, 2.0, 0.0", "-1.0, nan, 0.0", "shapes.a.sphere.center"),
+    ("kd = [0.64, 0.08", "kd = [0.64, -0.08", "materials.red.kd"),
+    ("kd = ", "h = -1\nkd = ", "materials.red.h"),
+    ("kd = ", 'model = "gouraud"\nkd = ', "materials.red.model"),
+    ("position = [4.0", "color = [1, 1, -1]\nposition = [4.0", "lights[0].color"),
+    ("position = [4.0", "position = [inf", "lights[0].position"),
+    ("normal = [0, 1, 0]", "normal = [0, 0, 0]", "shapes.b.plane.normal"),
+    ("look_at = [0, 2, 0]", "look_at = [0, 2, 0]\nvertical_fov = 180", "camera.vertical_fov"),
+    ("look_at = [0, 2, 0]", "look_at = [0, 2, 0]\nvertical_fov = 0", "camera.vertical_fov"),
+    ("look_at = [0, 2, 0]", "look_at = [0, 3, 6]", "camera.look_at"),
+    ("look_at = [0, 2, 0]", "look_at = [0, 9, 6]", "camera.up"),
+    ("[camera]\nposition = [0, 3, 6]\nlook_at = [0, 2, 0]", "", "missing required field `camera`"),
+    ('[objects]\none = "a - b"', "", "missing required field `objects`"),
+    ('one = "a - b"', "", "objects: expected at least one"),
+    ('material = "red"', 'material = "rot"', "shapes.a.material"),
+    ('"a - b"', '"a - c"', 'objects.one: expected the name of a shape, got "c"'),
+    ('"a - b"', '"a - one"', 'objects.one: expected the name of a shape, got "one" (an object'),
+    ('"a - b"', '"a b"', "objects.one: column 3"),
+    ('"a - b"', '""', "objects.one: column 1"),
+    ('"a - b"', '"(a"', "objects.one: column 3"),
+    ('"a - b"', '"a + b"', "objects.one: column 3"),
+    ('"a - b"', '"' + "(" * 10_000 + "a" + ")" * 10_000 + '"', "objects.one: column 201"),
+    ('"a - b"', '"' + "~" * 10_000 + 'a"', "objects.one: column 201"),
+    ('"a - b"', '"a' + " | a" * 250_000 + '"', "objects.one: expected an expression of at most"),
+    ('"a - b"', '"a' + " | a" * 100_000 + '"', "objects: expected at most 65536 primitives"),
+    ('"a - b"', '"a - b' + " | a" * 20_000 + '"', "expected at most 512 primitives"),
+    ('"a - b"', "\"__import__('os').system('true')\"", 'objects.one: expected the name of a shape, got "__import__"'),
+    ('"a - b"', '"vec3(1.0); } void main() {"', 'objects.one: expected the name of a shape, got "vec3"'),
+    ('"a - b"', "3", "objects"),
+    ("[shapes.a]", "[shapes.a]\nplane = { normal = [0, 1, 0], offset = 0 }", "one of sphere or plane"),
+    ("sphere = { center = [-1.0, 2.0, 0.0], radius = 1.5 }", "", "shapes.a: expected one of sphere or plane"),
+    ("[shapes.a]", '[shapes."a b"]', 'shapes.a b: expected a name of letters, digits and "_"'),
+    ("[objects]", "[objects", "expected TOML"),
+    ("background = ", "background = " + "[" * 5000, "expected TOML"),
+]
+
+
+def status_of(path: Path, *options: str) -> tuple[int, str]:
+    """Exit status and standard error of rendering `path`."""
+    errors = io.StringIO()
+    with contextlib.redirect_stderr(errors):
+        status = main(["render", str(path), "-o", str(path.with_suffix(".png")), "--size", "8x8", *options])
+    return status, errors.getvalue()
+
+
+@pytest.mark.parametrize(("old", "new", "says"), BAD, ids=[says[:40] for _, _, says in BAD])
+def test_a_bad_scene_file_is_refused_in_one_line(tmp_path: Path, old: str, new: str, says: str) -> None:
+    assert old in GOOD
+    path = tmp_path / "scene.toml"
+    path.write_text(GOOD.replace(old, new, 1))
+    status, errors = status_of(path)
+    assert status == 2
+    assert errors.startswith(f"raytracer: {path}: ") and errors.count("\n") == 1 and len(errors) < 400
+    assert says in errors
+    assert list(tmp_path.iterdir()) == [path], "nothing written"
+
+
+def test_more_than_a_driver_or_an_evaluator_takes_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(GOOD + "[[lights]]\nposition = [1, 2, 3]\n" * 5000)
+    status, errors = status_of(path)
+    assert status == 2 and "lights (this driver's uniform block), got 5001" in errors
+    path.write_text(GOOD.replace('"a - b"', '"a' + " - a" * 30 + '"'))
+    status, errors = status_of(path, "--evaluator", "roth")
+    assert status == 2 and "walk" in errors
+
+
+@pytest.mark.parametrize("data", [b"\xff\xfe", b"\x00" * 100, b""])
+def test_bytes_that_are_no_scene_are_refused(tmp_path: Path, data: bytes) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(data)
+    status, errors = status_of(path)
+    assert status == 2 and errors.count("\n") == 1
+
+
+def test_a_control_character_in_a_name_does_not_reach_the_terminal(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(GOOD.replace("[shapes.a]", '[shapes."\\u001b[2J\\n"]'))
+    status, errors = status_of(path)
+    assert status == 2 and errors.count("\n") == 1 and "\x1b" not in errors
+
+
+def test_two_thousand_mutated_scene_files_end_in_status_0_or_2(tmp_path: Path) -> None:
+    rng = random.Random(2)
+    path = tmp_path / "scene.toml"
+    pieces = ["[", "]", "{", "}", "=", '"', "-", "1e999", "nan", "0", "-1", "a", "~", "|", "(", ")", "\n", "[objects]"]
+    text = scenes.ASSIGNMENT.read_text()
+    statuses = []
+    for _ in range(2000):
+        characters = list(text)
+        for _ in range(rng.choice((1, 1, 1, 2, 5))):
+            i = rng.randrange(len(characters))
+            match rng.randrange(4):
+                case 0:
+                    characters[i] = chr(rng.choice((rng.randrange(32, 127), rng.randrange(0x110000 - 0x800))))
+                case 1:
+                    del characters[i : i + rng.choice((1, 3, 40))]
+                case 2:
+                    characters.insert(i, rng.choice(pieces))
+                case 3:
+                    characters[i:i] = characters[i : i + rng.randrange(60)]
+        path.write_text("".join(characters), encoding="utf-8", errors="replace")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            status, errors = status_of(path)
+        assert status in (0, 2), errors
+        assert errors.count("\n") <= 2 and "Traceback" not in errors  # a warning, an error
+        statuses.append(status)
+    assert 100 < statuses.count(0) < 1900

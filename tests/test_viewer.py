@@ -1,0 +1,141 @@
+"""The window, on an X server of its own: what it shows, what a drag and the keys do, how it ends."""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import ImageGrab
+
+import raytracer as rt
+from raytracer.scene import MAX_LENGTH
+from raytracer.viewer import dragged
+
+CHECKOUT = Path(__file__).parent.parent
+SCENE = "assets/scenes/assignment.toml"
+SIZE = (1280, 720)
+COMMAND = (sys.executable, "-m", "raytracer", "view", SCENE)
+# What would lead to another window system than the one that the test gives.
+SESSION = ("DISPLAY", "WAYLAND_DISPLAY", "XDG_SESSION_TYPE")
+# For what takes a few seconds on two slow cores.
+TIMEOUT = 180.0
+
+BALL = rt.Sphere((1.0, 2.0, 3.0), 0.5)
+CAMERA = rt.Camera(position=(4.0, 6.0, 9.0), look_at=(1.0, 2.0, 3.0))
+LOOK_AT = np.array(CAMERA.look_at)
+RIGHT, UP, FORWARD = np.array(CAMERA.axes())
+
+
+@pytest.fixture
+def display() -> Iterator[str]:
+    """The name of a display as large as the window; without a window manager the window fills it."""
+    for program in ("Xvfb", "xdotool"):
+        assert shutil.which(program), f"{program} is missing: apt-get install xvfb xdotool"
+    read, write = os.pipe()
+    screen = f"{SIZE[0]}x{SIZE[1]}x24"
+    command = ("Xvfb", "-displayfd", str(write), "-screen", "0", screen, "-noreset", "-nolisten", "tcp")
+    server = subprocess.Popen(command, pass_fds=[write])
+    os.close(write)
+    try:
+        with open(read) as pipe:
+            number = pipe.readline().strip()
+        assert number, "Xvfb did not start"
+        yield f":{number}"
+    finally:
+        server.terminate()
+        server.wait(TIMEOUT)
+
+
+def environment(**variables: str) -> dict[str, str]:
+    return {name: value for name, value in os.environ.items() if name not in SESSION} | variables
+
+
+def differ(a: np.ndarray, b: np.ndarray) -> bool:
+    """Another device may see a few pixels on edges differently: less than 16 samples and 1 do, whose mean is 0.06."""
+    return bool(np.abs(a.astype(int) - b.astype(int)).mean() > 0.02)
+
+
+@pytest.mark.window
+def test_the_window_shows_what_render_makes_and_follows_drags_and_keys_until_escape(display: str) -> None:
+    scene = rt.load(CHECKOUT / SCENE)
+    turned = dragged(scene, math.radians(180 * 200 / SIZE[1]), math.radians(180 * 100 / SIZE[1]))
+    drag = "mousemove 640 360 mousedown 1 mousemove 700 340 mousemove 840 260 mouseup 1"
+    steps = (
+        ("mousemove 640 360", rt.render(scene, SIZE, geometry=False)),
+        (drag, rt.render(turned, SIZE, geometry=False)),
+        ("key b", rt.render(turned, SIZE, shading="blinn", geometry=False)),
+        ("key s", rt.render(turned, SIZE, shading="blinn", shadows="diluted", geometry=False)),
+        ("key s", rt.render(turned, SIZE, shading="blinn", shadows="off", geometry=False)),
+        ("key s key b", rt.render(turned, SIZE, geometry=False)),
+        ("key a", rt.render(turned, SIZE, samples=16, geometry=False)),
+    )
+    variables = environment(DISPLAY=display)
+    shown = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
+    with subprocess.Popen(COMMAND, cwd=CHECKOUT, env=variables, stderr=subprocess.PIPE, text=True) as viewer:
+        try:
+            for actions, image in steps:
+                wanted, deadline = image.srgb8(), time.monotonic() + TIMEOUT
+                assert differ(shown, wanted), f"{actions!r} would be seen in no picture"
+                subprocess.run(("xdotool", *actions.split()), env=variables, check=True)
+                while differ(shown, wanted):
+                    assert viewer.poll() is None, viewer.communicate()[1]
+                    assert time.monotonic() < deadline, f"not the picture that is due after {actions!r}"
+                    time.sleep(0.2)
+                    shown = np.asarray(ImageGrab.grab(xdisplay=display).convert("RGB"))
+            subprocess.run(("xdotool", "key", "Escape"), env=variables, check=True)
+            assert viewer.communicate(timeout=TIMEOUT)[1] == ""
+            assert viewer.returncode == 0
+        finally:
+            viewer.kill()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a display is always there")
+def test_without_a_display_the_message_is_plain_and_names_render() -> None:
+    done = subprocess.run(COMMAND, cwd=CHECKOUT, env=environment(), capture_output=True, text=True, timeout=TIMEOUT)
+    assert done.returncode == 1
+    assert done.stderr.startswith("raytracer: there is no window here: ")
+    assert "`raytracer render" in done.stderr
+    assert "Traceback" not in done.stderr and "b'" not in done.stderr
+
+
+@pytest.mark.parametrize("direction", [-FORWARD, FORWARD, UP, RIGHT + UP, FORWARD + 0.1 * UP, [0.0, 1.0, 0.0]])
+@pytest.mark.parametrize("radius", [1e-6, 5.0, 1e6])
+def test_the_light_follows_the_drag_as_the_camera_sees_it(direction: list[float], radius: float) -> None:
+    start = LOOK_AT + radius * np.array(direction) / np.linalg.norm(direction)
+    scene = rt.Scene([BALL], [rt.PointLight(tuple(start)), rt.PointLight((0, 9, 0))], CAMERA)
+    for right, up in ((0.01, 0.0), (-0.01, 0.0), (0.0, 0.01), (0.0, -0.01)):
+        seen = right * RIGHT + up * UP
+        if np.linalg.norm(np.cross(seen, direction)) < 1e-9:
+            continue  # it is already as far that way as the sphere goes
+        moved = dragged(scene, right, up)
+        step = np.array(moved.lights[0].position) - start
+        assert step @ seen > 0.0
+        assert np.linalg.norm(step) == pytest.approx(0.01 * radius, rel=1e-4)
+        assert np.linalg.norm(start + step - LOOK_AT) == pytest.approx(radius, rel=1e-8)
+        assert moved.lights[1:] == scene.lights[1:]
+
+
+def test_half_a_turn_brings_the_light_behind() -> None:
+    scene = rt.Scene([BALL], [rt.PointLight(tuple(LOOK_AT - 5.0 * FORWARD))], CAMERA)
+    assert dragged(scene, math.pi, 0.0).lights[0].position == pytest.approx(tuple(LOOK_AT + 5.0 * FORWARD))
+
+
+@pytest.mark.parametrize("position", [(MAX_LENGTH, 0.0, 0.0), CAMERA.look_at])
+def test_a_light_at_the_extremes_can_be_dragged(position: tuple[float, float, float]) -> None:
+    scene = rt.Scene([BALL], [rt.PointLight(position)], CAMERA)
+    for angle in np.linspace(-7.0, 7.0, 57):
+        dragged(scene, 2.0, float(angle))  # raises nothing
+    assert dragged(scene, 0.0, 0.0).lights[0].position == pytest.approx(position)
+
+
+def test_without_lights_a_drag_changes_nothing() -> None:
+    scene = rt.Scene([BALL], [], CAMERA)
+    assert dragged(scene, 1.0, 1.0) is scene
