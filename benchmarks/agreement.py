@@ -1,6 +1,6 @@
 """How far the GPU's pictures are from the float64 reference's, and what samples cost: the README's tables.
 
-    python -m benchmarks.agreement
+python -m benchmarks.agreement
 """
 
 import platform

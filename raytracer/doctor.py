@@ -44,6 +44,8 @@ def _examine(backend: str) -> Report:
         max_texture_size=info["GL_MAX_TEXTURE_SIZE"],
         max_uniform_block=info["GL_MAX_UNIFORM_BLOCK_SIZE"],
     )
+    with context:
+        pass  # leaving makes no context current: a released one that still is keeps the next from opening
     context.release()
     return report
 
@@ -56,13 +58,12 @@ def print_report(reports: list[Report], *, as_json: bool = False) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    table = Table("backend", "opens", "renderer", "vendor", "version", "max texture", "uniform block")
-    for report in reports:
-        if report.opens:
-            limits = (str(report.max_texture_size), f"{report.max_uniform_block // 1024} KiB")
-            table.add_row(report.backend, "yes", report.renderer, report.vendor, report.version, *limits)
-        else:
-            table.add_row(report.backend, "no", report.problem)
+    table = Table("backend", *(report.backend for report in reports))
+    table.add_row("opens", *("yes" if report.opens else f"no: {report.problem}" for report in reports))
+    for name in ("renderer", "vendor", "version"):
+        table.add_row(name, *(getattr(report, name) for report in reports))
+    table.add_row("largest texture", *(f"{r.max_texture_size}" if r.opens else "" for r in reports))
+    table.add_row("uniform block", *(f"{r.max_uniform_block // 1024} KiB" if r.opens else "" for r in reports))
     Console().print(table)
     if sys.platform != "linux":
         return

@@ -1,5 +1,6 @@
 """The command line: statuses, messages, and files that are written whole or not at all."""
 
+import json
 import os
 import signal
 import subprocess
@@ -16,6 +17,7 @@ from raytracer.cli import main
 from raytracer.film import written_whole
 
 from . import scenes
+from .displays import environment, x_server
 
 SCENE = str(scenes.ASSIGNMENT)
 
@@ -143,6 +145,23 @@ def test_no_context_is_status_1_and_says_what_was_tried(tmp_path: Path) -> None:
     done = subprocess.run(command, env=environment, cwd=scenes.CHECKOUT, capture_output=True, text=True)
     assert done.returncode == 1 and "Traceback" not in done.stderr
     assert "egl: " in done.stderr and "apt-get install" in done.stderr and "libegl1" in done.stderr
+
+
+@pytest.mark.window
+def test_every_way_to_opengl_opens_here_and_makes_the_same_picture(tmp_path: Path) -> None:
+    pictures = []
+    with x_server(640, 480) as display:
+        command = [sys.executable, "-m", "raytracer"]
+        for backend in ("egl", "window", "osmesa"):
+            out = tmp_path / f"{backend}.npz"
+            options = ["render", SCENE, "-o", str(out), "--size", "160x90", "--backend", backend]
+            subprocess.run(command + options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, check=True)
+            pictures.append(np.load(out)["radiance"])
+        options = ["doctor", "--json"]
+        done = subprocess.run(command + options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, stdout=-1)
+    assert [report["opens"] for report in json.loads(done.stdout)] == [True, True, True]
+    for picture in pictures[1:]:
+        np.testing.assert_allclose(picture, pictures[0], atol=1e-5)
 
 
 def test_doctor_names_each_way_and_the_driver() -> None:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import shutil
 import subprocess
 import sys
 import time
@@ -19,12 +17,12 @@ import raytracer as rt
 from raytracer.scene import MAX_LENGTH
 from raytracer.viewer import dragged
 
+from .displays import environment, x_server
+
 CHECKOUT = Path(__file__).parent.parent
 SCENE = "assets/scenes/assignment.toml"
 SIZE = (1280, 720)
 COMMAND = (sys.executable, "-m", "raytracer", "view", SCENE)
-# What would lead to another window system than the one that the test gives.
-SESSION = ("DISPLAY", "WAYLAND_DISPLAY", "XDG_SESSION_TYPE")
 # For what takes a few seconds on two slow cores.
 TIMEOUT = 180.0
 
@@ -34,33 +32,16 @@ LOOK_AT = np.array(CAMERA.look_at)
 RIGHT, UP, FORWARD = np.array(CAMERA.axes())
 
 
-@pytest.fixture
-def display() -> Iterator[str]:
-    """The name of a display as large as the window; without a window manager the window fills it."""
-    for program in ("Xvfb", "xdotool"):
-        assert shutil.which(program), f"{program} is missing: apt-get install xvfb xdotool"
-    read, write = os.pipe()
-    screen = f"{SIZE[0]}x{SIZE[1]}x24"
-    command = ("Xvfb", "-displayfd", str(write), "-screen", "0", screen, "-noreset", "-nolisten", "tcp")
-    server = subprocess.Popen(command, pass_fds=[write])
-    os.close(write)
-    try:
-        with open(read) as pipe:
-            number = pipe.readline().strip()
-        assert number, "Xvfb did not start"
-        yield f":{number}"
-    finally:
-        server.terminate()
-        server.wait(TIMEOUT)
-
-
-def environment(**variables: str) -> dict[str, str]:
-    return {name: value for name, value in os.environ.items() if name not in SESSION} | variables
-
-
 def differ(a: np.ndarray, b: np.ndarray) -> bool:
     """Another device may see a few pixels on edges differently: less than 16 samples and 1 do, whose mean is 0.06."""
     return bool(np.abs(a.astype(int) - b.astype(int)).mean() > 0.02)
+
+
+@pytest.fixture
+def display() -> Iterator[str]:
+    """A display as large as the window; without a window manager the window fills it."""
+    with x_server(*SIZE) as name:
+        yield name
 
 
 @pytest.mark.window
