@@ -48,8 +48,10 @@ def visibility_source(scene: Scene, settings: Settings) -> Source:
 
 def shade_source(scene: Scene, settings: Settings) -> Source:
     """The fragment shader that computes the light from what each pixel sees."""
-    generated = ['#include "surfaces.glsl"', *_specular(scene, settings)]
+    generated = ['#include "surfaces.glsl"']
     defines = {**_counts(scene), "LIGHTS": len(scene.lights)}
+    if scene.lights:
+        generated += ['#include "light.glsl"', *_specular(scene, settings)]
     if settings.shadows != "off" and scene.lights:
         defines["SHADOWS"] = 1
         generated += [*_csg(scene, settings), f'#include "shadow_{settings.shadows}.glsl"']

@@ -4,9 +4,6 @@
 #include "camera.glsl"
 #include "material.glsl"
 #include "scene.glsl"
-#if LIGHTS > 0
-#include "light.glsl"
-#endif
 
 uniform sampler2D normalDepth;  // from visibility.frag
 uniform isampler2D surface;
