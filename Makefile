@@ -33,7 +33,7 @@ check: .venv/dev ## lint, formatting, types, then test
 	@$(MAKE) --no-print-directory test
 
 clean: ## remove everything that make made
-	rm -rf .venv build dist .pytest_cache .ruff_cache .hypothesis assignment.png
+	rm -rf .venv build dist .pytest_cache .ruff_cache assignment.png
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
 help: ## list the targets

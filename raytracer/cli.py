@@ -156,7 +156,7 @@ def _load(path: str) -> Scene:
 
 
 def _render(options: argparse.Namespace) -> int:
-    # Everything that can be wrong is found before NumPy and OpenGL are loaded, and before any work.
+    # What is wrong is found as early as it can be: most of it before NumPy and OpenGL are loaded.
     settings = Settings(
         samples=options.samples,
         shading=options.shading,
@@ -177,9 +177,13 @@ def _render(options: argparse.Namespace) -> int:
         renderer.check_limits(scene, settings)
     except InputError as error:
         raise InputError(f"{options.scene}: {error}") from None
+    start = time.monotonic()
     with _progress_bar(f"rendering {output.name}") as progress:
         image = renderer.render(scene, options.size, settings, geometry=geometry, progress=progress)
     image.save(output)
+    width, height = options.size
+    samples = f"{settings.samples} sample{'s' if settings.samples > 1 else ''} a pixel"
+    print(f"wrote {output}: {width}x{height}, {samples}, {time.monotonic() - start:.1f} s")
     return 0
 
 

@@ -25,7 +25,7 @@ REQUIRED = 330
 
 PACKAGES = {
     "egl": "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri",
-    "window": "xvfb libgl1 libglx-mesa0 libgl1-mesa-dri",
+    "window": "xvfb xauth libgl1 libglx-mesa0 libgl1-mesa-dri",
     "osmesa": "libosmesa6",
 }
 

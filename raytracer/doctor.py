@@ -69,4 +69,6 @@ def print_report(reports: list[Report], *, as_json: bool = False) -> None:
         return
     for report in reports:
         if not report.opens:
-            print(f"For {report.backend} on Debian or Ubuntu: apt-get install {PACKAGES[report.backend]}")
+            without_screen = " and, without a screen, run under xvfb-run" if report.backend == "window" else ""
+            packages = PACKAGES[report.backend]
+            print(f"For {report.backend} on Debian or Ubuntu: apt-get install {packages}{without_screen}")

@@ -49,6 +49,10 @@ class Image:
     material: NDArray[np.int32] | None = None
     metadata: Mapping[str, str] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        height, width = self.radiance.shape[:2]
+        return f"<Image {width}x{height}>"
+
     def srgb8(self) -> NDArray[np.uint8]:
         """The picture as (H, W, 3) uint8, sRGB."""
         return srgb8(self.radiance)

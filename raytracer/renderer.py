@@ -53,6 +53,8 @@ def render(
     Raises InputError for a wrong value or a scene beyond this driver's limits, ContextError if no
     OpenGL context opens, MemoryError if the picture does not fit.
     """
+    if not isinstance(scene, Scene):
+        raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {scene!r:.60}")
     settings = Settings(samples=samples, shading=shading, shadows=shadows, evaluator=evaluator)
     check_size(size)
     return shared_renderer(backend).render(scene, size, settings, geometry=geometry, progress=progress)

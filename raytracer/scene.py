@@ -128,6 +128,9 @@ class Solid(msgspec.Struct, frozen=True):
     def __sub__(self, other: Solid) -> Difference:
         return Difference(self, other)
 
+    def __bool__(self) -> bool:
+        raise TypeError("a solid is neither true nor false: join solids by | & - ~, not by or, and, not")
+
     def __invert__(self) -> Complement:
         return Complement(self)
 

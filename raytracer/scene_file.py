@@ -6,9 +6,11 @@ size is bounded. Every error is an `InputError` that names the file, the key and
 
 from __future__ import annotations
 
+import itertools
 import os
 import tomllib
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -46,8 +48,8 @@ class _PlaneTable(msgspec.Struct, forbid_unknown_fields=True):
 
 class _ShapeTable(msgspec.Struct, forbid_unknown_fields=True):
     material: str
-    sphere: _SphereTable | None = None
-    plane: _PlaneTable | None = None
+    sphere: dict[str, Any] | None = None
+    plane: dict[str, Any] | None = None
 
 
 class _SceneTable(msgspec.Struct, forbid_unknown_fields=True):
@@ -87,7 +89,8 @@ def load(path: str | os.PathLike[str]) -> Scene:
             data = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{path}: expected a readable scene file: {reason}") from None
+        names = ", ".join(examples())
+        raise InputError(f"{path}: expected a readable scene file or an example ({names}): {reason}") from None
     try:
         if len(data) > MAX_BYTES:
             raise InputError(f"expected a file of at most {MAX_BYTES} bytes")
@@ -124,6 +127,10 @@ def loads(text: str, name: str = "scene") -> Scene:
 
 def _convert(value: Any, kind: type[T], key: str) -> T:
     """`value` as a `kind`; errors begin with the whole key, e.g. `shapes.a.sphere.radius`."""
+    fields: tuple[str, ...] = kind.__struct_fields__  # pyright: ignore[reportAttributeAccessIssue]
+    if isinstance(value, dict) and (unknown := [name for name in value if name not in fields]):
+        where = f"{key}: " if key else ""
+        raise InputError(f"{where}unknown key `{unknown[0]}` ({_known(fields)})")
     try:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
@@ -133,19 +140,31 @@ def _convert(value: Any, kind: type[T], key: str) -> T:
             separator = "." if key or inner else ""
             raise InputError(f"{key}{'.' if key and inner else ''}{inner}{separator}{message}") from None
         where = ".".join(filter(None, (key, inner)))
-        if "unknown field" in message and not inner:
-            message += f" (known: {', '.join(kind.__struct_fields__)})"  # pyright: ignore[reportAttributeAccessIssue]
-        raise InputError(f"{where}: {_lower(message)}" if where else _lower(message)) from None
+        raise InputError(f"{where}: {_reworded(message)}" if where else _reworded(message)) from None
 
 
-def _lower(text: str) -> str:
-    return text[:1].lower() + text[1:]
+_WORDS = {"`array`": "a list", "`object`": "a table", "`float`": "a number", "`str`": "a string", "`int`": "a number"}
+
+
+def _reworded(message: str) -> str:
+    """A message of msgspec in the words of TOML."""
+    message = message.replace("Object contains unknown field", "unknown key")
+    message = message.replace("Object missing required field", "missing key")
+    for word, plain in _WORDS.items():
+        message = message.replace(word, plain)
+    return message[:1].lower() + message[1:]
+
+
+def _known(names: Iterable[str]) -> str:
+    """A remedy for a name that is not there."""
+    shown = ", ".join(itertools.islice(names, 8))
+    return f"known: {shown}" if len(shown) <= 120 else f"known: {shown[:120]}..."
 
 
 def _material(value: Any, key: str) -> Material:
     where = f"materials.{key}"
     if isinstance(value, dict) and "name" in value:  # the label is the table's own name
-        raise InputError(f"{where}: object contains unknown field `name`")
+        raise InputError(f"{where}: unknown key `name`")
     return msgspec.structs.replace(_convert(value, Material, where), name=key)
 
 
@@ -155,13 +174,17 @@ def _shape(value: Any, name: str, materials: dict[str, Material]) -> Primitive:
         raise InputError(f'{key}: expected a name of letters, digits and "_" that begins with no digit')
     table = _convert(value, _ShapeTable, key)
     if table.material not in materials:
-        raise InputError(f"{key}.material: expected the name of a material, got {table.material[:40]!r}")
-    given = [name for name in ("sphere", "plane") if getattr(table, name) is not None]
+        raise InputError(
+            f"{key}.material: expected the name of a material, got {table.material[:40]!r} ({_known(materials)})"
+        )
+    tables = {"sphere": (table.sphere, _SphereTable, Sphere), "plane": (table.plane, _PlaneTable, Plane)}
+    given = [name for name, (value, _, _) in tables.items() if value is not None]
     if len(given) != 1:
         raise InputError(f"{key}: expected one of sphere or plane, got {' and '.join(given) or 'neither'}")
-    primitive: Any = Sphere if table.sphere else Plane
+    value, kind, primitive = tables[given[0]]
+    numbers = msgspec.structs.asdict(_convert(value, kind, f"{key}.{given[0]}"))
     try:
-        return primitive(**msgspec.structs.asdict(getattr(table, given[0])), material=materials[table.material])
+        return primitive(**numbers, material=materials[table.material])
     except InputError as error:
         raise InputError(f"{key}.{given[0]}.{error}") from None
 
@@ -170,7 +193,7 @@ def _object(text: str, key: str, shapes: dict[str, Primitive], objects: dict[str
     try:
         return expression.parse(text, shapes)
     except InputError as error:
-        hint = ""
+        hint = f" ({_known(shapes)})" if "the name of a shape" in str(error) else ""
         if any(f'"{name}"' in str(error) for name in objects.keys() - shapes.keys()):
             hint = " (an object; only shapes can be named)"
         raise InputError(f"objects.{key}: {error}{hint}") from None

@@ -17,6 +17,10 @@ from raytracer.settings import Settings
 
 # Dragging along the window's height turns the light by this angle.
 _TURN = math.pi
+# Short of the pole, where turning to the right would do nothing.
+_STEEPEST = math.radians(89.0)
+# Sine of the angle to the axis below which rounding decides on which side of it a light is.
+_OFF_AXIS = 1e-9
 _NEXT_SHADOWS = {"hard": "diluted", "diluted": "off", "off": "hard"}
 # Python notices Ctrl+C only between two waits for events.
 _WAIT_SECONDS = 0.5
@@ -37,23 +41,25 @@ def view(scene: Scene) -> None:
 def dragged(scene: Scene, right: float, up: float) -> Scene:
     """`scene` with its first light moved on the sphere around `camera.look_at` by angles in radians.
 
-    The light sets out to the picture's right and up and follows that great circle, so it can be
-    brought behind, too. Where no direction on the sphere leads right and up, it stays.
+    `right` turns it around the camera's up direction, so a light before the scene goes to the
+    right; `up` raises it, as far as `_STEEPEST`.
     """
     if not scene.lights:
         return scene
-    axes, centre = np.array(scene.camera.axes()), np.array(scene.camera.look_at)
+    centre, axis = np.array(scene.camera.look_at), np.array(scene.camera.up) / math.hypot(*scene.camera.up)
     arm = np.array(scene.lights[0].position) - centre
-    outward = arm / (math.hypot(*arm) or 1.0)
-    tangent = (right, up) @ axes[:2]
-    tangent -= tangent @ outward * outward
-    length = math.hypot(*tangent)
-    if length == 0.0:
+    radius = math.hypot(*arm)
+    if radius == 0.0:
         return scene
-    angle = math.hypot(right, up)
-    turned = math.cos(angle) * outward + math.sin(angle) / length * tangent
-    # Normalised, because a tangent that is almost 0 is all rounding and not quite perpendicular.
-    position = centre + math.hypot(*arm) / math.hypot(*turned) * turned
+    height = float(arm @ axis)
+    outward = arm - height * axis
+    if math.hypot(*outward) < _OFF_AXIS * radius:  # straight above or below: it sets out towards the camera
+        outward = np.cross(scene.camera.axes()[0], axis)
+    outward /= math.hypot(*outward)
+    elevation = math.asin(max(-1.0, min(1.0, height / radius)))
+    elevation = max(min(elevation, -_STEEPEST), min(max(elevation, _STEEPEST), elevation + up))
+    turned = math.cos(right) * outward + math.sin(right) * np.cross(axis, outward)
+    position = centre + radius * (math.cos(elevation) * turned + math.sin(elevation) * axis)
     moved = msgspec.structs.replace(scene.lights[0], position=np.clip(position, -MAX_LENGTH, MAX_LENGTH))
     return msgspec.structs.replace(scene, lights=(moved, *scene.lights[1:]))
 

@@ -60,11 +60,11 @@ def test_two_materials_of_equal_numbers_stay_two() -> None:
 
 # What is replaced, by what, and what the one line must then say.
 BAD = [
-    ("background", "backgroud", "unknown field `backgroud`"),
-    ("look_at = [0, 2, 0]", "look_at = [0, 2, 0]\nzoom = 2", "camera: object contains unknown field `zoom`"),
-    ("kd = ", "diffuse = ", "materials.red: object contains unknown field `diffuse`"),
-    ("radius = 1.5", "radius = 1.5, hole = 1", "shapes.a.sphere: object contains unknown field `hole`"),
-    ("position = [0, 3, 6]", 'position = "here"', "camera.position: expected `array`, got `str`"),
+    ("background", "backgroud", "unknown key `backgroud` (known: camera"),
+    ("look_at = [0, 2, 0]", "look_at = [0, 2, 0]\nzoom = 2", "camera: unknown key `zoom`"),
+    ("kd = ", "diffuse = ", "materials.red: unknown key `diffuse`"),
+    ("radius = 1.5", "radius = 1.5, hole = 1", "shapes.a.sphere: unknown key `hole` (known: center, radius)"),
+    ("position = [0, 3, 6]", 'position = "here"', "camera.position: expected a list, got a string"),
     ("position = [0, 3, 6]", "position = [0, 3]", "camera.position"),
     ("radius = 1.5", "radius = true", "shapes.a.sphere.radius"),
     ("radius = 1.5", "radius = 0", "shapes.a.sphere.radius: expected a number above 0"),
@@ -85,8 +85,8 @@ BAD = [
     ("look_at = [0, 2, 0]", "look_at = [0, 2, 0]\nvertical_fov = 0", "camera.vertical_fov"),
     ("look_at = [0, 2, 0]", "look_at = [0, 3, 6]", "camera.look_at"),
     ("look_at = [0, 2, 0]", "look_at = [0, 9, 6]", "camera.up"),
-    ("[camera]\nposition = [0, 3, 6]\nlook_at = [0, 2, 0]", "", "missing required field `camera`"),
-    ('[objects]\none = "a - b"', "", "missing required field `objects`"),
+    ("[camera]\nposition = [0, 3, 6]\nlook_at = [0, 2, 0]", "", "missing key `camera`"),
+    ('[objects]\none = "a - b"', "", "missing key `objects`"),
     ('one = "a - b"', "", "objects: expected at least one"),
     ('material = "red"', 'material = "rot"', "shapes.a.material"),
     ('"a - b"', '"a - c"', 'objects.one: expected the name of a shape, got "c"'),
@@ -106,6 +106,7 @@ BAD = [
     ("[shapes.a]", "[shapes.a]\nplane = { normal = [0, 1, 0], offset = 0 }", "one of sphere or plane"),
     ("sphere = { center = [-1.0, 2.0, 0.0], radius = 1.5 }", "", "shapes.a: expected one of sphere or plane"),
     ("[shapes.a]", '[shapes."a b"]', 'shapes.a b: expected a name of letters, digits and "_"'),
+    ("[[lights]]", "[lights]", "lights: expected a list, got a table"),
     ("[objects]", "[objects", "expected TOML"),
     ("background = ", "background = " + "[" * 5000, "expected TOML"),
 ]
