@@ -15,11 +15,13 @@ demo: .venv/core ## render the assignment to assignment.png (the default)
 
 test: .venv/dev ## run the tests on EGL, then those that need OpenGL again on OSMesa
 	@tools/system-packages $(patsubst ?%,'?%',$(TEST_PACKAGES))
-	RAYTRACER_BACKEND=egl $(BIN)/python -m pytest
 	@if dpkg -s libosmesa6 >/dev/null 2>&1; then \
-		set -x; RAYTRACER_BACKEND=osmesa $(BIN)/python -m pytest -m gl; \
+		set -ex; \
+		RAYTRACER_BACKEND=egl $(BIN)/python -m pytest; \
+		RAYTRACER_BACKEND=osmesa $(BIN)/python -m pytest -m gl; \
 	else \
 		echo 'There is no package libosmesa6 here: the OpenGL tests are not run again on OSMesa.'; \
+		RAYTRACER_TEST_BACKENDS='egl window' RAYTRACER_BACKEND=egl $(BIN)/python -m pytest; \
 	fi
 
 view: .venv/core ## open the assignment in a window

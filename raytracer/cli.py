@@ -94,7 +94,7 @@ def _parser() -> argparse.ArgumentParser:
         "-o", "--output", metavar="OUT", required=True, help=".png (8-bit sRGB) or .npz (float32 arrays)"
     )
     render.add_argument("--size", metavar="WxH", type=_size, default=(1280, 720), help="in pixels (default: 1280x720)")
-    render.add_argument("--samples", metavar="N", type=int, default=1, help="rays a pixel (default: 1)")
+    render.add_argument("--samples", metavar="N", type=_whole, default=1, help="rays a pixel (default: 1)")
     render.add_argument("--shading", choices=get_args(Shading), help="for all materials (default: each one's own)")
     render.add_argument("--shadows", choices=get_args(Shadows), default="hard", help="default: hard")
     render.add_argument(
@@ -143,7 +143,13 @@ def _size(text: str) -> tuple[int, int]:
     width, x, height = text.partition("x")
     if not (x and width.isascii() and width.isdigit() and height.isascii() and height.isdigit()):
         raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, such as 1280x720, got {text!r}")
-    return int(width[:9]), int(height[:9])  # more digits are too many in any case
+    return _whole(width), _whole(height)
+
+
+def _whole(text: str) -> int:
+    if not (text.isascii() and text.isdigit()):
+        raise argparse.ArgumentTypeError(f"expected a whole number, got {text!r}")
+    return int(text.lstrip("0")[:9] or "0")  # more digits are too many in any case
 
 
 def _load(path: str) -> Scene:
@@ -228,10 +234,11 @@ def _progress_bar(title: str) -> Iterator[Progress | None]:
         nonlocal bar, task
         if bar is None and done < total and time.monotonic() - start > _SECONDS_WITHOUT_PROGRESS:
             from rich.console import Console
+            from rich.markup import escape
             from rich.progress import Progress
 
             bar = Progress(console=Console(stderr=True), transient=True)
-            task = bar.add_task(title, total=total)
+            task = bar.add_task(escape(title), total=total)
             bar.start()
         if bar is not None:
             bar.update(task, completed=done)

@@ -106,8 +106,9 @@ def _open_egl() -> moderngl.Context:
 class _GlfwLoader:
     """What moderngl wants of a context that somebody else made: functions, and an end."""
 
-    def __init__(self, glfw: Any, window: Any) -> None:
-        self._glfw, self._window = glfw, window
+    def __init__(self, glfw: Any, window: Any, platform: str) -> None:
+        self._glfw, self._window, self.platform = glfw, window, platform
+        _loaders.append(self)
 
     def load_opengl_function(self, name: str) -> int:
         return self._glfw.get_proc_address(name) or 0
@@ -119,10 +120,20 @@ class _GlfwLoader:
         pass
 
     def release(self) -> None:
-        # GLFW has one platform a process; ending it lets another kind of context open later.
-        if self._window:
-            self._glfw.terminate()
-            self._window = None
+        if self in _loaders:
+            _loaders.remove(self)
+            self._glfw.destroy_window(self._window)
+            _end_glfw_if_idle(self._glfw)
+
+
+# Of GLFW's open windows. GLFW has one platform a process at a time.
+_loaders: list[_GlfwLoader] = []
+
+
+def _end_glfw_if_idle(glfw: Any) -> None:
+    """Without windows, GLFW ends, so that another platform can begin."""
+    if not _loaders:
+        glfw.terminate()
 
 
 def _open_glfw(
@@ -131,6 +142,8 @@ def _open_glfw(
     # Imported where used: importing glfw starts a process to compare library versions.
     import glfw
 
+    if any(loader.platform != platform for loader in _loaders):
+        raise RuntimeError("GLFW has an open context of another kind, and can have only one kind at a time")
     glfw.set_error_callback(_raise_glfw_error)
     if platform == "null":
         glfw.init_hint(glfw.PLATFORM, glfw.PLATFORM_NULL)
@@ -138,6 +151,7 @@ def _open_glfw(
         glfw.init_hint(glfw.PLATFORM, glfw.ANY_PLATFORM)
     try:
         glfw.init()
+        glfw.default_window_hints()
         glfw.window_hint(glfw.VISIBLE, visible)
         glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, REQUIRED // 100)
         glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, REQUIRED // 10 % 10)
@@ -148,10 +162,10 @@ def _open_glfw(
             glfw.window_hint(glfw.OPENGL_FORWARD_COMPAT, glfw.TRUE)
         window = glfw.create_window(*size, title, None, None)
         glfw.make_context_current(window)
-        loader: Any = _GlfwLoader(glfw, window)
+        loader: Any = _GlfwLoader(glfw, window, platform)
         return moderngl.create_context(require=REQUIRED, context=loader), window
     except Exception:
-        glfw.terminate()
+        _end_glfw_if_idle(glfw)
         raise
 
 

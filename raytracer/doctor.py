@@ -56,10 +56,11 @@ def print_report(reports: list[Report], *, as_json: bool = False) -> None:
         print(json.dumps(msgspec.to_builtins(reports), indent=2))
         return
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     table = Table("backend", *(report.backend for report in reports))
-    table.add_row("opens", *("yes" if report.opens else f"no: {report.problem}" for report in reports))
+    table.add_row("opens", *("yes" if report.opens else f"no: {escape(report.problem)}" for report in reports))
     for name in ("renderer", "vendor", "version"):
         table.add_row(name, *(getattr(report, name) for report in reports))
     table.add_row("largest texture", *(f"{r.max_texture_size}" if r.opens else "" for r in reports))

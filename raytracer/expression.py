@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from raytracer.scene import Complement, Difference, InputError, Intersection, Solid, Union
 
 # What a person or a program may sensibly write: enough for every primitive that one object may have.
-MAX_CHARACTERS = 500_000
+MAX_CHARACTERS = 1_000_000
 # Open parentheses and complements at any one place.
 MAX_NESTING = 200
 

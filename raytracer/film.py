@@ -95,12 +95,16 @@ def check_output(path: str | os.PathLike[str]) -> Path:
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: expected an output that ends in {' or '.join(SUFFIXES)}")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: expected a folder that exists, got {path.parent}")
-    if path.is_dir():
-        raise InputError(f"{path}: expected a file, got a folder")
-    if not os.access(path.parent, os.W_OK):
-        raise InputError(f"{path}: expected a folder that can be written to, got {path.parent}")
+    try:
+        if not path.parent.is_dir():
+            raise InputError(f"{path}: expected a folder that exists, got {path.parent}")
+        if path.is_dir():
+            raise InputError(f"{path}: expected a file, got a folder")
+        path.exists()  # raises where the name is longer than the file system takes
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        raise InputError(f"{path}: expected a place that can be written to: {error.strerror}") from None
     return path
 
 

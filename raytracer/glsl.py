@@ -63,9 +63,10 @@ def call(function: str, *arguments: ArrayLike, defines: Defines | None = None, r
         raise TypeError(f"{function}({names}) takes {len(given)} arguments, got {len(arguments)}")
 
     columns = [_elements(value, types.dtype(p.type), p.name) for value, p in zip(arguments, given, strict=True)]
-    count = max((len(column) for column in columns), default=1)
-    if any(len(column) not in (1, count) for column in columns):
-        raise ValueError(f"{function}: expected arguments of {count} elements or one, got {[*map(len, columns)]}")
+    lengths = {len(column) for column in columns} - {1}
+    if len(lengths) > 1:
+        raise ValueError(f"{function}: expected arguments of as many elements, or one, got {sorted(lengths)}")
+    count = lengths.pop() if lengths else 1
     taken = np.dtype([(p.name, types.dtype(p.type)) for p in given])
     data = np.zeros(count, taken)
     for parameter, column in zip(given, columns, strict=True):
@@ -75,7 +76,11 @@ def call(function: str, *arguments: ArrayLike, defines: Defines | None = None, r
     results += [(p.name, p.type) for p in parameters if p.direction != "in"]
     returned = np.dtype([(name, types.dtype(kind)) for name, kind in results])
     source = types.program(function, result, parameters, taken, returned)
-    answer = _run(renderer, source, data, returned)
+    # As many elements at once as fit into a texture, in and out.
+    words = max(taken.itemsize, returned.itemsize) // 4
+    step = _WIDTH * renderer.max_target // words
+    parts = [_run(renderer, source, data[i : i + step], returned) for i in range(0, count, step)]
+    answer = np.concatenate(parts) if parts else np.zeros(0, returned)
     values = [answer[name].astype(bool) if kind == "bool" else answer[name].copy() for name, kind in results]
     return values[0] if len(values) == 1 else tuple(values)
 
@@ -86,22 +91,24 @@ def dtype(struct: str, defines: Defines | None = None) -> np.dtype[Any]:
 
 
 @cache
-def _definitions() -> dict[str, str]:
-    """The file that defines each function and struct."""
-    found: dict[str, str] = {}
+def _definitions() -> dict[str, list[str]]:
+    """The files that define each function and struct."""
+    found: dict[str, list[str]] = {}
     folder = shaders_folder()
     for path in sorted(folder.rglob("*.glsl")):
         text = _COMMENT.sub("", path.read_text(encoding="utf-8"))
         for name in re.findall(r"^\w+\s+(\w+)\s*\([^()]*\)\s*\{|^struct\s+(\w+)", text, re.MULTILINE):
-            found.setdefault(name[0] or name[1], path.relative_to(folder).as_posix())
+            file = path.relative_to(folder).as_posix()
+            found.setdefault(name[0] or name[1], []).append(file)
     return found
 
 
 def _file_of(name: str) -> str:
-    try:
-        return _definitions()[name]
-    except KeyError:
-        raise ShaderError(f"no function or struct {name} in {shaders_folder()}") from None
+    files = _definitions().get(name, [])
+    if len(files) != 1:
+        found = f", but in {' and '.join(files)}" if files else ""
+        raise ShaderError(f"no function or struct {name} in exactly one file of {shaders_folder()}{found}")
+    return files[0]
 
 
 class _Parameter:

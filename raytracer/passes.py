@@ -6,6 +6,7 @@ from typing import Any
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from raytracer import view_space
 from raytracer.film import Image
@@ -14,6 +15,9 @@ from raytracer.scene import Scene
 from raytracer.settings import Settings
 
 Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower left pixel of the picture
+# Samples summed in float32 on the GPU before the sum goes on in float64 here: rounding of a longer
+# sum would outweigh what more samples gain.
+SUMMED = 256
 # Uniform blocks' binding points.
 _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Materials": 2, "Lights": 3}
 
@@ -35,7 +39,6 @@ class Passes:
     ) -> None:
         self._context = context
         self._programs = programs
-        self._samples = settings.samples
         self._to_world = view_space.rotation(scene.camera).astype(np.float32)
         self._material_index = view_space.material_index(scene)
 
@@ -67,7 +70,7 @@ class Passes:
                     program[name].binding = _BLOCKS[name]  # pyright: ignore[reportAttributeAccessIssue]
 
     def draw(self, tile: Rectangle, k: int) -> None:
-        """Draw sample k = 0, 1, ... of a tile and wait for it. Sample 0 starts the sum anew."""
+        """Draw sample k = 0, 1, ... of a tile and wait for it. Every `SUMMED`-th starts the sum anew."""
         sx, sy = sample_point(k)
         for program in self._programs:
             set_uniforms(program, tileOrigin=tile[:2], samplePoint=(2.0 * sx - 1.0, 1.0 - 2.0 * sy))
@@ -82,7 +85,7 @@ class Passes:
 
         self._light.use()
         self._light.viewport = viewport
-        if k > 0:
+        if k % SUMMED > 0:
             self._context.enable(moderngl.BLEND)
             self._context.blend_func = moderngl.ONE, moderngl.ONE
         self._normal_depth.use(0)
@@ -91,12 +94,11 @@ class Passes:
         self._context.disable(moderngl.BLEND)
         self._context.finish()
 
-    def read_radiance(self, image: Image, where: tuple[slice, slice]) -> None:
-        """Put the mean of the tile's samples into `image.radiance[where]`."""
-        height, width = image.radiance[where].shape[:2]
+    def read_sum(self, size: tuple[int, int]) -> NDArray[np.float32]:
+        """(H, W, 3): the sum of the samples drawn since the last start, top row first."""
+        width, height = size
         data = self._light.read((0, 0, width, height), components=3, dtype="f4")
-        total = np.frombuffer(data, np.float32).reshape(height, width, 3)[::-1]
-        np.divide(total, np.float32(self._samples), out=image.radiance[where])
+        return np.frombuffer(data, np.float32).reshape(height, width, 3)[::-1]
 
     def read_geometry(self, image: Image, where: tuple[slice, slice]) -> None:
         """Put what the sample just drawn sees into the other arrays of `image`."""

@@ -221,16 +221,16 @@ def _owner(tree: list[Solid], before: list[Mask], after: list[Mask]) -> NDArray[
 
 
 def _unit_plane(plane: Plane) -> tuple[Array, float]:
-    length = math.hypot(*plane.normal)
-    return np.array(plane.normal) / length, plane.offset / length
+    normal, offset = plane.unit()
+    return np.array(normal), offset
 
 
 def _geometry(leaf: Primitive) -> object:
     """Equal for leaves whose surfaces coincide, whatever their materials and sides."""
     if isinstance(leaf, Sphere):
         return leaf.center, leaf.radius
-    normal, offset = _unit_plane(leaf)
-    return max((tuple(normal), offset), (tuple(-normal), -offset))
+    (x, y, z), offset = leaf.unit()
+    return max((x, y, z, offset), (-x, -y, -z, -offset))
 
 
 def _radiance(

@@ -12,7 +12,7 @@ import numpy as np
 from raytracer.context import backend_name, open_context
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
-from raytracer.passes import Passes, Rectangle
+from raytracer.passes import SUMMED, Passes, Rectangle
 from raytracer.scene import InputError, Scene
 from raytracer.settings import Evaluator, Settings, Shading, Shadows
 from raytracer.shader import roth_loops, shade_source, surfaces, visibility_source
@@ -95,7 +95,7 @@ class Renderer:
         self.context = context
         self._programs: dict[str, moderngl.Program] = {}
         info = context.info
-        self._max_target = min(info["GL_MAX_TEXTURE_SIZE"], *info["GL_MAX_VIEWPORT_DIMS"][:2])
+        self.max_target = min(info["GL_MAX_TEXTURE_SIZE"], *info["GL_MAX_VIEWPORT_DIMS"][:2])
         self._max_block = info["GL_MAX_UNIFORM_BLOCK_SIZE"]
 
     def render(
@@ -113,7 +113,7 @@ class Renderer:
 
         self.check_limits(scene, settings)
         width, height = size
-        tile = min(tile, self._max_target)
+        tile = min(tile, self.max_target)
         image = Image(
             radiance=np.empty((height, width, 3), np.float32),
             depth=np.empty((height, width), np.float32) if geometry else None,
@@ -132,13 +132,16 @@ class Renderer:
             for i, rectangle in enumerate(tiles):
                 x, y, w, h = rectangle
                 where = slice(height - y - h, height - y), slice(x, x + w)
+                total = np.zeros((h, w, 3))
                 for k in range(settings.samples):
                     passes.draw(rectangle, k)
                     if k == 0 and geometry:
                         passes.read_geometry(image, where)
+                    if (k + 1) % SUMMED == 0 or k + 1 == settings.samples:
+                        total += passes.read_sum((w, h))
                     if progress:
                         progress(i * settings.samples + k + 1, len(tiles) * settings.samples)
-                passes.read_radiance(image, where)
+                image.radiance[where] = total / settings.samples
         return image
 
     def program(self, source: Source) -> moderngl.Program:

@@ -9,80 +9,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from fractions import Fraction
 from typing import Any, TypeVar
 
 import msgspec
 
-Vec3 = tuple[float, float, float]
+from raytracer.checks import (
+    MAX_EXPONENT,
+    MAX_LENGTH,
+    MIN_RADIUS,
+    InputError,
+    Vec3,
+    color,
+    direction,
+    number,
+    point,
+    set_fields,
+    shown,
+)
+
 T = TypeVar("T")
 
-# float32 squares lengths on the way to a discriminant, so lengths and radii stay within
-# 1e-12 .. 1e12: squares, and sums of a few of them, then neither overflow nor lose bits.
-MAX_LENGTH = 1e12
-MIN_RADIUS = 1e-12
-# Light times reflectance, summed over lights and samples, must stay finite in float32 (3.4e38).
-MAX_COLOR = 1e12
-# The exponent to which the highlight's accuracy is specified.
-MAX_EXPONENT = 1e6
-# Sine of the angle between `up` and the view below which rounding of the given numbers decides
-# where "right" points.
-MIN_UP_ANGLE = 1e-12
 # Leaves of one solid. Sub-solids may be shared in Python, so a short program can describe a tree
 # of astronomical size; no evaluator comes near this many.
 MAX_LEAVES = 65536
-
-
-class InputError(ValueError):
-    """Something that the user gave is wrong: the message says what, where, and what is expected."""
-
-
-def number(
-    value: Any, key: str, low: float = -math.inf, high: float = math.inf, expected: str = "a finite number"
-) -> float:
-    """`value` as a finite float with low <= value <= high; `expected` words the error."""
-    try:
-        result = float(value)
-    except (TypeError, ValueError, OverflowError):
-        result = math.nan
-    if isinstance(value, str | bytes | bool) or not math.isfinite(result) or not low <= result <= high:
-        raise InputError(f"{key}: expected {expected}, got {_shown(value)}")
-    return result
-
-
-def _shown(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
-def _vector(value: Any, key: str, low: float, high: float, expected: str) -> Vec3:
-    try:
-        x, y, z = value
-    except (TypeError, ValueError):
-        raise InputError(f"{key}: expected {expected}, got {_shown(value)}") from None
-    x, y, z = (number(component, key, low, high, expected) for component in (x, y, z))
-    return (x, y, z)
-
-
-def _point(value: Any, key: str) -> Vec3:
-    return _vector(value, key, -MAX_LENGTH, MAX_LENGTH, f"3 numbers within +-{MAX_LENGTH:g}")
-
-
-def _color(value: Any, key: str) -> Vec3:
-    return _vector(value, key, 0.0, MAX_COLOR, f"3 numbers in [0, {MAX_COLOR:g}] (linear RGB)")
-
-
-def _direction(value: Any, key: str) -> Vec3:
-    direction = _vector(value, key, -MAX_LENGTH, MAX_LENGTH, "3 finite numbers, not all 0")
-    # In float32 range after normalisation; a denormal length would lose the direction's bits.
-    if math.hypot(*direction) < 1.0 / MAX_LENGTH:
-        raise InputError(f"{key}: expected a vector that is not 0, got {_shown(value)}")
-    return direction
-
-
-def _set(struct: msgspec.Struct, **values: Any) -> None:
-    """Store checked values into a frozen struct, from its `__post_init__` only."""
-    for name, value in values.items():
-        msgspec.structs.force_setattr(struct, name, value)
+# Sine of the angle between `up` and the view below which rounding of the given numbers decides
+# where "right" points.
+MIN_UP_ANGLE = 1e-8
 
 
 class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True, repr_omit_defaults=True):
@@ -101,14 +54,14 @@ class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True, repr_omi
 
     def __post_init__(self) -> None:
         if self.model not in MODELS:
-            raise InputError(f"model: expected {' or '.join(map(repr, MODELS))}, got {_shown(self.model)}")
+            raise InputError(f"model: expected {' or '.join(map(repr, MODELS))}, got {shown(self.model)}")
         if not isinstance(self.name, str):
-            raise InputError(f"name: expected a string, got {_shown(self.name)}")
-        _set(
+            raise InputError(f"name: expected a string, got {shown(self.name)}")
+        set_fields(
             self,
-            ka=_color(self.ka, "ka"),
-            kd=_color(self.kd, "kd"),
-            ks=_color(self.ks, "ks"),
+            ka=color(self.ka, "ka"),
+            kd=color(self.kd, "kd"),
+            ks=color(self.ks, "ks"),
             h=number(self.h, "h", 0.0, MAX_EXPONENT, f"a number in [0, {MAX_EXPONENT:g}]"),
         )
 
@@ -145,9 +98,9 @@ class Sphere(Solid, frozen=True, repr_omit_defaults=True):
     def __post_init__(self) -> None:
         _check_material(self.material)
         expected = f"a number above 0, in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
-        _set(
+        set_fields(
             self,
-            center=_point(self.center, "center"),
+            center=point(self.center, "center"),
             radius=number(self.radius, "radius", MIN_RADIUS, MAX_LENGTH, expected),
         )
 
@@ -163,11 +116,18 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
         _check_material(self.material)
         expected = f"a number within +-{MAX_LENGTH:g}"
         offset = number(self.offset, "offset", -MAX_LENGTH, MAX_LENGTH, expected)
-        normal = _direction(self.normal, "normal")
-        distance = abs(offset) / math.hypot(*normal)
+        normal = direction(self.normal, "normal")
+        set_fields(self, normal=normal, offset=offset)
+        distance = abs(self.unit()[1])
         if distance > MAX_LENGTH:
             raise InputError(f"offset: expected offset / |normal| within +-{MAX_LENGTH:g}, got {distance:g}")
-        _set(self, normal=normal, offset=offset)
+
+    def unit(self) -> tuple[Vec3, float]:
+        """The unit normal and its offset: to the last bit the same, or both negated, for planes that coincide."""
+        scale = max(self.normal, key=abs)
+        x, y, z, offset = (float(Fraction(c) / Fraction(scale)) for c in (*self.normal, self.offset))
+        length = math.copysign(math.hypot(x, y, z), scale)
+        return (x / length, y / length, z / length), offset / length
 
 
 Primitive = Sphere | Plane
@@ -175,7 +135,7 @@ Primitive = Sphere | Plane
 
 def _check_material(material: Any) -> None:
     if not isinstance(material, Material):
-        raise InputError(f"material: expected a Material, got {_shown(material)}")
+        raise InputError(f"material: expected a Material, got {shown(material)}")
 
 
 class _Operator(Solid, frozen=True, eq=False, repr_omit_defaults=True):
@@ -188,7 +148,7 @@ class _Operator(Solid, frozen=True, eq=False, repr_omit_defaults=True):
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
             if not isinstance(getattr(self, name), Solid):
-                raise InputError(f"{name}: expected a solid, got {_shown(getattr(self, name))}")
+                raise InputError(f"{name}: expected a solid, got {shown(getattr(self, name))}")
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _Operator) and _key(self) == _key(other)
@@ -275,7 +235,7 @@ class PointLight(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     color: Vec3 = (1.0, 1.0, 1.0)
 
     def __post_init__(self) -> None:
-        _set(self, position=_point(self.position, "position"), color=_color(self.color, "color"))
+        set_fields(self, position=point(self.position, "position"), color=color(self.color, "color"))
 
 
 class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -290,11 +250,11 @@ class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         fov = number(self.vertical_fov, "vertical_fov", expected="degrees in (0, 180)")
         if not 0.0 < fov < 180.0:
             raise InputError(f"vertical_fov: expected degrees in (0, 180), got {fov:g}")
-        _set(
+        set_fields(
             self,
-            position=_point(self.position, "position"),
-            look_at=_point(self.look_at, "look_at"),
-            up=_direction(self.up, "up"),
+            position=point(self.position, "position"),
+            look_at=point(self.look_at, "look_at"),
+            up=direction(self.up, "up"),
             vertical_fov=fov,
         )
         self.axes()
@@ -310,12 +270,23 @@ class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         sine = math.hypot(*right)
         if sine < MIN_UP_ANGLE:
             raise InputError(f"up: expected a direction not parallel to the view, got {self.up}")
+        # The shorter the product, the larger its rounding: take out what is left along `forward`.
         right = _divided(right, sine)
+        right = _sub(right, _scaled(forward, _dot(right, forward)))
+        right = _divided(right, math.hypot(*right))
         return right, _cross(right, forward), forward
 
 
 def _sub(a: Vec3, b: Vec3) -> Vec3:
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def _dot(a: Vec3, b: Vec3) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _scaled(a: Vec3, s: float) -> Vec3:
+    return (a[0] * s, a[1] * s, a[2] * s)
 
 
 def _divided(a: Vec3, s: float) -> Vec3:
@@ -348,16 +319,18 @@ class Scene(msgspec.Struct, frozen=True):
         if not objects:
             raise InputError("objects: expected at least one")
         if not isinstance(self.camera, Camera):
-            raise InputError(f"camera: expected a Camera, got {_shown(self.camera)}")
+            raise InputError(f"camera: expected a Camera, got {shown(self.camera)}")
         given = _tuple_of(self.materials, Material, "materials", "Materials")
-        named = (leaf.material for solid in objects for leaf in leaves(solid))
-        _set(
+        found = [leaf for solid in objects for leaf in leaves(solid)]
+        if len(found) > MAX_LEAVES:
+            raise InputError(f"objects: expected at most {MAX_LEAVES} primitives, got {len(found)}")
+        set_fields(
             self,
             objects=objects,
             lights=_tuple_of(self.lights, PointLight, "lights", "PointLights"),
-            ambient=_color(self.ambient, "ambient"),
-            background=_color(self.background, "background"),
-            materials=tuple(dict.fromkeys((*given, *named))),
+            ambient=color(self.ambient, "ambient"),
+            background=color(self.background, "background"),
+            materials=tuple(dict.fromkeys((*given, *(leaf.material for leaf in found)))),
         )
 
 
@@ -370,5 +343,5 @@ def _tuple_of(values: Iterable[T], kind: type[T], key: str, expected: str) -> tu
     result = tuple(values) if isinstance(values, Iterable) else (values,)
     for value in result:
         if not isinstance(value, kind):
-            raise InputError(f"{key}: expected {expected}, got {_shown(value)}")
+            raise InputError(f"{key}: expected {expected}, got {shown(value)}")
     return result

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import itertools
 import os
+import re
 import tomllib
 import warnings
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import IO, Any, TypeVar
 
 import msgspec
 
 from raytracer import expression
+from raytracer.checks import shown
 from raytracer.scene import (
     Camera,
     InputError,
@@ -31,7 +33,9 @@ from raytracer.scene import (
     leaves,
 )
 
-MAX_BYTES = 64 * 1024 * 1024
+MAX_BYTES = 4 * 1024 * 1024
+# tomllib takes time that is quadratic in the parts of a dotted key: a.b.c.
+_LONG_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
 
 T = TypeVar("T")
 
@@ -57,7 +61,7 @@ class _SceneTable(msgspec.Struct, forbid_unknown_fields=True):
 
     camera: dict[str, Any]
     shapes: dict[str, Any]
-    objects: dict[str, str]
+    objects: dict[str, Any]
     materials: dict[str, Any] = {}
     lights: list[Any] = []
     ambient: Vec3 | None = None
@@ -72,6 +76,13 @@ def examples() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
+def _standard_input(path: Path) -> IO[bytes]:
+    """The one thing that is not a regular file and may be read; a device or a pipe may never end."""
+    if path != Path("/dev/stdin"):
+        raise OSError(0, "it is a folder, a pipe or a device")
+    return path.open("rb")
+
+
 def load(path: str | os.PathLike[str]) -> Scene:
     """The scene in the TOML file `path`; its `name` is the file's without the suffix.
 
@@ -81,11 +92,10 @@ def load(path: str | os.PathLike[str]) -> Scene:
     read or is not a scene.
     """
     path = Path(path)
+    if not path.exists() and str(path) in examples():
+        path = examples()[str(path)]
     try:
-        if not path.exists() and str(path) in examples():
-            path = examples()[str(path)]
-        # Bounded, so that a path such as /dev/zero ends.
-        with path.open("rb") as file:
+        with path.open("rb") if path.is_file() or not path.exists() else _standard_input(path) as file:
             data = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
@@ -94,7 +104,7 @@ def load(path: str | os.PathLike[str]) -> Scene:
     try:
         if len(data) > MAX_BYTES:
             raise InputError(f"expected a file of at most {MAX_BYTES} bytes")
-        return loads(data.decode(), name=path.stem)
+        return loads(data.decode(), name=path.stem.encode(errors="replace").decode())
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: expected UTF-8 text: {error.reason} at byte {error.start}") from None
     except InputError as error:
@@ -103,6 +113,8 @@ def load(path: str | os.PathLike[str]) -> Scene:
 
 def loads(text: str, name: str = "scene") -> Scene:
     """The scene in a TOML text. Warns and raises as `load`, without a file's name."""
+    if _LONG_KEY.search(text):
+        raise InputError("expected keys of at most 32 parts")
     try:
         raw = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -189,7 +201,9 @@ def _shape(value: Any, name: str, materials: dict[str, Material]) -> Primitive:
         raise InputError(f"{key}.{given[0]}.{error}") from None
 
 
-def _object(text: str, key: str, shapes: dict[str, Primitive], objects: dict[str, str]) -> Solid:
+def _object(text: Any, key: str, shapes: dict[str, Primitive], objects: dict[str, Any]) -> Solid:
+    if not isinstance(text, str):
+        raise InputError(f"objects.{key}: expected a string, an expression over shapes, got {shown(text)}")
     try:
         return expression.parse(text, shapes)
     except InputError as error:

@@ -6,7 +6,8 @@ from typing import Literal, get_args
 
 import msgspec
 
-from raytracer.scene import MAX_EXPONENT, MODELS, InputError, Material
+from raytracer.checks import MAX_EXPONENT
+from raytracer.scene import MODELS, InputError, Material
 
 Shadows = Literal["off", "hard", "diluted"]
 Shading = Literal["phong", "blinn"]
@@ -31,7 +32,7 @@ class Settings(msgspec.Struct, frozen=True):
     evaluator: Evaluator = "walk"
 
     def __post_init__(self) -> None:
-        if type(self.samples) is not int or not 1 <= self.samples <= MAX_SAMPLES:
+        if isinstance(self.samples, bool) or not isinstance(self.samples, int) or not 1 <= self.samples <= MAX_SAMPLES:
             raise InputError(f"samples: expected a whole number in [1, {MAX_SAMPLES}], got {self.samples!r}")
         _check_choice("shading", self.shading, (None, *get_args(Shading)))
         _check_choice("shadows", self.shadows, get_args(Shadows))
@@ -41,12 +42,16 @@ class Settings(msgspec.Struct, frozen=True):
         """`material` under the shading override.
 
         Blinn's highlight with 4 h has the size of Phong's with h (the lecture, after Blinn 1977),
-        so a material that changes its model changes its exponent too.
+        so a material that changes its model changes its exponent too. Raises InputError where 4 h
+        is above 1e6.
         """
         if self.shading is None or self.shading == material.model:
             return material
         h = material.h * 4.0 if self.shading == "blinn" else material.h / 4.0
-        return msgspec.structs.replace(material, model=self.shading, h=min(h, MAX_EXPONENT))
+        if h > MAX_EXPONENT:
+            expected = f"exponents h of at most {MAX_EXPONENT / 4:g}, which blinn takes times 4"
+            raise InputError(f"shading: expected {expected}, got {material.h:g}")
+        return msgspec.structs.replace(material, model=self.shading, h=h)
 
 
 def _check_choice(key: str, value: object, choices: tuple[str | None, ...]) -> None:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.scene import MODELS, Camera, Plane, Primitive, Scene, Sphere, Vec3
+from raytracer.scene import MODELS, Camera, Plane, Primitive, Scene, Sphere
 from raytracer.settings import Settings
 from raytracer.shader import surfaces
 
@@ -36,13 +36,8 @@ def surfaces_block(scene: Scene) -> bytes:
 def _packed(surface: Primitive, R: NDArray[np.float64], eye: NDArray[np.float64]) -> list[float]:
     if isinstance(surface, Sphere):
         return [*(R @ (np.array(surface.center) - eye)).tolist(), surface.radius]
-    normal = _unit(surface.normal)
-    offset = surface.offset / math.hypot(*surface.normal) - float(normal @ eye)
-    return [*(R @ normal).tolist(), offset]
-
-
-def _unit(vector: Vec3) -> NDArray[np.float64]:
-    return np.array(vector) / math.hypot(*vector)
+    normal, offset = surface.unit()
+    return [*(R @ normal).tolist(), offset - float(np.array(normal) @ eye)]
 
 
 def camera_terms_block(scene: Scene, size: tuple[int, int]) -> bytes:
@@ -56,11 +51,11 @@ def camera_terms_block(scene: Scene, size: tuple[int, int]) -> bytes:
     powers = [_power(eye, surface) for surface in found if isinstance(surface, Sphere)]
 
     scale = pixel_scale(scene.camera, size[1])
-    normals = np.array([R @ _unit(s.normal) for s in found if isinstance(s, Plane)]).reshape(-1, 3)
+    normals = np.array([R @ s.unit()[0] for s in found if isinstance(s, Plane)]).reshape(-1, 3)
     slopes = normals * (scale, scale, -1.0)
     largest = np.abs(slopes) @ (size[0], size[1], 1.0)
     # Partial sums stay below 2^23 quanta, so float32's 24 bits hold each.
-    quantum = np.exp2(np.ceil(np.log2(largest)) - 23.0)[:, None]
+    quantum = np.exp2(np.ceil(np.log2(np.maximum(largest, np.finfo(np.float32).tiny))) - 23.0)[:, None]
     coarse = np.rint(slopes / quantum) * quantum
 
     rows = np.zeros((len(powers) + 2 * len(slopes), 4), np.float32)

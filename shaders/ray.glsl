@@ -1,4 +1,4 @@
-// Provides INF, struct Ray, cameraRay-independent constructors ray() and rayFrom().
+// Provides INF, struct Ray, ray(), leavesSphere(), leavesPlane().
 //
 // All of shaders/ works in view space: the camera is at the origin, +x right, +y up, looking
 // along -z. The host brings the scene there in float64, so that a camera ray starts at exactly

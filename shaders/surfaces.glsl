@@ -13,7 +13,8 @@ layout(std140) uniform Surfaces {
 #endif
 };
 
-// A point that lies on surface `index` up to rounding, brought onto it, and the outward normal there.
+// A point that lies on surface `index` up to rounding, brought onto it where that is more precise,
+// and the outward normal there.
 void surfaceAt(int index, inout vec3 P, out vec3 n) {
 #if SPHERES > 0
 #if PLANES > 0
@@ -22,7 +23,9 @@ void surfaceAt(int index, inout vec3 P, out vec3 n) {
     {
         vec4 sphere = spheres[index];
         n = normalize(P - sphere.xyz);
-        P = sphere.xyz + sphere.w * n;
+        // P is rounded in units of its own size, a point made from the centre in units of the
+        // radius: beside a huge sphere the former is the better one.
+        if (sphere.w < length(P)) P = sphere.xyz + sphere.w * n;
         return;
     }
 #endif

@@ -58,11 +58,13 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
         (["render"], "SCENE"),
         (["render", SCENE], "-o"),
         (["render", "nowhere.toml", "-o", "{tmp}/a.png"], "nowhere.toml"),
-        (["render", "/", "-o", "{tmp}/a.png"], "directory"),
-        (["render", "/dev/zero", "-o", "{tmp}/a.png"], "at most"),
+        (["render", "/", "-o", "{tmp}/a.png"], "folder"),
+        (["render", "/dev/zero", "-o", "{tmp}/a.png"], "device"),
         (["render", SCENE, "-o", "{tmp}/a.jpg"], "ends in .png or .npz"),
         (["render", SCENE, "-o", "{tmp}/a"], "ends in .png or .npz"),
         (["render", SCENE, "-o", "{tmp}/nowhere/a.png"], "a folder that exists"),
+        (["render", SCENE, "-o", "{tmp}/" + "a" * 300 + ".png"], "too long"),
+        (["render", SCENE, "-o", "/proc/a.png"], "a place that can be written to"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--size", "12"], "WIDTHxHEIGHT"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--size", "0x5"], "size"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--size", "-1x5"], "size"),
@@ -149,17 +151,19 @@ def test_no_context_is_status_1_and_says_what_was_tried(tmp_path: Path) -> None:
 
 @pytest.mark.window
 def test_every_way_to_opengl_opens_here_and_makes_the_same_picture(tmp_path: Path) -> None:
+    # Where the system offers no OSMesa (Mesa 25.1 and later), `make test` says so here; else all must open.
+    backends = os.environ.get("RAYTRACER_TEST_BACKENDS", "egl window osmesa").split()
     pictures = []
     with x_server(640, 480) as display:
         command = [sys.executable, "-m", "raytracer"]
-        for backend in ("egl", "window", "osmesa"):
+        for backend in backends:
             out = tmp_path / f"{backend}.npz"
             options = ["render", SCENE, "-o", str(out), "--size", "160x90", "--backend", backend]
             subprocess.run(command + options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, check=True)
             pictures.append(np.load(out)["radiance"])
         options = ["doctor", "--json"]
         done = subprocess.run(command + options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, stdout=-1)
-    assert [report["opens"] for report in json.loads(done.stdout)] == [True, True, True]
+    assert set(backends) <= {report["backend"] for report in json.loads(done.stdout) if report["opens"]}
     for picture in pictures[1:]:
         np.testing.assert_allclose(picture, pictures[0], atol=1e-5)
 
@@ -170,3 +174,21 @@ def test_doctor_names_each_way_and_the_driver() -> None:
     assert done.returncode == 0, done.stderr
     for word in ("egl", "window", "osmesa", "Mesa", "16384"):
         assert word in done.stdout
+
+
+@pytest.mark.window
+def test_contexts_of_one_process_do_not_end_each_other() -> None:
+    script = """
+import raytracer as rt
+scene = rt.Scene([rt.Sphere((0, 0, 0), 1)], [], rt.Camera((0, 0, 5), (0, 0, 0)))
+first = rt.render(scene, (8, 8), backend="window").radiance
+for backend in ("egl", "osmesa", "window"):
+    try:
+        assert (rt.render(scene, (8, 8), backend=backend).radiance == first).all()
+    except rt.ContextError as error:
+        assert backend == "osmesa" and "only one kind at a time" in str(error), error
+"""
+    with x_server(640, 480) as display:
+        subprocess.run(
+            [sys.executable, "-c", script], env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, check=True
+        )

@@ -26,6 +26,12 @@ def test_a_hundred_thousand_elements_keep_their_order_and_bits(renderer: Rendere
     np.testing.assert_array_equal(glsl.call("nextRoot", span, -1.0, 5.0, renderer=renderer), x)
 
 
+def test_no_elements_give_none_and_more_than_fit_into_a_texture_are_split(renderer: Renderer) -> None:
+    assert glsl.call("power", np.zeros(0), 1.0, renderer=renderer).shape == (0,)
+    x = np.linspace(0, 1, 9_000_000, dtype=np.float32)  # two words each: 17.6 rows of 1,024,000
+    np.testing.assert_array_equal(glsl.call("power", x, 0.0, renderer=renderer), 1)
+
+
 def test_structs_with_arrays_of_structs_are_structured_arrays(renderer: Renderer) -> None:
     dtype = glsl.dtype("Roth", {"MAX_HITS": 4})
     assert dtype["hit"].shape == (4,) and dtype["hit"].base.names == ("t", "normal", "mat")
@@ -51,9 +57,9 @@ def test_wrong_calls_say_what_is_expected(renderer: Renderer) -> None:
         glsl.call("nextRoot", 1, renderer=renderer)
     with pytest.raises(ValueError, match=r"span: expected an array of shape \(N, 2\)"):
         glsl.call("isInside", np.zeros((4, 3)), 0.0, renderer=renderer)
-    with pytest.raises(ValueError, match="4 elements or one"):
+    with pytest.raises(ValueError, match=r"or one, got \[3, 4\]"):
         glsl.call("isInside", np.zeros((4, 2)), np.zeros(3), renderer=renderer)
-    with pytest.raises(ShaderError, match="no function or struct nothing"):
+    with pytest.raises(ShaderError, match="no function or struct nothing in exactly one file"):
         glsl.call("nothing", renderer=renderer)
 
 

@@ -73,6 +73,14 @@ def test_of_coincident_faces_the_first_operands_is_seen() -> None:
     assert empty.material is not None and (empty.material == -1).all()
 
 
+@pytest.mark.parametrize(("n", "o"), [((1, 1, 1), 1), ((1, 2, 7), 5), ((-3, 1, 2), -2)])
+def test_half_spaces_coincide_whatever_the_length_of_their_normals(n: tuple[int, int, int], o: int) -> None:
+    one, three = rt.Plane(n, o), rt.Plane((3 * n[0], 3 * n[1], 3 * n[2]), 3 * o)
+    other_side = rt.Plane((-7 * n[0], -7 * n[1], -7 * n[2]), -7 * o)
+    for nothing in (one - three, one & other_side, three & ~one):
+        assert (reference.render(scenes.of(nothing), (33, 33)).material == -1).all()
+
+
 def test_camera_rays_go_where_the_formula_says() -> None:
     rays = reference.camera_rays(rt.Camera((0, 0, 0), (0, 0, -1), vertical_fov=90), (4, 2))
     np.testing.assert_allclose(rays[0, 0] / -rays[0, 0, 2], (-1.5, 0.5, -1), rtol=1e-14)

@@ -87,6 +87,60 @@ def test_several_lights_and_both_models_in_one_scene_agree_with_the_reference(re
         assert wrong.mean() < 5e-4
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_the_shadows_of_random_scenes_agree_with_the_reference(renderer: Renderer, seed: int) -> None:
+    settings = Settings(shadows="diluted")
+    image = renderer.render(scenes.random_scene(seed), (96, 54), settings)
+    truth = reference.render(scenes.random_scene(seed), (96, 54), settings)
+    # Only rays that graze a blocker may fall the other way: none or a few pixels.
+    wrong = np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4
+    assert wrong.sum() <= 3
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9])
+def test_a_scene_of_any_size_looks_the_same(renderer: Renderer, scale: float) -> None:
+    def scaled(v: tuple[float, float, float]) -> tuple[float, float, float]:
+        return (v[0] * scale, v[1] * scale, v[2] * scale)
+
+    lens = rt.Sphere(scaled((-1, 2, 0)), 1.5 * scale, scenes.COLORS[0]) & rt.Sphere(scaled((1, 2, 0)), 1.5 * scale)
+    solid = lens - rt.Sphere(scaled((0, 2.8, 0.3)), 0.8 * scale, scenes.COLORS[2])
+    camera = rt.Camera(scaled((0, 3, 6)), scaled((0, 2, 0)))
+    scene = rt.Scene([solid, rt.Plane((0, 1, 0), 0)], [rt.PointLight(scaled((4, 7, 4)))], camera)
+    check(renderer, scene, (160, 90), Settings())
+    image, truth = renderer.render(scene, (160, 90), Settings()), reference.render(scene, (160, 90))
+    assert (np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4).sum() <= 1
+
+
+@pytest.mark.parametrize("radius", [1e3, 1e6, 1e7, 1e9])
+def test_a_ball_on_a_huge_sphere_casts_the_shadow_that_it_casts(renderer: Renderer, radius: float) -> None:
+    # The lower the camera over so large a sphere, the more a point made from its centre would be off.
+    objects = rt.Sphere((0, -radius, 0), radius), rt.Sphere((0, 1, 0), 1, scenes.COLORS[0])
+    scene = rt.Scene(objects, [rt.PointLight((4, 7, 4))], rt.Camera((0, 2, 6), (0, 1, 0)))
+    image, truth = renderer.render(scene, (96, 64), Settings()), reference.render(scene, (96, 64))
+    doubtful = reference.near_tangent_or_tie(scene, (96, 64), DOUBT)
+    wrong = (np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-2) & ~doubtful
+    assert wrong.sum() == 0
+
+
+def test_half_spaces_that_share_a_plane_do_not_shade_each_other(renderer: Renderer) -> None:
+    # The ground, once as itself and once as the other side of an upside-down half-space.
+    up, down = rt.Plane((1, 5, 2), 3), rt.Plane((-3, -15, -6), -9)
+    for solid in (up | ~down, up & ~down, ~down - (up - rt.Sphere((0, 0, 0), 9))):
+        scene = scenes.of(solid, eye=(0, 4, 8))
+        image, truth = renderer.render(scene, (96, 54), Settings()), reference.render(scene, (96, 54))
+        assert (np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4).sum() <= 1
+    alone = renderer.render(scenes.of(up, eye=(0, 4, 8)), (96, 54), Settings())
+    both = renderer.render(scenes.of(up | ~down, eye=(0, 4, 8)), (96, 54), Settings())
+    np.testing.assert_array_equal(both.radiance, alone.radiance)
+
+
+def test_the_mean_of_many_samples_has_no_drift(renderer: Renderer) -> None:
+    ball = rt.Sphere((0, 0, 9), 1)
+    scene = rt.Scene([ball], [], rt.Camera((0, 0, 5), (0, 0, 0)), background=(0.7, 0.1, 0.3))
+    image = renderer.render(scene, (2, 2), Settings(samples=5000))
+    np.testing.assert_allclose(image.radiance, np.broadcast_to((0.7, 0.1, 0.3), (2, 2, 3)), rtol=3e-6)
+
+
 def test_a_scene_without_lights_shows_its_ambient_and_background(renderer: Renderer) -> None:
     ball = rt.Sphere((0, 0, 0), 1, rt.Material(ka=(0.1, 0.2, 0.3)))
     camera = rt.Camera((0, 0, 5), (0, 0, 0))

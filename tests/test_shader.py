@@ -89,7 +89,6 @@ def test_a_compilers_error_names_the_file_and_line(renderer: Renderer) -> None:
         renderer.program(broken)
 
 
-@pytest.mark.gl
 def test_every_shader_file_says_first_what_it_provides() -> None:
     for path in shaders_folder().rglob("*.glsl"):
         assert path.read_text().startswith("// Provides "), path
