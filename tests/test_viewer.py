@@ -47,8 +47,8 @@ def display() -> Iterator[str]:
 @pytest.mark.window
 def test_the_window_shows_what_render_makes_and_follows_drags_and_keys_until_escape(display: str) -> None:
     scene = rt.load(CHECKOUT / SCENE)
-    turned = dragged(scene, math.radians(180 * -140 / SIZE[1]), math.radians(180 * -40 / SIZE[1]))
-    drag = "mousemove 640 360 mousedown 1 mousemove 600 370 mousemove 500 400 mouseup 1"
+    turned = dragged(scene, math.radians(180 * 400 / SIZE[1]), math.radians(180 * -60 / SIZE[1]))
+    drag = "mousemove 640 360 mousedown 1 mousemove 700 370 mousemove 1040 420 mouseup 1"
     steps = (
         ("mousemove 640 360", rt.render(scene, SIZE, geometry=False)),
         (drag, rt.render(turned, SIZE, geometry=False)),
