@@ -14,7 +14,7 @@ from typing import Any, Literal, NoReturn, get_args
 
 import moderngl
 
-from raytracer.scene import InputError
+from raytracer.checks import InputError
 
 Backend = Literal["auto", "egl", "window", "osmesa"]
 VARIABLE = "RAYTRACER_BACKEND"
@@ -108,7 +108,6 @@ class _GlfwLoader:
 
     def __init__(self, glfw: Any, window: Any, platform: str) -> None:
         self._glfw, self._window, self.platform = glfw, window, platform
-        _loaders.append(self)
 
     def load_opengl_function(self, name: str) -> int:
         return self._glfw.get_proc_address(name) or 0
@@ -122,16 +121,17 @@ class _GlfwLoader:
     def release(self) -> None:
         if self in _loaders:
             _loaders.remove(self)
-            self._glfw.destroy_window(self._window)
-            _end_glfw_if_idle(self._glfw)
+            _close(self._glfw, self._window)
 
 
 # Of GLFW's open windows. GLFW has one platform a process at a time.
 _loaders: list[_GlfwLoader] = []
 
 
-def _end_glfw_if_idle(glfw: Any) -> None:
-    """Without windows, GLFW ends, so that another platform can begin."""
+def _close(glfw: Any, window: Any) -> None:
+    """Close a window, if there is one. Without any, GLFW ends, so that another platform can begin."""
+    if window:
+        glfw.destroy_window(window)
     if not _loaders:
         glfw.terminate()
 
@@ -149,6 +149,7 @@ def _open_glfw(
         glfw.init_hint(glfw.PLATFORM, glfw.PLATFORM_NULL)
     else:
         glfw.init_hint(glfw.PLATFORM, glfw.ANY_PLATFORM)
+    window = None
     try:
         glfw.init()
         glfw.default_window_hints()
@@ -163,10 +164,12 @@ def _open_glfw(
         window = glfw.create_window(*size, title, None, None)
         glfw.make_context_current(window)
         loader: Any = _GlfwLoader(glfw, window, platform)
-        return moderngl.create_context(require=REQUIRED, context=loader), window
+        context = moderngl.create_context(require=REQUIRED, context=loader)
     except Exception:
-        _end_glfw_if_idle(glfw)
+        _close(glfw, window)
         raise
+    _loaders.append(loader)
+    return context, window
 
 
 def _raise_glfw_error(_code: int, message: Any) -> NoReturn:

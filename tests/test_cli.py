@@ -20,6 +20,9 @@ from . import scenes
 from .displays import environment, x_server
 
 SCENE = str(scenes.ASSIGNMENT)
+# Where the system offers no OSMesa (Mesa 25.1 and later), `make test` says so here; else all must open.
+BACKENDS = os.environ.get("RAYTRACER_TEST_BACKENDS", "egl window osmesa").split()
+needs_osmesa = pytest.mark.skipif("osmesa" not in BACKENDS, reason="the system offers no OSMesa")
 
 
 def test_render_writes_a_png_with_the_scene_the_settings_and_the_version(tmp_path: Path) -> None:
@@ -58,6 +61,7 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
         (["render"], "SCENE"),
         (["render", SCENE], "-o"),
         (["render", "nowhere.toml", "-o", "{tmp}/a.png"], "nowhere.toml"),
+        (["render", "a" * 300, "-o", "{tmp}/a.png"], "expected a readable scene file"),
         (["render", "/", "-o", "{tmp}/a.png"], "folder"),
         (["render", "/dev/zero", "-o", "{tmp}/a.png"], "device"),
         (["render", SCENE, "-o", "{tmp}/a.jpg"], "ends in .png or .npz"),
@@ -151,19 +155,17 @@ def test_no_context_is_status_1_and_says_what_was_tried(tmp_path: Path) -> None:
 
 @pytest.mark.window
 def test_every_way_to_opengl_opens_here_and_makes_the_same_picture(tmp_path: Path) -> None:
-    # Where the system offers no OSMesa (Mesa 25.1 and later), `make test` says so here; else all must open.
-    backends = os.environ.get("RAYTRACER_TEST_BACKENDS", "egl window osmesa").split()
     pictures = []
     with x_server(640, 480) as display:
         command = [sys.executable, "-m", "raytracer"]
-        for backend in backends:
+        for backend in BACKENDS:
             out = tmp_path / f"{backend}.npz"
             options = ["render", SCENE, "-o", str(out), "--size", "160x90", "--backend", backend]
             subprocess.run(command + options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, check=True)
             pictures.append(np.load(out)["radiance"])
         options = ["doctor", "--json"]
         done = subprocess.run(command + options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, stdout=-1)
-    assert set(backends) <= {report["backend"] for report in json.loads(done.stdout) if report["opens"]}
+    assert set(BACKENDS) <= {report["backend"] for report in json.loads(done.stdout) if report["opens"]}
     for picture in pictures[1:]:
         np.testing.assert_allclose(picture, pictures[0], atol=1e-5)
 
@@ -177,6 +179,7 @@ def test_doctor_names_each_way_and_the_driver() -> None:
 
 
 @pytest.mark.window
+@needs_osmesa
 def test_contexts_of_one_process_do_not_end_each_other() -> None:
     script = """
 import raytracer as rt
@@ -187,6 +190,26 @@ for backend in ("egl", "osmesa", "window"):
         assert (rt.render(scene, (8, 8), backend=backend).radiance == first).all()
     except rt.ContextError as error:
         assert backend == "osmesa" and "only one kind at a time" in str(error), error
+"""
+    with x_server(640, 480) as display:
+        subprocess.run(
+            [sys.executable, "-c", script], env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, check=True
+        )
+
+
+@pytest.mark.window
+@needs_osmesa
+def test_a_window_that_fails_after_it_opened_is_not_in_the_way_of_the_next() -> None:
+    script = """
+from unittest import mock
+import moderngl
+from raytracer.context import ContextError, open_context
+with mock.patch.object(moderngl, "create_context", side_effect=RuntimeError("OpenGL is too old")):
+    try:
+        open_context("window")
+    except ContextError as error:
+        assert "too old" in str(error)
+open_context("osmesa")
 """
     with x_server(640, 480) as display:
         subprocess.run(
