@@ -31,12 +31,9 @@ def number(
         result = float(value)
     except (TypeError, ValueError, OverflowError):
         result = math.nan
-    if (
-        isinstance(value, str | bytes | bool)
-        or type(value).__name__ == "bool"
-        or not math.isfinite(result)
-        or not low <= result <= high
-    ):
+    # NumPy's bool is known by its name, because scenes are made without importing NumPy.
+    not_a_number = isinstance(value, str | bytes) or type(value).__name__ in ("bool", "bool_")
+    if not_a_number or not math.isfinite(result) or not low <= result <= high:
         raise InputError(f"{key}: expected {expected}, got {shown(value)}")
     return result
 

@@ -38,7 +38,7 @@ MAX_LEAVES = 65536
 MIN_UP_ANGLE = 1e-8
 
 
-class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True, repr_omit_defaults=True):
+class Material(msgspec.Struct, frozen=True, repr_omit_defaults=True):
     """How a surface reflects: ambient, diffuse and specular factors, the highlight's exponent.
 
     `ka`, `kd`, `ks` are linear RGB in [0, 1e12], `h` is in [0, 1e6], `model` is "phong"
@@ -138,7 +138,7 @@ def _check_material(material: Any) -> None:
         raise InputError(f"material: expected a Material, got {shown(material)}")
 
 
-class _Operator(Solid, frozen=True, eq=False, repr_omit_defaults=True):
+class _Operator(Solid, frozen=True, eq=False):
     """An inner node of a CSG tree.
 
     Trees get deep (a - b - c - ...), so nothing here recurses: equality, hash and repr work on
@@ -228,7 +228,7 @@ def _key(solid: Solid) -> tuple[object, ...]:
     return tuple(type(node) if isinstance(node, _Operator) else node for node in postfix(solid))
 
 
-class PointLight(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class PointLight(msgspec.Struct, frozen=True):
     """A light of intensity `color` at `position`, not attenuated by distance, as in the lecture."""
 
     position: Vec3
@@ -238,7 +238,7 @@ class PointLight(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         set_fields(self, position=point(self.position, "position"), color=color(self.color, "color"))
 
 
-class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Camera(msgspec.Struct, frozen=True):
     """A pinhole camera. `vertical_fov` is in degrees, in (0, 180); `up` need not be a unit vector."""
 
     position: Vec3

@@ -11,17 +11,16 @@ import os
 import re
 import tomllib
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import Any, TypeVar
 
 import msgspec
 
 from raytracer import expression
-from raytracer.checks import shown
+from raytracer.checks import InputError, Vec3, shown
 from raytracer.scene import (
     Camera,
-    InputError,
     Material,
     Plane,
     PointLight,
@@ -29,7 +28,6 @@ from raytracer.scene import (
     Scene,
     Solid,
     Sphere,
-    Vec3,
     leaves,
 )
 
@@ -40,23 +38,23 @@ _LONG_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*
 T = TypeVar("T")
 
 
-class _SphereTable(msgspec.Struct, forbid_unknown_fields=True):
+class _SphereTable(msgspec.Struct):
     center: Vec3
     radius: float
 
 
-class _PlaneTable(msgspec.Struct, forbid_unknown_fields=True):
+class _PlaneTable(msgspec.Struct):
     normal: Vec3
     offset: float
 
 
-class _ShapeTable(msgspec.Struct, forbid_unknown_fields=True):
+class _ShapeTable(msgspec.Struct):
     material: str
     sphere: dict[str, Any] | None = None
     plane: dict[str, Any] | None = None
 
 
-class _SceneTable(msgspec.Struct, forbid_unknown_fields=True):
+class _SceneTable(msgspec.Struct):
     """The file's top level. Tables of named entries stay raw, to be checked with their names at hand."""
 
     camera: dict[str, Any]
@@ -76,13 +74,6 @@ def examples() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
-def _standard_input(path: Path) -> IO[bytes]:
-    """The one thing that is not a regular file and may be read; a device or a pipe may never end."""
-    if path != Path("/dev/stdin"):
-        raise OSError(0, "it is a folder, a pipe or a device")
-    return path.open("rb")
-
-
 def load(path: str | os.PathLike[str]) -> Scene:
     """The scene in the TOML file `path`; its `name` is the file's without the suffix.
 
@@ -92,10 +83,13 @@ def load(path: str | os.PathLike[str]) -> Scene:
     read or is not a scene.
     """
     path = Path(path)
-    if not path.exists() and str(path) in examples():
-        path = examples()[str(path)]
     try:
-        with path.open("rb") if path.is_file() or not path.exists() else _standard_input(path) as file:
+        if not path.exists() and str(path) in examples():
+            path = examples()[str(path)]
+        # Reading a device or a pipe may never end.
+        if path.exists() and not path.is_file() and path != Path("/dev/stdin"):
+            raise OSError(0, "it is a folder, a pipe or a device")
+        with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
@@ -137,22 +131,22 @@ def loads(text: str, name: str = "scene") -> Scene:
     )
 
 
-def _convert(value: Any, kind: type[T], key: str) -> T:
-    """`value` as a `kind`; errors begin with the whole key, e.g. `shapes.a.sphere.radius`."""
-    fields: tuple[str, ...] = kind.__struct_fields__  # pyright: ignore[reportAttributeAccessIssue]
-    if isinstance(value, dict) and (unknown := [name for name in value if name not in fields]):
-        where = f"{key}: " if key else ""
-        raise InputError(f"{where}unknown key `{unknown[0]}` ({_known(fields)})")
+def _convert(value: Any, kind: type[T], key: str, keys: Sequence[str] = ()) -> T:
+    """`value` as a `kind`, of which a file may give `keys` (default: all its fields).
+
+    Errors begin with the whole key, e.g. `shapes.a.sphere.radius`.
+    """
+    keys = keys or kind.__struct_fields__  # pyright: ignore[reportAttributeAccessIssue]
+    if isinstance(value, dict) and (unknown := [name for name in value if name not in keys]):
+        raise InputError(": ".join(filter(None, (key, f"unknown key `{unknown[0]}` ({_known(keys)})"))))
     try:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
         message, _, inner = str(error).partition(" - at `$")
-        inner = inner.rstrip("`").removeprefix(".")
+        where = ".".join(filter(None, (key, inner.rstrip("`").removeprefix("."))))
         if isinstance(error.__cause__, InputError):  # from a __post_init__: the message begins with the field
-            separator = "." if key or inner else ""
-            raise InputError(f"{key}{'.' if key and inner else ''}{inner}{separator}{message}") from None
-        where = ".".join(filter(None, (key, inner)))
-        raise InputError(f"{where}: {_reworded(message)}" if where else _reworded(message)) from None
+            raise InputError(".".join(filter(None, (where, message)))) from None
+        raise InputError(": ".join(filter(None, (where, _reworded(message))))) from None
 
 
 _WORDS = {"`array`": "a list", "`object`": "a table", "`float`": "a number", "`str`": "a string", "`int`": "a number"}
@@ -160,7 +154,6 @@ _WORDS = {"`array`": "a list", "`object`": "a table", "`float`": "a number", "`s
 
 def _reworded(message: str) -> str:
     """A message of msgspec in the words of TOML."""
-    message = message.replace("Object contains unknown field", "unknown key")
     message = message.replace("Object missing required field", "missing key")
     for word, plain in _WORDS.items():
         message = message.replace(word, plain)
@@ -173,11 +166,10 @@ def _known(names: Iterable[str]) -> str:
     return f"known: {shown}" if len(shown) <= 120 else f"known: {shown[:120]}..."
 
 
-def _material(value: Any, key: str) -> Material:
-    where = f"materials.{key}"
-    if isinstance(value, dict) and "name" in value:  # the label is the table's own name
-        raise InputError(f"{where}: unknown key `name`")
-    return msgspec.structs.replace(_convert(value, Material, where), name=key)
+def _material(value: Any, name: str) -> Material:
+    # The label is the table's own name, so `name` is no key of it.
+    keys = tuple(field for field in Material.__struct_fields__ if field != "name")
+    return msgspec.structs.replace(_convert(value, Material, f"materials.{name}", keys), name=name)
 
 
 def _shape(value: Any, name: str, materials: dict[str, Material]) -> Primitive:
