@@ -1,21 +1,23 @@
 """A GLSL ray tracer for constructive solid geometry that knows its own error.
 
-import raytracer as rt
+    import raytracer as rt
 
-solid = (rt.Sphere((0, 0, 0), 1) | rt.Sphere((1, 0, 0), 1)) - rt.Sphere((0.5, 0.5, 0.5), 0.8)
-scene = rt.Scene([solid], [rt.PointLight((4, 7, 4))], rt.Camera((0, 1, 5), (0, 0, 0)))
-rt.render(scene, size=(640, 360), samples=16).save("solid.png")
+    solid = (rt.Sphere((0, 0, 0), 1) | rt.Sphere((1, 0, 0), 1)) - rt.Sphere((0.5, 0.5, 0.5), 0.8)
+    scene = rt.Scene([solid], [rt.PointLight((4, 7, 4))], rt.Camera((0, 1, 5), (0, 0, 0)))
+    rt.render(scene, size=(640, 360), samples=16).save("solid.png")
+
+A scene can also be loaded from a TOML file, by `load`; the command line is `raytracer --help`.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from raytracer.checks import InputError
 from raytracer.scene import (
     Camera,
     Complement,
     Difference,
-    InputError,
     Intersection,
     Material,
     Plane,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 import time
 import warnings
@@ -16,7 +17,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NoReturn, get_args
 
 from raytracer import __version__
-from raytracer.scene import InputError, Scene
+from raytracer.checks import InputError
+from raytracer.scene import Scene
 from raytracer.scene_file import load
 from raytracer.settings import Evaluator, Settings, Shading, Shadows
 
@@ -103,7 +105,11 @@ def _parser() -> argparse.ArgumentParser:
         default="walk",
         help="how CSG is evaluated: walk (fast, the default) or roth (the assignment's hit lists)",
     )
-    _add_backend(render)
+    render.add_argument(
+        "--backend",
+        metavar="NAME",
+        help="how OpenGL is reached: auto, egl, window or osmesa (default: the variable RAYTRACER_BACKEND, or auto)",
+    )
 
     view = _command(commands, "view", "show a scene in a window", _view)
     view.description = _VIEW
@@ -131,19 +137,11 @@ def _add_scene(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help="a TOML scene file, or the name of an example: assignment")
 
 
-def _add_backend(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--backend",
-        metavar="NAME",
-        help="how OpenGL is reached: auto, egl, window or osmesa (default: the variable RAYTRACER_BACKEND, or auto)",
-    )
-
-
 def _size(text: str) -> tuple[int, int]:
-    width, x, height = text.partition("x")
-    if not (x and width.isascii() and width.isdigit() and height.isascii() and height.isdigit()):
+    match = re.fullmatch(r"([0-9]+)x([0-9]+)", text)
+    if not match:
         raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, such as 1280x720, got {text!r}")
-    return _whole(width), _whole(height)
+    return _whole(match[1]), _whole(match[2])
 
 
 def _whole(text: str) -> int:
@@ -179,12 +177,8 @@ def _render(options: argparse.Namespace) -> int:
     geometry = output.suffix.lower() == ".npz"
     _check_memory(host_memory(options.size, geometry), options.size)
     renderer = shared_renderer(options.backend)
-    try:
-        renderer.check_limits(scene, settings)
-    except InputError as error:
-        raise InputError(f"{options.scene}: {error}") from None
     start = time.monotonic()
-    with _progress_bar(f"rendering {output.name}") as progress:
+    with _named(options.scene), _progress_bar(f"rendering {output.name}") as progress:
         image = renderer.render(scene, options.size, settings, geometry=geometry, progress=progress)
     image.save(output)
     width, height = options.size
@@ -198,11 +192,18 @@ def _view(options: argparse.Namespace) -> int:
 
     from raytracer.viewer import view
 
-    try:
+    with _named(options.scene):
         view(scene)
-    except InputError as error:  # beyond this driver's limits
-        raise InputError(f"{options.scene}: {error}") from None
     return 0
+
+
+@contextmanager
+def _named(scene: str) -> Iterator[None]:
+    """Errors in the block are the scene's, such as being beyond the driver's limits: they name its file."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{scene}: {error}") from None
 
 
 def _check_memory(needed: int, size: tuple[int, int]) -> None:

@@ -12,7 +12,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 
-from raytracer.scene import Complement, Difference, InputError, Intersection, Solid, Union
+from raytracer.checks import InputError
+from raytracer.scene import Complement, Difference, Intersection, Solid, Union
 
 # What a person or a program may sensibly write: enough for every primitive that one object may have.
 MAX_CHARACTERS = 1_000_000

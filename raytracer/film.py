@@ -14,7 +14,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.scene import InputError
+from raytracer.checks import InputError
 
 SUFFIXES = (".png", ".npz")
 # Rows are encoded this many values at a time, so that no temporary is as large as the picture.

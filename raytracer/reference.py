@@ -38,9 +38,10 @@ def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None
     )
     tracer = _Tracer(scene)
     for k in range(settings.samples):
+        rays = camera_rays(scene.camera, size, sample_point(k))
         for top in range(0, height, _ROWS):
             rows = slice(top, min(top + _ROWS, height))
-            rd = camera_rays(scene.camera, size, sample_point(k))[rows]
+            rd = rays[rows]
             shape = rd.shape[:2]
             rd = rd.reshape(-1, 3)
             ro = np.broadcast_to(np.array(scene.camera.position), rd.shape)
@@ -104,7 +105,7 @@ def _inside(solid: list[Solid], leaf_inside: list[Mask]) -> list[Mask]:
     stack: list[Mask] = []
     leaf = iter(leaf_inside)
     for node in solid:
-        if isinstance(node, Sphere | Plane):
+        if isinstance(node, Primitive):
             value = next(leaf)
         elif isinstance(node, Complement):
             value = ~stack.pop()
@@ -121,7 +122,7 @@ class _Tracer:
 
     def __init__(self, scene: Scene) -> None:
         self._trees = [postfix(solid) for solid in scene.objects]
-        self.leaves = [node for tree in self._trees for node in tree if isinstance(node, Sphere | Plane)]
+        self.leaves = [node for tree in self._trees for node in tree if isinstance(node, Primitive)]
         order = {material: i for i, material in enumerate(scene.materials)}
         self.material_index = np.array([*(order[leaf.material] for leaf in self.leaves), -1], np.int32)
         keys = [_geometry(leaf) for leaf in self.leaves]
@@ -169,7 +170,7 @@ class _Tracer:
         spans = self.spans(ro, rd, start, n)
         first_leaf = 0
         for tree in self._trees:
-            count = sum(isinstance(node, Sphere | Plane) for node in tree)
+            count = sum(isinstance(node, Primitive) for node in tree)
             own = spans[first_leaf : first_leaf + count]
             t = np.full(len(rd), np.inf)
             for root in (root for span in own for root in span):
@@ -207,7 +208,7 @@ def _owner(tree: list[Solid], before: list[Mask], after: list[Mask]) -> NDArray[
     stack: list[tuple[Mask, Any]] = []  # does the node change, its owner
     leaf = 0
     for node, b, a in zip(tree, before, after, strict=True):
-        if isinstance(node, Sphere | Plane):
+        if isinstance(node, Primitive):
             owner: Any = np.full(a.shape, leaf, np.int32)
             leaf += 1
         elif isinstance(node, Complement):

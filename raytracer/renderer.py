@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 import moderngl
 import numpy as np
 
+from raytracer.checks import InputError, shown
 from raytracer.context import backend_name, open_context
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
 from raytracer.passes import SUMMED, Passes, Rectangle
-from raytracer.scene import InputError, Scene
+from raytracer.scene import Scene
 from raytracer.settings import Evaluator, Settings, Shading, Shadows
 from raytracer.shader import roth_loops, shade_source, surfaces, visibility_source
 
@@ -54,7 +55,7 @@ def render(
     OpenGL context opens, MemoryError if the picture does not fit.
     """
     if not isinstance(scene, Scene):
-        raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {scene!r:.60}")
+        raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}")
     settings = Settings(samples=samples, shading=shading, shadows=shadows, evaluator=evaluator)
     check_size(size)
     return shared_renderer(backend).render(scene, size, settings, geometry=geometry, progress=progress)
@@ -79,7 +80,7 @@ def check_size(size: Any) -> None:
     except (TypeError, ValueError):
         right = False
     if not right:
-        raise InputError(f"size: expected width and height in whole pixels in [1, {MAX_SIDE}], got {size!r}")
+        raise InputError(f"size: expected width and height in whole pixels in [1, {MAX_SIDE}], got {shown(size)}")
 
 
 def host_memory(size: tuple[int, int], geometry: bool) -> int:
@@ -111,7 +112,7 @@ class Renderer:
         """An image of `scene`; `tile` is the side of the largest target in pixels. Else as `render()`."""
         from raytracer import __version__
 
-        self.check_limits(scene, settings)
+        self._check_limits(scene, settings)
         width, height = size
         tile = min(tile, self.max_target)
         image = Image(
@@ -132,16 +133,16 @@ class Renderer:
             for i, rectangle in enumerate(tiles):
                 x, y, w, h = rectangle
                 where = slice(height - y - h, height - y), slice(x, x + w)
-                total = np.zeros((h, w, 3))
+                total = np.float64(0.0)  # NumPy's, so that adding a float32 picture makes it float64
                 for k in range(settings.samples):
                     passes.draw(rectangle, k)
                     if k == 0 and geometry:
                         passes.read_geometry(image, where)
                     if (k + 1) % SUMMED == 0 or k + 1 == settings.samples:
-                        total += passes.read_sum((w, h))
+                        total = total + passes.read_sum((w, h))
                     if progress:
                         progress(i * settings.samples + k + 1, len(tiles) * settings.samples)
-                image.radiance[where] = total / settings.samples
+                np.divide(total, settings.samples, out=image.radiance[where], casting="same_kind")
         return image
 
     def program(self, source: Source) -> moderngl.Program:
@@ -156,7 +157,7 @@ class Renderer:
             self._programs[source.text] = program
         return self._programs[source.text]
 
-    def check_limits(self, scene: Scene, settings: Settings) -> None:
+    def _check_limits(self, scene: Scene, settings: Settings) -> None:
         """Raise InputError if the scene needs more than this driver or the evaluator has."""
         if settings.evaluator == "roth" and (loops := roth_loops(scene)) > MAX_ROTH_LOOPS:
             raise InputError(

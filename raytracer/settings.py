@@ -6,8 +6,8 @@ from typing import Literal, get_args
 
 import msgspec
 
-from raytracer.checks import MAX_EXPONENT
-from raytracer.scene import MODELS, InputError, Material
+from raytracer.checks import MAX_EXPONENT, InputError, shown
+from raytracer.scene import MODELS, Material
 
 Shadows = Literal["off", "hard", "diluted"]
 Shading = Literal["phong", "blinn"]
@@ -33,7 +33,7 @@ class Settings(msgspec.Struct, frozen=True):
 
     def __post_init__(self) -> None:
         if isinstance(self.samples, bool) or not isinstance(self.samples, int) or not 1 <= self.samples <= MAX_SAMPLES:
-            raise InputError(f"samples: expected a whole number in [1, {MAX_SAMPLES}], got {self.samples!r}")
+            raise InputError(f"samples: expected a whole number in [1, {MAX_SAMPLES}], got {shown(self.samples)}")
         _check_choice("shading", self.shading, (None, *get_args(Shading)))
         _check_choice("shadows", self.shadows, get_args(Shadows))
         _check_choice("evaluator", self.evaluator, get_args(Evaluator))
@@ -56,7 +56,7 @@ class Settings(msgspec.Struct, frozen=True):
 
 def _check_choice(key: str, value: object, choices: tuple[str | None, ...]) -> None:
     if value not in choices:
-        raise InputError(f"{key}: expected one of {', '.join(map(str, choices))}, got {value!r}")
+        raise InputError(f"{key}: expected one of {', '.join(map(str, choices))}, got {shown(value)}")
 
 
 assert get_args(Shading) == MODELS

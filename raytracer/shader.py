@@ -176,6 +176,9 @@ def _roth(trees: list[_Tree], spheres: int) -> list[str]:
     ]
 
 
+_LOGIC: dict[type[Solid], str] = {Union: "{} || {}", Intersection: "{} && {}", Difference: "{} && !{}"}
+
+
 def _walk(trees: list[_Tree], spheres: int) -> list[str]:
     """By one walk over the roots of all primitives: the first at which an object's tree changes."""
     spans, next_root, inside, owner = [], [], [], []
@@ -198,10 +201,10 @@ def _walk(trees: list[_Tree], spheres: int) -> list[str]:
                 owner.append(f"    int o{k} = o{a};")
             else:
                 b, a = stack.pop(), stack.pop()
-                logic = "{0}%d || {0}%d" if isinstance(node, Union) else "{0}%d && {0}%d"
-                logic = ("{0}%d && !{0}%d" if isinstance(node, Difference) else logic) % (a, b)
-                inside.append(f"        bool in{k} = {logic.format('in')};")
-                owner.append(f"    bool b{k} = {logic.format('b')}, a{k} = {logic.format('a')};")
+                logic = _LOGIC[type(node)]
+                inside.append(f"        bool in{k} = {logic.format(f'in{a}', f'in{b}')};")
+                before, after = logic.format(f"b{a}", f"b{b}"), logic.format(f"a{a}", f"a{b}")
+                owner.append(f"    bool b{k} = {before}, a{k} = {after};")
                 owner.append(f"    int o{k} = b{a} != a{a} ? o{a} : o{b};")
             stack.append(k)
             k += 1

@@ -11,7 +11,7 @@ from PIL import Image
 
 import raytracer
 
-CHECKOUT = Path(__file__).parent.parent
+from .scenes import CHECKOUT
 
 
 def run(folder: Path, *command: str | Path) -> str:

@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,8 +17,8 @@ from raytracer.scene import MAX_LENGTH
 from raytracer.viewer import dragged
 
 from .displays import environment, x_server
+from .scenes import CHECKOUT
 
-CHECKOUT = Path(__file__).parent.parent
 SCENE = "assets/scenes/assignment.toml"
 SIZE = (1280, 720)
 COMMAND = (sys.executable, "-m", "raytracer", "view", SCENE)
