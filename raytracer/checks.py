@@ -44,6 +44,11 @@ def shown(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
+def printable(text: str) -> str:
+    """`text` without control characters: file names and keys may hold anything."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
 def _vector(value: Any, key: str, low: float, high: float, expected: str) -> Vec3:
     try:
         x, y, z = value

@@ -17,9 +17,9 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NoReturn, get_args
 
 from raytracer import __version__
-from raytracer.checks import InputError
-from raytracer.scene import Scene
-from raytracer.scene_file import load
+from raytracer.checks import InputError, number, printable
+from raytracer.interaction import CONTROLS, DEFAULT_SAMPLES
+from raytracer.scene_file import load, parse, read
 from raytracer.settings import Evaluator, Settings, Shading, Shadows
 
 if TYPE_CHECKING:
@@ -39,22 +39,17 @@ examples:
   raytracer doctor
 """
 
-_VIEW = """\
-Show a scene in a window.
-
-Drag with the left mouse button to move the first light around what the camera looks at.
-B  Phong or Blinn shading      S  hard, diluted or no shadows
-A  16 rays a pixel or 1        Esc  close
-"""
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line with `arguments` (default: sys.argv) and return the exit status."""
     try:
-        options = _parser().parse_args(arguments)
-        return options.run(options)
+        with warnings.catch_warnings():
+            warnings.simplefilter("always")
+            warnings.showwarning = _show_warning
+            options = _parser().parse_args(arguments)
+            return options.run(options)
     except InputError as error:
-        print(f"raytracer: {_one_line(str(error))}", file=sys.stderr)
+        print(f"raytracer: {printable(str(error))}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("raytracer: interrupted, nothing written", file=sys.stderr)
@@ -70,9 +65,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
 
 
-def _one_line(text: str) -> str:
-    """Without control characters: file names and keys may hold anything."""
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+def _show_warning(message: Warning | str, *_: object) -> None:
+    print(f"raytracer: warning: {printable(str(message))}", file=sys.stderr)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -95,16 +89,7 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument(
         "-o", "--output", metavar="OUT", required=True, help=".png (8-bit sRGB) or .npz (float32 arrays)"
     )
-    render.add_argument("--size", metavar="WxH", type=_size, default=(1280, 720), help="in pixels (default: 1280x720)")
-    render.add_argument("--samples", metavar="N", type=_whole, default=1, help="rays a pixel (default: 1)")
-    render.add_argument("--shading", choices=get_args(Shading), help="for all materials (default: each one's own)")
-    render.add_argument("--shadows", choices=get_args(Shadows), default="hard", help="default: hard")
-    render.add_argument(
-        "--evaluator",
-        choices=get_args(Evaluator),
-        default="walk",
-        help="how CSG is evaluated: walk (fast, the default) or roth (the assignment's hit lists)",
-    )
+    _add_settings(render, samples=1)
     render.add_argument(
         "--backend",
         metavar="NAME",
@@ -112,8 +97,18 @@ def _parser() -> argparse.ArgumentParser:
     )
 
     view = _command(commands, "view", "show a scene in a window", _view)
-    view.description = _VIEW
     _add_scene(view)
+    _add_settings(view, samples=DEFAULT_SAMPLES)
+    view.add_argument(
+        "--budget",
+        metavar="MS",
+        type=float,
+        default=33.0,
+        help="milliseconds that a moving picture's sample may take; above, its pixels are enlarged (default: 33)",
+    )
+    width = max(len(control.key) for control in CONTROLS)
+    controls = "".join(f"  {control.key:{width}}  {control.does}\n" for control in CONTROLS)
+    view.epilog = f"mouse and keys:\n{controls}\n{view.epilog}"
 
     doctor = _command(commands, "doctor", "which OpenGL contexts open here, and what to install if none does", _doctor)
     doctor.add_argument("--json", action="store_true", help="print JSON instead of a table")
@@ -137,6 +132,30 @@ def _add_scene(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help="a TOML scene file, or the name of an example: assignment")
 
 
+def _add_settings(parser: argparse.ArgumentParser, samples: int) -> None:
+    parser.add_argument("--size", metavar="WxH", type=_size, default=(1280, 720), help="in pixels (default: 1280x720)")
+    parser.add_argument(
+        "--samples", metavar="N", type=_whole, default=samples, help=f"rays a pixel (default: {samples})"
+    )
+    parser.add_argument("--shading", choices=get_args(Shading), help="for all materials (default: each one's own)")
+    parser.add_argument("--shadows", choices=get_args(Shadows), default="hard", help="default: hard")
+    parser.add_argument(
+        "--evaluator",
+        choices=get_args(Evaluator),
+        default="walk",
+        help="how CSG is evaluated: walk (fast, the default) or roth (the assignment's hit lists)",
+    )
+
+
+def _settings(options: argparse.Namespace) -> Settings:
+    return Settings(
+        samples=options.samples,
+        shading=options.shading,
+        shadows=options.shadows,
+        evaluator=options.evaluator,
+    )
+
+
 def _size(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"([0-9]+)x([0-9]+)", text)
     if not match:
@@ -150,24 +169,10 @@ def _whole(text: str) -> int:
     return int(text.lstrip("0")[:9] or "0")  # more digits are too many in any case
 
 
-def _load(path: str) -> Scene:
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        scene = load(path)
-    for warning in caught:
-        print(f"raytracer: warning: {_one_line(f'{path}: {warning.message}')}", file=sys.stderr)
-    return scene
-
-
 def _render(options: argparse.Namespace) -> int:
     # What is wrong is found as early as it can be: most of it before NumPy and OpenGL are loaded.
-    settings = Settings(
-        samples=options.samples,
-        shading=options.shading,
-        shadows=options.shadows,
-        evaluator=options.evaluator,
-    )
-    scene = _load(options.scene)
+    settings = _settings(options)
+    scene = load(options.scene)
 
     from raytracer.film import check_output
     from raytracer.renderer import check_size, host_memory, shared_renderer
@@ -188,12 +193,17 @@ def _render(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    scene = _load(options.scene)
+    settings = _settings(options)
+    budget = number(options.budget, "--budget", 0.001, 1e6, "milliseconds in [0.001, 1e6]") / 1000.0
+    path, text = read(options.scene)
+    scene = parse(path, text)
 
+    from raytracer.renderer import check_size
     from raytracer.viewer import view
 
+    check_size(options.size)
     with _named(options.scene):
-        view(scene)
+        view(path, text, scene, settings, options.size, budget)
     return 0
 
 

@@ -154,6 +154,7 @@ def _open_glfw(
         glfw.init()
         glfw.default_window_hints()
         glfw.window_hint(glfw.VISIBLE, visible)
+        glfw.window_hint(glfw.SCALE_TO_MONITOR, visible)
         glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, REQUIRED // 100)
         glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, REQUIRED // 10 % 10)
         glfw.window_hint(glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import io
+import itertools
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
@@ -72,15 +73,16 @@ class Image:
                 np.savez(file, **arrays)
         else:
             with written_whole(path) as file:
-                self._write_png(file)
+                self.write_png(file)
 
     def _repr_png_(self) -> bytes:
         """What a notebook shows."""
         buffer = io.BytesIO()
-        self._write_png(buffer)
+        self.write_png(buffer)
         return buffer.getvalue()
 
-    def _write_png(self, file: IO[bytes]) -> None:
+    def write_png(self, file: IO[bytes]) -> None:
+        """Write the picture as PNG (8-bit sRGB), with the metadata as text."""
         from PIL import Image as Pillow
         from PIL.PngImagePlugin import PngInfo
 
@@ -120,6 +122,27 @@ def written_whole(path: Path) -> Iterator[IO[Any]]:
     except BaseException:
         os.unlink(temporary)
         raise
+
+
+@contextmanager
+def written_new(stem: str, suffix: str) -> Iterator[tuple[Path, IO[Any]]]:
+    """The first path of stem-1, stem-2, ... that is not there yet, and a binary file for it, as `written_whole`."""
+    path = _reserved(Path(f"{stem}-{number}{suffix}") for number in itertools.count(1))
+    try:
+        with written_whole(path) as file:
+            yield path, file
+    except BaseException:
+        path.unlink()
+        raise
+
+
+def _reserved(paths: Iterator[Path]) -> Path:
+    """The first that is not there, made as an empty file."""
+    while True:
+        path = next(paths)
+        with suppress(FileExistsError):
+            path.touch(exist_ok=False)
+            return path
 
 
 def _umask() -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import moderngl
@@ -15,53 +16,55 @@ from raytracer.scene import Scene
 from raytracer.settings import Settings
 
 Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower left pixel of the picture
-# Samples summed in float32 on the GPU before the sum goes on in float64 here: rounding of a longer
-# sum would outweigh what more samples gain.
-SUMMED = 256
 # Uniform blocks' binding points.
 _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Materials": 2, "Lights": 3}
 
 
 class Passes:
-    """Targets of `target` (width, height) pixels, and the scene's numbers on the GPU, until closed.
+    """Targets of `target` (width, height) pixels, and a scene's numbers, on the GPU until closed."""
 
-    `programs` are those of visibility.frag and shade.frag.
-    """
+    def __init__(self, context: moderngl.Context, target: tuple[int, int]) -> None:
+        self._context = context
+        self._programs: tuple[moderngl.Program, ...] = ()
+        self._arrays: list[moderngl.VertexArray] = []
+        self._buffers: dict[str, moderngl.Buffer] = {}
+        self._normal_depth = context.texture(target, 4, dtype="f4")
+        self._surface = context.texture(target, 1, dtype="i4")
+        self.radiance = context.texture(target, 4, dtype="f4")  # the sum of the samples
+        self._seen = context.framebuffer([self._normal_depth, self._surface])
+        self._light = context.framebuffer([self.radiance])
 
-    def __init__(
+    def load(
         self,
-        context: moderngl.Context,
         programs: tuple[moderngl.Program, moderngl.Program],
         scene: Scene,
         settings: Settings,
         size: tuple[int, int],
-        target: tuple[int, int],
     ) -> None:
-        self._context = context
-        self._programs = programs
+        """Take the numbers of `scene` for a picture of `size`. `programs` draw the two passes of its structure."""
         self._to_world = view_space.rotation(scene.camera).astype(np.float32)
         self._material_index = view_space.material_index(scene)
-
-        blocks = {
-            "Surfaces": view_space.surfaces_block(scene),
-            "CameraTerms": view_space.camera_terms_block(scene, size),
-            "Materials": view_space.materials_block(scene, settings),
-            "Lights": view_space.lights_block(scene),
-        }
-        self._buffers = {name: context.buffer(data) for name, data in blocks.items() if data}
-        self._normal_depth = context.texture(target, 4, dtype="f4")
-        self._surface = context.texture(target, 1, dtype="i4")
-        self._radiance = context.texture(target, 4, dtype="f4")
-        self._seen = context.framebuffer([self._normal_depth, self._surface])
-        self._light = context.framebuffer([self._radiance])
-        self._arrays = [context.vertex_array(program, []) for program in self._programs]
-        for program in self._programs:
+        if programs != self._programs:
+            release(self._context, *self._arrays)
+            self._arrays = [self._context.vertex_array(program, []) for program in programs]
+            self._programs = programs
+        self._write(
+            {
+                "Surfaces": view_space.surfaces_block(scene),
+                "CameraTerms": view_space.camera_terms_block(scene, size),
+                "Materials": view_space.materials_block(scene, settings),
+                "Lights": view_space.lights_block(scene),
+            }
+        )
+        for program in programs:
             set_uniforms(
                 program,
                 resolution=size,
                 pixelScale=view_space.pixel_scale(scene.camera, size[1]),
                 ambient=scene.ambient,
                 background=scene.background,
+                toWorld=tuple(self._to_world.ravel().tolist()),  # rows of the way there are columns of the way back
+                focus=math.dist(scene.camera.position, scene.camera.look_at),
                 normalDepth=0,
                 surface=1,
             )
@@ -69,8 +72,20 @@ class Passes:
                 if name in program:
                     program[name].binding = _BLOCKS[name]  # pyright: ignore[reportAttributeAccessIssue]
 
-    def draw(self, tile: Rectangle, k: int) -> None:
-        """Draw sample k = 0, 1, ... of a tile and wait for it. Every `SUMMED`-th starts the sum anew."""
+    def _write(self, blocks: dict[str, bytes]) -> None:
+        """Bring the uniform blocks to the GPU, into the buffers that are there if they have the size."""
+        for name, data in blocks.items():
+            buffer = self._buffers.get(name)
+            if buffer and buffer.size == len(data):
+                buffer.write(data)
+                continue
+            if buffer:
+                self._buffers.pop(name).release()
+            if data:
+                self._buffers[name] = self._context.buffer(data, dynamic=True)
+
+    def draw(self, tile: Rectangle, k: int, *, add: bool) -> None:
+        """Draw sample k = 0, 1, ... of a tile and wait for it; `add` it to the sum, or start one."""
         sx, sy = sample_point(k)
         for program in self._programs:
             set_uniforms(program, tileOrigin=tile[:2], samplePoint=(2.0 * sx - 1.0, 1.0 - 2.0 * sy))
@@ -85,7 +100,7 @@ class Passes:
 
         self._light.use()
         self._light.viewport = viewport
-        if k % SUMMED > 0:
+        if add:
             self._context.enable(moderngl.BLEND)
             self._context.blend_func = moderngl.ONE, moderngl.ONE
         self._normal_depth.use(0)
@@ -95,7 +110,7 @@ class Passes:
         self._context.finish()
 
     def read_sum(self, size: tuple[int, int]) -> NDArray[np.float32]:
-        """(H, W, 3): the sum of the samples drawn since the last start, top row first."""
+        """(H, W, 3): the sum of the samples, top row first."""
         width, height = size
         data = self._light.read((0, 0, width, height), components=3, dtype="f4")
         return np.frombuffer(data, np.float32).reshape(height, width, 3)[::-1]
@@ -115,7 +130,7 @@ class Passes:
 
     def close(self) -> None:
         """Give back everything on the GPU."""
-        targets = (self._normal_depth, self._surface, self._radiance)
+        targets = (self._normal_depth, self._surface, self.radiance)
         release(self._context, *self._arrays, self._seen, self._light, *targets, *self._buffers.values())
 
 

@@ -13,7 +13,7 @@ from raytracer.checks import InputError, shown
 from raytracer.context import backend_name, open_context
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
-from raytracer.passes import SUMMED, Passes, Rectangle
+from raytracer.passes import Passes, Rectangle
 from raytracer.scene import Scene
 from raytracer.settings import Evaluator, Settings, Shading, Shadows
 from raytracer.shader import roth_loops, shade_source, surfaces, visibility_source
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int], None]
 
+# Samples summed in float32 on the GPU before the sum goes on in float64 here: rounding of a longer
+# sum would outweigh what more samples gain.
+SUMMED = 256
 # Side of a tile in pixels. A tile's targets take 36 bytes a pixel, 151 MB at this size.
 TILE = 2048
 MAX_SIDE = 65536
@@ -30,6 +33,8 @@ MAX_SIDE = 65536
 MAX_ROTH_LOOPS = 14
 # All trees are written out in one shader: llvmpipe compiles 100 primitives in 5 s, 300 in 34 s.
 MAX_PRIMITIVES = 512
+# Programs kept for scenes of the same structure: more than a window's toggles and a picture's passes need.
+MAX_PROGRAMS = 64
 
 
 def render(
@@ -83,6 +88,17 @@ def check_size(size: Any) -> None:
         raise InputError(f"size: expected width and height in whole pixels in [1, {MAX_SIDE}], got {shown(size)}")
 
 
+def metadata(scene: Scene, size: tuple[int, int], settings: Settings) -> dict[str, str]:
+    """What a picture's file says of it."""
+    from raytracer import __version__
+
+    return {
+        "Title": scene.name,
+        "Software": f"raytracer {__version__}",
+        "Description": f"{size[0]}x{size[1]}, {settings}",
+    }
+
+
 def host_memory(size: tuple[int, int], geometry: bool) -> int:
     """Bytes of host memory that rendering and saving a picture take at most, beside the program itself."""
     # radiance 12, its 8-bit copy 3 and Pillow's 4; depth 4, normal 12, material 4 and its index 4
@@ -110,9 +126,7 @@ class Renderer:
         tile: int = TILE,
     ) -> Image:
         """An image of `scene`; `tile` is the side of the largest target in pixels. Else as `render()`."""
-        from raytracer import __version__
-
-        self._check_limits(scene, settings)
+        self.check_limits(scene, settings)
         width, height = size
         tile = min(tile, self.max_target)
         image = Image(
@@ -120,22 +134,19 @@ class Renderer:
             depth=np.empty((height, width), np.float32) if geometry else None,
             normal=np.empty((height, width, 3), np.float32) if geometry else None,
             material=np.empty((height, width), np.int32) if geometry else None,
-            metadata={
-                "Title": scene.name,
-                "Software": f"raytracer {__version__}",
-                "Description": f"{width}x{height}, {settings}",
-            },
+            metadata=metadata(scene, size, settings),
         )
         tiles = list(_tiles(size, tile))
         programs = self.program(visibility_source(scene, settings)), self.program(shade_source(scene, settings))
         target = min(width, tile), min(height, tile)
-        with self.context, closing(Passes(self.context, programs, scene, settings, size, target)) as passes:
+        with self.context, closing(Passes(self.context, target)) as passes:
+            passes.load(programs, scene, settings, size)
             for i, rectangle in enumerate(tiles):
                 x, y, w, h = rectangle
                 where = slice(height - y - h, height - y), slice(x, x + w)
                 total = np.float64(0.0)  # NumPy's, so that adding a float32 picture makes it float64
                 for k in range(settings.samples):
-                    passes.draw(rectangle, k)
+                    passes.draw(rectangle, k, add=k % SUMMED > 0)
                     if k == 0 and geometry:
                         passes.read_geometry(image, where)
                     if (k + 1) % SUMMED == 0 or k + 1 == settings.samples:
@@ -147,17 +158,20 @@ class Renderer:
 
     def program(self, source: Source) -> moderngl.Program:
         """The full-screen program with this fragment shader. Raises ShaderError with files and lines."""
-        if source.text not in self._programs:
+        program = self._programs.pop(source.text, None)
+        if program is None:
             vertex = assemble("screen.vert")
             try:
                 with self.context:
                     program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
             except moderngl.Error as error:
                 raise ShaderError(source.explain(str(error))) from None
-            self._programs[source.text] = program
-        return self._programs[source.text]
+        self._programs[source.text] = program  # the last used is last
+        if len(self._programs) > MAX_PROGRAMS:
+            self._programs.pop(next(iter(self._programs))).release()
+        return program
 
-    def _check_limits(self, scene: Scene, settings: Settings) -> None:
+    def check_limits(self, scene: Scene, settings: Settings) -> None:
         """Raise InputError if the scene needs more than this driver or the evaluator has."""
         if settings.evaluator == "roth" and (loops := roth_loops(scene)) > MAX_ROTH_LOOPS:
             raise InputError(

@@ -27,6 +27,7 @@ from raytracer.checks import (
     set_fields,
     shown,
 )
+from raytracer.vectors import cross, divided, dot, scaled, sub
 
 T = TypeVar("T")
 
@@ -261,40 +262,20 @@ class Camera(msgspec.Struct, frozen=True):
 
     def axes(self) -> tuple[Vec3, Vec3, Vec3]:
         """Unit vectors right, up, forward of the picture, in world space (right-handed: back = -forward)."""
-        forward = _sub(self.look_at, self.position)
+        forward = sub(self.look_at, self.position)
         distance = math.hypot(*forward)
         if distance == 0.0:
             raise InputError(f"look_at: expected a point other than position, got {self.look_at}")
-        forward = _divided(forward, distance)
-        right = _cross(forward, _divided(self.up, math.hypot(*self.up)))
+        forward = divided(forward, distance)
+        right = cross(forward, divided(self.up, math.hypot(*self.up)))
         sine = math.hypot(*right)
         if sine < MIN_UP_ANGLE:
             raise InputError(f"up: expected a direction not parallel to the view, got {self.up}")
         # The shorter the product, the larger its rounding: take out what is left along `forward`.
-        right = _divided(right, sine)
-        right = _sub(right, _scaled(forward, _dot(right, forward)))
-        right = _divided(right, math.hypot(*right))
-        return right, _cross(right, forward), forward
-
-
-def _sub(a: Vec3, b: Vec3) -> Vec3:
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
-
-
-def _dot(a: Vec3, b: Vec3) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _scaled(a: Vec3, s: float) -> Vec3:
-    return (a[0] * s, a[1] * s, a[2] * s)
-
-
-def _divided(a: Vec3, s: float) -> Vec3:
-    return (a[0] / s, a[1] / s, a[2] / s)
-
-
-def _cross(a: Vec3, b: Vec3) -> Vec3:
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+        right = divided(right, sine)
+        right = sub(right, scaled(forward, dot(right, forward)))
+        right = divided(right, math.hypot(*right))
+        return right, cross(right, forward), forward
 
 
 class Scene(msgspec.Struct, frozen=True):

@@ -30,6 +30,7 @@ from raytracer.scene import (
     Sphere,
     leaves,
 )
+from raytracer.scene_text import line_of_error
 
 MAX_BYTES = 4 * 1024 * 1024
 # tomllib takes time that is quadratic in the parts of a dotted key: a.b.c.
@@ -82,6 +83,11 @@ def load(path: str | os.PathLike[str]) -> Scene:
     Warns (UserWarning) of shapes that no object uses. Raises InputError if the file cannot be
     read or is not a scene.
     """
+    return parse(*read(path))
+
+
+def read(path: str | os.PathLike[str]) -> tuple[Path, str]:
+    """The file that `load` takes for `path`, and its text. Raises InputError if it cannot be read."""
     path = Path(path)
     try:
         if not path.exists() and str(path) in examples():
@@ -95,18 +101,36 @@ def load(path: str | os.PathLike[str]) -> Scene:
         reason = getattr(error, "strerror", None) or error
         names = ", ".join(examples())
         raise InputError(f"{path}: expected a readable scene file or an example ({names}): {reason}") from None
+    if len(data) > MAX_BYTES:
+        raise InputError(f"{path}: expected a file of at most {MAX_BYTES} bytes")
     try:
-        if len(data) > MAX_BYTES:
-            raise InputError(f"expected a file of at most {MAX_BYTES} bytes")
-        return loads(data.decode(), name=path.stem.encode(errors="replace").decode())
+        return path, data.decode()
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: expected UTF-8 text: {error.reason} at byte {error.start}") from None
+
+
+def parse(path: Path, text: str) -> Scene:
+    """The scene in the text of file `path`. Warns and raises as `load`; messages name file and line."""
+    try:
+        scene, unused = _scene(text, path.stem.encode(errors="replace").decode())
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        line = line_of_error(text, str(error))
+        raise InputError(f"{path}:{line}: {error}" if line else f"{path}: {error}") from None
+    if unused:
+        warnings.warn(f"{path}: {unused}", stacklevel=3)
+    return scene
 
 
 def loads(text: str, name: str = "scene") -> Scene:
     """The scene in a TOML text. Warns and raises as `load`, without a file's name."""
+    scene, unused = _scene(text, name)
+    if unused:
+        warnings.warn(unused, stacklevel=2)
+    return scene
+
+
+def _scene(text: str, name: str) -> tuple[Scene, str]:
+    """The scene, and a warning or ""."""
     if _LONG_KEY.search(text):
         raise InputError("expected keys of at most 32 parts")
     try:
@@ -119,9 +143,8 @@ def loads(text: str, name: str = "scene") -> Scene:
     materials = {key: _material(value, key) for key, value in table.materials.items()}
     shapes = {key: _shape(value, key, materials) for key, value in table.shapes.items()}
     objects = [_object(text, key, shapes, table.objects) for key, text in table.objects.items()]
-    _warn_of_unused(shapes, objects)
     options = {key: getattr(table, key) for key in ("ambient", "background") if getattr(table, key) is not None}
-    return Scene(
+    scene = Scene(
         objects=objects,
         lights=[_convert(value, PointLight, f"lights[{i}]") for i, value in enumerate(table.lights)],
         camera=_convert(table.camera, Camera, "camera"),
@@ -129,6 +152,7 @@ def loads(text: str, name: str = "scene") -> Scene:
         name=name,
         **options,
     )
+    return scene, _unused(shapes, objects)
 
 
 def _convert(value: Any, kind: type[T], key: str, keys: Sequence[str] = ()) -> T:
@@ -205,9 +229,9 @@ def _object(text: Any, key: str, shapes: dict[str, Primitive], objects: dict[str
         raise InputError(f"objects.{key}: {error}{hint}") from None
 
 
-def _warn_of_unused(shapes: dict[str, Primitive], objects: list[Solid]) -> None:
+def _unused(shapes: dict[str, Primitive], objects: list[Solid]) -> str:
+    """A warning of shapes that no object uses, or ""."""
     used = {id(leaf) for solid in objects for leaf in leaves(solid)}
     unused = [name for name, shape in shapes.items() if id(shape) not in used]
-    if unused:
-        shown = ", ".join(unused[:5]) + (", ..." if len(unused) > 5 else "")
-        warnings.warn(f"no object uses the shape{'s' if len(unused) > 1 else ''} {shown}", stacklevel=4)
+    shown = ", ".join(unused[:5]) + (", ..." if len(unused) > 5 else "")
+    return f"no object uses the shape{'s' if len(unused) > 1 else ''} {shown}" if unused else ""

@@ -9,6 +9,7 @@ and no text of a user's: names in the generated code are made of numbers only.
 from __future__ import annotations
 
 import itertools
+from typing import Literal
 
 from raytracer.glsl_source import Source, assemble
 from raytracer.scene import (
@@ -26,6 +27,9 @@ from raytracer.scene import (
     postfix,
 )
 from raytracer.settings import Settings
+
+# What the second pass makes of what a pixel sees; all but the picture for looking into it.
+Show = Literal["picture", "normal", "depth", "material"]
 
 
 def surfaces(scene: Scene) -> list[Primitive]:
@@ -56,6 +60,11 @@ def shade_source(scene: Scene, settings: Settings) -> Source:
         defines["SHADOWS"] = 1
         generated += [*_csg(scene, settings), f'#include "shadow_{settings.shadows}.glsl"']
     return assemble("shade.frag", defines, {"scene.glsl": "\n".join(generated)})
+
+
+def show_source(scene: Scene, settings: Settings, show: Show) -> Source:
+    """The fragment shader of the second pass."""
+    return shade_source(scene, settings) if show == "picture" else assemble(f"show_{show}.frag", _counts(scene))
 
 
 def roth_loops(scene: Scene) -> int:

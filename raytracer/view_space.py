@@ -11,12 +11,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from raytracer.checks import Vec3
 from raytracer.scene import MODELS, Camera, Plane, Primitive, Scene, Sphere
 from raytracer.settings import Settings
 from raytracer.shader import surfaces
 
 # std140 layout of struct Material (material.glsl) and struct Light (light.glsl).
-_MATERIAL = np.dtype([("ka", "f4", 3), ("h", "f4"), ("kd", "f4", 3), ("model", "i4"), ("ks", "f4", 3), ("pad", "f4")])
+_MATERIAL = np.dtype(
+    [("ka", "f4", 3), ("h", "f4"), ("kd", "f4", 3), ("model", "i4"), ("ks", "f4", 3), ("number", "i4")]
+)
 _LIGHT = np.dtype([("position", "f4", 3), ("pad0", "f4"), ("color", "f4", 3), ("pad1", "f4")])
 
 
@@ -72,7 +75,8 @@ def _power(eye: NDArray[np.float64], sphere: Sphere) -> float:
 def materials_block(scene: Scene, settings: Settings) -> bytes:
     """The uniform block of material.glsl: the material of each surface."""
     found = [settings.shaded(surface.material) for surface in surfaces(scene)]
-    rows = [(m.ka, m.h, m.kd, MODELS.index(m.model), m.ks, 0.0) for m in found]
+    numbers = material_index(scene)
+    rows = [(m.ka, m.h, m.kd, MODELS.index(m.model), m.ks, n) for m, n in zip(found, numbers, strict=False)]
     return np.array(rows, _MATERIAL).tobytes()
 
 
@@ -92,3 +96,22 @@ def material_index(scene: Scene) -> NDArray[np.int32]:
 def pixel_scale(camera: Camera, height: int) -> float:
     """tan(fov / 2) / H: half a pixel on the plane at distance 1."""
     return math.tan(math.radians(camera.vertical_fov) / 2.0) / height
+
+
+def in_picture(camera: Camera, point: Vec3, size: tuple[int, int], margin: float) -> tuple[float, float, bool]:
+    """Where a point appears in a picture of `size`: x, y in pixels from the lower left, and whether it is in view.
+
+    A point out of view, or within `margin` pixels of the border, gets the place on the border of
+    that margin towards which one has to look for it.
+    """
+    x, y, z = rotation(camera) @ (np.array(point) - camera.position)
+    middle = np.array(size) / 2.0
+    room = np.maximum(middle - margin, 1.0)
+    # Homogeneous, so that a point beside or behind the camera has a direction too.
+    offset, depth = np.array([x, y]) / (2.0 * pixel_scale(camera, size[1])), -z
+    beyond = np.abs(offset / room).max()
+    in_view = depth > 0.0 and beyond <= depth
+    # Straight behind, every direction is as good: up.
+    offset = offset / depth if in_view else offset / beyond if beyond > 0.0 else np.array([0.0, room[1]])
+    px, py = middle + offset
+    return float(px), float(py), bool(in_view)

@@ -7,6 +7,7 @@ struct Material {
     vec3 kd;
     int model;  // which specular model, where a scene has several: see the generated specular()
     vec3 ks;
+    int number;  // in the scene's list of materials
 };
 
 layout(std140) uniform Materials {

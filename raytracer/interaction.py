@@ -1,0 +1,270 @@
+"""What the window does with mouse and keys: event in, new state and what must be redone out.
+
+Pure: no window, no OpenGL. `CONTROLS` is the one table of keys; the overlay, `raytracer view --help`
+and the README's table are made from it.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+import shlex
+from collections.abc import Callable, Sequence
+from typing import Literal, TypeVar, get_args
+
+import msgspec
+
+from raytracer import turntable
+from raytracer.scene import Scene
+from raytracer.settings import Settings, Shading, Shadows
+from raytracer.shader import Show, models
+
+T = TypeVar("T")
+
+# Samples a pixel to which a still picture is refined unless the user names another number.
+DEFAULT_SAMPLES = 256
+# Dragging along the window's height turns by this angle.
+_TURN = math.pi
+# One step of the wheel changes a distance by this factor.
+_STEP = 1.1
+_ANTIALIASING = (1, 4, 16)
+
+
+class State(msgspec.Struct, frozen=True):
+    """What the window shows. `scene` is `loaded` with lights and camera moved."""
+
+    text: str  # of the scene file
+    loaded: Scene  # as that has it
+    scene: Scene
+    settings: Settings  # its samples are those to which a still picture is refined
+    limit: int  # the most that A offers of them
+    show: Show = "picture"
+    light: int = 0  # the selected one
+    marker: bool = True
+    help: bool = False
+    notice: str = ""  # until the next key, button or turn of the wheel
+    error: str = ""  # until the files are right again
+    dragging: Literal["light", "camera"] | None = None
+    cursor: tuple[float, float] = (0.0, 0.0)
+
+
+class Redo(enum.Flag):
+    """What an event makes necessary."""
+
+    NOTHING = 0
+    PRESENT = enum.auto()  # the same picture, under another overlay
+    SAMPLES = enum.auto()  # another picture
+    SCREENSHOT = enum.auto()
+    EXPORT = enum.auto()
+    CLOSE = enum.auto()
+
+
+class Key(msgspec.Struct, frozen=True):
+    """A key of `CONTROLS` was pressed."""
+
+    name: str
+
+
+class Press(msgspec.Struct, frozen=True):
+    """A mouse button went down."""
+
+    button: Literal["left", "right"]
+
+
+class Release(msgspec.Struct, frozen=True):
+    """A mouse button went up."""
+
+    button: Literal["left", "right"]
+
+
+class Cursor(msgspec.Struct, frozen=True):
+    """The mouse is at (x, y), in heights of the window from its upper left corner."""
+
+    x: float
+    y: float
+
+
+class Wheel(msgspec.Struct, frozen=True):
+    """The wheel was turned, away from the user for positive `steps`."""
+
+    steps: float
+    shift: bool
+
+
+class Loaded(msgspec.Struct, frozen=True):
+    """The scene file was read, and is right."""
+
+    text: str
+    scene: Scene
+
+
+class Failed(msgspec.Struct, frozen=True):
+    """A file was saved, and is wrong."""
+
+    error: str
+
+
+class Told(msgspec.Struct, frozen=True):
+    """There is something to tell the user."""
+
+    notice: str
+
+
+Event = Key | Press | Release | Cursor | Wheel | Loaded | Failed | Told
+
+
+def start(text: str, scene: Scene, settings: Settings) -> State:
+    """The state of a window that opens on `scene`, which is in a file of this text."""
+    return State(text, scene, scene, settings, settings.samples)
+
+
+def step(state: State, event: Event) -> tuple[State, Redo]:
+    """The state after `event`, and what must be redone to show it."""
+    new, redo = msgspec.structs.replace(state, notice=""), Redo.NOTHING
+    match event:
+        case Key(name):
+            act = next(control.act for control in CONTROLS if control.key == name)
+            if isinstance(act, Redo):
+                redo = act
+            elif act:
+                new = act(new)
+        case Press("left"):
+            new = _set(new, dragging="light")
+        case Press():
+            new = _set(new, dragging="camera")
+        case Release():
+            new = _set(new, dragging=None)
+        case Cursor(x, y):
+            right, up = _TURN * (x - state.cursor[0]), _TURN * (state.cursor[1] - y)
+            new = _set(state, cursor=(x, y))
+            if state.dragging == "light":
+                new = _set(new, scene=turntable.turn_light(state.scene, state.light, right, up))
+            elif state.dragging == "camera":
+                new = _set(new, scene=turntable.turn_camera(state.scene, right, up))
+        case Wheel(steps, shift):
+            factor = _STEP**-steps
+            if shift:
+                new = _set(new, scene=turntable.scale_camera(state.scene, factor))
+            else:
+                new = _set(new, scene=turntable.scale_light(state.scene, state.light, factor))
+        case Loaded(text, scene):
+            new = _set(_reloaded(new, scene), text=text, error="")
+        case Failed(error):
+            new = _set(new, error=error)
+        case Told(notice):
+            new = _set(new, notice=notice)
+    return new, redo | _changes(state, new)
+
+
+def _set(state: State, **fields: object) -> State:
+    return msgspec.structs.replace(state, **fields)
+
+
+def _changes(old: State, new: State) -> Redo:
+    if (old.scene, old.settings, old.show) != (new.scene, new.settings, new.show):
+        return Redo.SAMPLES
+    seen = [(s.light, s.marker, s.help, s.notice, s.error) for s in (old, new)]
+    return Redo.PRESENT if seen[0] != seen[1] else Redo.NOTHING
+
+
+def _reloaded(state: State, scene: Scene) -> State:
+    """With `scene` in place of the one loaded before: what the user moved stays, unless the file moves it too."""
+    camera = state.scene.camera if scene.camera == state.loaded.camera else scene.camera
+    lights = state.scene.lights if scene.lights == state.loaded.lights else scene.lights
+    light = min(state.light, max(0, len(lights) - 1))
+    return _set(state, loaded=scene, scene=msgspec.structs.replace(scene, camera=camera, lights=lights), light=light)
+
+
+def _next(choices: Sequence[T], now: T) -> T:
+    return choices[(choices.index(now) + 1 if now in choices else 1) % len(choices)]
+
+
+def _with_settings(state: State, **fields: object) -> State:
+    return _set(state, settings=msgspec.structs.replace(state.settings, **fields))
+
+
+def _shading(state: State) -> State:
+    """To the next shading that differs: None is like "phong" where all materials are phong."""
+    own = models(state.loaded, Settings())
+    choices = [None, *(shading for shading in get_args(Shading) if own != [shading])]
+    return _with_settings(state, shading=_next(choices, state.settings.shading))
+
+
+def _shadows(state: State) -> State:
+    return _with_settings(state, shadows=_next(get_args(Shadows), state.settings.shadows))
+
+
+def _antialiasing(state: State) -> State:
+    choices = list(dict.fromkeys((state.limit, *_ANTIALIASING)))
+    return _with_settings(state, samples=_next(choices, state.settings.samples))
+
+
+def _showing(show: Show) -> Callable[[State], State]:
+    return lambda state: _set(state, show="picture" if state.show == show else show)
+
+
+def _next_light(state: State) -> State:
+    return _set(state, light=(state.light + 1) % max(1, len(state.scene.lights)))
+
+
+def _lights_back(state: State) -> State:
+    return _set(state, scene=msgspec.structs.replace(state.scene, lights=state.loaded.lights))
+
+
+def _camera_back(state: State) -> State:
+    return _set(state, scene=msgspec.structs.replace(state.scene, camera=state.loaded.camera))
+
+
+class Control(msgspec.Struct, frozen=True):
+    """A key or a movement of the mouse: what it does, in words and as a function or a `Redo`."""
+
+    key: str
+    does: str
+    act: Callable[[State], State] | Redo | None = None  # None: see step()
+
+
+CONTROLS = (
+    Control("Left drag", "move the selected light around the scene"),
+    Control("Wheel", "the light's distance: up for nearer, down for farther"),
+    Control("Tab", "select the next light", _next_light),
+    Control("L", "the light's marker: shown, hidden", lambda state: _set(state, marker=not state.marker)),
+    Control("R", "put the lights back where the scene file has them", _lights_back),
+    Control("Right drag", "turn the camera around what it looks at"),
+    Control("Shift+wheel", "the camera's distance: up for nearer, down for farther"),
+    Control("Home", "put the camera back where the scene file has it", _camera_back),
+    Control("B", f"shading: as the scene says, {', '.join(get_args(Shading))}", _shading),
+    Control("S", f"shadows: {', '.join(get_args(Shadows))}", _shadows),
+    Control("A", f"antialiasing: off, {', '.join(map(str, _ANTIALIASING[1:]))}, all samples", _antialiasing),
+    Control("N", "show normals, or the picture", _showing("normal")),
+    Control("Z", "show depth, or the picture", _showing("depth")),
+    Control("M", "show materials, or the picture", _showing("material")),
+    Control("P", "write a screenshot, as soon as all samples are in it", Redo.SCREENSHOT),
+    Control("E", "write the scene as it stands to a TOML file", Redo.EXPORT),
+    Control("H", "show or hide this table", lambda state: _set(state, help=not state.help)),
+    Control("Escape", "close the window", Redo.CLOSE),
+)
+
+
+def command(state: State, size: tuple[int, int], path: str) -> str:
+    """The command line that renders a file of the state's scene to the picture that the window shows."""
+    settings, default = msgspec.structs.asdict(state.settings), msgspec.structs.asdict(Settings())
+    options = [f"--{name} {value}" for name, value in settings.items() if value != default[name]]
+    output = path.removesuffix(".toml") + ".png"
+    return " ".join(
+        ("raytracer render", shlex.quote(path), "-o", shlex.quote(output), f"--size {size[0]}x{size[1]}", *options)
+    )
+
+
+def title(state: State, samples: int, milliseconds: float) -> str:
+    """The window's title: time of a frame, `samples` so far, and what is on."""
+    shading = state.settings.shading or " and ".join(models(state.scene, state.settings))
+    lights = len(state.scene.lights)
+    parts = (
+        f"{state.scene.name} - {milliseconds:.0f} ms",
+        f"{samples} of {state.settings.samples} sample{'s' * (state.settings.samples > 1)}",
+        shading if state.show == "picture" else f"showing {state.show}",
+        "no shadows" if state.settings.shadows == "off" else f"{state.settings.shadows} shadows",
+        f"light {state.light + 1} of {lights}" if lights > 1 else "",
+        "H for help",
+    )
+    return ", ".join(filter(None, parts))

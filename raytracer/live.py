@@ -1,0 +1,165 @@
+"""The picture in the window: drawn sample by sample on the GPU, and presented there, without read-back."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Mapping, Sequence
+
+import moderngl
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer import view_space
+from raytracer.film import Image
+from raytracer.glsl_source import assemble
+from raytracer.passes import Passes, release, set_uniforms
+from raytracer.renderer import Renderer
+from raytracer.scene import Camera, PointLight, Scene
+from raytracer.settings import Settings
+from raytracer.shader import Show, show_source, visibility_source
+
+# Text or the like: (h, w, 4) uint8 with the top row first, and the window's pixel under its lower left one.
+Panel = tuple[NDArray[np.uint8], tuple[int, int]]
+
+# Fragment shaders of what `present` draws.
+_ON_SCREEN = ("present", "marker", "panel")
+_MOST_ENLARGED = 16
+# In pixels, at display scale 1.
+_MARKER_RADIUS = 8.0
+
+
+class Pace:
+    """How long samples take, and so how large the pixels of a moving picture must be."""
+
+    def __init__(self, budget: float) -> None:
+        self._budget = budget  # seconds for one sample
+        self._recent: deque[float] = deque(maxlen=5)
+
+    def add(self, seconds: float) -> None:
+        """Take note of a sample by its seconds a pixel."""
+        self._recent.append(seconds)
+
+    def enlarged(self, pixels: int) -> int:
+        """The side, in pixels of the window, of the smallest pixels that keep a sample within the budget.
+
+        By the fastest of the last samples: the slow ones had to wait for a compiler, or another process.
+        """
+        if not self._recent:
+            return 1
+        seconds = min(self._recent) * pixels
+        return min(_MOST_ENLARGED, max(1, int(np.ceil(np.sqrt(seconds / self._budget)))))
+
+
+class Live:
+    """A picture that begins anew with `start`, gains by every `sample`, and is shown by `present`."""
+
+    def __init__(self, renderer: Renderer) -> None:
+        self._renderer = renderer
+        self._context = renderer.context
+        self._passes: Passes | None = None
+        self._structure: tuple[object, ...] = ()
+        self._programs: dict[str, moderngl.Program] = {}
+        self._arrays: dict[str, moderngl.VertexArray] = {}
+        self._panels: list[tuple[moderngl.Texture, tuple[int, int]]] = []
+        self._reread = False
+        self.size = (0, 0)
+        self.samples = 0
+        self.enlarged = 1  # the side of a pixel in pixels of the window
+
+    def reread(self) -> None:
+        """Read the shaders' files again at the next `start`."""
+        self._reread = True
+
+    def start(self, scene: Scene, settings: Settings, show: Show, size: tuple[int, int], enlarged: int = 1) -> None:
+        """Begin a picture of `size` pixels, none of them 0, without any sample yet.
+
+        Programs are looked for only if `scene` does not share its objects with the one before, or
+        other settings are used. Raises InputError for a scene beyond this driver's limits and
+        ShaderError for a mistake in `shaders/`; the picture before then goes on.
+        """
+        structure = (scene.objects, len(scene.lights), msgspec.structs.replace(settings, samples=1), show)
+        reread, self._reread = self._reread, False
+        if reread or not _same(structure, self._structure):
+            self._renderer.check_limits(scene, settings)
+            # All of them each time: the renderer may release what has not been asked for in a while.
+            sources = {name: assemble(f"{name}.frag") for name in _ON_SCREEN}
+            sources |= {"see": visibility_source(scene, settings), "shade": show_source(scene, settings, show)}
+            self._programs = {name: self._renderer.program(source) for name, source in sources.items()}
+            release(self._context, *self._arrays.values())
+            self._arrays = {name: self._context.vertex_array(self._programs[name], []) for name in _ON_SCREEN}
+            self._structure = structure
+        if size != self.size or self._passes is None:
+            if self._passes:
+                self._passes.close()
+            self._passes = Passes(self._context, size)
+        self.size, self.enlarged, self.samples = size, enlarged, 0
+        self._passes.load((self._programs["see"], self._programs["shade"]), scene, settings, self._drawn())
+
+    def _drawn(self) -> tuple[int, int]:
+        """The size in which the picture is drawn."""
+        return -(-self.size[0] // self.enlarged), -(-self.size[1] // self.enlarged)
+
+    def sample(self) -> float:
+        """Draw one more sample and wait for it; the seconds that a pixel took."""
+        assert self._passes
+        begin = time.perf_counter()
+        width, height = self._drawn()
+        self._passes.draw((0, 0, width, height), self.samples, add=self.samples > 0)
+        self.samples += 1
+        return (time.perf_counter() - begin) / (width * height)
+
+    def set_panels(self, panels: Sequence[Panel]) -> None:
+        """What `present` draws over the picture."""
+        release(self._context, *(texture for texture, _ in self._panels))
+        self._panels = [
+            (self._context.texture((pixels.shape[1], pixels.shape[0]), 4, np.ascontiguousarray(pixels[::-1])), corner)
+            for pixels, corner in panels
+        ]
+
+    def present(self, screen: moderngl.Framebuffer, marked: PointLight | None, camera: Camera, scale: float) -> None:
+        """Draw the picture into `screen`, with a marker at the light `marked`, and the panels on top.
+
+        `scale` is the display's: markers are that much larger.
+        """
+        assert self._passes
+        screen.use()
+        screen.viewport = (0, 0, self.size[0], self.size[1])
+        self._passes.radiance.use(0)
+        values: dict[str, object] = {"radianceSum": 0, "samples": self.samples, "enlarged": self.enlarged}
+        self._draw("present", values)
+        if marked:
+            radius = _MARKER_RADIUS * scale
+            x, y, in_view = view_space.in_picture(camera, marked.position, self.size, radius)
+            fill = np.array(marked.color) / max(1.0, *marked.color)
+            screen.viewport = (int(x - radius) - 1, int(y - radius) - 1, int(2 * radius) + 3, int(2 * radius) + 3)
+            self._draw("marker", {"center": (x, y), "radius": radius, "fill": tuple(fill), "inView": in_view})
+        self._context.enable(moderngl.BLEND)
+        self._context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+        for texture, corner in self._panels:
+            texture.use(0)
+            screen.viewport = (*corner, texture.width, texture.height)
+            self._draw("panel", {"panel": 0, "corner": corner})
+        self._context.disable(moderngl.BLEND)
+
+    def _draw(self, name: str, uniforms: dict[str, object]) -> None:
+        set_uniforms(self._programs[name], **uniforms)
+        self._arrays[name].render(moderngl.TRIANGLES, 3)
+
+    def image(self, metadata: Mapping[str, str]) -> Image:
+        """The picture so far, in the size in which it is drawn."""
+        assert self._passes and self.samples
+        return Image(self._passes.read_sum(self._drawn()) / np.float32(self.samples), metadata=metadata)
+
+    def close(self) -> None:
+        """Give back everything on the GPU but the renderer's programs."""
+        self.set_panels(())
+        release(self._context, *self._arrays.values())
+        if self._passes:
+            self._passes.close()
+
+
+def _same(a: tuple[object, ...], b: tuple[object, ...]) -> bool:
+    """Whether two structures are the same, objects by identity: comparing many takes long."""
+    return len(a) == len(b) and a[0] is b[0] and a[1:] == b[1:]

@@ -1,0 +1,10 @@
+// A picture of the host's, such as text, at its place in the window. Its alpha is not premultiplied.
+
+uniform sampler2D panel;
+uniform ivec2 corner;  // the window's pixel under the panel's lower left one
+
+out vec4 color;
+
+void main() {
+    color = texelFetch(panel, ivec2(gl_FragCoord.xy) - corner, 0);
+}
