@@ -221,8 +221,8 @@ def _run(renderer: Renderer, source: Source, data: NDArray[Any], returned: np.dt
     padded = np.zeros((max(1, -(-len(words) // _WIDTH)), _WIDTH), np.int32)
     padded.ravel()[: len(words)] = words
     total = len(data) * (returned.itemsize // 4)
-    program = renderer.program(source)
     with context:
+        program = renderer.program(source)
         texture = context.texture((_WIDTH, len(padded)), 1, padded.tobytes(), dtype="i4")
         target = context.texture((_WIDTH, -(-total // _WIDTH)), 1, dtype="i4")
         framebuffer = context.framebuffer([target])

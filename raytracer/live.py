@@ -53,7 +53,10 @@ class Pace:
 
 
 class Live:
-    """A picture that begins anew with `start`, gains by every `sample`, and is shown by `present`."""
+    """A picture that begins anew with `start`, gains by every `sample`, and is shown by `present`.
+
+    The renderer's context must be current in all that is called here.
+    """
 
     def __init__(self, renderer: Renderer) -> None:
         self._renderer = renderer

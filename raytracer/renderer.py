@@ -137,9 +137,9 @@ class Renderer:
             metadata=metadata(scene, size, settings),
         )
         tiles = list(_tiles(size, tile))
-        programs = self.program(visibility_source(scene, settings)), self.program(shade_source(scene, settings))
         target = min(width, tile), min(height, tile)
         with self.context, closing(Passes(self.context, target)) as passes:
+            programs = self.program(visibility_source(scene, settings)), self.program(shade_source(scene, settings))
             passes.load(programs, scene, settings, size)
             for i, rectangle in enumerate(tiles):
                 x, y, w, h = rectangle
@@ -157,15 +157,18 @@ class Renderer:
         return image
 
     def program(self, source: Source) -> moderngl.Program:
-        """The full-screen program with this fragment shader. Raises ShaderError with files and lines."""
+        """The full-screen program with this fragment shader; `context` must be current.
+
+        Raises ShaderError with files and lines.
+        """
         program = self._programs.pop(source.text, None)
         if program is None:
             vertex = assemble("screen.vert")
             try:
-                with self.context:
-                    program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
+                program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
             except moderngl.Error as error:
-                raise ShaderError(source.explain(str(error))) from None
+                log = str(error).rpartition("===\n")[2].strip()  # under a heading of moderngl's
+                raise ShaderError(source.explain(log)) from None
         self._programs[source.text] = program  # the last used is last
         if len(self._programs) > MAX_PROGRAMS:
             self._programs.pop(next(iter(self._programs))).release()

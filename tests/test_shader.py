@@ -85,7 +85,7 @@ def test_a_compilers_error_names_the_file_and_line(renderer: Renderer) -> None:
     lines = (shaders_folder() / "walk.glsl").read_text().splitlines()
     lines[20] += " this is no GLSL"
     broken = assemble("top", generated={"top": '#include "walk.glsl"\nvoid main() {}', "walk.glsl": "\n".join(lines)})
-    with pytest.raises(ShaderError, match=r"walk\.glsl:2[12]\b"):
+    with pytest.raises(ShaderError, match=r"walk\.glsl:2[12]\b"), renderer.context:
         renderer.program(broken)
 
 

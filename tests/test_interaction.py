@@ -1,0 +1,207 @@
+"""What the window does with an event: the state after it, and what must be redone."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from typing import Literal, get_args
+
+import msgspec
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.cli import main
+from raytracer.interaction import (
+    CONTROLS,
+    Control,
+    Cursor,
+    Event,
+    Failed,
+    Key,
+    Loaded,
+    Press,
+    Redo,
+    Release,
+    State,
+    Told,
+    Wheel,
+    command,
+    start,
+    step,
+    title,
+)
+from raytracer.overlay import panels
+from raytracer.settings import Settings, Shading, Shadows
+from raytracer.turntable import turn_camera, turn_light
+
+from . import scenes
+
+TEXT = scenes.ASSIGNMENT.read_text()
+
+
+def opened(scene: rt.Scene | None = None) -> State:
+    return start(TEXT, scene or scenes.assignment(), Settings(samples=256))
+
+
+def after(state: State, *events: Event) -> State:
+    for event in events:
+        state, _ = step(state, event)
+    return state
+
+
+def redo(state: State, event: Event) -> Redo:
+    return step(state, event)[1]
+
+
+def two_lights() -> rt.Scene:
+    lights = [rt.PointLight((4, 7, 4)), rt.PointLight((-3, 5, 2))]
+    return msgspec.structs.replace(scenes.assignment(), lights=lights)
+
+
+def test_dragging_along_the_height_of_the_window_turns_by_half_a_circle_with_either_button() -> None:
+    light = turn_light(scenes.assignment(), 0, math.pi / 4, math.pi / 8)
+    camera = turn_camera(scenes.assignment(), math.pi / 4, math.pi / 8)
+    cases: list[tuple[Literal["left", "right"], rt.Scene]] = [("left", light), ("right", camera)]
+    for button, turned in cases:
+        state = after(opened(), Cursor(0.5, 0.5), Press(button))
+        for k in range(1, 6):
+            assert redo(state, Cursor(0.5 + 0.05 * k, 0.5 - 0.025 * k)) == Redo.SAMPLES
+            state = after(state, Cursor(0.5 + 0.05 * k, 0.5 - 0.025 * k))
+        np.testing.assert_allclose(state.scene.lights[0].position, turned.lights[0].position, atol=1e-12)
+        np.testing.assert_allclose(state.scene.camera.position, turned.camera.position, atol=1e-12)
+        state = after(state, Release(button))
+        assert redo(state, Cursor(0.9, 0.9)) == Redo.NOTHING
+        assert state.loaded == scenes.assignment(), "what the file says is kept"
+
+
+def test_the_wheel_changes_the_lights_distance_and_with_shift_the_cameras() -> None:
+    centre = scenes.assignment().camera.look_at
+
+    def distances(state: State) -> tuple[float, float]:
+        scene = state.scene
+        return math.dist(scene.lights[0].position, centre), math.dist(scene.camera.position, centre)
+
+    light, camera = distances(opened())
+    assert distances(after(opened(), Wheel(2.0, False))) == pytest.approx((light / 1.21, camera))
+    assert distances(after(opened(), Wheel(-2.0, True))) == pytest.approx((light, camera * 1.21))
+    assert distances(after(opened(), Wheel(3.0, True), Wheel(-3.0, True))) == pytest.approx((light, camera))
+
+
+def test_tab_selects_the_light_that_moves_and_home_and_r_put_things_back() -> None:
+    state = after(opened(two_lights()), Key("Tab"), Wheel(1.0, False), Wheel(1.0, True))
+    assert state.light == 1 and redo(state, Key("Tab")) == Redo.PRESENT
+    assert state.scene.lights[0] == state.loaded.lights[0] and state.scene.lights[1] != state.loaded.lights[1]
+    assert after(state, Key("Tab")).light == 0
+    home = after(state, Key("Home"))
+    assert home.scene.camera == state.loaded.camera and home.scene.lights == state.scene.lights
+    assert after(home, Key("R")).scene == state.loaded
+    dark = msgspec.structs.replace(scenes.assignment(), lights=())
+    assert after(opened(dark), Key("Tab"), Key("R"), Wheel(1.0, False)).scene == dark
+
+
+@pytest.mark.parametrize(
+    ("key", "presses"), [("B", 2), ("S", len(get_args(Shadows))), ("A", 4), ("N", 2), ("Z", 2), ("M", 2)]
+)
+def test_a_toggle_makes_a_new_picture_at_each_press_and_comes_back(key: str, presses: int) -> None:
+    state, seen = opened(), []
+    for _ in range(presses):
+        assert redo(state, Key(key)) == Redo.SAMPLES
+        seen.append(state)
+        state = after(state, Key(key))
+    assert state == seen[0] and len(set(map(repr, seen))) == presses
+
+
+@pytest.mark.parametrize("key", ["L", "H"])
+def test_an_overlay_is_shown_and_hidden_without_a_new_picture(key: str) -> None:
+    state = after(opened(), Key(key))
+    assert state != opened() and redo(opened(), Key(key)) == Redo.PRESENT
+    assert after(state, Key(key)) == opened()
+
+
+def test_each_of_the_shadings_and_shadows_there_are_is_reached_by_its_key() -> None:
+    state, seen = opened(), set()
+    for _ in range(20):
+        state = after(state, Key("S"), Key("B"))
+        seen |= {state.settings.shadows, state.settings.shading}
+    # None, the scene's own shading, is phong here.
+    assert seen == {*get_args(Shadows), None, *get_args(Shading)} - {"phong"}
+
+    mixed = rt.Sphere((0, 0, 0), 1, rt.Material()) | rt.Sphere((1, 0, 0), 1, rt.Material(model="blinn"))
+    state, order = opened(scenes.of(mixed)), []
+    for _ in range(4):
+        state = after(state, Key("B"))
+        order.append(state.settings.shading)
+    assert order == ["phong", "blinn", None, "phong"]
+    given = start(TEXT, scenes.assignment(), Settings(shading="phong"))
+    assert after(given, Key("B")).settings.shading == "blinn", "no key press without effect"
+
+
+def test_saving_the_file_keeps_what_the_user_moved_unless_the_file_moves_it_too() -> None:
+    state = after(opened(two_lights()), Key("Tab"), Wheel(1.0, False), Wheel(1.0, True), Failed("oh"))
+    brighter = msgspec.structs.replace(two_lights(), ambient=(2, 2, 2))
+    kept = after(state, Loaded("new", brighter))
+    assert (kept.scene.camera, kept.scene.lights) == (state.scene.camera, state.scene.lights)
+    assert kept.scene.ambient == (2, 2, 2) and kept.loaded == brighter and kept.text == "new" and kept.error == ""
+    moved = msgspec.structs.replace(scenes.assignment(), camera=rt.Camera((0, 9, 9), (0, 0, 0)))
+    taken = after(state, Loaded("new", moved))
+    assert taken.scene == moved and taken.light == 0
+
+
+def test_an_error_stays_until_the_file_is_right_and_a_notice_until_the_next_key() -> None:
+    state = after(opened(), Failed("line 3"), Told("wrote it"), Cursor(0.3, 0.3))
+    assert (state.error, state.notice) == ("line 3", "wrote it")
+    state = after(state, Key("H"), Wheel(1.0, False))
+    assert (state.error, state.notice) == ("line 3", "")
+    assert after(state, Loaded(TEXT, scenes.assignment())).error == ""
+
+
+def test_p_e_and_escape_ask_for_what_only_the_window_can_do() -> None:
+    for key, wanted in (("P", Redo.SCREENSHOT), ("E", Redo.EXPORT), ("Escape", Redo.CLOSE)):
+        assert step(opened(), Key(key)) == (opened(), wanted)
+
+
+def test_the_help_and_the_readme_show_the_table_of_controls(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["view", "--help"])
+    shown = " ".join(capsys.readouterr().out.split())
+
+    def row(control: Control) -> str:
+        return f"| {control.key} | {control.does} |"
+
+    table = "\n".join(["| | |", "|---|---|", *map(row, CONTROLS)])
+    assert table in (scenes.CHECKOUT / "README.md").read_text(), f"the README's table is to be:\n{table}"
+    for control in CONTROLS:
+        assert f"{control.key} {control.does}" in shown
+    assert len({control.key for control in CONTROLS}) == len(CONTROLS)
+
+
+def test_the_title_says_how_far_the_picture_is_and_what_is_on() -> None:
+    state = after(opened(two_lights()), Key("B"), Key("S"), Key("Tab"))
+    assert title(state, 12, 31.4) == (
+        "assignment - 31 ms, 12 of 256 samples, blinn, diluted shadows, light 2 of 2, H for help"
+    )
+    assert "phong" in title(opened(), 1, 1.0) and "showing depth" in title(after(opened(), Key("Z")), 1, 1.0)
+
+
+def test_the_command_renders_the_picture_that_is_shown() -> None:
+    state = after(opened(), Key("B"), Key("S"), Key("A"))
+    arguments = shlex.split(command(state, (640, 360), "a b-1.toml"))
+    assert arguments == shlex.split(
+        "raytracer render 'a b-1.toml' -o 'a b-1.png' --size 640x360 --shading blinn --shadows diluted"
+    )
+
+
+def test_the_overlay_is_twice_as_large_at_display_scale_2_and_fits_into_any_window() -> None:
+    helped = after(opened(), Key("H"))
+    (once, corner), *_ = panels(helped, (1280, 720), 1.0)
+    (twice, _), *_ = panels(helped, (2560, 1440), 2.0)
+    np.testing.assert_allclose(twice.shape, np.multiply(once.shape, (2, 2, 1)), rtol=0.05)
+    assert corner == (0, 720 - once.shape[0]) and once.shape[1] > 300
+    assert panels(opened(), (1280, 720), 1.0) == []
+    failed = after(helped, Failed("shaders/sphere.glsl:12: error: " + "word " * 300 + "\n" + "x" * 5000))
+    for size in ((1280, 720), (320, 180), (40, 30), (1, 1)):
+        found = panels(failed, size, 1.0)
+        assert len(found) == 2
+        for pixels, (x, y) in found:
+            assert 0 <= x <= x + pixels.shape[1] <= size[0] and 0 <= y <= y + pixels.shape[0] <= size[1]

@@ -1,0 +1,193 @@
+"""The window's picture on the GPU, without a window: what it converges to, shows, compiles and keeps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import msgspec
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer import glsl_source
+from raytracer.live import Live, Pace
+from raytracer.passes import release
+from raytracer.renderer import Renderer
+from raytracer.settings import Settings
+from raytracer.shader import Show
+from raytracer.turntable import turn_camera, turn_light
+from raytracer.view_space import in_picture
+
+from . import scenes
+
+pytestmark = pytest.mark.gl
+
+SIZE = (160, 90)
+ONE = Settings()
+
+
+@pytest.fixture
+def live(renderer: Renderer) -> Iterator[Live]:
+    live = Live(renderer)
+    yield live
+    with renderer.context:
+        live.close()
+
+
+def shown(live: Live, renderer: Renderer, marked: rt.PointLight | None = None) -> np.ndarray:
+    """(H, W, 3) int: what `present` draws, top row first."""
+    context = renderer.context
+    with context:
+        target = context.texture(live.size, 4)
+        screen = context.framebuffer([target])
+        live.present(screen, marked, scenes.assignment().camera, 1.0)
+        pixels = np.frombuffer(screen.read(components=3), np.uint8).reshape(live.size[1], live.size[0], 3)
+        release(context, screen, target)
+    return pixels[::-1].astype(int)
+
+
+def drawn(live: Live, renderer: Renderer, scene: rt.Scene, settings: Settings, show: Show = "picture") -> np.ndarray:
+    with renderer.context:
+        live.start(scene, settings, show, SIZE)
+        for _ in range(settings.samples):
+            live.sample()
+    return shown(live, renderer)
+
+
+@pytest.mark.parametrize("shadows", ["off", "hard", "diluted"])
+def test_the_refined_picture_is_that_of_render(live: Live, renderer: Renderer, shadows: str) -> None:
+    settings = Settings(samples=16, shadows=shadows)  # pyright: ignore[reportArgumentType]
+    image = renderer.render(scenes.assignment(), SIZE, settings)
+    assert np.abs(drawn(live, renderer, scenes.assignment(), settings) - image.srgb8()).max() <= 1
+    with renderer.context:
+        assert np.array_equal(live.image({}).radiance, image.radiance)
+
+
+def test_normals_depth_and_materials_are_shown_as_stated(live: Live, renderer: Renderer) -> None:
+    scene = scenes.assignment()
+    image = renderer.render(scene, SIZE, ONE)
+    assert image.normal is not None and image.depth is not None and image.material is not None
+    hit = image.material >= 0
+
+    normals = np.where(hit[..., None], 0.5 + 0.5 * image.normal, 0.0) * 255
+    assert np.abs(drawn(live, renderer, scene, ONE, "normal") - normals).max() <= 1
+
+    focus = np.linalg.norm(np.subtract(scene.camera.position, scene.camera.look_at))
+    depth = 255 / (1 + image.depth / focus)
+    assert np.abs(drawn(live, renderer, scene, ONE, "depth") - depth[..., None]).max() <= 1
+
+    materials = drawn(live, renderer, scene, ONE, "material")
+    colors = [np.unique(materials[image.material == i], axis=0) for i in range(-1, 4)]
+    assert [len(color) for color in colors] == [1] * 5, "one colour each"
+    distances = [np.abs(a[0] - b[0]).max() for i, a in enumerate(colors) for b in colors[:i]]
+    assert min(distances) > 60, "colours that can be told apart"
+
+
+def test_moving_lights_and_the_camera_compiles_nothing_and_reads_no_file(
+    live: Live, renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = scenes.assignment()
+    drawn(live, renderer, scene, ONE)
+
+    def never(*_: object) -> None:
+        raise AssertionError("a program was looked for")
+
+    monkeypatch.setattr(renderer, "program", never)
+    for angle in (0.1, 0.2, 0.3):
+        moved = turn_camera(turn_light(scene, 0, angle, angle), angle, 0.0)
+        picture = drawn(live, renderer, moved, ONE)
+        monkeypatch.undo()
+        assert np.abs(picture - renderer.render(moved, SIZE, ONE).srgb8()).max() <= 1
+        monkeypatch.setattr(renderer, "program", never)
+
+
+def test_enlarged_pixels_show_a_smaller_picture_and_a_resize_a_larger_one(live: Live, renderer: Renderer) -> None:
+    scene = scenes.assignment()
+    for size, enlarged, small in ((SIZE, 2, (80, 45)), ((161, 91), 4, (41, 23)), ((320, 180), 1, (320, 180))):
+        with renderer.context:
+            live.start(scene, ONE, "picture", size, enlarged)
+            live.sample()
+        image = renderer.render(scene, small, ONE).srgb8().repeat(enlarged, 0).repeat(enlarged, 1)
+        found = shown(live, renderer)
+        assert found.shape == (size[1], size[0], 3)
+        assert np.abs(found - image[-size[1] :, : size[0]]).max() <= 1, "pixels are counted from the lower left"
+
+
+def test_the_marker_is_drawn_at_the_lights_place_and_nowhere_else(live: Live, renderer: Renderer) -> None:
+    scene = scenes.assignment()
+    plain = drawn(live, renderer, scene, ONE)
+    light = rt.PointLight((0.5, 2.5, 1.0), (9.0, 0.0, 0.0))
+    x, y, in_view = in_picture(scene.camera, light.position, SIZE, 8.0)
+    assert in_view
+    marked = shown(live, renderer, light)
+    rows, columns = np.nonzero((marked != plain).any(axis=2))
+    assert np.hypot(columns + 0.5 - x, SIZE[1] - rows - 0.5 - y).max() <= 8.0
+    assert tuple(marked[SIZE[1] - 1 - int(y), int(x)]) == (255, 0, 0), "in the light's colour"
+
+
+def test_a_place_in_the_picture_is_where_the_camera_ray_of_that_pixel_goes() -> None:
+    camera = scenes.assignment().camera
+    right, up, forward = np.array(camera.axes())
+    scale = 2 * np.tan(np.radians(camera.vertical_fov) / 2) / 90
+    for x, y in ((80.0, 45.0), (20.5, 70.25), (150.0, 9.0)):
+        point = camera.position + 7.0 * (forward + scale * ((x - 80) * right + (y - 45) * up))
+        assert in_picture(camera, tuple(point), SIZE, 8.0) == (pytest.approx(x), pytest.approx(y), True)
+    rightmost, top = (152, 45), (80, 82)
+    sides = [(right, rightmost), (-right, (8, 45)), (up, top), (right - forward, rightmost), (0.01 * up - forward, top)]
+    for side, place in sides:
+        x, y, in_view = in_picture(camera, tuple(camera.position + 3 * side), SIZE, 8.0)
+        assert (x, y) == pytest.approx(place) and not in_view
+    assert in_picture(camera, camera.position, SIZE, 8.0) == (80.0, 82.0, False)
+
+
+def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
+    live: Live, renderer: Renderer, tmp_path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import shutil
+
+    shutil.copytree(glsl_source.shaders_folder(), tmp_path / "shaders")
+    monkeypatch.setattr(glsl_source, "shaders_folder", lambda: tmp_path / "shaders")
+    scene = scenes.assignment()
+    before = drawn(live, renderer, scene, ONE)
+    file = tmp_path / "shaders" / "shade.frag"
+    good = file.read_text()
+    file.write_text(good.replace("vec3 I = m.ka * ambient;", "vec3 I = m.kb * ambient;"))
+    live.reread()
+    with pytest.raises(rt.ShaderError, match=r"shade\.frag:\d+"), renderer.context:
+        live.start(scene, ONE, "picture", SIZE)
+    assert np.array_equal(drawn(live, renderer, scene, ONE), before), "it goes on with the programs there are"
+    file.write_text(good.replace("vec3 I = m.ka * ambient;", "vec3 I = vec3(0.5);"))
+    assert np.array_equal(drawn(live, renderer, scene, ONE), before), "nothing is read until told"
+    live.reread()
+    assert not np.array_equal(drawn(live, renderer, scene, ONE), before)
+
+
+def test_more_programs_than_are_kept_can_be_used_one_after_another(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small = Renderer(renderer.context)
+    monkeypatch.setattr("raytracer.renderer.MAX_PROGRAMS", 5)
+    live = Live(small)
+    for settings in (ONE, Settings(shading="blinn"), Settings(shadows="off"), ONE, Settings(shadows="diluted"), ONE):
+        picture = drawn(live, renderer, scenes.assignment(), settings)
+        assert np.abs(picture - renderer.render(scenes.assignment(), SIZE, settings).srgb8()).max() <= 1
+        assert len(small._programs) <= 5
+    with renderer.context:
+        live.close()
+
+
+def test_pixels_are_enlarged_as_far_as_the_budget_of_a_sample_wants() -> None:
+    pace = Pace(0.033)
+    assert pace.enlarged(921_600) == 1, "nothing known yet"
+    pace.add(9.0)  # a compiler's time
+    pace.add(0.1 / 921_600)
+    assert pace.enlarged(921_600) == 2 and pace.enlarged(921_600 // 4) == 1
+    for _ in range(5):
+        pace.add(1000.0)
+    assert pace.enlarged(921_600) == 16
+
+
+def test_negative_and_huge_radiance_is_shown_within_the_range(live: Live, renderer: Renderer) -> None:
+    bright = msgspec.structs.replace(scenes.assignment(), ambient=(1e12, 1e12, 0.0), background=(0, 0, 1e12))
+    picture = drawn(live, renderer, bright, ONE)
+    assert picture[0, 0].tolist() == [0, 0, 255] and picture[-1, 0, :2].tolist() == [255, 255]
