@@ -156,6 +156,13 @@ def step(state: State, event: Event) -> tuple[State, Redo]:
     return new, redo | _changes(state, new)
 
 
+def reverted(state: State, good: State) -> State:
+    """`state` with the picture of `good`, because its own cannot be drawn."""
+    light = min(state.light, max(0, len(good.scene.lights) - 1))
+    picture = {name: getattr(good, name) for name in ("text", "loaded", "scene", "settings", "show")}
+    return _set(state, **picture, light=light)
+
+
 def _set(state: State, **fields: object) -> State:
     return msgspec.structs.replace(state, **fields)
 

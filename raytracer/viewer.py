@@ -29,6 +29,7 @@ from raytracer.interaction import (
     Told,
     Wheel,
     command,
+    reverted,
     start,
     step,
     title,
@@ -148,9 +149,9 @@ class Viewer:
             if not self._good:
                 raise
             self._tell_terminal(str(error))
-            back = msgspec.structs.replace(self._good, dragging=state.dragging, cursor=state.cursor)
-            self.state, _ = step(back, Failed(str(error)) if self._reloaded else Told(str(error)))
+            back = reverted(state, self._good)
             self.live.start(back.scene, back.settings, back.show, size, enlarged)
+            self.state, _ = step(back, Failed(str(error)) if self._reloaded else Told(str(error)))
         self._good, self._reloaded = self.state, False
         self._pace.add(self.live.sample())
 

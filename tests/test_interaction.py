@@ -27,6 +27,7 @@ from raytracer.interaction import (
     Told,
     Wheel,
     command,
+    reverted,
     start,
     step,
     title,
@@ -146,6 +147,14 @@ def test_saving_the_file_keeps_what_the_user_moved_unless_the_file_moves_it_too(
     moved = msgspec.structs.replace(scenes.assignment(), camera=rt.Camera((0, 9, 9), (0, 0, 0)))
     taken = after(state, Loaded("new", moved))
     assert taken.scene == moved and taken.light == 0
+
+
+def test_what_cannot_be_drawn_is_taken_back_and_nothing_else() -> None:
+    good = opened(two_lights())
+    state = after(good, Key("L"), Key("Tab"), Cursor(0.3, 0.3), Key("B"), Loaded("new", scenes.assignment()))
+    back = reverted(state, good)
+    assert (back.text, back.loaded, back.scene, back.settings) == (TEXT, good.loaded, good.scene, good.settings)
+    assert not back.marker and back.cursor == (0.3, 0.3)
 
 
 def test_an_error_stays_until_the_file_is_right_and_a_notice_until_the_next_key() -> None:
