@@ -9,7 +9,6 @@ from typing import Any
 
 import glfw
 import moderngl
-import msgspec
 
 from raytracer.checks import InputError, printable
 from raytracer.context import open_window

@@ -225,7 +225,7 @@ def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_li
         assert old in path.read_text()
         path.write_text(path.read_text().replace(old, new))
 
-    with window(tmp_path, str(file), "--samples", "1") as view:
+    with window(tmp_path, file.name, "--samples", "1") as view:
         view.act("key l")
         view.until_shown(plain, "opening")
 
@@ -245,7 +245,7 @@ def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_li
         view.until_shown(plain, "changing it back")
 
         saved(file, "radius = 2", "radius = -2")
-        until_wrong(f"{file}:10: shapes.ball.sphere.radius: expected a number above 0")
+        until_wrong("ball.toml:10: shapes.ball.sphere.radius: expected a number above 0")
         saved(file, "radius = -2", "radius = 1")
         view.until_shown(rendered(rt.load(file)), "mending the scene file")
         view.act("mousedown 1 mousemove_relative 40 0 mouseup 1")
