@@ -109,7 +109,7 @@ class Live:
         assert self._passes
         begin = time.perf_counter()
         width, height = self._drawn()
-        self._passes.draw((0, 0, width, height), self.samples, add=self.samples > 0)
+        self._passes.draw((0, 0, width, height), self.samples, anew=self.samples == 0)
         self.samples += 1
         return (time.perf_counter() - begin) / (width * height)
 

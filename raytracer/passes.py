@@ -84,8 +84,8 @@ class Passes:
             if data:
                 self._buffers[name] = self._context.buffer(data, dynamic=True)
 
-    def draw(self, tile: Rectangle, k: int, *, add: bool) -> None:
-        """Draw sample k = 0, 1, ... of a tile and wait for it; `add` it to the sum, or start one."""
+    def draw(self, tile: Rectangle, k: int, *, anew: bool) -> None:
+        """Draw sample k = 0, 1, ... of a tile and wait for it; add it to the sum, or begin one `anew`."""
         sx, sy = sample_point(k)
         for program in self._programs:
             set_uniforms(program, tileOrigin=tile[:2], samplePoint=(2.0 * sx - 1.0, 1.0 - 2.0 * sy))
@@ -100,9 +100,11 @@ class Passes:
 
         self._light.use()
         self._light.viewport = viewport
-        if add:
-            self._context.enable(moderngl.BLEND)
-            self._context.blend_func = moderngl.ONE, moderngl.ONE
+        if anew:
+            self._light.clear()
+        # Always blending: llvmpipe would compile the shader a second time to draw without.
+        self._context.enable(moderngl.BLEND)
+        self._context.blend_func = moderngl.ONE, moderngl.ONE
         self._normal_depth.use(0)
         self._surface.use(1)
         self._arrays[1].render(moderngl.TRIANGLES, 3)

@@ -146,7 +146,7 @@ class Renderer:
                 where = slice(height - y - h, height - y), slice(x, x + w)
                 total = np.float64(0.0)  # NumPy's, so that adding a float32 picture makes it float64
                 for k in range(settings.samples):
-                    passes.draw(rectangle, k, add=k % SUMMED > 0)
+                    passes.draw(rectangle, k, anew=k % SUMMED == 0)
                     if k == 0 and geometry:
                         passes.read_geometry(image, where)
                     if (k + 1) % SUMMED == 0 or k + 1 == settings.samples:

@@ -42,7 +42,7 @@ from raytracer.scene_text import moved
 from raytracer.settings import Settings
 
 # Seconds. How often files are looked at; also, Python notices Ctrl+C only between two waits for events.
-_LOOK = 0.1
+_LOOK = 0.05
 # Without a movement for so long, a picture is still: longer than between two events of a slow mouse.
 _STILL = 0.15
 _RETITLE = 0.25

@@ -165,10 +165,12 @@ def test_one_render_after_another_gives_the_same_bytes(renderer: Renderer) -> No
 
 
 def test_numbers_are_data_and_structure_is_compiled(renderer: Renderer) -> None:
+    fresh = Renderer(renderer.context)
+
     def programs_for(scene: rt.Scene) -> int:
-        before = len(renderer._programs)
-        renderer.render(scene, (8, 8), Settings())
-        return len(renderer._programs) - before
+        before = len(fresh._programs)
+        fresh.render(scene, (8, 8), Settings())
+        return len(fresh._programs) - before
 
     ball, other = rt.Sphere((0, 0, 0), 1), rt.Sphere((0.5, 0, 0), 1)
     programs_for(scenes.of(ball - other))
