@@ -129,6 +129,38 @@ def loads(text: str, name: str = "scene") -> Scene:
     return scene
 
 
+def moved(text: str, scene: Scene) -> str:
+    """A scene file's text with its camera and lights where `scene` has them; all else stays, comments too.
+
+    Raises RuntimeError for a text that is laid out so strangely that this does not succeed.
+    """
+    import tomlkit  # takes long to import, and few sessions need it
+    from tomlkit.exceptions import TOMLKitError
+
+    def move(table: Any, position: Vec3) -> None:
+        if table["position"] != list(position):
+            table["position"] = list(position)
+
+    try:
+        document: Any = tomlkit.parse(text)
+        move(document["camera"], scene.camera.position)
+        for table, light in zip(document.get("lights", ()), scene.lights, strict=True):
+            move(table, light.position)
+        result = tomlkit.dumps(document)
+        right = _scene(result, scene.name)[0] == scene
+    except (
+        TOMLKitError,
+        ValueError,
+        TypeError,
+        LookupError,
+        RecursionError,
+    ):  # what tomllib reads and tomlkit does not
+        right, result = False, ""
+    if not right:
+        raise RuntimeError("this scene file is laid out in a way that moved lights and cameras cannot be put into")
+    return result
+
+
 def _scene(text: str, name: str) -> tuple[Scene, str]:
     """The scene, and a warning or ""."""
     if _LONG_KEY.search(text):

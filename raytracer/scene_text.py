@@ -1,12 +1,8 @@
-"""The text of a scene file: the line that gives a key, and the text with camera and lights moved."""
+"""The text of a scene file: the line that gives a key."""
 
 from __future__ import annotations
 
 import re
-from typing import Any
-
-from raytracer.checks import Vec3
-from raytracer.scene import Scene
 
 # Possessive, so that no text makes the search slow.
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
@@ -56,19 +52,3 @@ def line_of(text: str, key: str) -> int | None:
 def _plain(key: str) -> str:
     """A TOML key as messages spell it: without quotes, and blanks around its dots."""
     return ".".join(part.strip("\"'") for part in re.findall(_PART, key))
-
-
-def moved(text: str, scene: Scene) -> str:
-    """A scene file's text with its camera and lights where `scene` has them; all else stays, comments too."""
-    import tomlkit  # takes long to import, and few sessions need it
-
-    document: Any = tomlkit.parse(text)
-    _move(document["camera"], scene.camera.position)
-    for table, light in zip(document.get("lights", ()), scene.lights, strict=True):
-        _move(table, light.position)
-    return tomlkit.dumps(document)
-
-
-def _move(table: Any, position: Vec3) -> None:
-    if table["position"] != list(position):
-        table["position"] = list(position)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -37,8 +38,7 @@ from raytracer.live import Live, Pace
 from raytracer.overlay import panels
 from raytracer.renderer import Renderer, metadata
 from raytracer.scene import Scene
-from raytracer.scene_file import loads, parse, read
-from raytracer.scene_text import moved
+from raytracer.scene_file import moved, parse, read
 from raytracer.settings import Settings
 
 # Seconds. How often files are looked at; also, Python notices Ctrl+C only between two waits for events.
@@ -87,6 +87,7 @@ class Viewer:
         self._reloaded = False
         self._screenshot_due = False
         self._moved_at = self._titled_at = self._looked_at = 0.0
+        self._watched = [path] if path.is_file() else []  # not a pipe, which cannot be read twice
         self._stamps = self._files()
         self._panels: object = None  # what is on the GPU of them
         x, y = glfw.get_cursor_pos(window)
@@ -100,7 +101,7 @@ class Viewer:
     def handle(self, event: Event) -> None:
         """Take the state after `event`, and do what it wants done at once."""
         self.state, redo = step(self.state, event)
-        self._redo |= redo
+        self._redo |= redo & (Redo.PRESENT | Redo.SAMPLES)
         if Redo.CLOSE in redo:
             glfw.set_window_should_close(self._window, True)
         if Redo.SCREENSHOT in redo:
@@ -179,7 +180,7 @@ class Viewer:
         self._stamps = stamps
         self.live.reread()
         try:
-            text = read(self._path)[1]
+            text = read(self._path)[1] if self._watched else self.state.text
             self.handle(Loaded(text, parse(self._path, text)))
         except InputError as error:
             self._tell_terminal(str(error))
@@ -188,13 +189,12 @@ class Viewer:
         self._redo |= Redo.SAMPLES
 
     def _files(self) -> dict[Path, tuple[int, int] | None]:
-        paths = [self._path] if self._path.is_file() else []
-        return {path: _stamp(path) for path in (*paths, *shaders_folder().rglob("*.*"))}
+        return {path: _stamp(path) for path in (*self._watched, *shaders_folder().rglob("*.*"))}
 
-    def _write(self, write: Any) -> None:
+    def _write(self, write: Callable[[], str]) -> None:
         try:
             self.handle(Told(write()))
-            print(self.state.notice, flush=True)
+            print(printable(self.state.notice), flush=True)
         except (OSError, RuntimeError) as error:
             self._tell_terminal(str(error))
             self.handle(Told(str(error)))
@@ -207,8 +207,6 @@ class Viewer:
 
     def _export(self) -> str:
         text = moved(self.state.text, self.state.scene)
-        if loads(text, self.state.scene.name) != self.state.scene:
-            raise RuntimeError("this scene file is written in a way that moving its lights or camera does not keep")
         with written_new(self.state.scene.name, ".toml") as (path, file):
             file.write(text.encode())
         return f"wrote {path}; to render it as shown: {command(self.state, self.live.size, str(path))}"

@@ -11,7 +11,8 @@ import pytest
 
 import raytracer as rt
 from raytracer.cli import main
-from raytracer.scene_file import examples, load, loads
+from raytracer.scene_file import examples, load, loads, moved
+from raytracer.turntable import turn_camera, turn_light
 
 from . import scenes
 
@@ -197,3 +198,34 @@ def test_two_thousand_mutated_scene_files_end_in_status_0_or_2(tmp_path: Path) -
         assert len(lines) == (status == 2) and all(line.startswith(f"raytracer: {path}:") for line in lines)
         statuses.append(status)
     assert 100 < statuses.count(0) < 1900
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        ("", ""),
+        ("[[lights]]\nposition = [4.0, 7.0, 4.0]\ncolor = [1.0, 1.0, 1.0]", "lights.0"),
+        ("[camera]\nposition = [0.0, 3.0, 6.0]\n", "[camera]\nposition = [\n  0, # left\n  3.0, 6 ]\n"),
+        ("\n", "\r\n"),
+    ],
+)
+def test_the_text_of_a_moved_scene_loads_as_that_scene_and_keeps_all_else(edit: tuple[str, str]) -> None:
+    text = scenes.ASSIGNMENT.read_text()
+    if edit[1] == "lights.0":  # lights as an array of inline tables
+        text = "lights = [{ position = [4, 7, 4] }, { position = [0, 9, 0] }] # two\n" + text.replace(edit[0], "", 1)
+    else:
+        text = text.replace(*edit)
+    scene = loads(text)
+    assert moved(text, scene) == text
+    turned = turn_light(turn_camera(scene, 0.3, 0.1), len(scene.lights) - 1, 1.0, -0.2)
+    again = moved(text, turned)
+    assert loads(again) == turned != scene
+    for comment in ("# Ia", "# the solid half-space dot(n, x) <= offset", "# two" if "# two" in text else "#"):
+        assert comment in again
+    assert sum(a != b for a, b in zip(text.split(), again.split(), strict=False)) > 0
+
+
+def test_a_text_that_cannot_be_moved_is_said_to_be_one() -> None:
+    other = loads(GOOD.replace("[[lights]]\nposition = [4.0, 7.0, 4.0]", ""))
+    with pytest.raises(RuntimeError, match="laid out"):
+        moved(GOOD, other)
