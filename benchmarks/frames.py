@@ -11,7 +11,6 @@ import platform
 import subprocess
 import sys
 import time
-from pathlib import Path
 from statistics import median, quantiles
 
 import glfw
@@ -21,6 +20,7 @@ from raytracer.interaction import Cursor, Press, start
 from raytracer.scene_file import parse, read
 from raytracer.settings import Settings
 from raytracer.viewer import Viewer
+from raytracer.watch import Files
 from tests.displays import environment, x_server
 
 SIZE = (1280, 720)
@@ -37,7 +37,7 @@ def measure(name: str) -> None:
     path, text = read(name)
     context, window = open_window(SIZE, "frames")
     glfw.swap_interval(0)
-    viewer = Viewer(context, window, Path(path), start(text, parse(path, text), Settings(samples=256)), budget=1e9)
+    viewer = Viewer(context, window, Files(path), start(text, parse(path, text), Settings(samples=256)), budget=1e9)
     while viewer.frame() > 0.0:
         glfw.poll_events()
     viewer.handle(Press("left"))

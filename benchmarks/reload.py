@@ -11,8 +11,8 @@ import tempfile
 from pathlib import Path
 from statistics import median
 
+from tests.displays import window
 from tests.scenes import CHECKOUT
-from tests.test_viewer import window
 
 SIZE = (1280, 720)
 ROUNDS = 10

@@ -13,13 +13,13 @@ import sys
 import time
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, NoReturn, get_args
 
 from raytracer import __version__
 from raytracer.checks import InputError, number, printable
 from raytracer.interaction import CONTROLS, DEFAULT_SAMPLES
-from raytracer.scene_file import load, parse, read
+from raytracer.scene_file import load
 from raytracer.settings import Evaluator, Settings, Shading, Shadows
 
 if TYPE_CHECKING:
@@ -195,15 +195,13 @@ def _render(options: argparse.Namespace) -> int:
 def _view(options: argparse.Namespace) -> int:
     settings = _settings(options)
     budget = number(options.budget, "--budget", 0.001, 1e6, "milliseconds in [0.001, 1e6]") / 1000.0
-    path, text = read(options.scene)
-    scene = parse(path, text)
 
     from raytracer.renderer import check_size
     from raytracer.viewer import view
 
     check_size(options.size)
-    with _named(options.scene):
-        view(path, text, scene, settings, options.size, budget)
+    with suppress(KeyboardInterrupt):  # one of the ways to close the window
+        view(options.scene, settings, options.size, budget)
     return 0
 
 

@@ -126,23 +126,22 @@ def written_whole(path: Path) -> Iterator[IO[Any]]:
 
 @contextmanager
 def written_new(stem: str, suffix: str) -> Iterator[tuple[Path, IO[Any]]]:
-    """The first path of stem-1, stem-2, ... that is not there yet, and a binary file for it, as `written_whole`."""
-    path = _reserved(Path(f"{stem}-{number}{suffix}") for number in itertools.count(1))
+    """The first path of stem-1, stem-2, ... that is not there yet, and a binary file for it.
+
+    The file vanishes when the block does not end well.
+    """
+    numbers = itertools.count(1)
+    while True:
+        path = Path(f"{stem}-{next(numbers)}{suffix}")
+        with suppress(FileExistsError):
+            file = path.open("xb")
+            break
     try:
-        with written_whole(path) as file:
+        with file:
             yield path, file
     except BaseException:
         path.unlink()
         raise
-
-
-def _reserved(paths: Iterator[Path]) -> Path:
-    """The first that is not there, made as an empty file."""
-    while True:
-        path = next(paths)
-        with suppress(FileExistsError):
-            path.touch(exist_ok=False)
-            return path
 
 
 def _umask() -> int:

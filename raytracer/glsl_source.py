@@ -11,8 +11,11 @@ from pathlib import Path
 VERSION = "#version 330 core\n"
 
 _INCLUDE = re.compile(r'^[ \t]*#include[ \t]+"([^"\n]+)"[ \t]*$')
-# Mesa: "3:12(5): error: ...", NVIDIA: "3(12) : error ...", others: "ERROR: 3:12: ...".
-_PLACE = re.compile(r"\b(\d+):(\d+)(\(\d+\))?|\b(\d+)\((\d+)\)")
+# Line 12 of file 3 is numbered 3000012: #line can give a number of the file too, but Mesa forgets that
+# in all errors but those of syntax.
+_LINES = 1_000_000
+# Mesa: "0:3000012(5): error: ...", NVIDIA: "0(3000012) : error ...", others: "ERROR: 0:3000012: ...".
+_PLACE = re.compile(r"\b0(?::(\d+)(?:\(\d+\))?|\((\d+)\))")
 
 
 class ShaderError(RuntimeError):
@@ -34,10 +37,10 @@ class Source:
     files: tuple[str, ...]
 
     def explain(self, log: str) -> str:
-        """A compiler's log with file numbers replaced by names: `sphere.glsl:12: error ...`."""
+        """A compiler's log with the numbers of files replaced by names: `sphere.glsl:12: error ...`."""
 
         def name(match: re.Match[str]) -> str:
-            file, line = int(match[1] or match[4]), match[2] or match[5]
+            file, line = divmod(int(match[1] or match[2]), _LINES)
             return f"{self.files[file]}:{line}" if file < len(self.files) else match[0]
 
         return _PLACE.sub(name, log)
@@ -64,11 +67,14 @@ def assemble(top: str, defines: Mapping[str, int] | None = None, generated: Mapp
                 text = (folder / name).read_text(encoding="utf-8")
             except OSError:
                 raise ShaderError(f'{wanted_by}: no file "{name}" in {folder}') from None
-        lines = [f"#line 1 {number}"]
+            except UnicodeDecodeError as error:
+                line = error.object[: error.start].count(b"\n") + 1
+                raise ShaderError(f"{name}:{line}: error: expected UTF-8 text: {error.reason}") from None
+        lines = [f"#line {number * _LINES + 1}"]
         for i, line in enumerate(text.splitlines(), start=1):
             if match := _INCLUDE.match(line):
                 lines += expand(match[1], f"{name}:{i}")
-                lines.append(f"#line {i + 1} {number}")
+                lines.append(f"#line {number * _LINES + i + 1}")
             else:
                 lines.append(line)
         return lines

@@ -30,6 +30,9 @@ _STEP = 1.1
 _ANTIALIASING = (1, 4, 16)
 
 
+Button = Literal["left", "right"]
+
+
 class State(msgspec.Struct, frozen=True):
     """What the window shows. `scene` is `loaded` with lights and camera moved."""
 
@@ -37,14 +40,14 @@ class State(msgspec.Struct, frozen=True):
     loaded: Scene  # as that has it
     scene: Scene
     settings: Settings  # its samples are those to which a still picture is refined
-    limit: int  # the most that A offers of them
+    limit: int  # those at first, which A offers besides 1, 4 and 16
     show: Show = "picture"
     light: int = 0  # the selected one
     marker: bool = True
     help: bool = False
     notice: str = ""  # until the next key, button or turn of the wheel
     error: str = ""  # until the files are right again
-    dragging: Literal["light", "camera"] | None = None
+    dragging: Button | None = None
     cursor: tuple[float, float] = (0.0, 0.0)
 
 
@@ -60,7 +63,7 @@ class Redo(enum.Flag):
 
 
 class Key(msgspec.Struct, frozen=True):
-    """A key of `CONTROLS` was pressed."""
+    """A key was pressed, one of `CONTROLS` or another."""
 
     name: str
 
@@ -68,13 +71,13 @@ class Key(msgspec.Struct, frozen=True):
 class Press(msgspec.Struct, frozen=True):
     """A mouse button went down."""
 
-    button: Literal["left", "right"]
+    button: Button
 
 
 class Release(msgspec.Struct, frozen=True):
     """A mouse button went up."""
 
-    button: Literal["left", "right"]
+    button: Button
 
 
 class Cursor(msgspec.Struct, frozen=True):
@@ -123,23 +126,21 @@ def step(state: State, event: Event) -> tuple[State, Redo]:
     new, redo = msgspec.structs.replace(state, notice=""), Redo.NOTHING
     match event:
         case Key(name):
-            act = next(control.act for control in CONTROLS if control.key == name)
+            act = _ACTS.get(name)
             if isinstance(act, Redo):
                 redo = act
             elif act:
                 new = act(new)
-        case Press("left"):
-            new = _set(new, dragging="light")
-        case Press():
-            new = _set(new, dragging="camera")
-        case Release():
+        case Press(button):
+            new = _set(new, dragging=button)
+        case Release(button) if button == state.dragging:
             new = _set(new, dragging=None)
         case Cursor(x, y):
             right, up = _TURN * (x - state.cursor[0]), _TURN * (state.cursor[1] - y)
             new = _set(state, cursor=(x, y))
-            if state.dragging == "light":
+            if state.dragging == "left":
                 new = _set(new, scene=turntable.turn_light(state.scene, state.light, right, up))
-            elif state.dragging == "camera":
+            elif state.dragging == "right":
                 new = _set(new, scene=turntable.turn_camera(state.scene, right, up))
         case Wheel(steps, shift):
             factor = _STEP**-steps
@@ -175,9 +176,17 @@ def _changes(old: State, new: State) -> Redo:
 
 
 def _reloaded(state: State, scene: Scene) -> State:
-    """With `scene` in place of the one loaded before: what the user moved stays, unless the file moves it too."""
-    camera = state.scene.camera if scene.camera == state.loaded.camera else scene.camera
-    lights = state.scene.lights if scene.lights == state.loaded.lights else scene.lights
+    """With `scene` in place of the one loaded before. What the user moved stays, unless the file moves it too."""
+    before, camera, lights = state.loaded, scene.camera, list(scene.lights)
+    if (camera.position, camera.look_at, camera.up) == (
+        before.camera.position,
+        before.camera.look_at,
+        before.camera.up,
+    ):
+        camera = msgspec.structs.replace(camera, position=state.scene.camera.position)
+    for i, (old, moved) in enumerate(zip(before.lights[: len(lights)], state.scene.lights, strict=False)):
+        if lights[i].position == old.position:
+            lights[i] = msgspec.structs.replace(lights[i], position=moved.position)
     light = min(state.light, max(0, len(lights) - 1))
     return _set(state, loaded=scene, scene=msgspec.structs.replace(scene, camera=camera, lights=lights), light=light)
 
@@ -231,32 +240,35 @@ class Control(msgspec.Struct, frozen=True):
 
 
 CONTROLS = (
-    Control("Left drag", "move the selected light around the scene"),
-    Control("Wheel", "the light's distance: up for nearer, down for farther"),
+    Control("Left drag", "move the selected light around what the camera looks at"),
+    Control("Wheel", "the light's distance from there: up for nearer, down for farther"),
     Control("Tab", "select the next light", _next_light),
     Control("L", "the light's marker: shown, hidden", lambda state: _set(state, marker=not state.marker)),
     Control("R", "put the lights back where the scene file has them", _lights_back),
-    Control("Right drag", "turn the camera around what it looks at"),
-    Control("Shift+wheel", "the camera's distance: up for nearer, down for farther"),
+    Control("Right drag", "turn the camera around what it looks at, also from below"),
+    Control("Shift+wheel", "the camera's distance from there: up for nearer, down for farther"),
     Control("Home", "put the camera back where the scene file has it", _camera_back),
-    Control("B", f"shading: as the scene says, {', '.join(get_args(Shading))}", _shading),
+    Control("B", f"shading: as the scene says, {', '.join(get_args(Shading))}, where they differ", _shading),
     Control("S", f"shadows: {', '.join(get_args(Shadows))}", _shadows),
-    Control("A", f"antialiasing: off, {', '.join(map(str, _ANTIALIASING[1:]))}, all samples", _antialiasing),
+    Control(
+        "A", f"antialiasing: off, {', '.join(map(str, _ANTIALIASING[1:]))}, or all samples (--samples)", _antialiasing
+    ),
     Control("N", "show normals, or the picture", _showing("normal")),
     Control("Z", "show depth, or the picture", _showing("depth")),
     Control("M", "show materials, or the picture", _showing("material")),
-    Control("P", "write a screenshot, as soon as all samples are in it", Redo.SCREENSHOT),
-    Control("E", "write the scene as it stands to a TOML file", Redo.EXPORT),
+    Control("P", "write a screenshot: as soon as all samples are in it, or before it changes", Redo.SCREENSHOT),
+    Control("E", "write the scene, with what was moved, to a TOML file", Redo.EXPORT),
     Control("H", "show or hide this table", lambda state: _set(state, help=not state.help)),
     Control("Escape", "close the window", Redo.CLOSE),
 )
+_ACTS = {control.key: control.act for control in CONTROLS}
 
 
 def command(state: State, size: tuple[int, int], path: str) -> str:
-    """The command line that renders a file of the state's scene to the picture that the window shows."""
+    """The command line that renders a file of the state's scene to its picture in the window."""
     settings, default = msgspec.structs.asdict(state.settings), msgspec.structs.asdict(Settings())
     options = [f"--{name} {value}" for name, value in settings.items() if value != default[name]]
-    output = path.removesuffix(".toml") + ".png"
+    output = path.removesuffix(".toml") + "-rendered.png"  # not a name of P's
     return " ".join(
         ("raytracer render", shlex.quote(path), "-o", shlex.quote(output), f"--size {size[0]}x{size[1]}", *options)
     )
@@ -264,13 +276,14 @@ def command(state: State, size: tuple[int, int], path: str) -> str:
 
 def title(state: State, samples: int, milliseconds: float) -> str:
     """The window's title: time of a frame, `samples` so far, and what is on."""
-    shading = state.settings.shading or " and ".join(models(state.scene, state.settings))
+    settings = state.settings
+    shading = settings.shading or " and ".join(models(state.scene, settings))
+    shadows = "no shadows" if settings.shadows == "off" else f"{settings.shadows} shadows"
     lights = len(state.scene.lights)
     parts = (
         f"{state.scene.name} - {milliseconds:.0f} ms",
-        f"{samples} of {state.settings.samples} sample{'s' * (state.settings.samples > 1)}",
-        shading if state.show == "picture" else f"showing {state.show}",
-        "no shadows" if state.settings.shadows == "off" else f"{state.settings.shadows} shadows",
+        f"{samples} of {settings.samples} sample{'s' * (settings.samples > 1)}",
+        f"{shading}, {shadows}" if state.show == "picture" else f"showing {state.show}",
         f"light {state.light + 1} of {lights}" if lights > 1 else "",
         "H for help",
     )

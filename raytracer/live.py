@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer import view_space
+from raytracer.checks import InputError
 from raytracer.film import Image
 from raytracer.glsl_source import assemble
 from raytracer.passes import Passes, release, set_uniforms
@@ -23,8 +24,13 @@ from raytracer.shader import Show, show_source, visibility_source
 # Text or the like: (h, w, 4) uint8 with the top row first, and the window's pixel under its lower left one.
 Panel = tuple[NDArray[np.uint8], tuple[int, int]]
 
-# Fragment shaders of what `present` draws.
-_ON_SCREEN = ("present", "marker", "panel")
+# Fragment shaders of what `present` draws, and values of the types that their uniforms should have.
+_ON_SCREEN: dict[str, dict[str, object]] = {
+    "present": {"radianceSum": 0, "samples": 1.0, "enlarged": 1},
+    "marker": {"center": (0.0, 0.0), "radius": 1.0, "fill": (0.0, 0.0, 0.0), "inView": True},
+    "panel": {"panel": 0, "corner": (0, 0)},
+}
+# Larger pixels would show nothing any more.
 _MOST_ENLARGED = 16
 # In pixels, at display scale 1.
 _MARKER_RADIUS = 8.0
@@ -58,8 +64,11 @@ class Live:
     The renderer's context must be current in all that is called here.
     """
 
-    def __init__(self, renderer: Renderer) -> None:
+    def __init__(self, renderer: Renderer, budget: float) -> None:
+        """`budget`: seconds that a sample of a moving picture may take."""
         self._renderer = renderer
+        self._budget = budget
+        self._pace = Pace(budget)
         self._context = renderer.context
         self._passes: Passes | None = None
         self._structure: tuple[object, ...] = ()
@@ -75,43 +84,54 @@ class Live:
         """Read the shaders' files again at the next `start`."""
         self._reread = True
 
-    def start(self, scene: Scene, settings: Settings, show: Show, size: tuple[int, int], enlarged: int = 1) -> None:
+    def start(self, scene: Scene, settings: Settings, show: Show, size: tuple[int, int], *, moving: bool) -> None:
         """Begin a picture of `size` pixels, none of them 0, without any sample yet.
 
-        Programs are looked for only if `scene` does not share its objects with the one before, or
-        other settings are used. Raises InputError for a scene beyond this driver's limits and
-        ShaderError for a mistake in `shaders/`; the picture before then goes on.
+        The pixels of a `moving` one are enlarged as the budget wants. Programs are looked for only if
+        `scene` does not share its objects with the one before, or other settings are used. Raises
+        InputError for a scene or size beyond this driver's limits and ShaderError for a mistake in
+        `shaders/`; the picture before can then be started again.
         """
+        limit = self._renderer.max_target
+        if max(size) > limit:
+            raise InputError(f"size: expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}")
         structure = (scene.objects, len(scene.lights), msgspec.structs.replace(settings, samples=1), show)
         reread, self._reread = self._reread, False
-        if reread or not _same(structure, self._structure):
-            self._renderer.check_limits(scene, settings)
-            # All of them each time: the renderer may release what has not been asked for in a while.
-            sources = {name: assemble(f"{name}.frag") for name in _ON_SCREEN}
-            sources |= {"see": visibility_source(scene, settings), "shade": show_source(scene, settings, show)}
-            self._programs = {name: self._renderer.program(source) for name, source in sources.items()}
-            release(self._context, *self._arrays.values())
-            self._arrays = {name: self._context.vertex_array(self._programs[name], []) for name in _ON_SCREEN}
-            self._structure = structure
+        known = not reread and _same(structure, self._structure)
+        programs = self._programs if known else self._find_programs(scene, settings, show)
+        pace = self._pace if known else Pace(self._budget)
+        enlarged = pace.enlarged(size[0] * size[1]) if moving else 1
         if size != self.size or self._passes is None:
             if self._passes:
                 self._passes.close()
             self._passes = Passes(self._context, size)
-        self.size, self.enlarged, self.samples = size, enlarged, 0
-        self._passes.load((self._programs["see"], self._programs["shade"]), scene, settings, self._drawn())
+            self.size = size
+        self._passes.load((programs["see"], programs["shade"]), scene, settings, _enlarged(size, enlarged))
+        self._pace, self.enlarged, self.samples = pace, enlarged, 0
+        if not known:
+            release(self._context, *self._arrays.values())
+            self._arrays = {name: self._context.vertex_array(programs[name], []) for name in _ON_SCREEN}
+            self._programs, self._structure = programs, structure
+        if reread:  # what the files held before is not needed any more
+            self._renderer.forget(programs.values())
 
-    def _drawn(self) -> tuple[int, int]:
-        """The size in which the picture is drawn."""
-        return -(-self.size[0] // self.enlarged), -(-self.size[1] // self.enlarged)
+    def _find_programs(self, scene: Scene, settings: Settings, show: Show) -> dict[str, moderngl.Program]:
+        self._renderer.check_limits(scene, settings)
+        sources = {name: assemble(f"{name}.frag") for name in _ON_SCREEN}
+        sources |= {"see": visibility_source(scene, settings), "shade": show_source(scene, settings, show)}
+        programs = {name: self._renderer.program(source) for name, source in sources.items()}
+        for name, uniforms in _ON_SCREEN.items():
+            set_uniforms(programs[name], **uniforms)
+        return programs
 
-    def sample(self) -> float:
-        """Draw one more sample and wait for it; the seconds that a pixel took."""
+    def sample(self) -> None:
+        """Draw one more sample and wait for it."""
         assert self._passes
         begin = time.perf_counter()
-        width, height = self._drawn()
+        width, height = _enlarged(self.size, self.enlarged)
         self._passes.draw((0, 0, width, height), self.samples, anew=self.samples == 0)
         self.samples += 1
-        return (time.perf_counter() - begin) / (width * height)
+        self._pace.add((time.perf_counter() - begin) / (width * height))
 
     def set_panels(self, panels: Sequence[Panel]) -> None:
         """What `present` draws over the picture."""
@@ -130,30 +150,30 @@ class Live:
         screen.use()
         screen.viewport = (0, 0, self.size[0], self.size[1])
         self._passes.radiance.use(0)
-        values: dict[str, object] = {"radianceSum": 0, "samples": self.samples, "enlarged": self.enlarged}
-        self._draw("present", values)
+        self._draw("present", samples=float(self.samples), enlarged=self.enlarged)
         if marked:
             radius = _MARKER_RADIUS * scale
             x, y, in_view = view_space.in_picture(camera, marked.position, self.size, radius)
             fill = np.array(marked.color) / max(1.0, *marked.color)
             screen.viewport = (int(x - radius) - 1, int(y - radius) - 1, int(2 * radius) + 3, int(2 * radius) + 3)
-            self._draw("marker", {"center": (x, y), "radius": radius, "fill": tuple(fill), "inView": in_view})
+            self._draw("marker", center=(x, y), radius=radius, fill=tuple(fill), inView=in_view)
         self._context.enable(moderngl.BLEND)
         self._context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
         for texture, corner in self._panels:
             texture.use(0)
             screen.viewport = (*corner, texture.width, texture.height)
-            self._draw("panel", {"panel": 0, "corner": corner})
+            self._draw("panel", corner=corner)
         self._context.disable(moderngl.BLEND)
 
-    def _draw(self, name: str, uniforms: dict[str, object]) -> None:
+    def _draw(self, name: str, **uniforms: object) -> None:
         set_uniforms(self._programs[name], **uniforms)
         self._arrays[name].render(moderngl.TRIANGLES, 3)
 
     def image(self, metadata: Mapping[str, str]) -> Image:
         """The picture so far, in the size in which it is drawn."""
         assert self._passes and self.samples
-        return Image(self._passes.read_sum(self._drawn()) / np.float32(self.samples), metadata=metadata)
+        size = _enlarged(self.size, self.enlarged)
+        return Image(self._passes.read_sum(size) / np.float32(self.samples), metadata=metadata)
 
     def close(self) -> None:
         """Give back everything on the GPU but the renderer's programs."""
@@ -161,6 +181,11 @@ class Live:
         release(self._context, *self._arrays.values())
         if self._passes:
             self._passes.close()
+
+
+def _enlarged(size: tuple[int, int], by: int) -> tuple[int, int]:
+    """How many pixels, enlarged so much, cover a window of `size`."""
+    return -(-size[0] // by), -(-size[1] // by)
 
 
 def _same(a: tuple[object, ...], b: tuple[object, ...]) -> bool:

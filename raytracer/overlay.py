@@ -13,6 +13,8 @@ from raytracer.interaction import CONTROLS, State
 # Of a letter, in pixels at display scale 1.
 _FONT_SIZE = 16.0
 _SMALLEST = 6.0
+# Letters are about half as wide as high; lines shorter than some words help nobody; more lines hide the picture.
+_LETTER_WIDTH, _FEWEST_LETTERS, _MOST_LINES = 0.55, 20, 20
 _INK, _GROUND, _WRONG = (255, 255, 255, 255), (16, 16, 24, 208), (140, 16, 16, 232)
 
 
@@ -26,11 +28,16 @@ def panels(state: State, size: tuple[int, int], scale: float) -> list[tuple[NDAr
         columns = ["\n".join(c.key for c in CONTROLS), "\n".join(c.does for c in CONTROLS)]
         table = _fitted(columns, size, scale, _GROUND)
         found.append((table, (0, size[1] - table.shape[0])))
-    text, ground = (state.error, _WRONG) if state.error else (state.notice, _GROUND)
-    if text:
-        width = max(20, int(size[0] / (0.55 * _FONT_SIZE * scale)))  # letters are about half as wide as high
+    width = max(_FEWEST_LETTERS, int(size[0] / (_LETTER_WIDTH * _FONT_SIZE * scale)))
+    bottom = 0
+    for text, ground in ((state.error, _WRONG), (state.notice, _GROUND)):
         lines = [wrapped for line in text.splitlines() for wrapped in textwrap.wrap(line, width)]
-        found.append((_fitted(["\n".join(lines[:20])], size, scale, ground), (0, 0)))
+        if len(lines) > _MOST_LINES:
+            lines[_MOST_LINES - 1 :] = ["... (the whole is on the terminal)"]
+        if lines and bottom < size[1]:
+            box = _fitted(["\n".join(lines)], (size[0], size[1] - bottom), scale, ground)
+            found.append((box, (0, bottom)))
+            bottom += box.shape[0]
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 from typing import Any
 
 import moderngl
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from raytracer import view_space
 from raytracer.film import Image
+from raytracer.glsl_source import ShaderError
 from raytracer.sampling import sample_point
 from raytracer.scene import Scene
 from raytracer.settings import Settings
@@ -28,6 +30,8 @@ class Passes:
         self._programs: tuple[moderngl.Program, ...] = ()
         self._arrays: list[moderngl.VertexArray] = []
         self._buffers: dict[str, moderngl.Buffer] = {}
+        self._objects: object = None  # those of the scene in the buffers
+        self._numbers: object = None  # and what else of it they hold
         self._normal_depth = context.texture(target, 4, dtype="f4")
         self._surface = context.texture(target, 1, dtype="i4")
         self.radiance = context.texture(target, 4, dtype="f4")  # the sum of the samples
@@ -41,21 +45,25 @@ class Passes:
         settings: Settings,
         size: tuple[int, int],
     ) -> None:
-        """Take the numbers of `scene` for a picture of `size`. `programs` draw the two passes of its structure."""
+        """Take the numbers of `scene` for a picture of `size`. `programs` draw the two passes of its structure.
+
+        Raises ShaderError if a program has a uniform of another type than it should have.
+        """
         self._to_world = view_space.rotation(scene.camera).astype(np.float32)
-        self._material_index = view_space.material_index(scene)
+        self._write("Lights", view_space.lights_block(scene))
+        # Lights move, and then all else is as it was. Objects are compared by identity: they may be many.
+        numbers = programs, scene.camera, scene.materials, settings, size
+        if scene.objects is not self._objects or numbers != self._numbers:
+            self._objects, self._numbers = None, None
+            self._material_index = view_space.material_index(scene)
+            self._write("Surfaces", view_space.surfaces_block(scene))
+            self._write("CameraTerms", view_space.camera_terms_block(scene, size))
+            self._write("Materials", view_space.materials_block(scene, settings))
+            self._objects, self._numbers = scene.objects, numbers
         if programs != self._programs:
             release(self._context, *self._arrays)
             self._arrays = [self._context.vertex_array(program, []) for program in programs]
             self._programs = programs
-        self._write(
-            {
-                "Surfaces": view_space.surfaces_block(scene),
-                "CameraTerms": view_space.camera_terms_block(scene, size),
-                "Materials": view_space.materials_block(scene, settings),
-                "Lights": view_space.lights_block(scene),
-            }
-        )
         for program in programs:
             set_uniforms(
                 program,
@@ -67,22 +75,23 @@ class Passes:
                 focus=math.dist(scene.camera.position, scene.camera.look_at),
                 normalDepth=0,
                 surface=1,
+                tileOrigin=(0, 0),
+                samplePoint=(0.0, 0.0),
             )
             for name in self._buffers:
                 if name in program:
                     program[name].binding = _BLOCKS[name]  # pyright: ignore[reportAttributeAccessIssue]
 
-    def _write(self, blocks: dict[str, bytes]) -> None:
-        """Bring the uniform blocks to the GPU, into the buffers that are there if they have the size."""
-        for name, data in blocks.items():
-            buffer = self._buffers.get(name)
-            if buffer and buffer.size == len(data):
-                buffer.write(data)
-                continue
-            if buffer:
-                self._buffers.pop(name).release()
-            if data:
-                self._buffers[name] = self._context.buffer(data, dynamic=True)
+    def _write(self, name: str, data: bytes) -> None:
+        """Bring a uniform block to the GPU, into the buffer that is there if that has the size."""
+        buffer = self._buffers.get(name)
+        if buffer and buffer.size == len(data):
+            buffer.write(data)
+            return
+        if buffer:
+            self._buffers.pop(name).release()
+        if data:
+            self._buffers[name] = self._context.buffer(data, dynamic=True)
 
     def draw(self, tile: Rectangle, k: int, *, anew: bool) -> None:
         """Draw sample k = 0, 1, ... of a tile and wait for it; add it to the sum, or begin one `anew`."""
@@ -147,7 +156,13 @@ def release(context: moderngl.Context, *things: Any) -> None:
 
 
 def set_uniforms(program: moderngl.Program, **values: object) -> None:
-    """Set those of `values` that the program has: a compiler removes uniforms that do nothing."""
+    """Set those of `values` that the program has: a compiler removes uniforms that do nothing.
+
+    Raises ShaderError for one that the shader declares as another type.
+    """
     for name, value in values.items():
         if name in program:
-            program[name] = value
+            try:
+                program[name] = value
+            except (struct.error, TypeError, ValueError, moderngl.Error) as error:
+                raise ShaderError(f"uniform {name}: expected a type that takes {value!r}: {error}") from None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
@@ -33,8 +33,6 @@ MAX_SIDE = 65536
 MAX_ROTH_LOOPS = 14
 # All trees are written out in one shader: llvmpipe compiles 100 primitives in 5 s, 300 in 34 s.
 MAX_PRIMITIVES = 512
-# Programs kept for scenes of the same structure: more than a window's toggles and a picture's passes need.
-MAX_PROGRAMS = 64
 
 
 def render(
@@ -161,18 +159,21 @@ class Renderer:
 
         Raises ShaderError with files and lines.
         """
-        program = self._programs.pop(source.text, None)
-        if program is None:
+        if source.text not in self._programs:
             vertex = assemble("screen.vert")
             try:
                 program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
             except moderngl.Error as error:
                 log = str(error).rpartition("===\n")[2].strip()  # under a heading of moderngl's
                 raise ShaderError(source.explain(log)) from None
-        self._programs[source.text] = program  # the last used is last
-        if len(self._programs) > MAX_PROGRAMS:
-            self._programs.pop(next(iter(self._programs))).release()
-        return program
+            self._programs[source.text] = program
+        return self._programs[source.text]
+
+    def forget(self, keep: Collection[moderngl.Program]) -> None:
+        """Release all programs but these. `context` must be current."""
+        for text, program in list(self._programs.items()):
+            if program not in keep:
+                self._programs.pop(text).release()
 
     def check_limits(self, scene: Scene, settings: Settings) -> None:
         """Raise InputError if the scene needs more than this driver or the evaluator has."""

@@ -17,6 +17,8 @@ from raytracer.vectors import add, cross, divided, dot, scaled, sub
 _STEEPEST = math.radians(89.0)
 # Sine of the angle to the axis below which rounding decides on which side of it a point is.
 _OFF_AXIS = 1e-9
+# A light in the very middle has no direction to turn or to go: it sets out with this share of the camera's distance.
+_FROM_THE_MIDDLE = 0.1
 
 
 def turn_light(scene: Scene, index: int, right: float, up: float) -> Scene:
@@ -47,13 +49,13 @@ def scale_camera(scene: Scene, factor: float) -> Scene:
 
 
 def _arm(scene: Scene, position: Vec3) -> Vec3:
-    return sub(position, scene.camera.look_at)
+    """From what the camera looks at to `position`, or a short way towards the camera if that is there."""
+    arm = sub(position, scene.camera.look_at)
+    return arm if any(arm) else scaled(sub(scene.camera.position, scene.camera.look_at), _FROM_THE_MIDDLE)
 
 
 def _turned(scene: Scene, arm: Vec3, right: float, up: float) -> Vec3:
     radius = math.hypot(*arm)
-    if radius == 0.0:
-        return arm
     axis = divided(scene.camera.up, math.hypot(*scene.camera.up))
     height = dot(arm, axis)
     outward = sub(arm, scaled(axis, height))
@@ -68,8 +70,6 @@ def _turned(scene: Scene, arm: Vec3, right: float, up: float) -> Vec3:
 
 def _lengthened(arm: Vec3, factor: float) -> Vec3:
     radius = math.hypot(*arm)
-    if radius == 0.0:
-        return arm
     return scaled(divided(arm, radius), max(MIN_RADIUS, min(MAX_LENGTH, radius * factor)))
 
 

@@ -108,7 +108,7 @@ def in_picture(camera: Camera, point: Vec3, size: tuple[int, int], margin: float
     middle = np.array(size) / 2.0
     room = np.maximum(middle - margin, 1.0)
     # Homogeneous, so that a point beside or behind the camera has a direction too.
-    offset, depth = np.array([x, y]) / (2.0 * pixel_scale(camera, size[1])), -z
+    offset, depth = np.array([x, y]), -z * 2.0 * pixel_scale(camera, size[1])
     beyond = np.abs(offset / room).max()
     in_view = depth > 0.0 and beyond <= depth
     # Straight behind, every direction is as good: up.

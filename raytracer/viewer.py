@@ -10,13 +10,14 @@ from typing import Any
 
 import glfw
 import moderngl
+import msgspec
 
 from raytracer.checks import InputError, printable
 from raytracer.context import open_window
 from raytracer.film import written_new
-from raytracer.glsl_source import ShaderError, shaders_folder
+from raytracer.glsl_source import ShaderError
 from raytracer.interaction import (
-    CONTROLS,
+    Button,
     Cursor,
     Event,
     Failed,
@@ -34,35 +35,36 @@ from raytracer.interaction import (
     step,
     title,
 )
-from raytracer.live import Live, Pace
+from raytracer.live import Live
 from raytracer.overlay import panels
 from raytracer.renderer import Renderer, metadata
-from raytracer.scene import Scene
 from raytracer.scene_file import moved, parse, read
 from raytracer.settings import Settings
+from raytracer.watch import Files
 
 # Seconds. How often files are looked at; also, Python notices Ctrl+C only between two waits for events.
 _LOOK = 0.05
 # Without a movement for so long, a picture is still: longer than between two events of a slow mouse.
 _STILL = 0.15
 _RETITLE = 0.25
-_BUTTONS = {glfw.MOUSE_BUTTON_LEFT: "left", glfw.MOUSE_BUTTON_RIGHT: "right"}
+_BUTTONS: dict[int, Button] = {glfw.MOUSE_BUTTON_LEFT: "left", glfw.MOUSE_BUTTON_RIGHT: "right"}
 _NAMES = {glfw.KEY_TAB: "Tab", glfw.KEY_HOME: "Home", glfw.KEY_ESCAPE: "Escape"}
 _OTHER_MODIFIERS = glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER
 
 
-def view(
-    path: Path, text: str, scene: Scene, settings: Settings, size: tuple[int, int] = (1280, 720), budget: float = 0.033
-) -> None:
-    """Show `scene`, of which `path` is the file and `text` its text, in a window until the user closes it.
+def view(scene: str, settings: Settings, size: tuple[int, int] = (1280, 720), budget: float = 0.033) -> None:
+    """Show the scene that `load` takes for `scene` in a window until the user closes it.
 
     `settings.samples` are those to which a still picture is refined; `budget` is the seconds that a
     sample of a moving one may take before its pixels are enlarged. Raises ContextError if no window
-    opens, InputError for a scene beyond this driver's limits.
+    opens, InputError for a wrong scene file or a scene beyond this driver's limits.
     """
-    context, window = open_window(size, f"{scene.name} - compiling")
+    path, text = read(scene)
+    files = Files(path)
+    state = start(text, parse(path, text), settings)
+    context, window = open_window(size, f"{state.scene.name} - compiling")
     try:
-        viewer = Viewer(context, window, path, start(text, scene, settings), budget)
+        viewer = Viewer(context, window, files, state, budget)
         while not glfw.window_should_close(window):
             wait = viewer.frame()
             if wait > 0.0:
@@ -70,6 +72,7 @@ def view(
             else:
                 glfw.poll_events()
             viewer.look_at_files()
+        viewer.close()
     finally:
         context.release()
 
@@ -77,26 +80,27 @@ def view(
 class Viewer:
     """Draws what is due into a window, and waits otherwise."""
 
-    def __init__(self, context: moderngl.Context, window: Any, path: Path, state: State, budget: float) -> None:
+    def __init__(self, context: moderngl.Context, window: Any, files: Files, state: State, budget: float) -> None:
         self.state = state
-        self.live = Live(Renderer(context))
-        self._context, self._window, self._path, self._budget = context, window, path, budget
-        self._pace = Pace(budget)
+        self.live = Live(Renderer(context), budget)
+        self._context, self._window, self._files, self._budget = context, window, files, budget
         self._redo = Redo.SAMPLES
-        self._good: State | None = None  # the last that could be drawn
+        self._drawn: State | None = None  # the last that could be
         self._reloaded = False
         self._screenshot_due = False
         self._moved_at = self._titled_at = self._looked_at = 0.0
-        self._watched = [path] if path.is_file() else []  # not a pipe, which cannot be read twice
-        self._stamps = self._files()
         self._panels: object = None  # what is on the GPU of them
-        x, y = glfw.get_cursor_pos(window)
-        self._on_cursor(window, x, y)
+        self._on_cursor(window, *glfw.get_cursor_pos(window))
         glfw.set_window_refresh_callback(window, self._on_refresh)
         glfw.set_key_callback(window, self._on_key)
         glfw.set_mouse_button_callback(window, self._on_button)
         glfw.set_cursor_pos_callback(window, self._on_cursor)
         glfw.set_scroll_callback(window, self._on_scroll)
+
+    def close(self) -> None:
+        """Write a screenshot that is due, and give back what is on the GPU."""
+        self._take_screenshot()
+        self.live.close()
 
     def handle(self, event: Event) -> None:
         """Take the state after `event`, and do what it wants done at once."""
@@ -106,6 +110,7 @@ class Viewer:
             glfw.set_window_should_close(self._window, True)
         if Redo.SCREENSHOT in redo:
             self._screenshot_due = True
+            self.handle(Told(f"a screenshot will be written with {self.state.settings.samples} samples a pixel"))
         if Redo.EXPORT in redo:
             self._write(self._export)
 
@@ -114,46 +119,50 @@ class Viewer:
         size = glfw.get_framebuffer_size(self._window)
         if 0 in size or glfw.get_window_attrib(self._window, glfw.ICONIFIED):
             return _LOOK
-        live, begin = self.live, time.perf_counter()
+        live, samples, begin = self.live, self.state.settings.samples, time.perf_counter()
+        still_in = self._moved_at + _STILL - begin
         if Redo.SAMPLES in self._redo or size != live.size:
             self._moved_at = begin
-            self._begin(size, self._pace.enlarged(size[0] * size[1]))
-        elif live.enlarged > 1 and begin < self._moved_at + _STILL:
-            if Redo.PRESENT not in self._redo:
-                return self._moved_at + _STILL - begin
+            self._begin(size, moving=True)
+        elif live.enlarged > 1 and still_in <= 0.0:
+            self._begin(size, moving=False)
         elif live.enlarged > 1:
-            self._begin(size, 1)
-        elif live.samples < self.state.settings.samples:
-            self._pace.add(live.sample())
-            while live.samples < self.state.settings.samples and time.perf_counter() < begin + self._budget:
-                self._pace.add(live.sample())
+            if Redo.PRESENT not in self._redo:
+                return still_in
+        elif live.samples < samples:
+            live.sample()
+            while still_in <= 0.0 and live.samples < samples and time.perf_counter() < begin + self._budget:
+                live.sample()
         elif self._screenshot_due:
-            self._screenshot_due = False
-            self._write(self._screenshot)
+            self._take_screenshot()
         elif Redo.PRESENT not in self._redo:
             return _LOOK
         self._present()
         now = time.perf_counter()
-        done = live.samples >= self.state.settings.samples and live.enlarged == 1
-        if now > self._titled_at + _RETITLE or done:
+        if now > self._titled_at + _RETITLE or live.samples >= samples:
             self._titled_at = now
-            glfw.set_window_title(self._window, title(self.state, live.samples, 1000 * (now - begin)))
+            glfw.set_window_title(self._window, title(self.state, live.samples, 1000.0 * (now - begin)))
         return 0.0
 
-    def _begin(self, size: tuple[int, int], enlarged: int) -> None:
-        """Start the picture and draw its first sample; go back to the last good state if that is impossible."""
-        state, self._redo = self.state, self._redo & ~Redo.SAMPLES
+    def _begin(self, size: tuple[int, int], *, moving: bool) -> None:
+        """Start the picture and draw its first sample; or that of the state before, if this is impossible."""
+        self._take_screenshot()
+        self._redo &= ~Redo.SAMPLES
         try:
-            self.live.start(state.scene, state.settings, state.show, size, enlarged)
+            self._start(self.state, size, moving)
         except (InputError, ShaderError) as error:
-            if not self._good:
-                raise
-            self._tell_terminal(str(error))
-            back = reverted(state, self._good)
-            self.live.start(back.scene, back.settings, back.show, size, enlarged)
-            self.state, _ = step(back, Failed(str(error)) if self._reloaded else Told(str(error)))
-        self._good, self._reloaded = self.state, False
-        self._pace.add(self.live.sample())
+            message = str(error) if isinstance(error, ShaderError) else f"{self._files.scene}: {error}"
+            if not self._drawn:
+                raise type(error)(message) from None
+            self._tell_terminal(message)
+            self.state = reverted(self.state, self._drawn)
+            self._start(self.state, size, moving)
+            self.handle(Failed(message) if self._reloaded else Told(message))
+        self._drawn, self._reloaded = self.state, False
+        self.live.sample()
+
+    def _start(self, state: State, size: tuple[int, int], moving: bool) -> None:
+        self.live.start(state.scene, state.settings, state.show, size, moving=moving)
 
     def _present(self) -> None:
         state, size = self.state, self.live.size
@@ -173,60 +182,68 @@ class Viewer:
         if now < self._looked_at + _LOOK:
             return
         self._looked_at = now
-        stamps = self._files()
-        # Editors replace files: one that is missing is about to come back.
-        if stamps == self._stamps or None in stamps.values():
+        if not self._files.changed():
             return
-        self._stamps = stamps
         self.live.reread()
+        path = self._files.scene
         try:
-            text = read(self._path)[1] if self._watched else self.state.text
-            self.handle(Loaded(text, parse(self._path, text)))
+            text = read(path)[1] if self._files.has_scene else self.state.text
+            self.handle(Loaded(text, parse(path, text)))
         except InputError as error:
             self._tell_terminal(str(error))
             self.handle(Failed(str(error)))
         self._reloaded = True
         self._redo |= Redo.SAMPLES
 
-    def _files(self) -> dict[Path, tuple[int, int] | None]:
-        return {path: _stamp(path) for path in (*self._watched, *shaders_folder().rglob("*.*"))}
-
     def _write(self, write: Callable[[], str]) -> None:
         try:
             self.handle(Told(write()))
             print(printable(self.state.notice), flush=True)
         except (OSError, RuntimeError) as error:
-            self._tell_terminal(str(error))
-            self.handle(Told(str(error)))
+            reason = error.strerror if isinstance(error, OSError) else ""
+            message = f"{Path.cwd()}: expected a folder that can be written to: {reason}" if reason else str(error)
+            self._tell_terminal(message)
+            self.handle(Told(message))
+
+    def _take_screenshot(self) -> None:
+        """If one is due: of what was drawn last, which has the window's resolution unless it is moving."""
+        if self._screenshot_due and self.live.samples > 0 and self.live.enlarged == 1:
+            self._screenshot_due = False
+            self._write(self._screenshot)
 
     def _screenshot(self) -> str:
-        state, size = self.state, self.live.size
+        state, live = self._drawn or self.state, self.live
+        settings = msgspec.structs.replace(state.settings, samples=live.samples)
         with written_new(state.scene.name, ".png") as (path, file):
-            self.live.image(metadata(state.scene, size, state.settings)).write_png(file)
-        return f"wrote {path}: {size[0]}x{size[1]}, {state.settings.samples} samples a pixel"
+            text = metadata(state.scene, live.size, settings)
+            text["Description"] += f", showing {state.show}" if state.show != "picture" else ""
+            live.image(text).write_png(file)
+        return f"wrote {path}: {live.size[0]}x{live.size[1]}, {live.samples} of {state.settings.samples} samples"
 
     def _export(self) -> str:
-        text = moved(self.state.text, self.state.scene)
+        try:
+            text = moved(self.state.text, self.state.scene)
+        except RuntimeError as error:
+            raise RuntimeError(f"{self._files.scene}: {error}") from None
         with written_new(self.state.scene.name, ".toml") as (path, file):
             file.write(text.encode())
-        return f"wrote {path}; to render it as shown: {command(self.state, self.live.size, str(path))}"
+        return f"wrote {path}; to render its picture: {command(self.state, self.live.size, str(path))}"
 
     def _tell_terminal(self, error: str) -> None:
         print("raytracer:", "\n".join(map(printable, error.splitlines())), file=sys.stderr, flush=True)
 
     def _on_refresh(self, _window: Any) -> None:
+        # At once: while a user resizes a window, macOS and Windows return from no other call.
         self._redo |= Redo.PRESENT
+        self.frame()
 
     def _on_key(self, _window: Any, key: int, scancode: int, action: int, modifiers: int) -> None:
-        # Letters are where the keyboard's layout has them.
-        name = _NAMES.get(key) or (glfw.get_key_name(key, scancode) or "").upper()
-        known = any(control.key == name for control in CONTROLS)
-        if action == glfw.PRESS and known and not modifiers & _OTHER_MODIFIERS:
-            self.handle(Key(name))
+        if action == glfw.PRESS and not modifiers & _OTHER_MODIFIERS:
+            self.handle(Key(_NAMES.get(key) or _letter(key, scancode)))
 
     def _on_button(self, _window: Any, button: int, action: int, _modifiers: int) -> None:
         if name := _BUTTONS.get(button):
-            self.handle(Press(name) if action == glfw.PRESS else Release(name))  # pyright: ignore[reportArgumentType]
+            self.handle(Press(name) if action == glfw.PRESS else Release(name))
 
     def _on_cursor(self, window: Any, x: float, y: float) -> None:
         height = max(1, glfw.get_window_size(window)[1])
@@ -234,12 +251,14 @@ class Viewer:
 
     def _on_scroll(self, window: Any, dx: float, dy: float) -> None:
         shift = glfw.PRESS in (glfw.get_key(window, key) for key in (glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT))
-        self.handle(Wheel(dy or dx, shift))  # macOS turns a shifted wheel sideways
+        self.handle(Wheel(dy or (dx if shift else 0.0), shift))  # macOS turns a shifted wheel sideways
 
 
-def _stamp(path: Path) -> tuple[int, int] | None:
-    try:
-        status = path.stat()
-    except OSError:
-        return None
-    return status.st_mtime_ns, status.st_size
+def _letter(key: int, scancode: int) -> str:
+    """What is on a key in the keyboard's layout, or in the English one where the layout's letters are others."""
+    if key == glfw.KEY_UNKNOWN:  # of those, GLFW is not to be asked
+        return ""
+    letter = glfw.get_key_name(key, scancode) or ""
+    if letter.isascii():
+        return letter.upper()
+    return chr(key) if glfw.KEY_A <= key <= glfw.KEY_Z else ""

@@ -10,8 +10,12 @@ uniform bool inView;
 
 out vec4 color;
 
+const vec3 BLACK = vec3(0.0), WHITE = vec3(1.0);
+// Where the black rim, the white rim and the ring's hole begin, as shares of the radius.
+const float RIM = 0.8, INNER_RIM = 0.6, HOLE = 0.4;
+
 void main() {
     float r = length(gl_FragCoord.xy - center) / radius;
-    if (r > 1.0 || (!inView && r < 0.4)) discard;
-    color = vec4(r > 0.8 ? vec3(0.0) : r > 0.6 ? vec3(1.0) : inView ? srgbFromLinear(fill) : vec3(0.0), 1.0);
+    if (r > 1.0 || (!inView && r < HOLE)) discard;
+    color = vec4(r > RIM ? BLACK : r > INNER_RIM ? WHITE : inView ? srgbFromLinear(fill) : BLACK, 1.0);
 }

@@ -12,5 +12,5 @@ out vec4 color;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy) / enlarged;
     vec3 radiance = texelFetch(radianceSum, pixel, 0).rgb / samples;
-    color = vec4(srgbFromLinear(clamp(radiance, 0.0, 1.0)), 1.0);
+    color = vec4(srgbFromLinear(radiance), 1.0);  // the window clamps what is above 1
 }

@@ -1,5 +1,5 @@
 // Provides srgbFromLinear(), linearFromSrgb(): the transfer function of IEC 61966-2-1:1999, both ways,
-// for values in [0, 1]. Ours, not the driver's: drivers differ.
+// for values >= 0; above 1 stays above 1. Ours, not the driver's: drivers differ.
 
 vec3 srgbFromLinear(vec3 c) {
     return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, greaterThan(c, vec3(0.0031308)));

@@ -1,12 +1,26 @@
-"""An X server for tests that open windows."""
+"""An X server for tests that open windows, and `raytracer view` on it."""
 
 import ctypes
 import os
 import shutil
 import subprocess
-from collections.abc import Iterator
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
 
+import numpy as np
+from PIL import ImageGrab
+
+from .scenes import CHECKOUT
+
+# Of the window, in pixels.
+SIZE = (320, 180)
+# For what takes a few seconds on two slow cores.
+TIMEOUT = 120.0
 # What would lead to another window system than the one that the test gives.
 SESSION = ("DISPLAY", "WAYLAND_DISPLAY", "XDG_SESSION_TYPE")
 
@@ -46,3 +60,67 @@ def _set_resources(display: str, text: bytes) -> None:
 def environment(**variables: str) -> dict[str, str]:
     """This process's environment without its own window system, and `variables`."""
     return {name: value for name, value in os.environ.items() if name not in SESSION} | variables
+
+
+class Window:
+    """`raytracer view` in `folder`, without a marker: its pictures, and what a user does to it."""
+
+    def __init__(self, display: str, folder: Path, *arguments: str) -> None:
+        self.display = display
+        self.variables = environment(DISPLAY=display, PYTHONPATH=str(CHECKOUT))
+        # Not pipes: who reads those would have to read both at all times. window() closes the files.
+        self.output, self.errors = tempfile.TemporaryFile("w+"), tempfile.TemporaryFile("w+")  # noqa: SIM115
+        command = (sys.executable, "-m", "raytracer", "view", *arguments)
+        self.process = subprocess.Popen(command, cwd=folder, env=self.variables, stdout=self.output, stderr=self.errors)
+
+    def act(self, actions: str) -> None:
+        """Do what xdotool does for these words."""
+        subprocess.run(("xdotool", *actions.split()), env=self.variables, check=True)
+
+    def shown(self, size: tuple[int, int] = SIZE) -> np.ndarray:
+        """(H, W, 3) int: the upper left part of the display."""
+        picture = ImageGrab.grab((0, 0, *size), xdisplay=self.display)
+        return np.asarray(picture.convert("RGB")).astype(int)
+
+    def until(self, what: Callable[[], bool], says: str, seconds: float = TIMEOUT) -> float:
+        """Wait until something holds; the seconds that it took."""
+        begin = time.monotonic()
+        while not what():
+            assert self.process.poll() is None, self.said(self.errors)
+            assert time.monotonic() < begin + seconds, f"{says}\n{self.said(self.errors)}"
+            time.sleep(0.02)
+        return time.monotonic() - begin
+
+    def until_shown(self, wanted: np.ndarray, after: str) -> None:
+        """Wait for a picture, to 1/255 at every pixel."""
+        size = wanted.shape[1], wanted.shape[0]
+        self.until(lambda: bool(np.abs(self.shown(size) - wanted).max() <= 1), f"not the picture due after {after}")
+
+    def said(self, file: IO[str]) -> str:
+        """What the process has written so far."""
+        file.seek(0)
+        return file.read()
+
+    def close(self) -> str:
+        """Press Escape; standard output."""
+        self.act("key Escape")
+        assert self.process.wait(TIMEOUT) == 0, self.said(self.errors)
+        return self.said(self.output)
+
+
+@contextmanager
+def window(
+    folder: Path, *arguments: str, size: tuple[int, int] = SIZE, display: tuple[int, int] = SIZE, scale: int = 1
+) -> Iterator[Window]:
+    """A window on a display of its own, with the mouse in its middle. Without a window manager it is at (0, 0)."""
+    with x_server(*display, scale) as name:
+        opened = Window(name, folder, *arguments, "--size", f"{size[0]}x{size[1]}")
+        try:
+            opened.until(lambda: opened.shown(display).max() > 0, "nothing is shown")
+            opened.act(f"mousemove {display[0] // 2} {display[1] // 2}")
+            yield opened
+        finally:
+            opened.process.kill()
+            opened.process.wait()
+            opened.output.close()
+            opened.errors.close()

@@ -71,8 +71,9 @@ def test_dragging_along_the_height_of_the_window_turns_by_half_a_circle_with_eit
             state = after(state, Cursor(0.5 + 0.05 * k, 0.5 - 0.025 * k))
         np.testing.assert_allclose(state.scene.lights[0].position, turned.lights[0].position, atol=1e-12)
         np.testing.assert_allclose(state.scene.camera.position, turned.camera.position, atol=1e-12)
-        state = after(state, Release(button))
-        assert redo(state, Cursor(0.9, 0.9)) == Redo.NOTHING
+        other: Literal["left", "right"] = "right" if button == "left" else "left"
+        assert redo(after(state, Release(other)), Cursor(0.9, 0.9)) == Redo.SAMPLES
+        assert redo(after(state, Release(button)), Cursor(0.9, 0.9)) == Redo.NOTHING
         assert state.loaded == scenes.assignment(), "what the file says is kept"
 
 
@@ -144,6 +145,14 @@ def test_saving_the_file_keeps_what_the_user_moved_unless_the_file_moves_it_too(
     kept = after(state, Loaded("new", brighter))
     assert (kept.scene.camera, kept.scene.lights) == (state.scene.camera, state.scene.lights)
     assert kept.scene.ambient == (2, 2, 2) and kept.loaded == brighter and kept.text == "new" and kept.error == ""
+    wider = msgspec.structs.replace(scenes.assignment().camera, vertical_fov=70)
+    other = (rt.PointLight((4, 7, 4), (1, 0, 0)), rt.PointLight((9, 9, 9)), rt.PointLight((1, 1, 1)))
+    partly = after(state, Loaded("new", msgspec.structs.replace(two_lights(), camera=wider, lights=other))).scene
+    assert partly.camera == msgspec.structs.replace(wider, position=state.scene.camera.position)
+    assert partly.lights == (other[0], other[1], other[2]), "the one that the user moved, the file has moved too"
+    colored = (two_lights().lights[0], rt.PointLight((-3, 5, 2), (1, 0, 0)))
+    kept = after(state, Loaded("new", msgspec.structs.replace(two_lights(), lights=colored))).scene
+    assert kept.lights == (colored[0], rt.PointLight(state.scene.lights[1].position, (1, 0, 0)))
     moved = msgspec.structs.replace(scenes.assignment(), camera=rt.Camera((0, 9, 9), (0, 0, 0)))
     taken = after(state, Loaded("new", moved))
     assert taken.scene == moved and taken.light == 0
@@ -163,6 +172,11 @@ def test_an_error_stays_until_the_file_is_right_and_a_notice_until_the_next_key(
     state = after(state, Key("H"), Wheel(1.0, False))
     assert (state.error, state.notice) == ("line 3", "")
     assert after(state, Loaded(TEXT, scenes.assignment())).error == ""
+
+
+def test_other_keys_do_nothing() -> None:
+    for name in ("", "X", "left drag", "\u0438"):
+        assert step(opened(), Key(name)) == (opened(), Redo.NOTHING)
 
 
 def test_p_e_and_escape_ask_for_what_only_the_window_can_do() -> None:
@@ -197,7 +211,7 @@ def test_the_command_renders_the_picture_that_is_shown() -> None:
     state = after(opened(), Key("B"), Key("S"), Key("A"))
     arguments = shlex.split(command(state, (640, 360), "a b-1.toml"))
     assert arguments == shlex.split(
-        "raytracer render 'a b-1.toml' -o 'a b-1.png' --size 640x360 --shading blinn --shadows diluted"
+        "raytracer render 'a b-1.toml' -o 'a b-1-rendered.png' --size 640x360 --shading blinn --shadows diluted"
     )
 
 
@@ -209,8 +223,10 @@ def test_the_overlay_is_twice_as_large_at_display_scale_2_and_fits_into_any_wind
     assert corner == (0, 720 - once.shape[0]) and once.shape[1] > 300
     assert panels(opened(), (1280, 720), 1.0) == []
     failed = after(helped, Failed("shaders/sphere.glsl:12: error: " + "word " * 300 + "\n" + "x" * 5000))
+    failed = after(failed, Told("wrote a file"))
+    assert len(panels(failed, (1280, 720), 1.0)) == 3, "a notice does not hide behind an error"
     for size in ((1280, 720), (320, 180), (40, 30), (1, 1)):
         found = panels(failed, size, 1.0)
-        assert len(found) == 2
+        assert len(found) >= 2
         for pixels, (x, y) in found:
             assert 0 <= x <= x + pixels.shape[1] <= size[0] and 0 <= y <= y + pixels.shape[0] <= size[1]

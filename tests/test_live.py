@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -28,7 +30,7 @@ ONE = Settings()
 
 @pytest.fixture
 def live(renderer: Renderer) -> Iterator[Live]:
-    live = Live(renderer)
+    live = Live(renderer, 1e9)
     yield live
     with renderer.context:
         live.close()
@@ -48,7 +50,7 @@ def shown(live: Live, renderer: Renderer, marked: rt.PointLight | None = None) -
 
 def drawn(live: Live, renderer: Renderer, scene: rt.Scene, settings: Settings, show: Show = "picture") -> np.ndarray:
     with renderer.context:
-        live.start(scene, settings, show, SIZE)
+        live.start(scene, settings, show, SIZE, moving=False)
         for _ in range(settings.samples):
             live.sample()
     return shown(live, renderer)
@@ -101,16 +103,30 @@ def test_moving_lights_and_the_camera_compiles_nothing_and_reads_no_file(
         monkeypatch.setattr(renderer, "program", never)
 
 
-def test_enlarged_pixels_show_a_smaller_picture_and_a_resize_a_larger_one(live: Live, renderer: Renderer) -> None:
+def test_enlarged_pixels_show_a_smaller_picture_and_a_resize_a_larger_one(renderer: Renderer) -> None:
     scene = scenes.assignment()
-    for size, enlarged, small in ((SIZE, 2, (80, 45)), ((161, 91), 4, (41, 23)), ((320, 180), 1, (320, 180))):
+    live = Live(renderer, budget=1e-9)
+    with renderer.context:
+        live.start(scene, ONE, "picture", SIZE, moving=True)
+        assert live.enlarged == 1, "no sample's time is known yet"
+        live.sample()
+    for size, moving, small in (
+        ((160, 90), True, (10, 6)),
+        ((161, 97), True, (11, 7)),
+        ((320, 180), False, (320, 180)),
+    ):
         with renderer.context:
-            live.start(scene, ONE, "picture", size, enlarged)
+            live.start(scene, ONE, "picture", size, moving=moving)
             live.sample()
+        enlarged = 16 if moving else 1
         image = renderer.render(scene, small, ONE).srgb8().repeat(enlarged, 0).repeat(enlarged, 1)
         found = shown(live, renderer)
-        assert found.shape == (size[1], size[0], 3)
+        assert found.shape == (size[1], size[0], 3) and live.enlarged == enlarged
         assert np.abs(found - image[-size[1] :, : size[0]]).max() <= 1, "pixels are counted from the lower left"
+    with renderer.context:
+        live.start(scene, Settings(shadows="off"), "picture", SIZE, moving=True)
+        assert live.enlarged == 1, "of other settings, times are not known"
+        live.close()
 
 
 def test_the_marker_is_drawn_at_the_lights_place_and_nowhere_else(live: Live, renderer: Renderer) -> None:
@@ -140,40 +156,60 @@ def test_a_place_in_the_picture_is_where_the_camera_ray_of_that_pixel_goes() -> 
     assert in_picture(camera, camera.position, SIZE, 8.0) == (80.0, 82.0, False)
 
 
-def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
-    live: Live, renderer: Renderer, tmp_path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    import shutil
+# What is wrong, and what the message says. GLSL takes the second and third, but the host does not.
+MISTAKES = [
+    ("shade.frag", "vec3 I = m.ka * ambient;", "vec3 I = m.kb * ambient;", r"shade\.frag:\d+"),
+    ("shade.frag", "uniform vec3 ambient; ", "const vec3 x = vec3(1.0); uniform float ambient;", "uniform ambient"),
+    ("present.frag", "uniform int enlarged;", "uniform ivec2 enlarged;", "uniform enlarged"),
+    ("show_depth.frag", "// The distance", "// Die L\xe4nge", "show_depth.frag:1: .*UTF-8"),
+    ("camera.glsl", "return 2.0 * (", "return 2.0 * nothing * (", r"camera\.glsl:\d+"),
+]
 
+
+@pytest.mark.parametrize(("name", "old", "new", "says"), MISTAKES)
+def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
+    renderer: Renderer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, old: str, new: str, says: str
+) -> None:
     shutil.copytree(glsl_source.shaders_folder(), tmp_path / "shaders")
     monkeypatch.setattr(glsl_source, "shaders_folder", lambda: tmp_path / "shaders")
     scene = scenes.assignment()
-    before = drawn(live, renderer, scene, ONE)
-    file = tmp_path / "shaders" / "shade.frag"
+    show: Show = "depth" if "depth" in name else "picture"
+    own = Renderer(renderer.context)
+    live = Live(own, 1e9)
+    before = drawn(live, own, scene, ONE, show)
+    file = tmp_path / "shaders" / name
     good = file.read_text()
-    file.write_text(good.replace("vec3 I = m.ka * ambient;", "vec3 I = m.kb * ambient;"))
+    assert old in good
+    file.write_text(good.replace(old, new), encoding="latin-1")
+    for _ in range(3):
+        live.reread()
+        with pytest.raises(rt.ShaderError, match=says), renderer.context:
+            live.start(scene, ONE, show, SIZE, moving=False)
+        assert np.array_equal(drawn(live, own, scene, ONE, show), before), "it goes on with the programs there are"
+    file.write_text(good)
     live.reread()
-    with pytest.raises(rt.ShaderError, match=r"shade\.frag:\d+"), renderer.context:
-        live.start(scene, ONE, "picture", SIZE)
-    assert np.array_equal(drawn(live, renderer, scene, ONE), before), "it goes on with the programs there are"
-    file.write_text(good.replace("vec3 I = m.ka * ambient;", "vec3 I = vec3(0.5);"))
-    assert np.array_equal(drawn(live, renderer, scene, ONE), before), "nothing is read until told"
-    live.reread()
-    assert not np.array_equal(drawn(live, renderer, scene, ONE), before)
-
-
-def test_more_programs_than_are_kept_can_be_used_one_after_another(
-    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    small = Renderer(renderer.context)
-    monkeypatch.setattr("raytracer.renderer.MAX_PROGRAMS", 5)
-    live = Live(small)
-    for settings in (ONE, Settings(shading="blinn"), Settings(shadows="off"), ONE, Settings(shadows="diluted"), ONE):
-        picture = drawn(live, renderer, scenes.assignment(), settings)
-        assert np.abs(picture - renderer.render(scenes.assignment(), SIZE, settings).srgb8()).max() <= 1
-        assert len(small._programs) <= 5
+    assert np.array_equal(drawn(live, own, scene, ONE, show), before)
+    assert len(own._programs) == 5, "those of the mistakes are released"
     with renderer.context:
         live.close()
+
+
+def test_a_changed_shader_is_taken_when_told_and_not_before(
+    live: Live, renderer: Renderer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(glsl_source.shaders_folder(), tmp_path / "shaders")
+    monkeypatch.setattr(glsl_source, "shaders_folder", lambda: tmp_path / "shaders")
+    before = drawn(live, renderer, scenes.assignment(), ONE)
+    file = tmp_path / "shaders" / "shade.frag"
+    file.write_text(file.read_text().replace("vec3 I = m.ka * ambient;", "vec3 I = vec3(0.5);"))
+    assert np.array_equal(drawn(live, renderer, scenes.assignment(), ONE), before)
+    live.reread()
+    assert not np.array_equal(drawn(live, renderer, scenes.assignment(), ONE), before)
+
+
+def test_a_window_larger_than_the_driver_draws_is_refused(live: Live, renderer: Renderer) -> None:
+    with pytest.raises(rt.InputError, match="size: expected a window of at most"), renderer.context:
+        live.start(scenes.assignment(), ONE, "picture", (renderer.max_target + 1, 8), moving=False)
 
 
 def test_pixels_are_enlarged_as_far_as_the_budget_of_a_sample_wants() -> None:
@@ -182,12 +218,28 @@ def test_pixels_are_enlarged_as_far_as_the_budget_of_a_sample_wants() -> None:
     pace.add(9.0)  # a compiler's time
     pace.add(0.1 / 921_600)
     assert pace.enlarged(921_600) == 2 and pace.enlarged(921_600 // 4) == 1
+    pace.add(1000.0)  # another process's
+    assert pace.enlarged(921_600) == 2
     for _ in range(5):
         pace.add(1000.0)
-    assert pace.enlarged(921_600) == 16
+    assert pace.enlarged(921_600) == 16, "a scene that has become slow"
 
 
-def test_negative_and_huge_radiance_is_shown_within_the_range(live: Live, renderer: Renderer) -> None:
+def test_radiance_above_1_is_shown_as_1(live: Live, renderer: Renderer) -> None:
     bright = msgspec.structs.replace(scenes.assignment(), ambient=(1e12, 1e12, 0.0), background=(0, 0, 1e12))
     picture = drawn(live, renderer, bright, ONE)
     assert picture[0, 0].tolist() == [0, 0, 255] and picture[-1, 0, :2].tolist() == [255, 255]
+
+
+def test_moved_lights_materials_and_cameras_reach_the_picture_one_by_one(live: Live, renderer: Renderer) -> None:
+    scene = scenes.assignment()
+    green = rt.Sphere((0, 2, 0), 1.5, rt.Material(kd=(0, 1, 0)))
+    changes: list[dict[str, object]] = [
+        {"lights": [rt.PointLight((-4, 7, 4))]}, {"camera": rt.Camera((1, 3, 6), (0, 2, 0))}, {"ambient": (2, 2, 2)},
+        {"objects": [green]}, {"objects": [rt.Sphere((0, 2, 0), 1.0, green.material)]},
+        {"objects": [rt.Sphere((0, 2, 0), 1.0, rt.Material(kd=(1, 0, 0)))]},
+        {"lights": [rt.PointLight((-4, 7, 4)), rt.PointLight((4, 7, 4))]}, {"lights": []},
+    ]  # fmt: skip
+    for change in changes:
+        scene = msgspec.structs.replace(scene, **change)
+        assert np.abs(drawn(live, renderer, scene, ONE) - renderer.render(scene, SIZE, ONE).srgb8()).max() <= 1

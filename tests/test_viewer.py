@@ -2,33 +2,33 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 import os
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
 
+import glfw
 import numpy as np
 import pytest
-from PIL import Image, ImageGrab
+from PIL import Image
 
 import raytracer as rt
 from raytracer import reference
+from raytracer.context import open_window
+from raytracer.interaction import Cursor, Event, Key, Press, Told, Wheel, start
+from raytracer.scene_file import parse, read
 from raytracer.settings import Settings
 from raytracer.turntable import scale_camera, scale_light, turn_camera, turn_light
+from raytracer.viewer import _LOOK, Viewer
+from raytracer.watch import Files
 
-from .displays import environment, x_server
+from .displays import SIZE, TIMEOUT, Window, environment, window, x_server
 from .scenes import ASSIGNMENT, CHECKOUT, assignment
-
-SIZE = (320, 180)
-# For what takes a few seconds on two slow cores.
-TIMEOUT = 120.0
 
 BALL = """\
 [camera]
@@ -45,70 +45,6 @@ material = "red"
 [objects]
 ball = "ball"
 """
-
-
-class Window:
-    """`raytracer view` in `folder`, without a marker: its pictures, and what a user does to it."""
-
-    def __init__(self, display: str, folder: Path, *arguments: str) -> None:
-        self.display = display
-        self.variables = environment(DISPLAY=display, PYTHONPATH=str(CHECKOUT))
-        # Not pipes: who reads those would have to read both at all times. window() closes the files.
-        self.output, self.errors = tempfile.TemporaryFile("w+"), tempfile.TemporaryFile("w+")  # noqa: SIM115
-        command = (sys.executable, "-m", "raytracer", "view", *arguments)
-        self.process = subprocess.Popen(command, cwd=folder, env=self.variables, stdout=self.output, stderr=self.errors)
-
-    def act(self, actions: str) -> None:
-        """Do what xdotool does for these words."""
-        subprocess.run(("xdotool", *actions.split()), env=self.variables, check=True)
-
-    def shown(self, size: tuple[int, int] = SIZE) -> np.ndarray:
-        """(H, W, 3) int: the upper left part of the display."""
-        picture = ImageGrab.grab((0, 0, *size), xdisplay=self.display)
-        return np.asarray(picture.convert("RGB")).astype(int)
-
-    def until(self, what: Callable[[], bool], says: str, seconds: float = TIMEOUT) -> float:
-        """Wait until something holds; the seconds that it took."""
-        begin = time.monotonic()
-        while not what():
-            assert self.process.poll() is None, self.said(self.errors)
-            assert time.monotonic() < begin + seconds, f"{says}\n{self.said(self.errors)}"
-            time.sleep(0.02)
-        return time.monotonic() - begin
-
-    def until_shown(self, wanted: np.ndarray, after: str) -> None:
-        """Wait for a picture, to 1/255 at every pixel."""
-        size = wanted.shape[1], wanted.shape[0]
-        self.until(lambda: bool(np.abs(self.shown(size) - wanted).max() <= 1), f"not the picture due after {after}")
-
-    def said(self, file: IO[str]) -> str:
-        """What the process has written so far."""
-        file.seek(0)
-        return file.read()
-
-    def close(self) -> str:
-        """Press Escape; standard output."""
-        self.act("key Escape")
-        assert self.process.wait(TIMEOUT) == 0, self.said(self.errors)
-        return self.said(self.output)
-
-
-@contextmanager
-def window(
-    folder: Path, *arguments: str, size: tuple[int, int] = SIZE, display: tuple[int, int] = SIZE, scale: int = 1
-) -> Iterator[Window]:
-    """A window on a display of its own, with the mouse in its middle. Without a window manager it is at (0, 0)."""
-    with x_server(*display, scale) as name:
-        opened = Window(name, folder, *arguments, "--size", f"{size[0]}x{size[1]}")
-        try:
-            opened.until(lambda: opened.shown(display).max() > 0, "nothing is shown")
-            opened.act(f"mousemove {display[0] // 2} {display[1] // 2}")
-            yield opened
-        finally:
-            opened.process.kill()
-            opened.process.wait()
-            opened.output.close()
-            opened.errors.close()
 
 
 def rendered(scene: rt.Scene, size: tuple[int, int] = SIZE, samples: int = 1, **settings: object) -> np.ndarray:
@@ -204,11 +140,11 @@ def test_wheel_and_right_button_move_light_and_camera_and_e_writes_what_render_r
     assert (tmp_path / "assignment-1.toml").read_text() == "mine", "no file is written over"
     lines = said.splitlines()
     assert lines[0].startswith("wrote assignment-1.png: 320x180") or lines[1].startswith("wrote assignment-1.png: ")
-    (command,) = (line.partition("as shown: ")[2] for line in lines if "assignment-2.toml" in line)
+    (command,) = (line.partition("its picture: ")[2] for line in lines if "assignment-2.toml" in line)
     program, *arguments = command.split()
     assert program == "raytracer"
     subprocess.run((sys.executable, "-m", "raytracer", *arguments), cwd=tmp_path, env=view.variables, check=True)
-    with Image.open(tmp_path / "assignment-2.png") as again:
+    with Image.open(tmp_path / "assignment-2-rendered.png") as again:
         assert np.abs(np.asarray(again).astype(int) - picture).max() <= 1
 
 
@@ -216,7 +152,7 @@ def test_wheel_and_right_button_move_light_and_camera_and_e_writes_what_render_r
 def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_line(tmp_path: Path) -> None:
     for folder in ("raytracer", "shaders", "assets/scenes"):
         shutil.copytree(CHECKOUT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
-    file, shader = tmp_path / "ball.toml", tmp_path / "shaders" / "shade.frag"
+    file, shader, camera = (tmp_path / name for name in ("ball.toml", "shaders/shade.frag", "shaders/camera.glsl"))
     file.write_text(BALL)
     plain = rendered(rt.load(file))
     upper = plain[: SIZE[1] // 4]  # above the message
@@ -243,6 +179,11 @@ def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_li
         view.until_shown(bright, "mending and changing the shader")
         saved(shader, "m.kd * ambient", "m.ka * ambient")
         view.until_shown(plain, "changing it back")
+        (tmp_path / "shaders" / ".#shade.frag").symlink_to("nowhere")  # what an editor leaves for a while
+        saved(camera, "halfPixels() {", "halfPixels() { oops;")
+        until_wrong("camera.glsl:15: ")
+        saved(camera, "halfPixels() { oops;", "halfPixels() {")
+        view.until_shown(plain, "mending the other file")
 
         saved(file, "radius = 2", "radius = -2")
         until_wrong("ball.toml:10: shapes.ball.sphere.radius: expected a number above 0")
@@ -256,22 +197,12 @@ def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_li
 
 
 @pytest.mark.window
-def test_a_resized_window_shows_the_picture_in_its_new_size_and_a_still_one_takes_no_time() -> None:
+def test_a_resized_window_shows_the_picture_in_its_new_size() -> None:
     with window(CHECKOUT, "assignment", "--samples", "8", display=(640, 480)) as view:
         view.act("key l")
         for size in ((320, 180), (400, 301), (200, 480), (37, 23)):
             view.act(f"search --name assignment windowsize {size[0]} {size[1]}")
             view.until_shown(rendered(assignment(), size, samples=8), f"a resize to {size}")
-        time.sleep(1.0)
-
-        def seconds() -> float:
-            fields = Path(f"/proc/{view.process.pid}/stat").read_text().rpartition(")")[2].split()
-            return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-        begin = seconds()
-        time.sleep(3.0)
-        assert seconds() - begin < 0.6, "a fifth of a core, for a picture that is still"
-        assert view.process.poll() is None
 
 
 @pytest.mark.window
@@ -294,54 +225,197 @@ def test_at_display_scale_2_the_window_has_twice_as_many_pixels_and_so_has_its_t
     assert twice == pytest.approx(4 * once, rel=0.15)
 
 
-@pytest.mark.window
-def test_two_thousand_frames_with_toggles_and_resizes_leave_nothing_behind() -> None:
-    script = """
-import ctypes, glfw, os
-from raytracer.context import open_window
-from raytracer.interaction import Cursor, Key, Press, Told, Wheel, start
-from raytracer.scene_file import parse, read
-from raytracer.settings import Settings
-from raytracer.viewer import Viewer
+class Opened:
+    """A window of this process, its viewer, and how often it has swapped its buffers."""
 
-path, text = read("assignment")
-context, window = open_window((96, 54), "leaks")
-viewer = Viewer(context, window, path, start(text, parse(path, text), Settings(samples=4)), 0.033)
-kinds = ("Buffer", "Texture", "Framebuffer", "VertexArray", "Program", "Shader")
-exist = [ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)(glfw.get_proc_address("glIs" + kind)) for kind in kinds]
+    def __init__(self, scene: Path, size: tuple[int, int], samples: int, budget: float) -> None:
+        path, text = read(scene)
+        self.context, self.window = open_window(size, "test")
+        state = start(text, parse(path, text), Settings(samples=samples))
+        self.viewer = Viewer(self.context, self.window, Files(path), state, budget)
+        self.swaps = 0
 
-def left():
-    return [sum(is_one(name) for name in range(1, 100_000)) for is_one in exist]
-
-def resident():
-    return int(open("/proc/self/statm").read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-
-keys = "BSSSANZMHLABNZMHLB"
-viewer.handle(Press("left"))
-for k in range(2000):
-    viewer.handle(Cursor(0.01 * k, 0.5))
-    viewer.handle(Wheel(1.0 if k % 2 else -1.0, k % 4 < 2))
-    viewer.handle(Told(f"frame {k}"))
-    viewer.handle(Key(keys[k % len(keys)]))
-    if k % 10 == 0:
-        glfw.set_window_size(window, 96 + k % 7, 54 + k % 5)
-        viewer.live.reread()
-    for _ in range(2):
+    def frame(self, *events: Event) -> float:
+        """Handle events, and draw what is due."""
         glfw.poll_events()
-        viewer.frame()
-    if k == 199:
-        objects, memory = left(), resident()
-assert left() == objects, (objects, left())
-assert resident() - memory < 4 * 2**20, (resident() - memory) / 2**20
-assert context.error == "GL_NO_ERROR"
-context.release()
-"""
+        for event in events:
+            self.viewer.handle(event)
+        return self.viewer.frame()
+
+    def until_idle(self) -> None:
+        while (wait := self.frame()) != _LOOK:
+            time.sleep(wait)
+
+
+@pytest.fixture
+def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opened]]:
+    """Opens a window in this process, on a display of its own. While it is open, nothing can render by EGL."""
+    found: list[Opened] = []
+
+    def swap(window: object, original: Callable[..., None] = glfw.swap_buffers) -> None:
+        found[0].swaps += 1
+        original(window)
+
     with x_server(640, 480) as display:
-        done = subprocess.run(
-            (sys.executable, "-c", script),
-            env=environment(DISPLAY=display), cwd=CHECKOUT, capture_output=True, text=True,
-        )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+        for name, value in environment(DISPLAY=display).items():
+            monkeypatch.setenv(name, value)
+        monkeypatch.setattr(glfw, "swap_buffers", swap)
+
+        def open_one(scene: Path = ASSIGNMENT, size: tuple[int, int] = SIZE, samples: int = 4, budget: float = 1e9):
+            found.append(Opened(scene, size, samples, budget))
+            return found[0]
+
+        yield open_one
+        errors = []
+        for one in found:
+            one.viewer.close()
+            errors.append(one.context.error)
+            one.context.release()  # before its display ends, which would end this process
+    assert errors == ["GL_NO_ERROR"] * len(found)
+
+
+@pytest.mark.window
+def test_a_moving_picture_has_one_sample_a_frame_with_enlarged_pixels_and_then_sharpens(
+    opened: Callable[..., Opened],
+) -> None:
+    one = opened(samples=400, budget=1e-4)
+    one.frame()
+    one.frame()
+    live = one.viewer.live
+    one.viewer.handle(Press("left"))
+    for k in range(1, 5):
+        one.frame(Cursor(0.1 * k, 0.5))
+        assert live.samples == 1 and live.enlarged > 1
+    assert 0.0 < one.frame() <= 0.15, "it waits whether the mouse moves on"
+    time.sleep(0.2)
+    one.frame()
+    assert live.samples == 1 and live.enlarged == 1
+    one.frame()
+    assert live.samples == 2, "a sample takes longer than the budget"
+
+
+@pytest.mark.window
+def test_with_time_to_spare_a_picture_gets_more_samples_a_frame_only_when_nothing_moves(
+    opened: Callable[..., Opened],
+) -> None:
+    one = opened(samples=400, size=(16, 9), budget=0.5)
+    one.frame()
+    one.frame(Press("left"), Cursor(0.1, 0.5))
+    for k in range(2, 5):
+        one.frame()
+        assert one.viewer.live.samples == k, "the next sample of a picture that may move again"
+    time.sleep(0.2)
+    one.frame()
+    assert one.viewer.live.samples > 10
+
+
+@pytest.mark.window
+def test_nothing_is_drawn_for_a_still_picture_or_a_minimised_window(
+    opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = opened()
+    one.until_idle()
+    assert glfw.get_window_title(one.window).startswith("assignment - ")
+    assert "4 of 4 samples, phong, hard shadows" in glfw.get_window_title(one.window)
+    swaps = one.swaps
+    for _ in range(20):
+        assert one.frame() == _LOOK
+    assert one.swaps == swaps
+    one.frame(Key("H"))
+    assert one.swaps == swaps + 1 and one.viewer.live.samples == 4, "the same picture under an overlay"
+
+    for name, instead in (("get_framebuffer_size", lambda _: (0, 0)), ("get_window_attrib", lambda *_: 1)):
+        with monkeypatch.context() as patch:
+            patch.setattr(glfw, name, instead)
+            for _ in range(5):
+                assert one.frame(Wheel(1.0, False)) == _LOOK
+            assert one.swaps == swaps + 1
+    one.until_idle()
+    assert one.swaps > swaps + 1, "restored, it shows what has changed meanwhile"
+
+
+@pytest.mark.window
+def test_a_screenshot_has_all_samples_or_those_there_were_when_the_picture_changed(
+    opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    pictures = rendered(assignment(), samples=4), rendered(assignment(), samples=2, shadows="diluted")
+    one = opened(samples=4)
+    one.frame()
+    one.frame(Key("P"))
+    assert "4 samples" in one.viewer.state.notice and list(tmp_path.iterdir()) == []
+    one.until_idle()
+    one.frame(Key("S"))  # a new picture
+    one.frame()
+    one.frame(Key("P"), Key("N"))  # and another before it had all its samples
+    one.frame(Key("P"))
+    one.viewer.close()
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == ["assignment-1.png", "assignment-2.png", "assignment-3.png"]
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.partition(", ")[2] for line in lines] == [f"{k} of 4 samples" for k in (4, 2, 2)]
+    for name, picture in zip(names[:2], pictures, strict=True):
+        with Image.open(name) as screenshot:
+            assert np.abs(np.asarray(screenshot).astype(int) - picture).max() <= 1
+    with Image.open(names[2]) as screenshot:
+        assert "showing normal" in screenshot.info["Description"]
+
+
+@pytest.mark.window
+def test_what_this_driver_cannot_draw_is_taken_back_and_names_the_file(
+    opened: Callable[..., Opened], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "ball.toml"
+    file.write_text(BALL.replace("h = 100", "h = 3e5"))
+    one = opened(scene=file)
+    one.until_idle()
+    one.frame(Key("B"))  # 4 h is too much
+    assert one.viewer.state.settings.shading is None and f"{file}: shading: expected" in one.viewer.state.notice
+    one.until_idle()
+    file.write_text(BALL + "[[lights]]\nposition = [1, 2, 3]\n" * 5000)
+    time.sleep(0.1)
+    one.viewer.look_at_files()
+    one.frame()
+    assert f"{file}: expected at most" in one.viewer.state.error and len(one.viewer.state.scene.lights) == 1
+    file.write_text(BALL)
+    time.sleep(0.1)
+    one.viewer.look_at_files()
+    one.until_idle()
+    assert one.viewer.state.error == "" and one.viewer.state.scene == rt.load(file)
+    assert capsys.readouterr().err.count(f"raytracer: {file}: ") == 2
+
+
+@pytest.mark.window
+def test_two_thousand_frames_with_toggles_and_resizes_leave_nothing_behind(opened: Callable[..., Opened]) -> None:
+    one = opened(size=(96, 54), budget=0.033)
+    kinds = ("Buffer", "Texture", "Framebuffer", "VertexArray", "Program", "Shader")
+    prototype = ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)
+    exist = [prototype(glfw.get_proc_address(f"glIs{kind}")) for kind in kinds]  # pyright: ignore
+
+    def objects() -> list[int]:
+        return [sum(is_one(name) for name in range(1, 100_000)) for is_one in exist]
+
+    def resident() -> int:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+    keys = "BSSSANZMHLABNZMHLB"
+    left, memory = [], 0
+    one.viewer.handle(Press("left"))
+    for k in range(2000):
+        one.frame(
+            Cursor(0.01 * k, 0.5),
+            Wheel(1.0 if k % 2 else -1.0, k % 4 < 2),
+            Told(f"frame {k}"),
+            Key(keys[k % len(keys)]),
+        )
+        if k % 10 == 0:
+            glfw.set_window_size(one.window, 96 + k % 7, 54 + k % 5)
+            one.viewer.live.reread()
+        one.frame()
+        if k == 199:
+            left, memory = objects(), resident()
+    assert objects() == left
+    assert resident() - memory < 4 * 2**20
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="a display is always there")
