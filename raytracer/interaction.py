@@ -177,14 +177,11 @@ def _changes(old: State, new: State) -> Redo:
 
 def _reloaded(state: State, scene: Scene) -> State:
     """With `scene` in place of the one loaded before. What the user moved stays, unless the file moves it too."""
-    before, camera, lights = state.loaded, scene.camera, list(scene.lights)
-    if (camera.position, camera.look_at, camera.up) == (
-        before.camera.position,
-        before.camera.look_at,
-        before.camera.up,
-    ):
+    camera, before = scene.camera, state.loaded.camera
+    if (camera.position, camera.look_at, camera.up) == (before.position, before.look_at, before.up):
         camera = msgspec.structs.replace(camera, position=state.scene.camera.position)
-    for i, (old, moved) in enumerate(zip(before.lights[: len(lights)], state.scene.lights, strict=False)):
+    lights = list(scene.lights)
+    for i, (old, moved) in enumerate(zip(state.loaded.lights[: len(lights)], state.scene.lights, strict=False)):
         if lights[i].position == old.position:
             lights[i] = msgspec.structs.replace(lights[i], position=moved.position)
     light = min(state.light, max(0, len(lights) - 1))

@@ -99,16 +99,16 @@ class Live:
         reread, self._reread = self._reread, False
         known = not reread and _same(structure, self._structure)
         programs = self._programs if known else self._find_programs(scene, settings, show)
-        pace = self._pace if known else Pace(self._budget)
-        enlarged = pace.enlarged(size[0] * size[1]) if moving else 1
+        enlarged = self._pace.enlarged(size[0] * size[1]) if moving else 1
         if size != self.size or self._passes is None:
             if self._passes:
                 self._passes.close()
             self._passes = Passes(self._context, size)
             self.size = size
         self._passes.load((programs["see"], programs["shade"]), scene, settings, _enlarged(size, enlarged))
-        self._pace, self.enlarged, self.samples = pace, enlarged, 0
+        self.enlarged, self.samples = enlarged, 0
         if not known:
+            self._pace = Pace(self._budget)
             release(self._context, *self._arrays.values())
             self._arrays = {name: self._context.vertex_array(programs[name], []) for name in _ON_SCREEN}
             self._programs, self._structure = programs, structure

@@ -148,13 +148,8 @@ def moved(text: str, scene: Scene) -> str:
             move(table, light.position)
         result = tomlkit.dumps(document)
         right = _scene(result, scene.name)[0] == scene
-    except (
-        TOMLKitError,
-        ValueError,
-        TypeError,
-        LookupError,
-        RecursionError,
-    ):  # what tomllib reads and tomlkit does not
+    # There are texts that tomllib reads and tomlkit does not.
+    except (TOMLKitError, ValueError, TypeError, LookupError, RecursionError):
         right, result = False, ""
     if not right:
         raise RuntimeError("this scene file is laid out in a way that moved lights and cameras cannot be put into")
