@@ -11,33 +11,28 @@ import platform
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from statistics import median, quantiles
 
 import glfw
 
-from raytracer.context import open_window
-from raytracer.interaction import Cursor, Press, start
-from raytracer.scene_file import parse, read
+from raytracer.interaction import Cursor, Press
 from raytracer.settings import Settings
-from raytracer.viewer import Viewer
-from raytracer.watch import Files
+from raytracer.viewer import Viewer, opened
 from tests.displays import environment, x_server
 
 SIZE = (1280, 720)
 ROUNDS, FRAMES = 10, 30
 
 
-def milliseconds(act: object) -> float:
+def milliseconds(act: Callable[[], None]) -> float:
     begin = time.perf_counter()
-    act()  # pyright: ignore[reportCallIssue]
+    act()
     return 1000.0 * (time.perf_counter() - begin)
 
 
-def measure(name: str) -> None:
-    path, text = read(name)
-    context, window = open_window(SIZE, "frames")
+def measure(viewer: Viewer) -> None:
     glfw.swap_interval(0)
-    viewer = Viewer(context, window, Files(path), start(text, parse(path, text), Settings(samples=256)), budget=1e9)
     while viewer.frame() > 0.0:
         glfw.poll_events()
     viewer.handle(Press("left"))
@@ -52,7 +47,7 @@ def measure(name: str) -> None:
 
     def bare() -> None:
         viewer.live.sample()
-        glfw.swap_buffers(window)
+        glfw.swap_buffers(viewer.window)
 
     for act in (moved, bare) * 5:
         act()
@@ -60,20 +55,21 @@ def measure(name: str) -> None:
     for _ in range(ROUNDS):
         frames += [milliseconds(moved) for _ in range(FRAMES)]
         passes += [milliseconds(bare) for _ in range(FRAMES)]
-    print(f"{context.info['GL_RENDERER']}, {context.info['GL_VERSION']}, {platform.machine()}, {os.cpu_count()} cores")
-    print(f"{path.name}, {SIZE[0]}x{SIZE[1]}, {ROUNDS * FRAMES} frames each, milliseconds\n")
+    info = viewer.context.info
+    print(f"{info['GL_RENDERER']}, {info['GL_VERSION']}, {platform.machine()}, {os.cpu_count()} cores")
+    print(f"{viewer.state.scene.name}, {SIZE[0]}x{SIZE[1]}, {ROUNDS * FRAMES} frames each, milliseconds\n")
     print("| | median | 99th percentile |\n|---|---|---|")
     for what, times in (("frame while the light moves", frames), ("bare passes and swap", passes)):
         print(f"| {what} | {median(times):.1f} | {quantiles(times, n=100)[-1]:.1f} |")
     print(f"\nratio of the medians: {median(frames) / median(passes):.2f}")
-    context.release()
 
 
 def main() -> None:
     """Measure and print, where there is a display; or else again where there is one."""
     name = sys.argv[1] if len(sys.argv) > 1 else "assignment"
     if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
-        measure(name)
+        with opened(name, Settings(samples=256), SIZE, budget=1e9) as viewer:
+            measure(viewer)
         return
     with x_server(*SIZE) as display:
         command = (sys.executable, "-m", "benchmarks.frames", name)

@@ -7,13 +7,12 @@ number of the scene, and a number in shade.frag, which has to be compiled.
 """
 
 import os
-import shutil
 import tempfile
 from pathlib import Path
 from statistics import median
 
 from tests.displays import window
-from tests.scenes import CHECKOUT
+from tests.scenes import copy_checkout
 
 SIZE = (1280, 720)
 ROUNDS = 10
@@ -24,8 +23,7 @@ def main() -> None:
     os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"  # or a second run would find the first one's programs
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for part in ("raytracer", "shaders", "assets/scenes"):
-            shutil.copytree(CHECKOUT / part, folder / part)
+        copy_checkout(folder)
         scene, shader = folder / "assets/scenes/assignment.toml", folder / "shaders/shade.frag"
         edits = [
             (scene, "ambient = [1.0,", "ambient = [{:.1f},"),

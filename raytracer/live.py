@@ -88,7 +88,7 @@ class Live:
         """Begin a picture of `size` pixels, none of them 0, without any sample yet.
 
         The pixels of a `moving` one are enlarged as the budget wants. Programs are looked for only if
-        `scene` does not share its objects with the one before, or other settings are used. Raises
+        `scene` has other objects than the one before, or other settings are used. Raises
         InputError for a scene or size beyond this driver's limits and ShaderError for a mistake in
         `shaders/`; the picture before can then be started again.
         """
@@ -97,7 +97,7 @@ class Live:
             raise InputError(f"size: expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}")
         structure = (scene.objects, len(scene.lights), msgspec.structs.replace(settings, samples=1), show)
         reread, self._reread = self._reread, False
-        known = not reread and _same(structure, self._structure)
+        known = not reread and structure == self._structure
         programs = self._programs if known else self._find_programs(scene, settings, show)
         enlarged = self._pace.enlarged(size[0] * size[1]) if moving else 1
         if size != self.size or self._passes is None:
@@ -186,8 +186,3 @@ class Live:
 def _enlarged(size: tuple[int, int], by: int) -> tuple[int, int]:
     """How many pixels, enlarged so much, cover a window of `size`."""
     return -(-size[0] // by), -(-size[1] // by)
-
-
-def _same(a: tuple[object, ...], b: tuple[object, ...]) -> bool:
-    """Whether two structures are the same, objects by identity: comparing many takes long."""
-    return len(a) == len(b) and a[0] is b[0] and a[1:] == b[1:]

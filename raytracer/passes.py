@@ -30,8 +30,7 @@ class Passes:
         self._programs: tuple[moderngl.Program, ...] = ()
         self._arrays: list[moderngl.VertexArray] = []
         self._buffers: dict[str, moderngl.Buffer] = {}
-        self._objects: object = None  # those of the scene in the buffers
-        self._numbers: object = None  # and what else of it they hold
+        self._numbers: object = None  # of which scene the buffers are, but for its lights
         self._normal_depth = context.texture(target, 4, dtype="f4")
         self._surface = context.texture(target, 1, dtype="i4")
         self.radiance = context.texture(target, 4, dtype="f4")  # the sum of the samples
@@ -51,15 +50,18 @@ class Passes:
         """
         self._to_world = view_space.rotation(scene.camera).astype(np.float32)
         self._write("Lights", view_space.lights_block(scene))
-        # Lights move, and then all else is as it was. Objects are compared by identity: they may be many.
-        numbers = programs, scene.camera, scene.materials, settings, size
-        if scene.objects is not self._objects or numbers != self._numbers:
-            self._objects, self._numbers = None, None
+        # Lights move, and then all else is as it was. Equal tuples of the same things are quickly compared.
+        numbers = programs, scene.objects, scene.camera, scene.materials, settings, size
+        if numbers != self._numbers:
+            blocks = {
+                "Surfaces": view_space.surfaces_block(scene),
+                "CameraTerms": view_space.camera_terms_block(scene, size),
+                "Materials": view_space.materials_block(scene, settings),
+            }
+            for name, block in blocks.items():
+                self._write(name, block)
             self._material_index = view_space.material_index(scene)
-            self._write("Surfaces", view_space.surfaces_block(scene))
-            self._write("CameraTerms", view_space.camera_terms_block(scene, size))
-            self._write("Materials", view_space.materials_block(scene, settings))
-            self._objects, self._numbers = scene.objects, numbers
+            self._numbers = numbers
         if programs != self._programs:
             release(self._context, *self._arrays)
             self._arrays = [self._context.vertex_array(program, []) for program in programs]

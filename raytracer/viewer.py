@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -52,12 +54,26 @@ _NAMES = {glfw.KEY_TAB: "Tab", glfw.KEY_HOME: "Home", glfw.KEY_ESCAPE: "Escape"}
 _OTHER_MODIFIERS = glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER
 
 
-def view(scene: str, settings: Settings, size: tuple[int, int] = (1280, 720), budget: float = 0.033) -> None:
-    """Show the scene that `load` takes for `scene` in a window until the user closes it.
+def view(scene: str, settings: Settings, size: tuple[int, int], budget: float) -> None:
+    """Show a scene until the user closes its window. Arguments and errors are those of `opened`."""
+    with opened(scene, settings, size, budget) as viewer:
+        while not glfw.window_should_close(viewer.window):
+            wait = viewer.frame()
+            if wait > 0.0:
+                glfw.wait_events_timeout(wait)
+            else:
+                glfw.poll_events()
+            viewer.look_at_files()
 
-    `settings.samples` are those to which a still picture is refined; `budget` is the seconds that a
-    sample of a moving one may take before its pixels are enlarged. Raises ContextError if no window
-    opens, InputError for a wrong scene file or a scene beyond this driver's limits.
+
+@contextmanager
+def opened(scene: str | os.PathLike[str], settings: Settings, size: tuple[int, int], budget: float) -> Iterator[Viewer]:
+    """A window with the scene that `load` takes for `scene`, closed after the block.
+
+    `settings.samples` are those to which a still picture is refined; `size` is in screen coordinates;
+    `budget` is the seconds that a sample of a moving picture may take before its pixels are enlarged.
+    Raises ContextError if no window opens, InputError for a wrong scene file; drawing raises InputError
+    for a scene beyond this driver's limits.
     """
     path, text = read(scene)
     files = Files(path)
@@ -65,13 +81,7 @@ def view(scene: str, settings: Settings, size: tuple[int, int] = (1280, 720), bu
     context, window = open_window(size, f"{state.scene.name} - compiling")
     try:
         viewer = Viewer(context, window, files, state, budget)
-        while not glfw.window_should_close(window):
-            wait = viewer.frame()
-            if wait > 0.0:
-                glfw.wait_events_timeout(wait)
-            else:
-                glfw.poll_events()
-            viewer.look_at_files()
+        yield viewer
         viewer.close()
     finally:
         context.release()
@@ -83,7 +93,8 @@ class Viewer:
     def __init__(self, context: moderngl.Context, window: Any, files: Files, state: State, budget: float) -> None:
         self.state = state
         self.live = Live(Renderer(context), budget)
-        self._context, self._window, self._files, self._budget = context, window, files, budget
+        self.context, self.window = context, window
+        self._files, self._budget = files, budget
         self._redo = Redo.SAMPLES
         self._drawn: State | None = None  # the last that could be
         self._reloaded = False
@@ -107,7 +118,7 @@ class Viewer:
         self.state, redo = step(self.state, event)
         self._redo |= redo & (Redo.PRESENT | Redo.SAMPLES)
         if Redo.CLOSE in redo:
-            glfw.set_window_should_close(self._window, True)
+            glfw.set_window_should_close(self.window, True)
         if Redo.SCREENSHOT in redo:
             self._screenshot_due = True
             self.handle(Told(f"a screenshot will be written with {self.state.settings.samples} samples a pixel"))
@@ -116,8 +127,8 @@ class Viewer:
 
     def frame(self) -> float:
         """Draw what is due; the seconds until something more may be, if no event comes before."""
-        size = glfw.get_framebuffer_size(self._window)
-        if 0 in size or glfw.get_window_attrib(self._window, glfw.ICONIFIED):
+        size = glfw.get_framebuffer_size(self.window)
+        if 0 in size or glfw.get_window_attrib(self.window, glfw.ICONIFIED):
             return _LOOK
         live, samples, begin = self.live, self.state.settings.samples, time.perf_counter()
         still_in = self._moved_at + _STILL - begin
@@ -141,7 +152,7 @@ class Viewer:
         now = time.perf_counter()
         if now > self._titled_at + _RETITLE or live.samples >= samples:
             self._titled_at = now
-            glfw.set_window_title(self._window, title(self.state, live.samples, 1000.0 * (now - begin)))
+            glfw.set_window_title(self.window, title(self.state, live.samples, 1000.0 * (now - begin)))
         return 0.0
 
     def _begin(self, size: tuple[int, int], *, moving: bool) -> None:
@@ -166,14 +177,14 @@ class Viewer:
 
     def _present(self) -> None:
         state, size = self.state, self.live.size
-        scale = glfw.get_window_content_scale(self._window)[1]
+        scale = glfw.get_window_content_scale(self.window)[1]
         wanted = (state.help, state.notice, state.error, size, scale)
         if wanted != self._panels:
             self.live.set_panels(panels(state, size, scale))
             self._panels = wanted
         marked = state.scene.lights[state.light] if state.marker and state.scene.lights else None
-        self.live.present(self._context.screen, marked, state.scene.camera, scale)
-        glfw.swap_buffers(self._window)
+        self.live.present(self.context.screen, marked, state.scene.camera, scale)
+        glfw.swap_buffers(self.window)
         self._redo &= ~Redo.PRESENT
 
     def look_at_files(self) -> None:

@@ -1,6 +1,7 @@
 """Scenes that several tests render."""
 
 import functools
+import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -17,6 +18,12 @@ COLORS = [rt.Material(kd=kd) for kd in ((0.8, 0.1, 0.1), (0.1, 0.2, 0.9), (0.1, 
 @functools.cache
 def assignment() -> rt.Scene:
     return rt.load(ASSIGNMENT)
+
+
+def copy_checkout(to: Path) -> None:
+    """What runs: so that its shaders can be edited. `python -m raytracer` in folder `to` takes them."""
+    for folder in ("raytracer", "shaders", "assets/scenes"):
+        shutil.copytree(CHECKOUT / folder, to / folder, ignore=shutil.ignore_patterns("__pycache__"))
 
 
 def of(*objects: rt.Solid, eye: Sequence[float] = (0, 0, 5), at: Sequence[float] = (0, 0, 0)) -> rt.Scene:

@@ -36,6 +36,14 @@ def live(renderer: Renderer) -> Iterator[Live]:
         live.close()
 
 
+@pytest.fixture
+def shaders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of the shaders' folder, which takes its place."""
+    shutil.copytree(glsl_source.shaders_folder(), tmp_path / "shaders")
+    monkeypatch.setattr(glsl_source, "shaders_folder", lambda: tmp_path / "shaders")
+    return tmp_path / "shaders"
+
+
 def shown(live: Live, renderer: Renderer, marked: rt.PointLight | None = None) -> np.ndarray:
     """(H, W, 3) int: what `present` draws, top row first."""
     context = renderer.context
@@ -169,16 +177,14 @@ MISTAKES = [
 
 @pytest.mark.parametrize(("name", "old", "new", "says"), MISTAKES)
 def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
-    renderer: Renderer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, old: str, new: str, says: str
+    renderer: Renderer, shaders: Path, name: str, old: str, new: str, says: str
 ) -> None:
-    shutil.copytree(glsl_source.shaders_folder(), tmp_path / "shaders")
-    monkeypatch.setattr(glsl_source, "shaders_folder", lambda: tmp_path / "shaders")
     scene = scenes.assignment()
     show: Show = "depth" if "depth" in name else "picture"
     own = Renderer(renderer.context)
     live = Live(own, 1e9)
     before = drawn(live, own, scene, ONE, show)
-    file = tmp_path / "shaders" / name
+    file = shaders / name
     good = file.read_text()
     assert old in good
     file.write_text(good.replace(old, new), encoding="latin-1")
@@ -195,13 +201,9 @@ def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
         live.close()
 
 
-def test_a_changed_shader_is_taken_when_told_and_not_before(
-    live: Live, renderer: Renderer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    shutil.copytree(glsl_source.shaders_folder(), tmp_path / "shaders")
-    monkeypatch.setattr(glsl_source, "shaders_folder", lambda: tmp_path / "shaders")
+def test_a_changed_shader_is_taken_when_told_and_not_before(live: Live, renderer: Renderer, shaders: Path) -> None:
     before = drawn(live, renderer, scenes.assignment(), ONE)
-    file = tmp_path / "shaders" / "shade.frag"
+    file = shaders / "shade.frag"
     file.write_text(file.read_text().replace("vec3 I = m.ka * ambient;", "vec3 I = vec3(0.5);"))
     assert np.array_equal(drawn(live, renderer, scenes.assignment(), ONE), before)
     live.reread()

@@ -5,11 +5,11 @@ from __future__ import annotations
 import ctypes
 import math
 import os
-import shutil
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import glfw
@@ -18,17 +18,15 @@ import pytest
 from PIL import Image
 
 import raytracer as rt
+import raytracer.viewer
 from raytracer import reference
-from raytracer.context import open_window
-from raytracer.interaction import Cursor, Event, Key, Press, Told, Wheel, start
-from raytracer.scene_file import parse, read
+from raytracer.interaction import Cursor, Event, Key, Press, Told, Wheel
 from raytracer.settings import Settings
 from raytracer.turntable import scale_camera, scale_light, turn_camera, turn_light
 from raytracer.viewer import _LOOK, Viewer
-from raytracer.watch import Files
 
 from .displays import SIZE, TIMEOUT, Window, environment, window, x_server
-from .scenes import ASSIGNMENT, CHECKOUT, assignment
+from .scenes import ASSIGNMENT, CHECKOUT, assignment, copy_checkout
 
 BALL = """\
 [camera]
@@ -150,8 +148,7 @@ def test_wheel_and_right_button_move_light_and_camera_and_e_writes_what_render_r
 
 @pytest.mark.window
 def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_line(tmp_path: Path) -> None:
-    for folder in ("raytracer", "shaders", "assets/scenes"):
-        shutil.copytree(CHECKOUT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    copy_checkout(tmp_path)
     file, shader, camera = (tmp_path / name for name in ("ball.toml", "shaders/shade.frag", "shaders/camera.glsl"))
     file.write_text(BALL)
     plain = rendered(rt.load(file))
@@ -226,13 +223,10 @@ def test_at_display_scale_2_the_window_has_twice_as_many_pixels_and_so_has_its_t
 
 
 class Opened:
-    """A window of this process, its viewer, and how often it has swapped its buffers."""
+    """A window of this process, and how often it has swapped its buffers."""
 
-    def __init__(self, scene: Path, size: tuple[int, int], samples: int, budget: float) -> None:
-        path, text = read(scene)
-        self.context, self.window = open_window(size, "test")
-        state = start(text, parse(path, text), Settings(samples=samples))
-        self.viewer = Viewer(self.context, self.window, Files(path), state, budget)
+    def __init__(self, viewer: Viewer) -> None:
+        self.viewer = viewer
         self.swaps = 0
 
     def frame(self, *events: Event) -> float:
@@ -256,21 +250,22 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opened]]:
         found[0].swaps += 1
         original(window)
 
-    with x_server(640, 480) as display:
+    # The window ends before its display, which would end this process.
+    with x_server(640, 480) as display, ExitStack() as windows:
         for name, value in environment(DISPLAY=display).items():
             monkeypatch.setenv(name, value)
         monkeypatch.setattr(glfw, "swap_buffers", swap)
 
         def open_one(scene: Path = ASSIGNMENT, size: tuple[int, int] = SIZE, samples: int = 4, budget: float = 1e9):
-            found.append(Opened(scene, size, samples, budget))
+            viewer = raytracer.viewer.opened(scene, Settings(samples=samples), size, budget)
+            found.append(Opened(windows.enter_context(viewer)))
             return found[0]
 
         yield open_one
         errors = []
         for one in found:
             one.viewer.close()
-            errors.append(one.context.error)
-            one.context.release()  # before its display ends, which would end this process
+            errors.append(one.viewer.context.error)
     assert errors == ["GL_NO_ERROR"] * len(found)
 
 
@@ -315,8 +310,8 @@ def test_nothing_is_drawn_for_a_still_picture_or_a_minimised_window(
 ) -> None:
     one = opened()
     one.until_idle()
-    assert glfw.get_window_title(one.window).startswith("assignment - ")
-    assert "4 of 4 samples, phong, hard shadows" in glfw.get_window_title(one.window)
+    assert glfw.get_window_title(one.viewer.window).startswith("assignment - ")
+    assert "4 of 4 samples, phong, hard shadows" in glfw.get_window_title(one.viewer.window)
     swaps = one.swaps
     for _ in range(20):
         assert one.frame() == _LOOK
@@ -409,7 +404,7 @@ def test_two_thousand_frames_with_toggles_and_resizes_leave_nothing_behind(opene
             Key(keys[k % len(keys)]),
         )
         if k % 10 == 0:
-            glfw.set_window_size(one.window, 96 + k % 7, 54 + k % 5)
+            glfw.set_window_size(one.viewer.window, 96 + k % 7, 54 + k % 5)
             one.viewer.live.reread()
         one.frame()
         if k == 199:
