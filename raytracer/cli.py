@@ -20,7 +20,7 @@ from raytracer import __version__
 from raytracer.checks import InputError, number, printable
 from raytracer.interaction import CONTROLS, DEFAULT_SAMPLES
 from raytracer.scene_file import load
-from raytracer.settings import Evaluator, Settings, Shading, Shadows
+from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows
 
 if TYPE_CHECKING:
     from raytracer.renderer import Progress
@@ -145,6 +145,13 @@ def _add_settings(parser: argparse.ArgumentParser, samples: int) -> None:
         default="walk",
         help="how CSG is evaluated: walk (fast, the default) or roth (the assignment's hit lists)",
     )
+    parser.add_argument(
+        "--precision",
+        choices=get_args(Precision),
+        type=int,
+        default=32,
+        help="bits of the numbers in which rays meet surfaces (default: 32; 64 needs OpenGL 4.0)",
+    )
 
 
 def _settings(options: argparse.Namespace) -> Settings:
@@ -153,6 +160,7 @@ def _settings(options: argparse.Namespace) -> Settings:
         shading=options.shading,
         shadows=options.shadows,
         evaluator=options.evaluator,
+        precision=options.precision,
     )
 
 

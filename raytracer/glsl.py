@@ -1,12 +1,12 @@
 """Call any GLSL function of `shaders/` over NumPy arrays, and get arrays back.
 
     >>> from raytracer import glsl
-    >>> glsl.call("power", [0.5, 0.25], 2.0)
-    array([0.25  , 0.0625], dtype=float32)
+    >>> glsl.call("isInside", [[0, 1], [2, 3]], 0.5)
+    array([ True, False])
 
 The function runs on the GPU as it does when it renders, once for each element. GLSL types are
 NumPy types: float is float32, int is int32, bool is bool, vec3 is (..., 3) float32, and a struct
-is a structured dtype, see `dtype()`.
+is a structured dtype, see `dtype()`. Functions over `real` (real.glsl) run in their float form.
 """
 
 from __future__ import annotations
@@ -33,6 +33,8 @@ _BASIC: dict[str, np.dtype[Any]] = {
     "bool": np.dtype("i4"),  # 0 or 1 on the way; a bool at the top level becomes NumPy's
     **{f"vec{n}": np.dtype(("f4", n)) for n in (2, 3, 4)},
     **{f"ivec{n}": np.dtype(("i4", n)) for n in (2, 3, 4)},
+    "real": np.dtype("f4"),
+    **{f"real{n}": np.dtype(("f4", n)) for n in (2, 3, 4)},
 }
 _STRUCT = re.compile(r"\bstruct\s+(\w+)\s*\{(.*?)\}\s*;", re.DOTALL)
 _MEMBER = re.compile(r"(\w+)\s+(\w+)\s*(?:\[\s*(\w+)\s*\])?\s*;")
@@ -191,7 +193,7 @@ class _Types:
                 for place in places:
                     offset = self._words(member_kind, f"{lvalue}.{member}{place}", offset, lines, form)
             return offset
-        real = kind == "float" or kind.startswith("vec")
+        real = kind.startswith(("float", "vec", "real"))
         for component in range(_BASIC[kind].itemsize // 4):
             lines.append(
                 form.format(

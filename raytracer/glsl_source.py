@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-VERSION = "#version 330 core\n"
+# Doubles came with OpenGL 4.0.
+_VERSION, _VERSION_OF_DOUBLES = 330, 400
 
 _INCLUDE = re.compile(r'^[ \t]*#include[ \t]+"([^"\n]+)"[ \t]*$')
 # Line 12 of file 3 is numbered 3000012: #line can give a number of the file too, but Mesa forgets that
@@ -79,5 +80,6 @@ def assemble(top: str, defines: Mapping[str, int] | None = None, generated: Mapp
                 lines.append(line)
         return lines
 
-    head = VERSION + "".join(f"#define {name} {value}\n" for name, value in (defines or {}).items())
+    version = _VERSION_OF_DOUBLES if defines and "DOUBLES" in defines else _VERSION
+    head = f"#version {version} core\n" + "".join(f"#define {name} {value}\n" for name, value in (defines or {}).items())
     return Source(head + "\n".join(expand(top, top)) + "\n", tuple(files))

@@ -49,13 +49,14 @@ class Passes:
         Raises ShaderError if a program has a uniform of another type than it should have.
         """
         self._to_world = view_space.rotation(scene.camera).astype(np.float32)
-        self._write("Lights", view_space.lights_block(scene))
+        precision = settings.precision
+        self._write("Lights", view_space.lights_block(scene, precision))
         # Lights move, and then all else is as it was. Equal tuples of the same things are quickly compared.
         numbers = programs, scene.objects, scene.camera, scene.materials, settings, size
         if numbers != self._numbers:
             blocks = {
-                "Surfaces": view_space.surfaces_block(scene),
-                "CameraTerms": view_space.camera_terms_block(scene, size),
+                "Surfaces": view_space.surfaces_block(scene, precision),
+                "CameraTerms": view_space.camera_terms_block(scene, size, precision),
                 "Materials": view_space.materials_block(scene, settings),
             }
             for name, block in blocks.items():
@@ -138,8 +139,8 @@ class Passes:
         data = np.frombuffer(self._seen.read(area, components=1, attachment=1, dtype="i4"), np.int32)
         surface = data.reshape(height, width)[::-1]
         image.normal[where] = seen[..., :3] @ self._to_world
-        image.depth[where] = np.where(surface < 0, np.float32(np.inf), seen[..., 3])
-        image.material[where] = self._material_index[surface]
+        image.depth[where] = np.where(surface == 0, np.float32(np.inf), seen[..., 3])
+        image.material[where] = self._material_index[np.abs(surface) - 1]
 
     def close(self) -> None:
         """Give back everything on the GPU."""

@@ -69,32 +69,6 @@ def camera_rays(camera: Camera, size: tuple[int, int], point: tuple[float, float
     return rd / np.linalg.norm(rd, axis=-1, keepdims=True)
 
 
-def near_tangent_or_tie(scene: Scene, size: tuple[int, int], relative: float) -> Mask:
-    """(H, W): pixels whose centre ray passes within `relative` of a tangent or of a tie.
-
-    A tangent: the ray's distance from a sphere's centre is the radius, relative to the radius. A
-    tie: two roots of different primitives ahead of the camera at the same t, relative to t.
-    There an answer hangs on the last bits of the input, and float32 may differ.
-    """
-    rd = camera_rays(scene.camera, size).reshape(-1, 3)
-    eye = np.array(scene.camera.position)
-    tracer = _Tracer(scene)
-    doubtful = np.zeros(len(rd), bool)
-    roots: list[Array] = []
-    for primitive, span in zip(tracer.leaves, tracer.spans(np.broadcast_to(eye, rd.shape), rd), strict=True):
-        if isinstance(primitive, Sphere):
-            to_center = np.array(primitive.center) - eye
-            distance = np.linalg.norm(to_center - _dot(to_center, rd)[:, None] * rd, axis=1)
-            doubtful |= np.abs(distance - primitive.radius) <= relative * primitive.radius
-        for earlier in roots:
-            for root in span:
-                with np.errstate(invalid="ignore"):
-                    close = np.abs(earlier - root) <= relative * np.abs(root)
-                doubtful |= np.any(close & np.isfinite(root) & (root > 0.0), axis=0)
-        roots.append(np.array(span))
-    return doubtful.reshape(size[::-1])
-
-
 def _dot(a: Array, b: Array) -> Array:
     return np.sum(a * b, axis=-1)
 
@@ -121,6 +95,7 @@ class _Tracer:
     """The scene's leaves, and rays (ro, rd) of shape (R, 3) against them. A surface is a leaf's number."""
 
     def __init__(self, scene: Scene) -> None:
+        self._eye = scene.camera.position
         self._trees = [postfix(solid) for solid in scene.objects]
         self.leaves = [node for tree in self._trees for node in tree if isinstance(node, Primitive)]
         order = {material: i for i, material in enumerate(scene.materials)}
@@ -134,7 +109,7 @@ class _Tracer:
         """(entry, exit) of every leaf along the whole line; (inf, -inf) where it is missed.
 
         For rays that start on a surface, `start` is its number and `n` its outward normal: there
-        the root at the start is 0 by definition, not by computation.
+        the root at the start is 0 by definition, not by computation. All others start at the camera.
         """
         result = []
         for k, leaf in enumerate(self.leaves):
@@ -143,9 +118,18 @@ class _Tracer:
                 to_center = np.array(leaf.center) - ro
                 along = _dot(to_center, rd)
                 perp = to_center - along[:, None] * rd
-                square = leaf.radius**2 - _dot(perp, perp)
-                half = np.sqrt(np.maximum(square, 0.0))
-                entry, exit = np.where(square > 0, along - half, np.inf), np.where(square > 0, along + half, -np.inf)
+                # The product of the roots; the power of the ray's origin. Beside a huge sphere float64, too,
+                # needs it to more bits than a distance leaves, and the camera's is known exactly.
+                distance = np.linalg.norm(to_center, axis=1)
+                power: Any = (distance - leaf.radius) * (distance + leaf.radius)
+                if start is None:
+                    power = leaf.power(self._eye)
+                square = np.where(np.abs(along) < leaf.radius, along**2 - power, leaf.radius**2 - _dot(perp, perp))
+                outer = along + np.copysign(np.sqrt(np.maximum(square, 0.0)), along)
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    inner = power / outer
+                entry = np.where(square > 0, np.minimum(inner, outer), np.inf)
+                exit = np.where(square > 0, np.maximum(inner, outer), -np.inf)
                 if n is not None:
                     chord = -2.0 * leaf.radius * _dot(n, rd)
                     entry = np.where(on, np.minimum(chord, 0.0), entry)

@@ -15,7 +15,7 @@ from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
 from raytracer.passes import Passes, Rectangle
 from raytracer.scene import Scene
-from raytracer.settings import Evaluator, Settings, Shading, Shadows
+from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows
 from raytracer.shader import roth_loops, shade_source, surfaces, visibility_source
 
 if TYPE_CHECKING:
@@ -43,14 +43,15 @@ def render(
     shading: Shading | None = None,
     shadows: Shadows = "hard",
     evaluator: Evaluator = "walk",
+    precision: Precision = 32,
     geometry: bool = True,
     backend: Backend | None = None,
     progress: Progress | None = None,
 ) -> Image:
     """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
 
-    See `Settings` for `samples`, `shading`, `shadows` and `evaluator`. `geometry=False` leaves
-    out depth, normal and material. `backend` is how OpenGL is reached: "auto" (the default, or
+    See `Settings` for `samples`, `shading`, `shadows`, `evaluator` and `precision`. `geometry=False`
+    leaves out depth, normal and material. `backend` is how OpenGL is reached: "auto" (the default, or
     what the variable RAYTRACER_BACKEND says), "egl", "window" or "osmesa"; the context is kept
     for the next call. `progress(done, total)` is called after each pass.
 
@@ -59,7 +60,7 @@ def render(
     """
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}")
-    settings = Settings(samples=samples, shading=shading, shadows=shadows, evaluator=evaluator)
+    settings = Settings(samples=samples, shading=shading, shadows=shadows, evaluator=evaluator, precision=precision)
     check_size(size)
     return shared_renderer(backend).render(scene, size, settings, geometry=geometry, progress=progress)
 
@@ -182,12 +183,17 @@ class Renderer:
                 f"evaluator: expected at most {MAX_ROTH_LOOPS} loops for roth (1 an object, |, & or ~, 2 a -), got "
                 f"{loops}; the evaluator walk has no such limit"
             )
+        if settings.precision == 64 and (version := self.context.version_code) < 400:
+            raise InputError(
+                f"precision: 64 needs OpenGL 4.0 or later, got {version // 100}.{version // 10 % 10} "
+                f"({self.context.info['GL_RENDERER']}); 32 needs no more than 3.3"
+            )
         primitives = len(surfaces(scene))
         if primitives > MAX_PRIMITIVES:
             raise InputError(f"expected at most {MAX_PRIMITIVES} primitives, got {primitives}")
         for what, count, size in (
-            ("primitives", primitives, 48),  # their materials are the larger block
-            ("lights", len(scene.lights), 32),
+            ("primitives", primitives, max(48, settings.precision)),  # their materials, or terms.glsl
+            ("lights", len(scene.lights), settings.precision),
         ):
             if count * size > self._max_block:
                 limit = self._max_block // size

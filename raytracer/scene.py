@@ -105,6 +105,11 @@ class Sphere(Solid, frozen=True, repr_omit_defaults=True):
             radius=number(self.radius, "radius", MIN_RADIUS, MAX_LENGTH, expected),
         )
 
+    def power(self, point: Vec3) -> float:
+        """|center - point|^2 - radius^2, correctly rounded: also where the point is all but on a huge sphere."""
+        square = sum((Fraction(c) - Fraction(p)) ** 2 for c, p in zip(self.center, point, strict=True))
+        return float(square - Fraction(self.radius) ** 2)
+
 
 class Plane(Solid, frozen=True, repr_omit_defaults=True):
     """The solid half-space dot(normal, x) <= offset; `normal` need not be a unit vector."""

@@ -12,6 +12,7 @@ from raytracer.scene import MODELS, Material
 Shadows = Literal["off", "hard", "diluted"]
 Shading = Literal["phong", "blinn"]
 Evaluator = Literal["walk", "roth"]
+Precision = Literal[32, 64]
 
 MAX_SAMPLES = 65536
 
@@ -23,13 +24,15 @@ class Settings(msgspec.Struct, frozen=True):
     "diluted" (it gives the share dist(P, Q) / dist(P, light), Q the first blocking point).
     `shading`: None for each material's own model, or "phong" or "blinn" for all. `evaluator`
     finds where a ray meets a CSG tree: "walk" (fast) or "roth" (the assignment's hit lists, the
-    readable one); their pictures agree.
+    readable one); their pictures agree. `precision`: bits of the numbers in which rays and
+    surfaces are intersected: 32, or 64 for scenes beyond what 32 resolve (needs OpenGL 4.0).
     """
 
     samples: int = 1
     shading: Shading | None = None
     shadows: Shadows = "hard"
     evaluator: Evaluator = "walk"
+    precision: Precision = 32
 
     def __post_init__(self) -> None:
         if isinstance(self.samples, bool) or not isinstance(self.samples, int) or not 1 <= self.samples <= MAX_SAMPLES:
@@ -37,6 +40,7 @@ class Settings(msgspec.Struct, frozen=True):
         _check_choice("shading", self.shading, (None, *get_args(Shading)))
         _check_choice("shadows", self.shadows, get_args(Shadows))
         _check_choice("evaluator", self.evaluator, get_args(Evaluator))
+        _check_choice("precision", self.precision, get_args(Precision))
 
     def shaded(self, material: Material) -> Material:
         """`material` under the shading override.
@@ -54,7 +58,7 @@ class Settings(msgspec.Struct, frozen=True):
         return msgspec.structs.replace(material, model=self.shading, h=h)
 
 
-def _check_choice(key: str, value: object, choices: tuple[str | None, ...]) -> None:
+def _check_choice(key: str, value: object, choices: tuple[str | int | None, ...]) -> None:
     if value not in choices:
         raise InputError(f"{key}: expected one of {', '.join(map(str, choices))}, got {shown(value)}")
 

@@ -47,24 +47,28 @@ def models(scene: Scene, settings: Settings) -> list[str]:
 def visibility_source(scene: Scene, settings: Settings) -> Source:
     """The fragment shader that finds what each pixel sees."""
     generated = "\n".join(_csg(scene, settings))
-    return assemble("visibility.frag", _counts(scene), {"scene.glsl": generated})
+    return _assemble("visibility.frag", _counts(scene), settings, {"scene.glsl": generated})
 
 
 def shade_source(scene: Scene, settings: Settings) -> Source:
     """The fragment shader that computes the light from what each pixel sees."""
-    generated = ['#include "surfaces.glsl"']
     defines = {**_counts(scene), "LIGHTS": len(scene.lights)}
+    generated: list[str] = []
     if scene.lights:
-        generated += ['#include "light.glsl"', *_specular(scene, settings)]
+        generated += ['#include "light.glsl"', *_specular(scene, settings), *_primitives(scene), '#include "hit.glsl"']
     if settings.shadows != "off" and scene.lights:
         defines["SHADOWS"] = 1
         generated += [*_csg(scene, settings), f'#include "shadow_{settings.shadows}.glsl"']
-    return assemble("shade.frag", defines, {"scene.glsl": "\n".join(generated)})
+    return _assemble("shade.frag", defines, settings, {"scene.glsl": "\n".join(generated)})
 
 
 def show_source(scene: Scene, settings: Settings, show: Show) -> Source:
     """The fragment shader of the second pass."""
     return shade_source(scene, settings) if show == "picture" else assemble(f"show_{show}.frag", _counts(scene))
+
+
+def _assemble(top: str, defines: dict[str, int], settings: Settings, generated: dict[str, str]) -> Source:
+    return assemble(top, defines | {"DOUBLES": 1} if settings.precision == 64 else defines, generated)
 
 
 def roth_loops(scene: Scene) -> int:
@@ -111,20 +115,21 @@ def _counts(scene: Scene) -> dict[str, int]:
 
 def _csg(scene: Scene, settings: Settings) -> list[str]:
     """rayCSG(): what of the scene's trees a ray meets first, by the chosen evaluator."""
-    counts = _counts(scene)
-    if settings.evaluator == "roth":
-        includes = ["roth.glsl", "terms.glsl"]
-    else:
-        spans = ["sphere.glsl"] * (counts["SPHERES"] > 0) + ["plane.glsl"] * (counts["PLANES"] > 0)
-        includes = [*spans, "terms.glsl", "walk.glsl"]
-    hits = max(map(max_hits, scene.objects))
+    roth = settings.evaluator == "roth"
     return [
-        f"#define MAX_HITS {hits}" if settings.evaluator == "roth" else "",
-        *(f'#include "{name}"' for name in includes),
+        *([f"#define MAX_HITS {max(map(max_hits, scene.objects))}", '#include "roth.glsl"'] if roth else []),
+        *_primitives(scene),
+        '#include "hit.glsl"',
+        *([] if roth else ['#include "walk.glsl"']),
         "",
-        *(_roth if settings.evaluator == "roth" else _walk)(_numbered(scene), counts["SPHERES"]),
+        *(_roth if roth else _walk)(_numbered(scene), _counts(scene)["SPHERES"]),
         "",
     ]
+
+
+def _primitives(scene: Scene) -> list[str]:
+    counts = _counts(scene)
+    return [f'#include "{kind.lower()}.glsl"' for kind in ("Sphere", "Plane") if counts[f"{kind.upper()}S"]]
 
 
 _Tree = list[Solid | int]  # a postfix tree with its leaves' surface indices instead of the leaves
@@ -142,15 +147,15 @@ def _numbered(scene: Scene) -> list[_Tree]:
 def _leaf(index: int, spheres: int) -> tuple[str, str]:
     """("Sphere" or "Plane", the arguments of its functions)."""
     if index < spheres:
-        return "Sphere", f"ray, spheres[{index}].xyz, spheres[{index}].w, spherePower(ray, {index})"
+        return "Sphere", f"ray, spheres[{index}], sphereTerms(ray, {index})"
     plane = index - spheres
-    return "Plane", f"ray, planes[{plane}].xyz, planes[{plane}].w, planeSlope(ray, {plane})"
+    return "Plane", f"ray, planes[{plane}], planeSlope(ray, {plane})"
 
 
 _RAY_CSG = [
     "// The first surface ahead of the ray and nearer than `end`: its distance, point, unit normal (on either",
-    "// side) and index, which is that of its material; or `end`, that far point, 0 and -1.",
-    "float rayCSG(Ray ray, float end, out vec3 P, out vec3 N, out int mat) {",
+    "// side) and number as in hit.glsl; or `end`, that far point, 0 and 0.",
+    "real rayCSG(Ray ray, real end, out real3 P, out real3 N, out int mat) {",
 ]
 
 
@@ -163,7 +168,7 @@ def _roth(trees: list[_Tree], spheres: int) -> list[str]:
         for k, node in enumerate(tree):
             if isinstance(node, int):
                 kind, arguments = _leaf(node, spheres)
-                value = f"ray{kind}({arguments}, {node})"
+                value = f"ray{kind}({arguments}, {node + 1})"
             elif isinstance(node, Complement):
                 value = f"complementCSG(r{stack.pop()})"
             else:
@@ -175,7 +180,7 @@ def _roth(trees: list[_Tree], spheres: int) -> list[str]:
     return [
         *lines,
         *_RAY_CSG,
-        "    Hit nearest = Hit(end, vec3(0.0), -1);",
+        "    Hit nearest = Hit(end, real3(0.0), 0);",
         *(f"    firstHit(object{number}(ray), nearest);" for number in range(len(trees))),
         "    P = ray.ro + nearest.t * ray.rd;",
         "    N = nearest.normal;",
@@ -198,11 +203,11 @@ def _walk(trees: list[_Tree], spheres: int) -> list[str]:
         for node in tree:
             if isinstance(node, int):
                 kind, arguments = _leaf(node, spheres)
-                spans.append(f"    vec2 s{k} = {kind.lower()}Span({arguments});")
+                spans.append(f"    real2 s{k} = {kind.lower()}Span({arguments});")
                 next_root.append(f"        next = nextRoot(s{k}, at, next);")
                 inside.append(f"        bool in{k} = isInside(s{k}, at);")
                 owner.append(f"    bool b{k} = isBefore(s{k}, at), a{k} = isInside(s{k}, at);")
-                owner.append(f"    int o{k} = {node};")
+                owner.append(f"    int o{k} = a{k} ? {node + 1} : {-node - 1};")
             elif isinstance(node, Complement):
                 a = stack.pop()
                 inside.append(f"        bool in{k} = !in{a};")
@@ -221,16 +226,16 @@ def _walk(trees: list[_Tree], spheres: int) -> list[str]:
     return [
         *_RAY_CSG,
         "    P = ray.ro + end * ray.rd;",
-        "    N = vec3(0.0);",
-        "    mat = -1;",
+        "    N = real3(0.0);",
+        "    mat = 0;",
         *spans,
-        "    float at = 0.0;",
+        "    real at = 0.0;",
         *(f"    bool was{k} = false;" for k in objects),
         "    for (;;) {",
         *inside,
         f"        if (at > 0.0 && ({' || '.join(f'in{k} != was{k}' for k in objects)})) break;",
         *(f"        was{k} = in{k};" for k in objects),
-        "        float next = end;",
+        "        real next = end;",
         *next_root,
         "        if (next >= end) return end;",
         "        at = next;",
@@ -238,8 +243,7 @@ def _walk(trees: list[_Tree], spheres: int) -> list[str]:
         "    // Whose surface: the first object's that changes, and in it, an operator's first operand's that does.",
         *owner,
         *(f"    {'else ' if k != objects[0] else ''}if (b{k} != a{k}) mat = o{k};" for k in objects),
-        "    P = ray.ro + at * ray.rd;",
-        "    surfaceAt(mat, P, N);",
+        "    surfaceAt(mat, ray, P, N);",
         "    return at;",
         "}",
     ]

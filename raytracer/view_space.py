@@ -1,7 +1,7 @@
 """A scene's numbers as the shaders take them: in view space, packed for uniform blocks.
 
 The move to view space (camera at the origin, looking along -z) is done here in float64, before
-anything is rounded to float32.
+anything is rounded to the precision of the shaders.
 """
 
 from __future__ import annotations
@@ -12,15 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.checks import Vec3
-from raytracer.scene import MODELS, Camera, Plane, Primitive, Scene, Sphere
-from raytracer.settings import Settings
+from raytracer.scene import MODELS, Camera, Plane, Scene, Sphere
+from raytracer.settings import Precision, Settings
 from raytracer.shader import surfaces
 
-# std140 layout of struct Material (material.glsl) and struct Light (light.glsl).
+# std140 layout of struct Material (material.glsl), and of struct Light (light.glsl) at either precision.
 _MATERIAL = np.dtype(
     [("ka", "f4", 3), ("h", "f4"), ("kd", "f4", 3), ("model", "i4"), ("ks", "f4", 3), ("number", "i4")]
 )
-_LIGHT = np.dtype([("position", "f4", 3), ("pad0", "f4"), ("color", "f4", 3), ("pad1", "f4")])
+_LIGHT = {
+    32: np.dtype([("position", "f4", 3), ("pad0", "f4"), ("color", "f4", 3), ("pad1", "f4")]),
+    64: np.dtype([("position", "f8", 3), ("pad0", "f8"), ("color", "f4", 3), ("pad1", "f4", 5)]),
+}
+_REAL = {32: np.float32, 64: np.float64}  # of real.glsl
 
 
 def rotation(camera: Camera) -> NDArray[np.float64]:
@@ -29,47 +33,51 @@ def rotation(camera: Camera) -> NDArray[np.float64]:
     return np.array([right, up, np.negative(forward)])
 
 
-def surfaces_block(scene: Scene) -> bytes:
+def surfaces_block(scene: Scene, precision: Precision) -> bytes:
     """The uniform block of surfaces.glsl."""
-    R, eye = rotation(scene.camera), np.array(scene.camera.position)
-    packed = [_packed(surface, R, eye) for surface in surfaces(scene)]
-    return np.array(packed, np.float32).tobytes()
+    _, eye = _view(scene)
+    rows = [
+        (*vector, surface.radius if isinstance(surface, Sphere) else _offset(surface, eye))
+        for surface, vector in zip(surfaces(scene), _vectors(scene), strict=True)
+    ]
+    return np.array(rows, _REAL[precision]).tobytes()
 
 
-def _packed(surface: Primitive, R: NDArray[np.float64], eye: NDArray[np.float64]) -> list[float]:
-    if isinstance(surface, Sphere):
-        return [*(R @ (np.array(surface.center) - eye)).tolist(), surface.radius]
-    normal, offset = surface.unit()
-    return [*(R @ normal).tolist(), offset - float(np.array(normal) @ eye)]
+def _view(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    return rotation(scene.camera), np.array(scene.camera.position)
 
 
-def camera_terms_block(scene: Scene, size: tuple[int, int]) -> bytes:
-    """The uniform block of terms.glsl: the spheres' powers and the planes' slopes.
+def _vectors(scene: Scene) -> NDArray[np.float64]:
+    """(N, 3): the centres of the spheres and the unit normals of the planes, in view space."""
+    R, eye = _view(scene)
+    return np.array([R @ (np.subtract(s.center, eye) if isinstance(s, Sphere) else s.unit()[0]) for s in surfaces(scene)])
 
-    A slope, dot(normal, direction), is a x + b y + c in half pixels from the picture's centre; each
+
+def _offset(plane: Plane, eye: NDArray[np.float64]) -> float:
+    """How deep the eye is inside the half-space: the plane's offset in view space."""
+    normal, offset = plane.unit()
+    return math.fsum((offset, *(-a * b for a, b in zip(normal, eye.tolist(), strict=True))))
+
+
+def camera_terms_block(scene: Scene, size: tuple[int, int], precision: Precision) -> bytes:
+    """The uniform block of terms.glsl: the slopes, and the spheres' powers.
+
+    A slope, dot(vector, direction), is a x + b y + c in half pixels from the picture's centre; each
     coefficient is split into a multiple of `quantum` and the rest. See cameraSlope() in camera.glsl.
     """
-    R, eye = rotation(scene.camera), np.array(scene.camera.position)
-    found = surfaces(scene)
-    powers = [_power(eye, surface) for surface in found if isinstance(surface, Sphere)]
-
     scale = pixel_scale(scene.camera, size[1])
-    normals = np.array([R @ s.unit()[0] for s in found if isinstance(s, Plane)]).reshape(-1, 3)
-    slopes = normals * (scale, scale, -1.0)
+    slopes = _vectors(scene) * (scale, scale, -1.0)
     largest = np.abs(slopes) @ (size[0], size[1], 1.0)
     # Partial sums stay below 2^23 quanta, so float32's 24 bits hold each.
     quantum = np.exp2(np.ceil(np.log2(np.maximum(largest, np.finfo(np.float32).tiny))) - 23.0)[:, None]
     coarse = np.rint(slopes / quantum) * quantum
 
-    rows = np.zeros((len(powers) + 2 * len(slopes), 4), np.float32)
-    rows[: len(powers), 0] = powers
-    rows[len(powers) :, :3] = np.concatenate([coarse, slopes - coarse])
+    count = len(slopes)
+    rows = np.zeros((2 * count, 4), _REAL[precision])
+    rows[:count, :3], rows[count:, :3] = coarse, slopes - coarse
+    powers = [s.power(scene.camera.position) for s in surfaces(scene) if isinstance(s, Sphere)]
+    rows[: len(powers), 3] = powers
     return rows.tobytes()
-
-
-def _power(eye: NDArray[np.float64], sphere: Sphere) -> float:
-    distance = math.dist(sphere.center, eye)
-    return (distance - sphere.radius) * (distance + sphere.radius)
 
 
 def materials_block(scene: Scene, settings: Settings) -> bytes:
@@ -80,11 +88,13 @@ def materials_block(scene: Scene, settings: Settings) -> bytes:
     return np.array(rows, _MATERIAL).tobytes()
 
 
-def lights_block(scene: Scene) -> bytes:
+def lights_block(scene: Scene, precision: Precision) -> bytes:
     """The uniform block of light.glsl."""
-    R, eye = rotation(scene.camera), np.array(scene.camera.position)
-    rows = [(R @ (np.array(light.position) - eye), 0.0, light.color, 0.0) for light in scene.lights]
-    return np.array(rows, _LIGHT).tobytes()
+    R, eye = _view(scene)
+    block = np.zeros(len(scene.lights), _LIGHT[precision])
+    for row, light in zip(block, scene.lights, strict=True):
+        row["position"], row["color"] = R @ np.subtract(light.position, eye), light.color
+    return block.tobytes()
 
 
 def material_index(scene: Scene) -> NDArray[np.int32]:

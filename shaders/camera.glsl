@@ -6,31 +6,32 @@
 
 #include "ray.glsl"
 
-uniform vec2 resolution;   // W, H of the whole picture in pixels
-uniform vec2 tileOrigin;   // the lower left pixel of the tile being drawn
-uniform vec2 samplePoint;  // from the pixel's centre, in half pixels, +y up: within [-1, 1)
-uniform float pixelScale;  // tan(fov/2) / H
+uniform vec2 resolution;    // W, H of the whole picture in pixels
+uniform vec2 tileOrigin;    // the lower left pixel of the tile being drawn
+uniform real2 samplePoint;  // from the pixel's centre, in half pixels, +y up: within [-1, 1)
+uniform real pixelScale;    // tan(fov/2) / H
 
 // The pixel's centre from the picture's, in half pixels: whole numbers, so exact.
-vec2 halfPixels() {
-    return 2.0 * (gl_FragCoord.xy + tileOrigin) - resolution;
+real2 halfPixels() {
+    return real2(2.0 * (gl_FragCoord.xy + tileOrigin) - resolution);
 }
 
-vec3 cameraDirection() {
-    return vec3((halfPixels() + samplePoint) * pixelScale, -1.0);
+real3 cameraDirection() {
+    return real3((halfPixels() + samplePoint) * pixelScale, -1.0);
 }
 
 Ray cameraRay() {
-    return ray(vec3(0.0), normalize(cameraDirection()));
+    return Ray(real3(0.0), normalize(cameraDirection()), true, NONE, real4(0.0), real3(0.0));
 }
 
-// dot(normal, cameraRay().rd) for a plane, without the cancellation that would spoil the depth of
-// a ground plane near the horizon. The sum over the unnormalised direction is linear in the pixel,
-// a x + b y + c. The host splits each coefficient into a coarse part and the fine rest, coarse
-// parts being multiples of so large a power of two that the sum of their products with whole
-// numbers is exact in float32. Only what is left of it is rounded.
-float cameraSlope(vec3 coarse, vec3 fine) {
-    vec3 pixel = vec3(halfPixels(), 1.0);
-    float rest = dot(fine, pixel) + dot(coarse.xy + fine.xy, samplePoint);
+// dot(v, cameraRay().rd) for a vector v, a plane's normal or a sphere's centre, without the
+// cancellation that would spoil the depth of a ground, flat or round, near its horizon. The sum
+// over the unnormalised direction is linear in the pixel, a x + b y + c. The host splits each
+// coefficient into a coarse part and the fine rest, coarse parts being multiples of so large a
+// power of two that the sum of their products with whole numbers is exact in float32. Only what
+// is left of it is rounded: the error is (W + H) 2^-46 |v| and a few units in the last place.
+real cameraSlope(real3 coarse, real3 fine) {
+    real3 pixel = real3(halfPixels(), 1.0);
+    real rest = dot(fine, pixel) + dot(coarse.xy + fine.xy, samplePoint);
     return (dot(coarse, pixel) + rest) / length(cameraDirection());
 }

@@ -1,7 +1,9 @@
 // Provides lights[]: point lights of the lecture, not attenuated by distance, in view space.
 
+#include "real.glsl"
+
 struct Light {
-    vec3 position;
+    real3 position;
     vec3 color;  // I, linear RGB >= 0
 };
 

@@ -24,9 +24,9 @@
 #endif
 
 struct Hit {
-    float t;      // distance along the ray
-    vec3 normal;  // unit, outward from the solid; 0 at +-INF
-    int mat;      // index of the surface's material: each surface has its own entry
+    real t;        // distance along the ray
+    real3 normal;  // unit, outward from the solid; 0 at +-INF
+    int mat;       // which surface, and so which material: see hit.glsl
 };
 
 struct Roth {
@@ -34,29 +34,28 @@ struct Roth {
     Hit hit[MAX_HITS];
 };
 
-// The crossings of the ball around center. power is powerOf(ray.ro, center, radius), as for sphereSpan().
-Roth raySphere(Ray ray, vec3 center, float radius, float power, int mat) {
+// The crossings of a ball. sphere and terms are sphereSpan()'s.
+Roth raySphere(Ray ray, real4 sphere, real2 terms, int mat) {
     Roth r;
     r.n = 0;
-    vec2 span = sphereSpan(ray, center, radius, power);
+    real2 span = sphereSpan(ray, sphere, terms);
     if (span.x < span.y) {
         r.n = 2;
-        r.hit[0] = Hit(span.x, normalize(ray.ro + span.x * ray.rd - center), mat);
-        r.hit[1] = Hit(span.y, normalize(ray.ro + span.y * ray.rd - center), mat);
+        r.hit[0] = Hit(span.x, sphereNormal(ray, sphere, terms, true), mat);
+        r.hit[1] = Hit(span.y, sphereNormal(ray, sphere, terms, false), -mat);
     }
     return r;
 }
 
-// The crossings of the half-space dot(normal, x) <= offset: one, and the end that has none.
-// slope is dot(normal, ray.rd), as for planeSpan().
-Roth rayPlane(Ray ray, vec3 normal, float offset, float slope, int mat) {
+// The crossings of a half-space: one, and the end that has none. plane and slope are planeSpan()'s.
+Roth rayPlane(Ray ray, real4 plane, real slope, int mat) {
     Roth r;
     r.n = 0;
-    vec2 span = planeSpan(ray, normal, offset, slope);
+    real2 span = planeSpan(ray, plane, slope);
     if (span.x < span.y) {
         r.n = 2;
-        r.hit[0] = Hit(span.x, span.x == -INF ? vec3(0.0) : normal, mat);
-        r.hit[1] = Hit(span.y, span.y == INF ? vec3(0.0) : normal, mat);
+        r.hit[0] = Hit(span.x, span.x == -INF ? real3(0.0) : plane.xyz, mat);
+        r.hit[1] = Hit(span.y, span.y == INF ? real3(0.0) : plane.xyz, -mat);
     }
     return r;
 }
@@ -107,7 +106,7 @@ Roth complementCSG(Roth a) {
     if (a.n > 0 && a.hit[0].t == -INF) {
         from = 1;
     } else {
-        r.hit[r.n] = Hit(-INF, vec3(0.0), 0);
+        r.hit[r.n] = Hit(-INF, real3(0.0), 0);
         r.n++;
     }
     bool endless = a.n > 0 && a.hit[a.n - 1].t == INF;
@@ -117,7 +116,7 @@ Roth complementCSG(Roth a) {
         r.n++;
     }
     if (!endless) {
-        r.hit[r.n] = Hit(INF, vec3(0.0), 0);
+        r.hit[r.n] = Hit(INF, real3(0.0), 0);
         r.n++;
     }
     return r;

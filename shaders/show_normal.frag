@@ -11,6 +11,6 @@ out vec4 radiance;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 N = toWorld * texelFetch(normalDepth, pixel, 0).xyz;
-    bool hit = texelFetch(surface, pixel, 0).x >= 0;
+    bool hit = texelFetch(surface, pixel, 0).x != 0;
     radiance = vec4(hit ? linearFromSrgb(0.5 + 0.5 * N) : vec3(0.0), 1.0);
 }

@@ -1,40 +1,36 @@
-// Provides spherePower(), planeSlope(): the terms of a ray's roots that cancel, to as many bits as
-// can be had. All camera rays start at one point, so the host knows theirs in float64; where
-// CAMERA_RAYS is defined, only camera rays are traced. Needs sphere.glsl if there are spheres.
+// Provides sphereTerms(), planeSlope(): the terms of a ray's roots that cancel, to as many bits as
+// can be had. All camera rays start at one point, so the host knows theirs in float64. Needs
+// sphere.glsl if there are spheres, plane.glsl if there are planes.
 
 #include "surfaces.glsl"
-#ifdef CAMERA_RAYS
 #include "camera.glsl"
 
 layout(std140) uniform CameraTerms {
-#if SPHERES > 0
-    vec4 powers[SPHERES];       // .x: the power of the camera's position, for sphereSpan()
-#endif
-#if PLANES > 0
-    vec4 coarseSlopes[PLANES];  // .xyz: for cameraSlope()
-    vec4 fineSlopes[PLANES];
-#endif
+    real4 coarse[SURFACES];  // .xyz for cameraSlope(); .w of a sphere: the power of the camera's position
+    real4 fine[SURFACES];    // .xyz for cameraSlope()
 };
-#endif
 
 #if SPHERES > 0
-// |center - ro|^2 - radius^2 of a sphere
-float spherePower(Ray ray, int sphere) {
-#ifdef CAMERA_RAYS
-    return powers[sphere].x;
-#else
-    return powerOf(ray.ro, spheres[sphere].xyz, spheres[sphere].w);
-#endif
+// For sphereSpan() and sphereNormal().
+real2 sphereTerms(Ray ray, int index) {
+    if (ray.ofCamera)
+        return real2(cameraSlope(coarse[index].xyz, fine[index].xyz), coarse[index].w);
+    real4 sphere = spheres[index];
+    real2 terms = sphereTermsOf(ray, sphere);
+    // From the camera's power if that is the nearer one to go out from: beside a huge sphere the
+    // distance of its centre has no bits left for how near its surface is.
+    real3 toCenter = sphere.xyz - ray.ro;
+    if (dot(ray.ro, ray.ro) < dot(toCenter, toCenter))
+        terms.y = coarse[index].w - dot(ray.ro, sphere.xyz + toCenter);
+    return terms;
 }
 #endif
 
 #if PLANES > 0
-// dot(normal, rd) of a plane
-float planeSlope(Ray ray, int plane) {
-#ifdef CAMERA_RAYS
-    return cameraSlope(coarseSlopes[plane].xyz, fineSlopes[plane].xyz);
-#else
+// dot(normal, rd), for planeSpan(). plane counts from 0, after the spheres.
+real planeSlope(Ray ray, int plane) {
+    if (ray.ofCamera)
+        return cameraSlope(coarse[SPHERES + plane].xyz, fine[SPHERES + plane].xyz);
     return dot(planes[plane].xyz, ray.rd);
-#endif
 }
 #endif

@@ -5,18 +5,20 @@
 // stops where that changes: there, and only there, is a surface. All roots at the same t are
 // crossed at once, so coincident faces are one face or none, as in roth.glsl.
 
+#include "real.glsl"
+
 // Whether the ray is inside the primitive just after t: entries count, exits do not.
-bool isInside(vec2 span, float t) {
+bool isInside(real2 span, real t) {
     return span.x <= t && t < span.y;
 }
 
 // Whether it is inside just before t.
-bool isBefore(vec2 span, float t) {
+bool isBefore(real2 span, real t) {
     return span.x < t && t <= span.y;
 }
 
 // The nearer of `next` and the first root of the span after t.
-float nextRoot(vec2 span, float t, float next) {
+real nextRoot(real2 span, real t, real next) {
     if (span.x > t) next = min(next, span.x);
     if (span.y > t) next = min(next, span.y);
     return next;

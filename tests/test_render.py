@@ -7,6 +7,7 @@ import raytracer as rt
 from raytracer import reference
 from raytracer.film import Image
 from raytracer.renderer import Renderer
+from raytracer.resolution import Resolution, resolution
 from raytracer.settings import Evaluator, Settings, Shading, Shadows
 from raytracer.shader import roth_loops
 
@@ -14,28 +15,23 @@ from . import scenes
 
 pytestmark = pytest.mark.gl
 
-# The bounds that the project keeps, for rays that are not within DOUBT (relative) of a tangent or a tie.
-DOUBT = 1e-4
-DEPTH = 1e-5
-NORMAL = 1e-4
 
-
-def assert_agrees(image: Image, truth: Image, doubtful: np.ndarray) -> None:
-    """Depth, normal and material of `image` are the reference's at every pixel that is not doubtful."""
+def assert_agrees(image: Image, truth: Image, resolved: Resolution) -> None:
+    """What `image` shows is what `truth` does, to the bound that its numbers' rounding leaves at each pixel."""
     assert image.depth is not None and image.normal is not None and image.material is not None
     assert truth.depth is not None and truth.normal is not None and truth.material is not None
-    sure = ~doubtful
-    assert sure.mean() > 0.9
+    sure = ~resolved.doubtful
+    assert sure.mean() > 0.99
     np.testing.assert_array_equal(image.material[sure], truth.material[sure])
     np.testing.assert_array_equal(np.isinf(image.depth)[sure], np.isinf(truth.depth)[sure])
     hit = sure & (truth.material >= 0)
-    np.testing.assert_allclose(image.depth[hit], truth.depth[hit], rtol=DEPTH, atol=0)
-    np.testing.assert_allclose(image.normal[sure], truth.normal[sure], rtol=0, atol=NORMAL)
+    assert (np.abs(image.depth[hit] - truth.depth[hit]) <= resolved.depth[hit]).all()
+    assert (np.linalg.norm(image.normal[sure] - truth.normal[sure], axis=1) <= resolved.normal[sure]).all()
 
 
 def check(renderer: Renderer, scene: rt.Scene, size: tuple[int, int], settings: Settings) -> None:
     image = renderer.render(scene, size, settings)
-    assert_agrees(image, reference.render(scene, size, settings), reference.near_tangent_or_tie(scene, size, DOUBT))
+    assert_agrees(image, reference.render(scene, size, settings), resolution(scene, size, settings.precision))
     assert np.isfinite(image.radiance).all() and (image.radiance >= 0).all()
 
 
@@ -117,9 +113,9 @@ def test_a_ball_on_a_huge_sphere_casts_the_shadow_that_it_casts(renderer: Render
     objects = rt.Sphere((0, -radius, 0), radius), rt.Sphere((0, 1, 0), 1, scenes.COLORS[0])
     scene = rt.Scene(objects, [rt.PointLight((4, 7, 4))], rt.Camera((0, 2, 6), (0, 1, 0)))
     image, truth = renderer.render(scene, (96, 64), Settings()), reference.render(scene, (96, 64))
-    doubtful = reference.near_tangent_or_tie(scene, (96, 64), DOUBT)
-    wrong = (np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-2) & ~doubtful
-    assert wrong.sum() == 0
+    resolved = resolution(scene, (96, 64))
+    wrong = np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-2
+    assert (wrong & ~resolved.doubtful & ~resolved.unlit).sum() == 0
 
 
 def test_half_spaces_that_share_a_plane_do_not_shade_each_other(renderer: Renderer) -> None:

@@ -1,0 +1,43 @@
+// Provides surfaceAt(), rayFrom(): the point that a ray hits, and the ray that goes on from there.
+//
+// A hit says which surface in one number, `mat`: its index + 1, negative where the ray comes out of
+// the primitive; 0 for no surface. So the hit's root is known again without comparing distances.
+// Needs what terms.glsl needs.
+
+#include "terms.glsl"
+
+// The point where the ray crosses the surface of `mat`, and the primitive's outward unit normal there.
+void surfaceAt(int mat, Ray ray, out real3 P, out real3 n) {
+    int index = abs(mat) - 1;
+#if SPHERES > 0
+    if (index < SPHERES) {
+        real4 sphere = spheres[index];
+        real2 terms = sphereTerms(ray, index);
+        real2 span = sphereSpan(ray, sphere, terms);
+        real t = mat > 0 ? span.x : span.y;
+        n = sphereNormal(ray, sphere, terms, mat > 0);
+        // Projected onto the sphere, unless that is so huge that its radius has fewer bits than the distance.
+        P = sphere.w < t ? sphere.xyz + sphere.w * n : ray.ro + t * ray.rd;
+    }
+#endif
+#if PLANES > 0
+    if (index >= SPHERES) {
+        real4 plane = planes[index - SPHERES];
+        n = plane.xyz;
+        real2 span = planeSpan(ray, plane, planeSlope(ray, index - SPHERES));
+        // On the plane to the rounding of its own coordinates: to project it would round as much again.
+        P = ray.ro + (mat > 0 ? span.x : span.y) * ray.rd;
+    }
+#endif
+}
+
+// The ray from P, which lies on the surface of `mat` with outward normal n, along the unit vector rd.
+Ray rayFrom(int mat, real3 P, real3 n, real3 rd) {
+    int index = abs(mat) - 1;
+#if SPHERES > 0
+    if (index < SPHERES) return Ray(P, rd, false, SPHERE, spheres[index], n);
+#endif
+#if PLANES > 0
+    return Ray(P, rd, false, PLANE, planes[index - SPHERES], n);
+#endif
+}
