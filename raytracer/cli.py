@@ -1,4 +1,4 @@
-"""The command line: `raytracer render`, `raytracer view`, `raytracer doctor`.
+"""The command line: `raytracer render`, `view`, `extremes` and `doctor`.
 
 Exit status: 0 done; 2 the input is wrong, with one line on standard error that says what and
 where, and nothing written; 1 anything else.
@@ -14,21 +14,17 @@ import time
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any, NoReturn, get_args
+from typing import Any, NoReturn, get_args
 
 from raytracer import __version__
 from raytracer.checks import InputError, number, printable
 from raytracer.interaction import CONTROLS, DEFAULT_SAMPLES
+from raytracer.progress import progress_bar
 from raytracer.scene_file import load
-from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows
-
-if TYPE_CHECKING:
-    from raytracer.renderer import Progress
+from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
 
 # Pictures that need more host memory than this say so before they start.
 _MEMORY_WORTH_MENTION = 2**30
-# What takes longer than this on a terminal shows a progress bar.
-_SECONDS_WITHOUT_PROGRESS = 1.0
 
 _EXAMPLES = """\
 examples:
@@ -36,6 +32,8 @@ examples:
   raytracer render assignment -o big.png --size 1920x1080 --samples 16
   raytracer render my.toml -o my.npz --shading blinn --shadows diluted
   raytracer view assets/scenes/assignment.toml
+  raytracer extremes -o benchmarks/results
+  raytracer extremes --fuzz 10000
   raytracer doctor
 """
 
@@ -90,11 +88,7 @@ def _parser() -> argparse.ArgumentParser:
         "-o", "--output", metavar="OUT", required=True, help=".png (8-bit sRGB) or .npz (float32 arrays)"
     )
     _add_settings(render, samples=1)
-    render.add_argument(
-        "--backend",
-        metavar="NAME",
-        help="how OpenGL is reached: auto, egl, window or osmesa (default: the variable RAYTRACER_BACKEND, or auto)",
-    )
+    _add_backend(render)
 
     view = _command(commands, "view", "show a scene in a window", _view)
     _add_scene(view)
@@ -109,6 +103,16 @@ def _parser() -> argparse.ArgumentParser:
     width = max(len(control.key) for control in CONTROLS)
     controls = "".join(f"  {control.key:{width}}  {control.does}\n" for control in CONTROLS)
     view.epilog = f"mouse and keys:\n{controls}\n{view.epilog}"
+
+    extremes = _command(commands, "extremes", "measure how wrong pictures are where numbers get extreme", _extremes)
+    extremes.add_argument(
+        "-o", "--output", metavar="FOLDER", default=".", help="gets extremes.csv and extremes.md (default: here)"
+    )
+    extremes.add_argument("--short", action="store_true", help="only the ends of the ranges, as in the tests")
+    extremes.add_argument(
+        "--fuzz", metavar="N", type=_whole, default=1000, help="random scenes over all ranges together (default: 1000)"
+    )
+    _add_backend(extremes)
 
     doctor = _command(commands, "doctor", "which OpenGL contexts open here, and what to install if none does", _doctor)
     doctor.add_argument("--json", action="store_true", help="print JSON instead of a table")
@@ -130,6 +134,14 @@ def _command(commands: Any, name: str, summary: str, run: Any) -> argparse.Argum
 
 def _add_scene(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help="a TOML scene file, or the name of an example: assignment")
+
+
+def _add_backend(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--backend",
+        metavar="NAME",
+        help="how OpenGL is reached: auto, egl, window or osmesa (default: the variable RAYTRACER_BACKEND, or auto)",
+    )
 
 
 def _add_settings(parser: argparse.ArgumentParser, samples: int) -> None:
@@ -189,9 +201,11 @@ def _render(options: argparse.Namespace) -> int:
     output = check_output(options.output)
     geometry = output.suffix.lower() == ".npz"
     _check_memory(host_memory(options.size, geometry), options.size)
+    if warning := precision_warning(scene, settings):
+        warnings.warn(f"{options.scene}: {warning}", stacklevel=1)
     renderer = shared_renderer(options.backend)
     start = time.monotonic()
-    with _named(options.scene), _progress_bar(f"rendering {output.name}") as progress:
+    with _named(options.scene), progress_bar(f"rendering {output.name}") as progress:
         image = renderer.render(scene, options.size, settings, geometry=geometry, progress=progress)
     image.save(output)
     width, height = options.size
@@ -237,34 +251,14 @@ def _check_memory(needed: int, size: tuple[int, int]) -> None:
         print(f"raytracer: this picture needs {gib:.1f} GiB of memory", file=sys.stderr)
 
 
-@contextmanager
-def _progress_bar(title: str) -> Iterator[Progress | None]:
-    """A callback that shows a bar on a terminal once the work has taken more than a moment."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    start = time.monotonic()
-    bar: Any = None
-    task: Any = None
+def _extremes(options: argparse.Namespace) -> int:
+    from raytracer.extremes.report import check_folder, report
+    from raytracer.renderer import shared_renderer
 
-    def progress(done: int, total: int) -> None:
-        nonlocal bar, task
-        if bar is None and done < total and time.monotonic() - start > _SECONDS_WITHOUT_PROGRESS:
-            from rich.console import Console
-            from rich.markup import escape
-            from rich.progress import Progress
-
-            bar = Progress(console=Console(stderr=True), transient=True)
-            task = bar.add_task(escape(title), total=total)
-            bar.start()
-        if bar is not None:
-            bar.update(task, completed=done)
-
-    try:
-        yield progress
-    finally:
-        if bar is not None:
-            bar.stop()
+    folder = check_folder(options.output)
+    with progress_bar("measuring") as progress:
+        kept = report(shared_renderer(options.backend), folder, options.short, options.fuzz, progress)
+    return 0 if kept else 1
 
 
 def _doctor(options: argparse.Namespace) -> int:

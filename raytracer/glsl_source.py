@@ -81,5 +81,7 @@ def assemble(top: str, defines: Mapping[str, int] | None = None, generated: Mapp
         return lines
 
     version = _VERSION_OF_DOUBLES if defines and "DOUBLES" in defines else _VERSION
-    head = f"#version {version} core\n" + "".join(f"#define {name} {value}\n" for name, value in (defines or {}).items())
+    head = f"#version {version} core\n" + "".join(
+        f"#define {name} {value}\n" for name, value in (defines or {}).items()
+    )
     return Source(head + "\n".join(expand(top, top)) + "\n", tuple(files))

@@ -2,8 +2,8 @@
 
 A point is inside a CSG tree by Boolean logic over the primitives that it is inside of. Along a
 ray, a surface is a root of a primitive at which the tree is different just before and just
-after. Every root is tried; nothing is sorted, skipped or shared with the shaders. World space;
-slow.
+after. Every root is tried; nothing is sorted, skipped or shared with the shaders. The axes are the
+world's, the origin is the camera: far from the world's own origin float64 runs out of bits, too. Slow.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from raytracer.film import Image
 from raytracer.sampling import sample_point
-from raytracer.scene import Camera, Complement, Intersection, Plane, Primitive, Scene, Solid, Sphere, Union, postfix
+from raytracer.scene import Camera, Complement, Intersection, Primitive, Scene, Solid, Sphere, Union, postfix
 from raytracer.settings import Settings
 
 Array = NDArray[np.float64]
@@ -36,7 +36,7 @@ def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None
         normal=np.empty((height, width, 3)),
         material=np.empty((height, width), np.int32),
     )
-    tracer = _Tracer(scene)
+    tracer = Tracer(scene)
     for k in range(settings.samples):
         rays = camera_rays(scene.camera, size, sample_point(k))
         for top in range(0, height, _ROWS):
@@ -44,10 +44,10 @@ def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None
             rd = rays[rows]
             shape = rd.shape[:2]
             rd = rd.reshape(-1, 3)
-            ro = np.broadcast_to(np.array(scene.camera.position), rd.shape)
+            ro = np.zeros(rd.shape)
             t, surface = tracer.first(ro, rd)
-            normal = tracer.normals(ro + np.where(np.isfinite(t), t, 0.0)[:, None] * rd, surface)
-            image.radiance[rows] += _radiance(scene, settings, tracer, ro, rd, t, surface, normal).reshape(*shape, 3)
+            normal = tracer.normals(np.where(np.isfinite(t), t, 0.0)[:, None] * rd, surface)
+            image.radiance[rows] += _radiance(scene, settings, tracer, rd, t, surface, normal).reshape(*shape, 3)
             if k == 0:
                 assert image.depth is not None and image.normal is not None and image.material is not None
                 facing = -np.sign(_dot(normal, rd))[:, None] * normal
@@ -91,8 +91,11 @@ def _inside(solid: list[Solid], leaf_inside: list[Mask]) -> list[Mask]:
     return results
 
 
-class _Tracer:
-    """The scene's leaves, and rays (ro, rd) of shape (R, 3) against them. A surface is a leaf's number."""
+class Tracer:
+    """The scene's leaves, and rays (ro, rd) of shape (R, 3) against them. A surface is a leaf's number.
+
+    Points are relative to the camera. coincide[a, b]: whether leaves a and b have one surface.
+    """
 
     def __init__(self, scene: Scene) -> None:
         self._eye = scene.camera.position
@@ -101,7 +104,7 @@ class _Tracer:
         order = {material: i for i, material in enumerate(scene.materials)}
         self.material_index = np.array([*(order[leaf.material] for leaf in self.leaves), -1], np.int32)
         keys = [_geometry(leaf) for leaf in self.leaves]
-        self._coincide = np.array([[a == b for b in keys] for a in keys])
+        self.coincide = np.array([[a == b for b in keys] for a in keys])
 
     def spans(
         self, ro: Array, rd: Array, start: NDArray[np.int32] | None = None, n: Array | None = None
@@ -113,9 +116,9 @@ class _Tracer:
         """
         result = []
         for k, leaf in enumerate(self.leaves):
-            on = self._coincide[k][start] if start is not None else np.zeros(len(rd), bool)
+            on = self.coincide[k][start] if start is not None else np.zeros(len(rd), bool)
             if isinstance(leaf, Sphere):
-                to_center = np.array(leaf.center) - ro
+                to_center = np.subtract(leaf.center, self._eye) - ro
                 along = _dot(to_center, rd)
                 perp = to_center - along[:, None] * rd
                 # The product of the roots; the power of the ray's origin. Beside a huge sphere float64, too,
@@ -135,9 +138,9 @@ class _Tracer:
                     entry = np.where(on, np.minimum(chord, 0.0), entry)
                     exit = np.where(on, np.maximum(chord, 0.0), exit)
             else:
-                normal, offset = _unit_plane(leaf)
+                normal = np.array(leaf.unit()[0])
                 slope = rd @ normal
-                depth = np.where(on, 0.0, offset - ro @ normal)
+                depth = np.where(on, 0.0, leaf.depth(self._eye) - ro @ normal)
                 with np.errstate(divide="ignore", invalid="ignore"):
                     t = depth / slope
                 parallel = np.where(depth >= 0.0, np.inf, -np.inf)
@@ -172,10 +175,10 @@ class _Tracer:
         for k, leaf in enumerate(self.leaves):
             on = surface == k
             if isinstance(leaf, Sphere):
-                outward = P[on] - np.array(leaf.center)
+                outward = P[on] - np.subtract(leaf.center, self._eye)
                 result[on] = outward / np.linalg.norm(outward, axis=1, keepdims=True)
             else:
-                result[on] = _unit_plane(leaf)[0]
+                result[on] = leaf.unit()[0]
         return result
 
 
@@ -205,11 +208,6 @@ def _owner(tree: list[Solid], before: list[Mask], after: list[Mask]) -> NDArray[
     return stack[0][1]
 
 
-def _unit_plane(plane: Plane) -> tuple[Array, float]:
-    normal, offset = plane.unit()
-    return np.array(normal), offset
-
-
 def _geometry(leaf: Primitive) -> object:
     """Equal for leaves whose surfaces coincide, whatever their materials and sides."""
     if isinstance(leaf, Sphere):
@@ -221,8 +219,7 @@ def _geometry(leaf: Primitive) -> object:
 def _radiance(
     scene: Scene,
     settings: Settings,
-    tracer: _Tracer,
-    ro: Array,
+    tracer: Tracer,
     rd: Array,
     t: Array,
     surface: NDArray[np.int32],
@@ -233,7 +230,7 @@ def _radiance(
     result[...] = scene.background
     hit = surface >= 0
     rd, t, surface, n = rd[hit], t[hit], surface[hit], normal[hit]
-    P = ro[hit] + t[:, None] * rd
+    P = t[:, None] * rd
     N = -np.sign(_dot(n, rd))[:, None] * n
     V = -rd
 
@@ -246,7 +243,7 @@ def _radiance(
     kd, ks, h = of_surface(lambda m: m.kd), of_surface(lambda m: m.ks), of_surface(lambda m: m.h)
     is_phong = of_surface(lambda m: m.model == "phong") == 1.0
     for light in scene.lights:
-        to_light = np.array(light.position) - P
+        to_light = np.subtract(light.position, scene.camera.position) - P
         distance = np.linalg.norm(to_light, axis=1)
         L = to_light / np.where(distance == 0.0, 1.0, distance)[:, None]
         NoL = _dot(N, L)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+import warnings
+from collections.abc import Collection, Iterator
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
@@ -14,14 +15,13 @@ from raytracer.context import backend_name, open_context
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
 from raytracer.passes import Passes, Rectangle
+from raytracer.progress import Progress
 from raytracer.scene import Scene
-from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows
+from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
 from raytracer.shader import roth_loops, shade_source, surfaces, visibility_source
 
 if TYPE_CHECKING:
     from raytracer.context import Backend
-
-Progress = Callable[[int, int], None]
 
 # Samples summed in float32 on the GPU before the sum goes on in float64 here: rounding of a longer
 # sum would outweigh what more samples gain.
@@ -55,13 +55,16 @@ def render(
     what the variable RAYTRACER_BACKEND says), "egl", "window" or "osmesa"; the context is kept
     for the next call. `progress(done, total)` is called after each pass.
 
-    Raises InputError for a wrong value or a scene beyond this driver's limits, ContextError if no
-    OpenGL context opens, MemoryError if the picture does not fit.
+    Warns (UserWarning) of a scene whose distances and radii are further apart than 32 bits resolve. Raises
+    InputError for a wrong value or a scene beyond this driver's limits, ContextError if no OpenGL
+    context opens, MemoryError if the picture does not fit.
     """
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}")
     settings = Settings(samples=samples, shading=shading, shadows=shadows, evaluator=evaluator, precision=precision)
     check_size(size)
+    if warning := precision_warning(scene, settings):
+        warnings.warn(warning, stacklevel=2)
     return shared_renderer(backend).render(scene, size, settings, geometry=geometry, progress=progress)
 
 

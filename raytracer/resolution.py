@@ -67,7 +67,7 @@ class _Analysis:
     def __init__(self, scene: Scene, size: tuple[int, int], precision: Precision) -> None:
         self._scene, self._size = scene, size
         self._u = UNIT[precision]
-        self._tracer = reference._Tracer(scene)
+        self._tracer = reference.Tracer(scene)
         self._R = view_space.rotation(scene.camera)
         self._eye = np.array(scene.camera.position)
         self._leaves = self._tracer.leaves
@@ -76,32 +76,30 @@ class _Analysis:
         world = reference.camera_rays(self._scene.camera, self._size).reshape(-1, 3)
         count = len(world)
         none = np.zeros(count)
-        ro = np.broadcast_to(self._eye, world.shape)
-        t, surface = self._tracer.first(ro, world)
+        t, surface = self._tracer.first(np.zeros(world.shape), world)
         hit = surface >= 0
         rays = _Rays(np.zeros((count, 3)), world @ self._R.T, none, none, True)
         roots = {k: self._roots(self._leaves[k], rays) for k in self._distinct()}
-        of_hit = {k: roots[self._same(k)] for k in range(len(self._leaves))}
-
         depth = np.zeros(count)
-        for k, found in of_hit.items():
-            near = np.argmin(np.abs(found.t - np.where(hit, t, 0.0)), axis=0)
-            depth = np.where(surface == k, found.error[near, np.arange(count)], depth)
+        for k in range(len(self._leaves)):
+            found = roots[self._same(k)]
+            nearer = np.argmin(np.abs(found.t - np.where(hit, t, 0.0)), axis=0)
+            depth = np.where(surface == k, found.error[nearer, np.arange(count)], depth)
         doubtful = _doubtful(list(roots.values()), np.where(hit, t + depth, np.inf))
         normal, point = self._normal_errors(rays, surface, t, depth)
         unlit = np.zeros(count, bool)
         sure = np.flatnonzero(hit & ~doubtful)
         for light in self._scene.lights:
             unlit[sure] |= self._unlit(light.position, world[sure], t[sure], surface[sure], normal[sure], point[sure])
-        shape = self._size[::-1]
-        # Pictures hold float32.
+        # Pictures hold float32, and normals are turned to world space in it.
         depth = depth + UNIT[32] * np.where(hit, t, 0.0)
-        normal = normal + _FEW * UNIT[32] * hit  # and are turned to world space in it
-        return Resolution(*(a.reshape(shape) for a in (doubtful, depth, normal, unlit)))
+        normal = normal + _FEW * UNIT[32] * hit
+        shape = self._size[::-1]
+        return Resolution(doubtful.reshape(shape), depth.reshape(shape), normal.reshape(shape), unlit.reshape(shape))
 
     def _same(self, k: int) -> int:
         """The first leaf whose surface coincides with leaf k's: their roots are the same numbers."""
-        return int(np.argmax(self._tracer._coincide[k]))
+        return int(np.argmax(self._tracer.coincide[k]))
 
     def _distinct(self) -> list[int]:
         return sorted({self._same(k) for k in range(len(self._leaves))})
@@ -120,12 +118,10 @@ class _Analysis:
         c = self._R @ np.subtract(sphere.center, self._eye)
         to_center = c - rays.ro
         along = _dot(to_center, rays.rd)
-        moment = np.cross(to_center, rays.rd)
-        p, distance = np.linalg.norm(moment, axis=1), np.linalg.norm(to_center, axis=1)
+        p = np.linalg.norm(np.cross(to_center, rays.rd), axis=1)
+        distance = np.linalg.norm(to_center, axis=1)
         if rays.camera:
-            products = np.abs(to_center)[:, [1, 2, 0]] * np.abs(rays.rd)[:, [2, 0, 1]]
-            products += np.abs(to_center)[:, [2, 0, 1]] * np.abs(rays.rd)[:, [1, 2, 0]]
-            p_error = _FEW * u * (np.linalg.norm(products, axis=1) + p)
+            p_error = moment_error(c, rays.rd, u)
             along_error = _FEW * u * np.abs(along) + self._linear(np.linalg.norm(c))
             power = np.full(len(p), sphere.power(self._scene.camera.position))
             power_error = u * np.abs(power)
@@ -138,15 +134,17 @@ class _Analysis:
             by_eye = u * at_eye + origin * np.linalg.norm(c + to_center, axis=1) * _FEW * u
             by_center = (distance + r) * (u * np.linalg.norm(c) + _FEW * u * (distance + r))
             power_error = 2.0 * distance * rays.ro_error + np.where(origin < distance, by_eye, by_center) * 2.0
-        # Either form of the discriminant, and both where it is open which one is taken.
+        # Either form of the discriminant, and the worse where it is open which one is taken.
         q_error = p_error + u * r + 2.0 * u * (r + p)
         by_moment = (r + p + np.abs(r - p) + q_error) * q_error
-        by_power = (2.0 * np.abs(along) + along_error) * along_error + power_error + 2.0 * u * (along**2 + np.abs(power))
+        by_power = (
+            (2.0 * np.abs(along) + along_error) * along_error + power_error + 2.0 * u * (along**2 + np.abs(power))
+        )
         nearer = np.abs(along) < r
         square = np.where(nearer, along**2 - power, (r - p) * (r + p))
         error = np.where(nearer, by_power, by_moment)
-        open_ = np.abs(np.abs(along) - r) <= along_error + u * r
-        error = np.where(open_, np.maximum(by_power, by_moment), error)
+        either = np.abs(np.abs(along) - r) <= along_error + u * r
+        error = np.where(either, np.maximum(by_power, by_moment), error)
 
         half = np.sqrt(np.maximum(square, 0.0))
         most = np.sqrt(np.maximum(square + error, 0.0))
@@ -166,7 +164,7 @@ class _Analysis:
     def _plane_roots(self, plane: Any, rays: _Rays) -> _Roots:
         u = self._u
         n = self._R @ np.array(plane.unit()[0])
-        offset = view_space._offset(plane, self._eye)
+        offset = plane.depth(self._scene.camera.position)
         # The host's own rounding of an offset far from the world's origin.
         given = u * abs(offset) + 4.0 * UNIT[64] * (float(np.abs(self._eye).sum()) + abs(plane.unit()[1]))
         slope = rays.rd @ n
@@ -203,12 +201,10 @@ class _Analysis:
                 continue
             c = self._R @ np.subtract(leaf.center, self._eye)
             rd = rays.rd[on]
-            along = rd @ c
-            products = np.linalg.norm(np.abs(np.cross(c, rd)), axis=1) + _magnitudes(c, rd)
-            half = np.abs(t[on] - along)
-            # Half a chord is as wrong as the depth is, apart from what along has to it.
-            error = _FEW * u * (products + half) + depth[on]
-            normal[on] = error / leaf.radius + _FEW * u
+            half = np.abs(t[on] - rd @ c)
+            # Of the two legs, half a chord is no more wrong than the depth, which has it as a part.
+            legs = moment_error(c, rd, u) + depth[on] + _FEW * u * half
+            normal[on] = legs / leaf.radius + _FEW * u
             by_center = u * np.linalg.norm(c) + leaf.radius * (normal[on] + 2.0 * u) + 2.0 * u * t[on]
             point[on] = np.where(leaf.radius < t[on], by_center, by_depth)
         return normal, point
@@ -217,7 +213,7 @@ class _Analysis:
         """Where whether a light reaches the hit points is in doubt."""
         u = self._u
         P = t[:, None] * (world @ self._R.T)
-        n = self._tracer.normals(self._eye + t[:, None] * world, surface) @ self._R.T
+        n = self._tracer.normals(t[:, None] * world, surface) @ self._R.T
         to_light = self._R @ np.subtract(light, self._eye) - P
         distance = np.linalg.norm(to_light, axis=1)
         moved = point + u * (np.linalg.norm(self._R @ np.subtract(light, self._eye)) + distance)
@@ -226,26 +222,7 @@ class _Analysis:
             L_error = moved / np.maximum(distance - moved, 0.0) + 4.0 * u
         doubt = ~np.isfinite(L_error) | ~(np.abs(_dot(n, L)) > normal + L_error + 4.0 * u)
         rays = _Rays(P, np.nan_to_num(L), point, np.nan_to_num(L_error, posinf=1.0), False)
-        found: list[_Roots] = []
-        for k in self._distinct():
-            leaf = self._leaves[k]
-            roots = self._roots(leaf, rays)
-            on = self._tracer._coincide[k][surface]
-            none = np.full(len(t), np.inf)
-            if isinstance(leaf, Sphere):
-                chord = -2.0 * leaf.radius * _dot(n, rays.rd)
-                error = 2.0 * leaf.radius * (normal + rays.rd_error + 4.0 * u)
-                # The root at the start is exactly 0 and no doubt of anything.
-                own = np.array([np.where(chord > 0.0, chord, np.inf), none]), np.array([error, none])
-            else:
-                own = np.array([none, none]), np.array([none, none])
-            found.append(
-                roots._replace(
-                    t=np.where(on, own[0], roots.t),
-                    error=np.where(on, own[1], roots.error),
-                    tangent=roots.tangent & ~on,
-                )
-            )
+        found = [self._leaving(k, rays, surface, n, normal) for k in self._distinct()]
         end = distance - moved - 2.0 * u * distance, distance + moved + 2.0 * u * distance
         doubt |= _doubtful(found, end[1])
         for roots in found:
@@ -253,12 +230,27 @@ class _Analysis:
             doubt |= np.any((high >= end[0]) & (low <= end[1]), axis=0)
         return doubt
 
+    def _leaving(self, k: int, rays: _Rays, surface: Any, n: Array, normal: Array) -> _Roots:
+        """The roots of leaf k for rays that leave `surface`: that at their start is exactly 0, and in no doubt."""
+        leaf = self._leaves[k]
+        roots = self._roots(leaf, rays)
+        on = self._tracer.coincide[k][surface]
+        t = np.full((2, len(normal)), np.inf)
+        error = t.copy()
+        if isinstance(leaf, Sphere):
+            chord = -2.0 * leaf.radius * _dot(n, rays.rd)
+            t[0] = np.where(chord > 0.0, chord, np.inf)
+            error[0] = 2.0 * leaf.radius * (normal + rays.rd_error + 4.0 * self._u)
+        return roots._replace(
+            t=np.where(on, t, roots.t), error=np.where(on, error, roots.error), tangent=roots.tangent & ~on
+        )
 
-def _magnitudes(c: Array, rd: Array) -> Array:
-    """The sums of absolute products in cross(c, rd), as a length."""
-    a, b = np.abs(c), np.abs(rd)
-    products = np.stack([a[1] * b[:, 2] + a[2] * b[:, 1], a[2] * b[:, 0] + a[0] * b[:, 2], a[0] * b[:, 1] + a[1] * b[:, 0]])
-    return np.linalg.norm(products, axis=0)
+
+def moment_error(c: Array, rd: Array, unit: float) -> Array:
+    """|error|, (R,), of the length of cross(c, rd) for vectors (R, 3) or (3,): it has that of each of its products."""
+    a, b = np.abs(np.broadcast_to(c, rd.shape)), np.abs(rd)
+    products = np.roll(a, -1, axis=1) * np.roll(b, -2, axis=1) + np.roll(a, -2, axis=1) * np.roll(b, -1, axis=1)
+    return _FEW * unit * (np.linalg.norm(products, axis=1) + np.linalg.norm(np.cross(c, rd), axis=1))
 
 
 def _interval(roots: _Roots) -> tuple[Array, Array]:

@@ -135,6 +135,11 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
         length = math.copysign(math.hypot(x, y, z), scale)
         return (x / length, y / length, z / length), offset / length
 
+    def depth(self, point: Vec3) -> float:
+        """How deep a point is inside: offset - dot(n, point) for the unit normal n; negative outside."""
+        normal, offset = self.unit()
+        return math.fsum((offset, *(-n * p for n, p in zip(normal, point, strict=True))))
+
 
 Primitive = Sphere | Plane
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.checks import Vec3
-from raytracer.scene import MODELS, Camera, Plane, Scene, Sphere
+from raytracer.scene import MODELS, Camera, Scene, Sphere
 from raytracer.settings import Precision, Settings
 from raytracer.shader import surfaces
 
@@ -35,28 +35,20 @@ def rotation(camera: Camera) -> NDArray[np.float64]:
 
 def surfaces_block(scene: Scene, precision: Precision) -> bytes:
     """The uniform block of surfaces.glsl."""
-    _, eye = _view(scene)
+    eye = scene.camera.position
     rows = [
-        (*vector, surface.radius if isinstance(surface, Sphere) else _offset(surface, eye))
+        (*vector, surface.radius if isinstance(surface, Sphere) else surface.depth(eye))
         for surface, vector in zip(surfaces(scene), _vectors(scene), strict=True)
     ]
     return np.array(rows, _REAL[precision]).tobytes()
 
 
-def _view(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    return rotation(scene.camera), np.array(scene.camera.position)
-
-
 def _vectors(scene: Scene) -> NDArray[np.float64]:
     """(N, 3): the centres of the spheres and the unit normals of the planes, in view space."""
-    R, eye = _view(scene)
-    return np.array([R @ (np.subtract(s.center, eye) if isinstance(s, Sphere) else s.unit()[0]) for s in surfaces(scene)])
-
-
-def _offset(plane: Plane, eye: NDArray[np.float64]) -> float:
-    """How deep the eye is inside the half-space: the plane's offset in view space."""
-    normal, offset = plane.unit()
-    return math.fsum((offset, *(-a * b for a, b in zip(normal, eye.tolist(), strict=True))))
+    R, eye = rotation(scene.camera), scene.camera.position
+    return np.array(
+        [R @ (np.subtract(s.center, eye) if isinstance(s, Sphere) else s.unit()[0]) for s in surfaces(scene)]
+    )
 
 
 def camera_terms_block(scene: Scene, size: tuple[int, int], precision: Precision) -> bytes:
@@ -90,7 +82,7 @@ def materials_block(scene: Scene, settings: Settings) -> bytes:
 
 def lights_block(scene: Scene, precision: Precision) -> bytes:
     """The uniform block of light.glsl."""
-    R, eye = _view(scene)
+    R, eye = rotation(scene.camera), scene.camera.position
     block = np.zeros(len(scene.lights), _LIGHT[precision])
     for row, light in zip(block, scene.lights, strict=True):
         row["position"], row["color"] = R @ np.subtract(light.position, eye), light.color

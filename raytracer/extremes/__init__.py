@@ -1,0 +1,47 @@
+"""The ledger of extremes: what is tried, how wrong the GPU's answer is, and the bound that is kept.
+
+Every row of it is a function here that renders or intersects at the ends of a range, compares with
+float64, and yields `Finding`s. `raytracer extremes` runs them all; the tests run a shorter form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from raytracer.extremes import fuzz, light, rays, solids, views
+from raytracer.extremes.ledger import Finding
+from raytracer.progress import Progress
+from raytracer.renderer import Renderer
+
+# In the order of the ledger. The second argument asks for the shorter form.
+ROWS: tuple[Callable[[Renderer, bool], Iterator[Finding]], ...] = (
+    views.scene_scale,
+    views.distance_from_origin,
+    views.far_sphere,
+    views.beside_a_huge_sphere,
+    rays.tangents,
+    solids.shells,
+    light.self_shadow,
+    solids.coincident_faces,
+    solids.deep_trees,
+    solids.camera_inside,
+    views.field_of_view,
+    light.highlight,
+    light.shadow_end,
+    light.valid_scenes,
+)
+# What a row counts for in the progress, in fuzzed scenes.
+_ROW = 60
+
+
+def measure(renderer: Renderer, *, short: bool, scenes: int, progress: Progress | None = None) -> list[Finding]:
+    """All rows, in their shorter form if `short`, and `scenes` fuzzed scenes; progress(done, total) after each."""
+    total = _ROW * len(ROWS) + scenes
+    found: list[Finding] = []
+    for i, row in enumerate(ROWS):
+        if progress:
+            progress(_ROW * i, total)
+        found += row(renderer, short)
+    done = _ROW * len(ROWS)
+    found += fuzz.run(renderer, scenes, progress=(lambda k: progress(done + k, total)) if progress else None)
+    return found

@@ -1,0 +1,144 @@
+"""Pictures of the GPU against the float64 reference, and scenes scaled and moved."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import get_args
+
+import msgspec
+import numpy as np
+
+from raytracer import reference
+from raytracer.checks import Vec3
+from raytracer.extremes.ledger import Finding
+from raytracer.renderer import Renderer
+from raytracer.resolution import resolution
+from raytracer.scene import Complement, Material, Plane, PointLight, Primitive, Scene, Solid, Sphere, postfix
+from raytracer.settings import Evaluator, Precision, Settings
+from raytracer.vectors import add, scaled
+
+# Without ambient light or highlights: black where no light reaches, and only there.
+MATTE = tuple(
+    Material(ka=(0, 0, 0), kd=kd, ks=(0, 0, 0))
+    for kd in ((0.8, 0.1, 0.1), (0.1, 0.2, 0.9), (0.1, 0.8, 0.2), (0.6, 0.6, 0.6))
+)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What a picture of one sample has to do with the reference's. Errors are those of sure pixels."""
+
+    pixels: int
+    doubtful: int
+    wrong: int  # sure pixels that show another material, or none
+    lit: int  # sure pixels that light reaches, or does not, and should not, or should
+    unlit: int  # pixels where that is in doubt
+    bad: int  # values of any output that are not finite (but for a depth of nothing), or negative radiance
+    depth_share: float  # largest error of the depth over its bound
+    depth_median: tuple[float, float]  # the error in units in the last place of the depth; and its bound
+    depth_largest: tuple[float, float]
+    normal_share: float
+
+
+def precisions(renderer: Renderer) -> list[Precision]:
+    """Those that the driver has."""
+    return [bits for bits in get_args(Precision) if bits == 32 or renderer.context.version_code >= 400]
+
+
+def compare(renderer: Renderer, scene: Scene, size: tuple[int, int], settings: Settings) -> Comparison:
+    """A picture of `scene` against the reference's.
+
+    Light is compared by where there is none at all: scenes are to have one light, and be MATTE.
+    """
+    image = renderer.render(scene, size, settings)
+    truth = reference.render(scene, size, settings)
+    resolved = resolution(scene, size, settings.precision)
+    assert image.depth is not None and image.normal is not None and image.material is not None
+    assert truth.depth is not None and truth.normal is not None and truth.material is not None
+    sure = ~resolved.doubtful
+    wrong = sure & (image.material != truth.material)
+    hit = sure & (truth.material >= 0) & (image.material >= 0)
+    depth = np.abs(image.depth[hit] - truth.depth[hit])
+    ulp, bound = (error / np.spacing(truth.depth[hit].astype(np.float32)) for error in (depth, resolved.depth[hit]))
+    normal = np.linalg.norm(image.normal[hit] - truth.normal[hit], axis=1)
+    dark = (image.radiance == 0.0).all(axis=2) != (truth.radiance == 0.0).all(axis=2)
+    bad = np.sum(~(image.radiance >= 0.0) | np.isinf(image.radiance)) + np.sum(~np.isfinite(image.normal))
+    bad += np.sum(np.isnan(image.depth) | (image.depth < 0.0))
+    return Comparison(
+        pixels=sure.size,
+        doubtful=int(np.sum(~sure)),
+        wrong=int(np.sum(wrong)),
+        lit=int(np.sum(dark & hit & ~resolved.unlit)),
+        unlit=int(np.sum(hit & resolved.unlit)),
+        bad=int(bad),
+        depth_share=float((depth / resolved.depth[hit]).max(initial=0.0)),
+        depth_median=(float(np.median(ulp)), float(np.median(bound))) if hit.any() else (0.0, 0.0),
+        depth_largest=(float(ulp.max(initial=0.0)), float(bound.max(initial=0.0))),
+        normal_share=float((normal / resolved.normal[hit]).max(initial=0.0)),
+    )
+
+
+def findings(
+    renderer: Renderer,
+    what: str,
+    at: str,
+    scene: Scene,
+    size: tuple[int, int],
+    evaluator: Evaluator = "walk",
+    doubt: float = 0.01,
+) -> Iterator[Finding]:
+    """A scene at all precisions: wrong pixels and shadows, depth, normal; at most a share `doubt` of doubts."""
+    for bits in precisions(renderer):
+        found = compare(renderer, scene, size, Settings(precision=bits, evaluator=evaluator))
+        yield Finding(what, at, bits, "wrong pixels", found.wrong, 0, f"of {found.pixels}")
+        if scene.lights:
+            yield Finding(what, at, bits, "wrong shadows", found.lit, 0, f"{found.unlit} more doubtful")
+        yield Finding(what, at, bits, "share of doubtful pixels", found.doubtful / found.pixels, doubt)
+        yield Finding(what, at, bits, "NaN, infinite or negative values", found.bad, 0)
+        yield Finding(what, at, bits, "depth error, ulp, median", *found.depth_median)
+        yield Finding(what, at, bits, "depth error, ulp, largest", *found.depth_largest)
+        yield Finding(what, at, bits, "depth error, share of its bound", found.depth_share, 1)
+        yield Finding(what, at, bits, "normal error, share of its bound", found.normal_share, 1)
+
+
+def mapped(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset: Callable[[Plane], float]) -> Scene:
+    """`scene` with all its points and lengths changed."""
+
+    def changed(leaf: Primitive) -> Solid:
+        if isinstance(leaf, Sphere):
+            return msgspec.structs.replace(leaf, center=point(leaf.center), radius=leaf.radius * scale)
+        return msgspec.structs.replace(leaf, offset=offset(leaf))
+
+    def tree(solid: Solid) -> Solid:
+        stack: list[Solid] = []
+        for node in postfix(solid):
+            if isinstance(node, Primitive):
+                stack.append(changed(node))
+            elif isinstance(node, Complement):
+                stack.append(~stack.pop())
+            else:
+                b, a = stack.pop(), stack.pop()
+                stack.append(type(node)(a, b))  # pyright: ignore[reportCallIssue]
+        return stack[0]
+
+    camera = msgspec.structs.replace(
+        scene.camera, position=point(scene.camera.position), look_at=point(scene.camera.look_at)
+    )
+    lights = [PointLight(point(light.position), light.color) for light in scene.lights]
+    return msgspec.structs.replace(scene, objects=[tree(o) for o in scene.objects], camera=camera, lights=lights)
+
+
+def enlarged(scene: Scene, by: float) -> Scene:
+    """`scene`, `by` times as large in all."""
+    return mapped(scene, lambda p: scaled(p, by), by, lambda plane: plane.offset * by)
+
+
+def moved(scene: Scene, by: Vec3) -> Scene:
+    """`scene`, moved by a vector as a whole."""
+    return mapped(
+        scene,
+        lambda p: add(p, by),
+        1.0,
+        lambda plane: plane.offset + sum(n * b for n, b in zip(plane.normal, by, strict=True)),
+    )

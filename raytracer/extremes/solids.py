@@ -1,0 +1,169 @@
+"""Rows of the ledger on solids: shells, coincident faces, deep trees, the camera inside."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+
+from raytracer.extremes.comparison import MATTE, findings, precisions
+from raytracer.extremes.ledger import Finding
+from raytracer.film import Image
+from raytracer.renderer import MAX_ROTH_LOOPS, Renderer
+from raytracer.resolution import resolution
+from raytracer.scene import Camera, Plane, PointLight, Scene, Solid, Sphere
+from raytracer.settings import Evaluator, Settings
+from raytracer.shader import roth_loops
+
+SIZE = (64, 48)
+_RED, _BLUE, _GREEN, _GREY = MATTE
+_LIGHT = PointLight((4, 7, 4))
+EVALUATORS: tuple[Evaluator, ...] = ("walk", "roth")
+
+
+def _scene(*objects: Solid, eye: tuple[float, float, float] = (0.4, 0.7, 5.0)) -> Scene:
+    return Scene(objects, [_LIGHT], Camera(eye, (0, 0, 0), vertical_fov=50))
+
+
+def shells(renderer: Renderer, short: bool) -> Iterator[Finding]:
+    """Concentric spheres of radii 1 and 1 + 2^-k: the outer one is seen; between them, light does not leak in."""
+    for k in (8, 16, 20, 23) if short else range(1, 24):
+        outer, inner = Sphere((0, 0, 0), 1.0 + 2.0**-k, _RED), Sphere((0, 0, 0), 1.0, _BLUE)
+        at = f"2^-{k}"
+        # In doubt are the rays, from the rim inwards, whose depths are off by as much as the shell is thick.
+        doubt = min(1.0, 2.0 ** (k - 21))
+        yield from findings(renderer, "shells", f"which is seen, {at}", _scene(inner, outer), SIZE, doubt=doubt)
+        inside = Scene([outer - inner], [_LIGHT], Camera((0.2, 0.1, 0.3), (-0.3, -0.1, -1), vertical_fov=100))
+        for bits in precisions(renderer):
+            image = renderer.render(inside, SIZE, Settings(precision=bits))
+            resolved = resolution(inside, SIZE, bits)
+            lit, doubtful = (image.radiance > 0.0).any(axis=2), resolved.unlit | resolved.doubtful
+            leaks = int(np.sum(lit & ~doubtful))
+            note = f"{np.sum(lit)} with the doubtful ones, of which there are {np.sum(doubtful)}"
+            yield Finding("shells", f"light leaks, {at}", bits, "lit pixels", leaks, 0, note)
+
+
+def _ties() -> dict[str, tuple[Solid, Solid | None]]:
+    """Solids whose parts coincide, and what each is: a simpler one, or nothing."""
+    a, a2 = Sphere((0, 0, 0), 1, _RED), Sphere((0, 0, 0), 1, _BLUE)
+    b = Sphere((0.5, 0.25, 0.5), 1, _GREEN)
+    left, left2 = Plane((1, 2, 3), 0, _GREY), Plane((2, 4, 6), 0, _BLUE)  # through the centre of a
+    right = Plane((-3, -6, -9), 0, _GREEN)
+    low, middle, high = Plane((0, 1, 0), -1, _RED), Plane((0, 1, 0), 0, _RED), Plane((0, 1, 0), 0.5, _RED)
+    above = Plane((0, -1, 0), 0, _RED)  # y >= 0
+    return {
+        "A - A": (a - a2, None),
+        "A | A": (a | a2, a),
+        "A & A": (a & a2, a),
+        "A & ~A": (a & ~a2, None),
+        "A - ~A": (a - ~a2, a),
+        "A | ~A": (a | ~a2, None),
+        "~~A": (~~a, a),
+        "~(~A | ~A)": (~(~a | ~a2), a),
+        "(A - B) | (A & B)": ((a - b) | (a & b), a),
+        "(A | B) - B | (B & A)": (((a | b) - b) | (b & a), a),
+        "H - H": (left - left2, None),
+        "H | H": (left | left2, left),
+        "H & H'": (left & right, None),
+        "H | H'": (left | right, None),
+        "H - H'": (left - right, left),
+        "A cut through its centre and joined": ((a & left) | (a & right), a),
+        "A cut through its centre twice": ((a & left) & left2, a & left),
+        "two slabs that touch": ((middle - low) | (above & high), high - low),
+        "a slab and its top taken off": ((high - low) - above, middle - low),
+        "A in B | A": (b | a | b, b | a),
+    }
+
+
+def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
+    """Solids made of parts with common faces, against what they are: the same pixels, bit for bit."""
+    what = "coincident faces"
+    ties = _ties()
+    for evaluator, bits in itertools.product(EVALUATORS, precisions(renderer)):
+        if short and (evaluator, bits) not in (("walk", 32), ("roth", 32)):
+            continue
+        settings = Settings(evaluator=evaluator, precision=bits)
+        for name, (solid, simple) in list(ties.items())[:: 4 if short and evaluator == "roth" else 1]:
+            image = renderer.render(_scene(solid), SIZE, settings)
+            wrong = _differs(image, renderer.render(_scene(simple), SIZE, settings) if simple is not None else None)
+            yield Finding(what, f"{name}, {evaluator}", bits, "wrong pixels", wrong, 0)
+        twins = _scene(Sphere((0, 0, 0), 1, _RED), Sphere((0, 0, 0), 1, _BLUE))
+        alone = renderer.render(_scene(Sphere((0, 0, 0), 1, _RED)), SIZE, settings)
+        wrong = _differs(renderer.render(twins, SIZE, settings), alone)
+        yield Finding(what, f"two objects A, {evaluator}", bits, "wrong pixels", wrong, 0)
+    if short:
+        return
+    # Where only single rays meet both surfaces: against the reference.
+    touching = {
+        "spheres that touch": Sphere((-1, 0, 0), 1, _RED) | Sphere((1, 0, 0), 1, _BLUE),
+        "a sphere on a half-space": Sphere((0, 1, 0), 1, _RED) | Plane((0, 1, 0), 0, _GREY),
+        "a sphere tangent from inside, off": Sphere((0, 0, 0), 1, _RED) - Sphere((0.5, 0, 0), 0.5, _BLUE),
+        "a sphere tangent from inside, on": Sphere((0.5, 0, 0), 0.5, _BLUE) | Sphere((0, 0, 0), 1, _RED),
+        "a sphere cut by a half-space through its centre": Sphere((0, 0, 0), 1, _RED) & Plane((1, 0, 2), 0, _GREY),
+    }
+    for (name, solid), evaluator in itertools.product(touching.items(), EVALUATORS):
+        for x in (0.0, 0.4):  # from the front: the middle ray meets them; and from the side
+            scene = _scene(solid, eye=(x, 0.7 * x + 0.5 * ("half-space" in name), 5.0))
+            yield from findings(renderer, what, f"{name}, {evaluator}", scene, (65, 49), evaluator)
+
+
+def _differs(image: Image, expected: Image | None) -> int:
+    """Pixels whose surface or depth is not the expected one's; expected is nothing for None."""
+    assert image.material is not None and image.depth is not None
+    if expected is None:
+        return int(np.sum(image.material >= 0))
+    assert expected.material is not None and expected.depth is not None
+    # Both scenes list the visible material first.
+    return int(np.sum((image.material != expected.material) | (image.depth != expected.depth)))
+
+
+def deep_trees(renderer: Renderer, short: bool) -> Iterator[Finding]:
+    """Chains and balanced trees of up to 64 spheres, with every other operand complemented."""
+    rng = np.random.default_rng(3)
+    for count in (16,) if short else (4, 16, 32, 64):
+        for shape in ("chain", "balanced"):
+            solids: list[Solid] = [
+                Sphere(tuple(rng.uniform(-1.2, 1.2, 3)), rng.uniform(0.3, 0.9), MATTE[i % 4]) for i in range(count)
+            ]
+            i = 0
+            while len(solids) > 1:
+                a, b = solids.pop(0), solids.pop(0)
+                i += 1
+                # a | b and a - b, each written with complements: none may be lost on the way.
+                joined = ~(~a & ~b) if i % 2 else ~(~a | b)
+                if shape == "chain":
+                    solids.insert(0, joined)
+                else:
+                    solids.append(joined)
+            scene = _scene(solids[0])
+            for evaluator in EVALUATORS:
+                if evaluator == "walk" or roth_loops(scene) <= MAX_ROTH_LOOPS:
+                    at = f"{shape} of {count}, {evaluator}"
+                    yield from findings(renderer, "deep trees", at, scene, SIZE, evaluator)
+
+
+def camera_inside(renderer: Renderer, short: bool) -> Iterator[Finding]:
+    """The camera in every subset of three spheres and a half-space that overlap."""
+    a, b, c = (Sphere(p, 1.0, m) for p, m in zip([(0.5, 0, 0), (-0.4, 0.3, 0), (0, -0.4, 0.3)], MATTE, strict=False))
+    h = Plane((0.2, 1.0, 0.4), 0.05, _GREY)
+    trees = {
+        "(A | B | C) - H": (a | b | c) - h,
+        "A & B & C & H": a & b & c & h,
+        "(A - B) | (C & H)": (a - b) | (c & h),
+        "~((A | ~B) & ~(C - H))": ~((a | ~b) & ~(c - h)),
+    }
+    rng = np.random.default_rng(5)
+    places: dict[tuple[bool, ...], tuple[float, float, float]] = {}
+    while len(places) < 16:
+        x, y, z = rng.uniform(-1.6, 1.6, 3).tolist()
+        subset = (*(s.power((x, y, z)) < 0.0 for s in (a, b, c)), 0.2 * x + y + 0.4 * z < 0.05)
+        places.setdefault(subset, (x, y, z))
+    names = list(trees)
+    for name in names[2:3] if short else names:
+        for subset, eye in sorted(places.items()):
+            inside = "".join(letter for letter, is_in in zip("ABCH", subset, strict=True) if is_in) or "none"
+            scene = Scene([trees[name]], [_LIGHT], Camera(eye, (0.03, -0.08, 0.11), vertical_fov=110))
+            for evaluator in ("walk",) if short else EVALUATORS:
+                at = f"{name} from {inside}, {evaluator}"
+                yield from findings(renderer, "camera inside", at, scene, (48, 36), evaluator)

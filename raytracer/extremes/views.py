@@ -1,0 +1,111 @@
+"""Rows of the ledger on where things are: scale, distance, huge spheres, fields of view."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from raytracer.extremes.comparison import MATTE, enlarged, findings, moved
+from raytracer.extremes.ledger import Finding
+from raytracer.renderer import Renderer
+from raytracer.resolution import UNIT
+from raytracer.scene import Camera, Plane, PointLight, Scene, Sphere
+from raytracer.settings import Settings
+
+SIZE = (96, 54)
+# Of the still life: what "scene sizes" are counted in.
+EXTENT = 10.0
+
+_RED, _BLUE, _GREEN, _GREY = MATTE
+
+
+def still_life() -> Scene:
+    """The assignment's solids in matte colours."""
+    lens = Sphere((-1, 2, 0), 1.5, _RED) & Sphere((1, 2, 0), 1.5, _RED)
+    solid = (lens | Sphere((0, 2.7, -0.3), 0.8, _BLUE)) - Sphere((0, 2.8, 0.3), 0.8, _GREEN)
+    camera = Camera((0, 3, 6), (0, 2, 0))
+    return Scene([solid, Plane((0, 1, 0), 0, _GREY)], [PointLight((4, 7, 4))], camera)
+
+
+def scene_scale(renderer: Renderer, short: bool) -> Iterator[Finding]:
+    """The whole scene from 1e-6 to 1e6 times its size."""
+    for power in (-6, 0, 6) if short else range(-6, 7):
+        yield from findings(renderer, "scene scale", f"1e{power}", enlarged(still_life(), 10.0**power), SIZE)
+
+
+def distance_from_origin(renderer: Renderer, short: bool) -> Iterator[Finding]:
+    """Scene and camera together away from the origin, as far as coordinates go."""
+    what = "distance from the origin"
+    at_home = renderer.render(still_life(), SIZE, Settings())
+    assert at_home.depth is not None
+    for power in (6,) if short else range(0, 11):
+        # A direction of no special numbers, so that every coordinate rounds.
+        away = 10.0**power * EXTENT
+        scene = moved(still_life(), (0.61 * away, 0.37 * away, -0.7 * away))
+        at = f"1e{power} scene sizes"
+        yield from findings(renderer, what, at, scene, SIZE)
+        # What is left of the scene when its own numbers have been rounded so far out: an end that
+        # no precision of the shaders puts off.
+        image = renderer.render(scene, SIZE, Settings())
+        assert image.depth is not None
+        both = np.isfinite(image.depth) & np.isfinite(at_home.depth)
+        change = float(np.median(np.abs(image.depth[both] / at_home.depth[both].astype(float) - 1.0)))
+        theory = 2.0**-22 + 2.0**-50 * away
+        ended = "; above 2^-22, where float32 would end: float64's resolution of the scene" if change > 2.0**-22 else ""
+        yield Finding(
+            what, at, 32, "median change of depth by the move", change, theory, "theory: 2^-22 + 2^-50 x" + ended
+        )
+
+
+def far_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
+    """One sphere that fills the picture, however far away and small."""
+    distances = {f"unit sphere at {d:g}": (1.0, d) for d in (100.0, 200.0, 2000.0, 4100.0, 1e5)}
+    ratios = {f"radius / distance 1e-{k}": (1.0, 10.0**k) for k in range(1, 8)}
+    ratios["radius / distance 0.999"] = (0.999, 1.0)
+    chosen = {**distances, **ratios}
+    for at in list(chosen)[3::4] if short else chosen:
+        radius, distance = chosen[at]
+        # 1.3 of its radius on the picture's side, and a little off the middle.
+        fov = 2.0 * math.degrees(math.atan(1.3 * radius / distance))
+        direction = np.array((0.36, 0.48, -0.8))
+        center = tuple((direction * distance).tolist())
+        look_at = tuple((direction * distance + radius * np.array((0.2, -0.1, 0.05))).tolist())
+        light = tuple((direction * (distance - 3.0 * radius) + np.array((2.0 * radius, radius, 0.0))).tolist())
+        scene = Scene([Sphere(center, radius, _RED)], [PointLight(light)], Camera((0, 0, 0), look_at, vertical_fov=fov))
+        # In doubt is where half the chord is shorter than the depth's error, 8 u of the distance.
+        doubt = min(1.0, 0.001 + (8.0 * UNIT[32] * distance / radius) ** 2)
+        yield from findings(renderer, "sphere far away", at, scene, SIZE, doubt=doubt)
+
+
+def beside_a_huge_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
+    """The camera 1e-3 above and below the surface: the nearer root from above, the farther one from within."""
+    for power in (4, 7) if short else range(8):
+        radius = 10.0**power
+        for height, where in ((1e-3, "above"), (-1e-3, "below")):
+            # Towards the horizon, and below also down to the far side.
+            look_at = (1.0, height - 0.2, 0.3) if height > 0 else (1.0, height + 0.1, 0.3)
+            scene = Scene(
+                [Sphere((0, -radius, 0), radius, _RED)],
+                [PointLight((3.0, 5.0, 2.0))],
+                Camera((0, height, 0), look_at, vertical_fov=70),
+            )
+            yield from findings(renderer, "beside a huge sphere", f"1e-3 {where} radius 1e{power}", scene, SIZE)
+
+
+def field_of_view(renderer: Renderer, short: bool) -> Iterator[Finding]:
+    """From 1e-4 to 179.9 degrees, towards an outline: where the blue sphere ends before the ground."""
+    scene = still_life()
+    eye, center, radius = np.array(scene.camera.position), np.array((0, 2.7, -0.3)), 0.8
+    to_center = center - eye
+    distance = np.linalg.norm(to_center)
+    side = np.cross(to_center, (0.3, 1.0, 0.0))
+    sine = radius / distance
+    toward = to_center / distance * math.sqrt(1.0 - sine**2) + side / np.linalg.norm(side) * sine
+    for fov in (1e-4, 179.9) if short else (1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 90.0, 150.0, 179.0, 179.9):
+        camera = Camera(scene.camera.position, tuple((eye + toward).tolist()), vertical_fov=fov)
+        view = Scene(scene.objects, scene.lights, camera)
+        # An outline is known to some 1e-6 of a radian, whatever that is in pixels.
+        doubt = 0.001 + 1e-6 / math.radians(fov)
+        yield from findings(renderer, "field of view", f"{fov:g} degrees", view, SIZE, doubt=doubt)

@@ -1,0 +1,229 @@
+"""The ledger in its shorter form, and what it is made of."""
+
+import csv
+import dataclasses
+import io
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer import glsl, reference
+from raytracer.cli import main
+from raytracer.extremes import ROWS, Finding, fuzz, ledger
+from raytracer.renderer import Renderer
+from raytracer.resolution import UNIT, resolution
+from raytracer.settings import Precision, Settings, precision_warning
+
+from . import scenes
+from .test_render import assert_agrees, check
+
+BALL = rt.Sphere((0, 0, 0), 1, scenes.COLORS[0])
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.__name__)
+def test_the_bounds_of_the_ledger_are_kept(renderer: Renderer, row: Callable[..., Iterator[Finding]]) -> None:
+    findings = list(row(renderer, True))
+    assert findings and [f for f in findings if not f.kept] == []
+
+
+@pytest.mark.gl
+def test_random_scenes_over_all_ranges_have_no_fault(renderer: Renderer) -> None:
+    assert [f for f in fuzz.run(renderer, 200) if not f.kept] == []
+
+
+def test_fuzzed_scenes_are_the_same_for_the_same_seed_and_cover_the_ranges() -> None:
+    assert fuzz.scene(17) == fuzz.scene(17)
+    found = [fuzz.scene(seed) for seed in range(300)]
+    radii = [leaf.radius for s in found for o in s.objects for leaf in _spheres(o)]
+    fovs = [s.camera.vertical_fov for s in found]
+    assert min(radii) < 1e-6 and max(radii) > 1e6 and min(fovs) < 0.05 and max(fovs) > 150
+    assert max(m.h for s in found for m in s.materials) > 3e5
+
+
+def _spheres(solid: rt.Solid) -> list[rt.Sphere]:
+    from raytracer.scene import leaves
+
+    return [leaf for leaf in leaves(solid) if isinstance(leaf, rt.Sphere)]
+
+
+# Literal bad cases: what once was wrong, with the numbers that it was wrong with.
+#   the first sphere's depth at the horizon of a huge one: 6e-5 by a dot product that cancels
+#   normals of a small sphere far away: 1.5e-4 by a hit point rounded in units of its distance
+#   a sphere of 1e-7 of its distance: missed where the perpendicular's part along the ray did not cancel
+#   the ground of the assignment near its horizon: 1.1e-5
+#   one sample of the assignment that is tangent to sphere3 to the last bits
+#   a scene 1e11 from the origin: normals off by 1e-4, from a hit point in world coordinates
+BAD: dict[str, tuple[rt.Scene, tuple[int, int]]] = {
+    "horizon of a huge sphere": (
+        rt.Scene([rt.Sphere((0, -1e7, 0), 1e7)], [], rt.Camera((0, 1e-3, 0), (1, -0.2, 0.3), vertical_fov=70)),
+        (96, 54),
+    ),
+    "normals of a small sphere far away": (
+        rt.Scene([rt.Sphere((300, -200, -900), 1)], [], rt.Camera((0, 0, 0), (300, -200, -900), vertical_fov=0.15)),
+        (64, 64),
+    ),
+    "a sphere of 1e-6 of its distance": (
+        rt.Scene([rt.Sphere((3e5, -2e5, -9e5), 1)], [], rt.Camera((0, 0, 0), (3e5, -2e5, -9e5), vertical_fov=2e-4)),
+        (64, 64),
+    ),
+    "the ground near its horizon": (
+        rt.Scene([rt.Plane((0, 1, 0), 0)], [], rt.Camera((0, 3, 6), (0, 2, 0))),
+        (320, 180),
+    ),
+    "1e11 from the origin": (
+        rt.Scene([rt.Sphere((6e10, 3e10, -7e10), 1.5)], [], rt.Camera((6e10, 3e10, -7e10 + 6), (6e10, 3e10, -7e10))),
+        (64, 64),
+    ),
+}
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("precision", [32, 64])
+@pytest.mark.parametrize("name", BAD)
+def test_what_was_wrong_once_is_right(renderer: Renderer, name: str, precision: Precision) -> None:
+    scene, size = BAD[name]
+    image = renderer.render(scene, size, Settings(precision=precision))
+    truth = reference.render(scene, size)
+    assert truth.depth is not None and np.isfinite(truth.depth).any()
+    assert_agrees(image, truth, resolution(scene, size, precision), doubt=0.1)
+
+
+# (h, angle in radians between R and V, the error of pow(cosine, h) in float32)
+HIGHLIGHTS = [(1e4, 0.01, 1.7e-3), (1e5, 0.004, 1e-2), (1e6, 0.001, 0.19)]
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(("h", "angle", "was"), HIGHLIGHTS)
+def test_a_sharp_highlight_keeps_what_pow_loses(renderer: Renderer, h: float, angle: float, was: float) -> None:
+    V = (np.sin(angle), 0, np.cos(angle))
+    value = glsl.call("phong", (0, 0, 1), (0, 0, 1), V, h, renderer=renderer)[0]
+    V32 = np.array(V, np.float32).astype(float)
+    exact = np.exp(-0.5 * h * np.log1p((V32[0] / V32[2]) ** 2))
+    assert abs(value / exact - 1) < 1e-5 < was
+
+
+@pytest.mark.gl
+def test_a_highlight_of_any_exponent_is_1_at_its_middle_and_0_behind(renderer: Renderer) -> None:
+    z, back, side = (0, 0, 1), (0, 0.6, -0.8), (1, 0, 0)
+    for h in (0.0, 1e-30, 0.5, 1e6):
+        for model in ("phong", "blinn"):
+            assert glsl.call(model, z, z, z, h, renderer=renderer)[0] == 1
+        expected = 1 if h == 0 else 0
+        assert glsl.call("phong", z, z, back, h, renderer=renderer)[0] == expected
+        assert glsl.call("phong", z, z, side, h, renderer=renderer)[0] == expected  # R.V = 0
+        assert glsl.call("blinn", z, z, (0, 0, -1), h, renderer=renderer)[0] == expected  # no H
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("evaluator", ["walk", "roth"])
+def test_doubles_make_the_same_picture_more_precisely(renderer: Renderer, evaluator: str) -> None:
+    settings = Settings(precision=64, evaluator=evaluator, shadows="diluted", samples=3)  # pyright: ignore[reportArgumentType]
+    image = renderer.render(scenes.assignment(), (160, 90), settings)
+    truth = reference.render(scenes.assignment(), (160, 90), settings)
+    assert image.depth is not None and truth.depth is not None
+    hit = np.isfinite(truth.depth)
+    np.testing.assert_allclose(image.depth[hit], truth.depth[hit], rtol=UNIT[32])
+    np.testing.assert_allclose(image.radiance, truth.radiance, atol=1e-6)
+
+
+@pytest.mark.gl
+def test_where_32_bits_end_64_go_on(renderer: Renderer) -> None:
+    # A ball of 1e-9 of its distance: in float32 both its roots are one number.
+    ball = rt.Sphere((3e8, -2e8, -9e8), 1)
+    scene = rt.Scene(
+        [ball], [rt.PointLight((3e8, -2e8 + 3, -9e8 + 4))], rt.Camera((0, 0, 0), ball.center, vertical_fov=2e-7)
+    )
+    assert "--precision 64" in str(precision_warning(scene, Settings()))
+    assert precision_warning(scene, Settings(precision=64)) is None
+    assert resolution(scene, (32, 32), 32).doubtful.mean() > 0.2
+    check(renderer, scene, (32, 32), Settings(precision=64))
+
+
+def test_a_warning_comes_where_the_smallest_radius_is_lost_and_not_before() -> None:
+    def warned(*objects: rt.Solid, eye: float = 5.0) -> bool:
+        return precision_warning(scenes.of(*objects, eye=(0, 0, eye)), Settings()) is not None
+
+    assert not warned(BALL) and not warned(BALL, eye=4e4) and warned(BALL, eye=4.3e4)
+    # A huge ball is no distance: what is seen of it is near. Its far side from within is far.
+    assert not warned(BALL, rt.Sphere((0, -1e7 - 1, 0), 1e7), eye=2)
+    assert warned(BALL, ~rt.Sphere((0, 0, 0), 1e7), eye=2)
+    assert precision_warning(scenes.assignment(), Settings()) is None
+    with pytest.warns(UserWarning, match="try --precision 64"):
+        rt.render(scenes.of(BALL, eye=(0, 0, 1e6)), (2, 2))
+
+
+def test_the_command_warns_and_refuses_where_doubles_are_missing(tmp_path: Path) -> None:
+    scene = tmp_path / "far.toml"
+    scene.write_text(
+        "[camera]\nposition = [0, 0, 0]\nlook_at = [0, 0, -1]\nvertical_fov = 1e-4\n[materials.m]\n"
+        '[shapes.ball]\nsphere = { center = [0, 0, -1e6], radius = 1 }\nmaterial = "m"\n[objects]\nball = "ball"\n'
+    )
+
+    def run(*arguments: str, **environment: str) -> tuple[int, str]:
+        command = [
+            sys.executable,
+            "-m",
+            "raytracer",
+            "render",
+            str(scene),
+            "-o",
+            str(tmp_path / "o.png"),
+            "--size",
+            "9x9",
+        ]
+        done = subprocess.run(
+            [*command, *arguments], capture_output=True, text=True, env={**os.environ, **environment}, check=False
+        )
+        return done.returncode, done.stderr
+
+    status, errors = run()
+    assert status == 0 and errors.startswith(f"raytracer: warning: {scene}: ") and "--precision 64" in errors
+    assert run("--precision", "64") == (0, "")
+    # Mesa can be told to offer no more than OpenGL 3.3, as other drivers do.
+    status, errors = run("--precision", "64", MESA_GL_VERSION_OVERRIDE="3.3")
+    assert status == 2 and "precision: 64 needs OpenGL 4.0 or later, got 3.3" in errors and errors.count("\n") == 1
+
+
+def test_doubt_is_only_near_tangents_and_ties() -> None:
+    camera = rt.Camera((0, 0, 5), (0, 0, 0), vertical_fov=60)
+    ball = rt.Scene([BALL], [], camera)
+    assert not resolution(ball, (400, 400)).doubtful.any()
+    # Looking straight at the outline, so closely that a pixel is less than a unit in the last place.
+    tangent = rt.Camera((0, 0, 5), (2 * 6**0.5 / 5, 0, 0.2), vertical_fov=1e-6)
+    doubtful = resolution(rt.Scene([BALL], [], tangent), (16, 16))
+    assert doubtful.doubtful.all()
+    assert not resolution(rt.Scene([BALL], [], tangent), (16, 16), 64).doubtful.all()
+    # Coincident surfaces are no tie, almost coincident ones are.
+    for radius, tie in ((1.0, False), (1.0 + 1e-9, True), (1.0 + 1e-4, False)):
+        twins = rt.Scene([BALL, rt.Sphere((0, 0, 0), radius)], [], camera)
+        assert resolution(twins, (9, 9)).doubtful[4, 4] == tie
+
+
+def test_a_bound_that_is_not_kept_is_said_and_is_the_exit_status(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def broken(renderer: Renderer, short: bool) -> Iterator[Finding]:
+        yield Finding("a row", "1e3", 32, "wrong pixels", 0, 0)
+        yield Finding("a row", "1e6", 32, "wrong pixels", 7, 0, "a note")
+
+    monkeypatch.setattr("raytracer.extremes.ROWS", (broken,))
+    command = ["extremes", "-o", str(tmp_path), "--fuzz", "0"]
+    assert main(command) == 1
+    assert "2 measurements, 1 beyond their bounds" in capsys.readouterr().out
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "extremes.csv").read_text())))
+    assert [row["kept"] for row in rows] == ["True", "False"] and rows[1]["note"] == "a note"
+    assert "| a row | wrong pixels | 7 |  | 0 | **no** | 1e6 |" in (tmp_path / "extremes.md").read_text()
+    assert main([*command[:1], "-o", str(tmp_path / "nowhere")]) == 2
+
+
+def test_the_worst_is_what_is_nearest_to_its_bound_and_a_nan_is_not_kept() -> None:
+    fine = Finding("w", "a", 32, "m", 0.5, 1)
+    assert ledger.worst([fine, dataclasses.replace(fine, at="b", found=0.9)])[0].at == "b"
+    assert not dataclasses.replace(fine, found=float("nan")).kept
