@@ -5,7 +5,7 @@ SCENE := assets/scenes/assignment.toml
 GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
 TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 xvfb xdotool
 
-.PHONY: demo test view check clean help
+.PHONY: demo test view check extremes clean help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -33,6 +33,10 @@ check: .venv/dev ## lint, formatting, types, then test
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
 	@$(MAKE) --no-print-directory test
+
+extremes: .venv/core ## measure how wrong pictures are at the extremes, into benchmarks/results
+	@tools/system-packages $(GL_PACKAGES)
+	$(BIN)/raytracer extremes -o benchmarks/results
 
 clean: ## remove everything that make made
 	rm -rf .venv build dist .pytest_cache .ruff_cache assignment.png

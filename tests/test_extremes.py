@@ -223,7 +223,9 @@ def test_a_bound_that_is_not_kept_is_said_and_is_the_exit_status(
     assert main([*command[:1], "-o", str(tmp_path / "nowhere")]) == 2
 
 
-def test_the_worst_is_what_is_nearest_to_its_bound_and_a_nan_is_not_kept() -> None:
+def test_the_worst_is_what_is_not_kept_and_then_what_is_largest() -> None:
     fine = Finding("w", "a", 32, "m", 0.5, 1)
-    assert ledger.worst([fine, dataclasses.replace(fine, at="b", found=0.9)])[0].at == "b"
+    larger, broken = dataclasses.replace(fine, at="b", found=0.9), dataclasses.replace(fine, at="c", bound=0.4)
+    assert ledger.worst([fine, larger])[0].at == "b"
+    assert ledger.worst([fine, broken, larger])[0].at == "c"
     assert not dataclasses.replace(fine, found=float("nan")).kept

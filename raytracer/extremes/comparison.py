@@ -91,9 +91,10 @@ def findings(
     """A scene at all precisions: wrong pixels and shadows, depth, normal; at most a share `doubt` of doubts."""
     for bits in precisions(renderer):
         found = compare(renderer, scene, size, Settings(precision=bits, evaluator=evaluator))
-        yield Finding(what, at, bits, "wrong pixels", found.wrong, 0, f"of {found.pixels}")
+        yield Finding(what, at, bits, "wrong pixels", found.wrong, 0)
         if scene.lights:
-            yield Finding(what, at, bits, "wrong shadows", found.lit, 0, f"{found.unlit} more doubtful")
+            note = f"{bits} bits: {found.unlit} of {found.pixels} shadows doubtful" if found.unlit else ""
+            yield Finding(what, at, bits, "wrong shadows", found.lit, 0, note)
         yield Finding(what, at, bits, "share of doubtful pixels", found.doubtful / found.pixels, doubt)
         yield Finding(what, at, bits, "NaN, infinite or negative values", found.bad, 0)
         yield Finding(what, at, bits, "depth error, ulp, median", *found.depth_median)

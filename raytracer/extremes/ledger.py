@@ -27,15 +27,11 @@ class Finding:
 
 
 def worst(findings: Iterable[Finding]) -> list[Finding]:
-    """Of each row's measures at each precision the finding that is nearest to its bound, or furthest beyond."""
-
-    def excess(finding: Finding) -> tuple[bool, float]:
-        return not finding.kept, finding.found / finding.bound if finding.bound else finding.found
-
+    """Of each row's measures at each precision the largest finding, or the largest that is beyond its bound."""
     groups: dict[object, list[Finding]] = {}
     for finding in findings:
         groups.setdefault((finding.what, finding.measure, finding.bits), []).append(finding)
-    return [max(group, key=excess) for group in groups.values()]
+    return [max(group, key=lambda finding: (not finding.kept, finding.found)) for group in groups.values()]
 
 
 HEADING = ("what", "measure", "32 bits", "64 bits", "bound", "kept", "worst at")
@@ -53,7 +49,8 @@ def summary(findings: Iterable[Finding]) -> list[list[str]]:
         kept = "yes" if first.kept else "**no**"
         # Where nothing at all was found, there is no worst place.
         places = dict.fromkeys(f.at for f in shortest if f.found)
-        rows.append([what, measure, *found, shown(first.bound), kept, "; ".join(places)])
+        bounds = dict.fromkeys(shown(by_bits[bits].bound) for bits in (32, 64) if bits in by_bits)
+        rows.append([what, measure, *found, " / ".join(bounds), kept, "; ".join(places)])
     return rows
 
 
@@ -99,11 +96,17 @@ def _by_place(findings: list[Finding]) -> list[str]:
     cells: dict[tuple[str, str], list[str]] = {}
     for f in findings:
         cells.setdefault((f.at, f.measure), []).append(shown(f.found) if f.kept else f"**{shown(f.found)}**")
+        if f.note:
+            cells.setdefault((f.at, "note"), []).append(f.note)
     rows = [
-        (at, *(" / ".join(cells.get((at, measure), [])) for measure in measures))
+        (
+            at,
+            *(" / ".join(cells.get((at, measure), [])) for measure in measures),
+            "; ".join(cells.get((at, "note"), [])),
+        )
         for at in dict.fromkeys(f.at for f in findings)
     ]
-    return _lines(("at", *measures), rows)
+    return _lines(("at", *measures, "note"), rows)
 
 
 def _lines(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
@@ -113,4 +116,4 @@ def _lines(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 
 def shown(value: float) -> str:
     """Counts as they are, all else to two digits."""
-    return f"{value:.0f}" if value == int(value) and abs(value) < 1e6 else f"{value:.2g}"
+    return f"{value:.0f}" if abs(value) < 1e6 and value == int(value) else f"{value:.2g}"

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer import glsl
+from raytracer import glsl, reference
 from raytracer.extremes.comparison import MATTE, findings, precisions
 from raytracer.extremes.ledger import Finding
 from raytracer.renderer import Renderer
@@ -59,42 +59,61 @@ def self_shadow(renderer: Renderer, short: bool) -> Iterator[Finding]:
 
 
 def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """Highlights of exponents 0 to 1e6 at values from 1 down to 1e-8, for float32 vectors as they are given."""
+    """Highlights of exponents 0 to 1e6: of single vectors as they are given, at values down to 1e-8; and pictures."""
     u = UNIT[32]
     for h in (0.0, 32.0, 1e6) if short else (0.0, 0.1, 1.0, 10.0, 32.0, 100.0, 1e3, 1e4, 1e5, 1e6):
-        rng = np.random.default_rng(11)
-        count = 4000
-        # Where the lobe has a value 10^-U(0, 8), or anywhere on the hemisphere if it is that broad.
-        cosine = np.maximum(10.0 ** (-rng.uniform(0, 8, count) / max(h, 1e-9)), 0.02)
-        N, other = (_unit(v) for v in rng.normal(size=(2, count, 3)))
-        side = _unit(np.cross(N, other))
-        axis = N * cosine[:, None] + side * np.sqrt(1.0 - cosine**2)[:, None]
-        L = _unit(N + 0.8 * other)
         for model in ("phong", "blinn"):
-            if model == "phong":  # V at that angle from R
-                R = 2.0 * _dot(N, L)[:, None] * N - L
-                across = _unit(np.cross(R, other))
-                V = R * cosine[:, None] + across * np.sqrt(1.0 - cosine**2)[:, None]
-                given = [v.astype(np.float32) for v in (N, L, V)]
-            else:  # H at that angle from N, V its mirror image of L; all nearly along `axis`
-                L2 = _unit(axis + 0.5 * _unit(np.cross(axis, other)))
-                V = 2.0 * _dot(axis, L2)[:, None] * axis - L2
-                given = [v.astype(np.float32) for v in (N, L2, V)]
-            value = glsl.call(model, *given, h, renderer=renderer)
-            n, l, v = (_unit(g.astype(float)) for g in given)
-            a, b = (2.0 * _dot(n, l)[:, None] * n - l, v) if model == "phong" else (n, l + v)
-            sine, cos = np.linalg.norm(np.cross(a, b), axis=1), _dot(a, b)
-            exact = np.exp(-0.5 * h * np.log1p((sine / cos) ** 2))
-            sure = (cos > 0.01) & (exact > 1e-9)
-            error = np.abs(value[sure] / exact[sure] - 1.0)
-            # cosine_lobe.glsl's bound: the angle's error, that of vectors rounded to u, and the function's own.
-            tangent = (sine / cos)[sure]
-            bound = (8.0 + 8.0 * h * tangent * (1.0 + tangent) + 4.0 * np.abs(np.log(exact[sure]))) * u
             at = f"{model}, h = {h:g}"
-            note = f"{sure.sum()} triples, share of its bound at most {(error / bound).max():.2f}"
-            yield Finding(
-                "exponent", at, 32, "relative error of the highlight", float(error.max()), float(bound.max()), note
-            )
+            N, L, V = _near_highlight(model, h, 4000)
+            value = glsl.call(model, N, L, V, h, renderer=renderer)
+            n, l, v = (_unit(given.astype(float)) for given in (N, L, V))
+            a, b = (2.0 * _dot(n, l)[:, None] * n - l, v) if model == "phong" else (n, l + v)
+            tangent = np.linalg.norm(np.cross(a, b), axis=1) / _dot(a, b)
+            exact = np.exp(-0.5 * h * np.log1p(tangent**2))
+            error = np.abs(value / exact - 1.0)
+            # The bound of cosine_lobe.glsl.
+            bound = (8.0 + 8.0 * h * tangent * (1.0 + tangent) + 4.0 * np.abs(np.log(exact))) * u
+            yield Finding("exponent", at, 32, "relative error, share of its bound", float((error / bound).max()), 1)
+            yield Finding("exponent", at, 32, "relative error", float(error.max()), float(bound.max()))
+            scene = _highlight_on_a_ball(model, h)
+            truth = reference.render(scene, (64, 64)).radiance
+            for bits in precisions(renderer):
+                image = renderer.render(scene, (64, 64), Settings(precision=bits))
+                off = float(np.abs(image.radiance - truth).max())
+                # The functions' own error, and vectors that are off by 16 u in all where a lobe is steepest.
+                most = (32.0 + 16.0 * math.exp(-0.5) * math.sqrt(h)) * u
+                yield Finding("exponent", at, bits, "error in a picture, of the highlight's peak", off, most)
+
+
+def _near_highlight(model: str, h: float, count: int) -> list[NDArray[np.float32]]:
+    """N, L, V, (count, 3) each, where the highlight has a value 10^-U(0, 8); or anywhere, if it is that broad."""
+    rng = np.random.default_rng(11)
+    cosine = np.maximum(10.0 ** (-rng.uniform(0, 8, (count, 1)) / max(h, 1e-9)), 0.02)
+
+    def turned(v: Array) -> Array:
+        return cosine * v + np.sqrt(1.0 - cosine**2) * _unit(np.cross(v, rng.normal(size=v.shape)))
+
+    N = _unit(rng.normal(size=(count, 3)))
+    if model == "phong":
+        L = _unit(N + 0.8 * _unit(rng.normal(size=(count, 3))))
+        V = turned(2.0 * _dot(N, L)[:, None] * N - L)
+    else:
+        H = turned(N)
+        L = _unit(H + 0.5 * _unit(rng.normal(size=(count, 3))))
+        V = 2.0 * _dot(H, L)[:, None] * H - L
+    return [vector.astype(np.float32) for vector in (N, L, V)]
+
+
+def _highlight_on_a_ball(model: str, h: float) -> Scene:
+    """A picture of nothing but a highlight, about twice as wide as it is."""
+    material = Material((0, 0, 0), (0, 0, 0), (1, 1, 1), h, model)
+    P, N, eye = np.array((0.0, 0.0, 1.0)), np.array((0.0, 0.0, 1.0)), np.array((0.3, 0.4, 5.0))
+    V = _unit(eye - P)
+    light = P + 6.0 * (2.0 * float(N @ V) * N - V)
+    # Away from the outline, where a lobe of h < 1 ends too steeply for any bound.
+    fov = min(12.0, math.degrees(8.0 / math.sqrt(max(h, 1e-9))) / 5.0)
+    camera = Camera(tuple(eye.tolist()), tuple(P.tolist()), vertical_fov=fov)
+    return Scene([Sphere((0, 0, 0), 1, material)], [PointLight(tuple(light.tolist()))], camera, background=(0, 0, 0))
 
 
 def shadow_end(renderer: Renderer, short: bool) -> Iterator[Finding]:
@@ -117,7 +136,9 @@ def shadow_end(renderer: Renderer, short: bool) -> Iterator[Finding]:
                     settings = Settings(precision=64 if finding.bits == 64 else 32)
                     image = renderer.render(scene, (64, 48), settings)
                     wrong = int(np.sum((image.radiance.max(axis=2) > 0.0) != (side > 0)))
-                    yield dataclasses.replace(finding, note=f"{wrong} of {64 * 48} with the doubtful ones")
+                    yield dataclasses.replace(
+                        finding, note=f"{finding.bits} bits: {wrong} of {64 * 48} wrong with the doubtful ones"
+                    )
 
 
 def valid_scenes(renderer: Renderer, short: bool) -> Iterator[Finding]:

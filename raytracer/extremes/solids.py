@@ -40,7 +40,11 @@ def shells(renderer: Renderer, short: bool) -> Iterator[Finding]:
             resolved = resolution(inside, SIZE, bits)
             lit, doubtful = (image.radiance > 0.0).any(axis=2), resolved.unlit | resolved.doubtful
             leaks = int(np.sum(lit & ~doubtful))
-            note = f"{np.sum(lit)} with the doubtful ones, of which there are {np.sum(doubtful)}"
+            note = (
+                f"{bits} bits: {np.sum(lit)} with the doubtful ones, which are {np.sum(doubtful)}"
+                if doubtful.any()
+                else ""
+            )
             yield Finding("shells", f"light leaks, {at}", bits, "lit pixels", leaks, 0, note)
 
 

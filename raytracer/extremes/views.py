@@ -38,12 +38,12 @@ def scene_scale(renderer: Renderer, short: bool) -> Iterator[Finding]:
 def distance_from_origin(renderer: Renderer, short: bool) -> Iterator[Finding]:
     """Scene and camera together away from the origin, as far as coordinates go."""
     what = "distance from the origin"
-    at_home = renderer.render(still_life(), SIZE, Settings())
+    home = enlarged(still_life(), 1.37)  # away from whole numbers, which keep their bits when moved
+    at_home = renderer.render(home, SIZE, Settings())
     assert at_home.depth is not None
     for power in (6,) if short else range(0, 11):
-        # A direction of no special numbers, so that every coordinate rounds.
         away = 10.0**power * EXTENT
-        scene = moved(still_life(), (0.61 * away, 0.37 * away, -0.7 * away))
+        scene = moved(home, (0.61 * away, 0.37 * away, -0.7 * away))
         at = f"1e{power} scene sizes"
         yield from findings(renderer, what, at, scene, SIZE)
         # What is left of the scene when its own numbers have been rounded so far out: an end that
@@ -52,11 +52,9 @@ def distance_from_origin(renderer: Renderer, short: bool) -> Iterator[Finding]:
         assert image.depth is not None
         both = np.isfinite(image.depth) & np.isfinite(at_home.depth)
         change = float(np.median(np.abs(image.depth[both] / at_home.depth[both].astype(float) - 1.0)))
-        theory = 2.0**-22 + 2.0**-50 * away
-        ended = "; above 2^-22, where float32 would end: float64's resolution of the scene" if change > 2.0**-22 else ""
-        yield Finding(
-            what, at, 32, "median change of depth by the move", change, theory, "theory: 2^-22 + 2^-50 x" + ended
-        )
+        theory = 2.0**-22 + 2.0**-53 * away
+        note = "out here the scene's own numbers have fewer bits than float32" if change > 2.0**-22 else ""
+        yield Finding(what, at, 32, "median change of depth by the move", change, theory, note)
 
 
 def far_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:

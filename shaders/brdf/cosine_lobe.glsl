@@ -6,7 +6,8 @@
 // highlight with h = 1e6 is still at its brightest, and an error u of the cosine is h u of its
 // power. So there the power is made of the tangent, cos^-2 = 1 + tan^2, by
 // log(1 + x) = 2 artanh(z), z = x / (2 + x), and its series.
-// Relative error: (4 + 4 h tan / cos) u from a and b as they come, u = 2^-24, and (4 + 2 |log value|) u.
+// Relative error, with u = 2^-24: 8 h (tan + tan^2) u for the angle, which a and b give to some u; and
+// (8 + 4 |log value|) u for the functions.
 
 // Up to this tan^2 five terms of the series suffice: the sixth is below 1e-8.
 const float SERIES = 0.5;
