@@ -46,6 +46,7 @@ class _Roots(NamedTuple):
     tangent: Mask  # (R,)
     middle: Array  # where along the ray that would be, and how far around it
     reach: Array
+    half: Array  # |error| of half the chord between the roots
 
 
 class _Rays(NamedTuple):
@@ -86,7 +87,7 @@ class _Analysis:
             nearer = np.argmin(np.abs(found.t - np.where(hit, t, 0.0)), axis=0)
             depth = np.where(surface == k, found.error[nearer, np.arange(count)], depth)
         doubtful = _doubtful(list(roots.values()), np.where(hit, t + depth, np.inf))
-        normal, point = self._normal_errors(rays, surface, t, depth)
+        normal, point = self._normal_errors(rays, roots, surface, t, depth)
         unlit = np.zeros(count, bool)
         sure = np.flatnonzero(hit & ~doubtful)
         for light in self._scene.lights:
@@ -159,7 +160,9 @@ class _Analysis:
         t = np.where(missed, np.inf, [np.minimum(inner, outer), np.maximum(inner, outer)])
         inner_first = inner < outer
         errors = np.where(inner_first, [inner_error, outer_error], [outer_error, inner_error])
-        return _Roots(t, np.nan_to_num(errors, nan=np.inf), np.abs(square) <= error, along, most + along_error)
+        return _Roots(
+            t, np.nan_to_num(errors, nan=np.inf), np.abs(square) <= error, along, most + along_error, half_error
+        )
 
     def _plane_roots(self, plane: Any, rays: _Rays) -> _Roots:
         u = self._u
@@ -184,10 +187,12 @@ class _Analysis:
         # Where the slope's sign is open the root may be anywhere far out on either side.
         far = np.abs(depth) / np.maximum(2.0 * slope_error, np.finfo(float).tiny)
         doubt = parallel & ((np.abs(depth) <= depth_error) | (far < 1e30))
-        none = np.full(len(t), np.inf)
-        return _Roots(np.array([t, none]), np.nan_to_num([error, none], nan=np.inf), doubt, far, np.zeros(len(t)))
+        none, zero = np.full(len(t), np.inf), np.zeros(len(t))
+        return _Roots(np.array([t, none]), np.nan_to_num([error, none], nan=np.inf), doubt, far, zero, zero)
 
-    def _normal_errors(self, rays: _Rays, surface: Any, t: Array, depth: Array) -> tuple[Array, Array]:
+    def _normal_errors(
+        self, rays: _Rays, roots: dict[int, _Roots], surface: Any, t: Array, depth: Array
+    ) -> tuple[Array, Array]:
         """|error| of the normals at the hit points, and of these."""
         u = self._u
         normal, point = np.zeros(len(t)), np.zeros(len(t))
@@ -201,9 +206,9 @@ class _Analysis:
                 continue
             c = self._R @ np.subtract(leaf.center, self._eye)
             rd = rays.rd[on]
+            # The normal is made of the two legs to the centre: half the chord, and what is across it.
             half = np.abs(t[on] - rd @ c)
-            # Of the two legs, half a chord is no more wrong than the depth, which has it as a part.
-            legs = moment_error(c, rd, u) + depth[on] + _FEW * u * half
+            legs = moment_error(c, rd, u) + roots[self._same(k)].half[on] + _FEW * u * half
             normal[on] = legs / leaf.radius + _FEW * u
             by_center = u * np.linalg.norm(c) + leaf.radius * (normal[on] + 2.0 * u) + 2.0 * u * t[on]
             point[on] = np.where(leaf.radius < t[on], by_center, by_depth)
