@@ -17,7 +17,18 @@ from numpy.typing import NDArray
 
 from raytracer.film import Image
 from raytracer.sampling import sample_point
-from raytracer.scene import Camera, Complement, Intersection, Primitive, Scene, Solid, Sphere, Union, postfix
+from raytracer.scene import (
+    Camera,
+    Complement,
+    Intersection,
+    PointLight,
+    Primitive,
+    Scene,
+    Solid,
+    Sphere,
+    Union,
+    postfix,
+)
 from raytracer.settings import Settings
 
 Array = NDArray[np.float64]
@@ -107,24 +118,32 @@ class Tracer:
         self.coincide = np.array([[a == b for b in keys] for a in keys])
 
     def spans(
-        self, ro: Array, rd: Array, start: NDArray[np.int32] | None = None, n: Array | None = None
+        self,
+        ro: Array,
+        rd: Array,
+        start: NDArray[np.int32] | None = None,
+        n: Array | None = None,
+        light: PointLight | None = None,
+        distance: Array | None = None,
     ) -> list[tuple[Array, Array]]:
         """(entry, exit) of every leaf along the whole line; (inf, -inf) where it is missed.
 
         For rays that start on a surface, `start` is its number and `n` its outward normal: there
-        the root at the start is 0 by definition, not by computation. All others start at the camera.
+        the root at the start is 0 by definition, not by computation. So it is `distance` for surfaces
+        that the `light` lies on, at which such rays end. All others start at the camera.
         """
         result = []
         for k, leaf in enumerate(self.leaves):
             on = self.coincide[k][start] if start is not None else np.zeros(len(rd), bool)
+            lit = distance if light and leaf.touches(light.position) else None
             if isinstance(leaf, Sphere):
                 to_center = np.subtract(leaf.center, self._eye) - ro
                 along = _dot(to_center, rd)
                 perp = to_center - along[:, None] * rd
                 # The product of the roots; the power of the ray's origin. Beside a huge sphere float64, too,
                 # needs it to more bits than a distance leaves, and the camera's is known exactly.
-                distance = np.linalg.norm(to_center, axis=1)
-                power: Any = (distance - leaf.radius) * (distance + leaf.radius)
+                to = np.linalg.norm(to_center, axis=1)
+                power: Any = (to - leaf.radius) * (to + leaf.radius)
                 if start is None:
                     power = leaf.power(self._eye)
                 square = np.where(np.abs(along) < leaf.radius, along**2 - power, leaf.radius**2 - _dot(perp, perp))
@@ -133,7 +152,11 @@ class Tracer:
                     inner = power / outer
                 entry = np.where(square > 0, np.minimum(inner, outer), np.inf)
                 exit = np.where(square > 0, np.maximum(inner, outer), -np.inf)
-                if n is not None:
+                if light and lit is not None:
+                    chord = -2.0 * (rd @ np.subtract(light.position, leaf.center))
+                    entry, exit = lit + np.minimum(chord, 0.0), lit + np.maximum(chord, 0.0)
+                    entry, exit = np.where(on, 0.0, entry), np.where(on, lit, exit)
+                elif n is not None:
                     chord = -2.0 * leaf.radius * _dot(n, rd)
                     entry = np.where(on, np.minimum(chord, 0.0), entry)
                     exit = np.where(on, np.maximum(chord, 0.0), exit)
@@ -143,18 +166,18 @@ class Tracer:
                 depth = np.where(on, 0.0, leaf.depth(self._eye) - ro @ normal)
                 with np.errstate(divide="ignore", invalid="ignore"):
                     t = depth / slope
+                if lit is not None:
+                    t = lit
                 parallel = np.where(depth >= 0.0, np.inf, -np.inf)
                 entry = np.where(slope == 0, -parallel, np.where(slope < 0, t, -np.inf))
                 exit = np.where(slope == 0, parallel, np.where(slope > 0, t, np.inf))
             result.append((entry, exit))
         return result
 
-    def first(
-        self, ro: Array, rd: Array, start: NDArray[np.int32] | None = None, n: Array | None = None
-    ) -> tuple[Array, NDArray[np.int32]]:
-        """(t, surface) of the first surface with t > 0: inf, -1 if there is none."""
+    def first(self, ro: Array, rd: Array, *ends: Any) -> tuple[Array, NDArray[np.int32]]:
+        """(t, surface) of the first surface with t > 0: inf, -1 if there is none. `ends` as for spans()."""
         nearest, surface = np.full(len(rd), np.inf), np.full(len(rd), -1, np.int32)
-        spans = self.spans(ro, rd, start, n)
+        spans = self.spans(ro, rd, *ends)
         first_leaf = 0
         for tree in self._trees:
             count = sum(isinstance(node, Primitive) for node in tree)
@@ -255,11 +278,14 @@ def _radiance(
             spec = np.maximum(cosine, 0.0) ** h
         S = np.ones(len(P))
         if settings.shadows != "off":
-            blocked_at, _ = tracer.first(P, L, surface, n)
+            blocked_at, _ = tracer.first(P, L, surface, n, light, distance)
             blocked = blocked_at < distance
             diluted = np.divide(blocked_at, distance, out=np.zeros(len(P)), where=blocked)
             S = np.where(blocked, diluted if settings.shadows == "diluted" else 0.0, 1.0)
-        lit = (NoL > 0.0) & (distance > 0.0)
+        # A light in the plane itself grazes it: N.L is 0, whatever rounding makes of it.
+        on = np.array([leaf.touches(light.position) and not isinstance(leaf, Sphere) for leaf in tracer.leaves])
+        grazes = np.any(tracer.coincide & on, axis=1)[surface]
+        lit = (NoL > 0.0) & (distance > 0.0) & ~grazes
         light_in = (S * lit)[:, None] * np.array(light.color)
         I += light_in * (kd * NoL[:, None] + ks * spec[:, None])
     result[hit] = I

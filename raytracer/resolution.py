@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer import reference, view_space
-from raytracer.scene import Primitive, Scene, Sphere
+from raytracer.scene import PointLight, Primitive, Scene, Sphere
 from raytracer.settings import Precision
 
 Array = NDArray[np.float64]
@@ -36,6 +36,7 @@ class Resolution(NamedTuple):
     depth: Array  # |error| of the depth, elsewhere
     normal: Array  # |error| of the normal
     unlit: Mask  # which lights reach the point may differ
+    radiance: Array  # |error| of the radiance, where neither is in doubt; inf where it has no bound
 
 
 class _Roots(NamedTuple):
@@ -89,14 +90,24 @@ class _Analysis:
         doubtful = _doubtful(list(roots.values()), np.where(hit, t + depth, np.inf))
         normal, point = self._normal_errors(rays, roots, surface, t, depth)
         unlit = np.zeros(count, bool)
+        ambient = [max(leaf.material.ka) * max(self._scene.ambient) for leaf in self._leaves]
+        radiance = _FEW * UNIT[32] * np.array([*ambient, max(self._scene.background)])[surface]
         sure = np.flatnonzero(hit & ~doubtful)
         for light in self._scene.lights:
-            unlit[sure] |= self._unlit(light.position, world[sure], t[sure], surface[sure], normal[sure], point[sure])
+            doubt, error = self._light_errors(light, world[sure], t[sure], surface[sure], normal[sure], point[sure])
+            unlit[sure] |= doubt
+            radiance[sure] += error
         # Pictures hold float32, and normals are turned to world space in it.
         depth = depth + UNIT[32] * np.where(hit, t, 0.0)
         normal = normal + _FEW * UNIT[32] * hit
         shape = self._size[::-1]
-        return Resolution(doubtful.reshape(shape), depth.reshape(shape), normal.reshape(shape), unlit.reshape(shape))
+        return Resolution(
+            doubtful.reshape(shape),
+            depth.reshape(shape),
+            normal.reshape(shape),
+            unlit.reshape(shape),
+            radiance.reshape(shape),
+        )
 
     def _same(self, k: int) -> int:
         """The first leaf whose surface coincides with leaf k's: their roots are the same numbers."""
@@ -111,8 +122,8 @@ class _Analysis:
         return self._plane_roots(leaf, rays)
 
     def _linear(self, length: Any) -> Any:
-        """The error of cameraSlope() that is not relative to what it gives."""
-        return sum(self._size) * 2.0**-46 * length
+        """The error of cameraSlope() that is not relative to what it gives, and float64's, here and in the host."""
+        return (sum(self._size) * 2.0**-22 * self._u + _FEW * UNIT[64]) * length
 
     def _sphere_roots(self, sphere: Sphere, rays: _Rays) -> _Roots:
         u, r = self._u, sphere.radius
@@ -122,7 +133,7 @@ class _Analysis:
         p = np.linalg.norm(np.cross(to_center, rays.rd), axis=1)
         distance = np.linalg.norm(to_center, axis=1)
         if rays.camera:
-            p_error = moment_error(c, rays.rd, u)
+            p_error = moment_error(c, rays.rd, u) + _FEW * UNIT[64] * np.linalg.norm(c)
             along_error = _FEW * u * np.abs(along) + self._linear(np.linalg.norm(c))
             power = np.full(len(p), sphere.power(self._scene.camera.position))
             power_error = u * np.abs(power)
@@ -168,8 +179,7 @@ class _Analysis:
         u = self._u
         n = self._R @ np.array(plane.unit()[0])
         offset = plane.depth(self._scene.camera.position)
-        # The host's own rounding of an offset far from the world's origin.
-        given = u * abs(offset) + 4.0 * UNIT[64] * (float(np.abs(self._eye).sum()) + abs(plane.unit()[1]))
+        given = u * abs(offset)
         slope = rays.rd @ n
         depth = offset - rays.ro @ n
         if rays.camera:
@@ -214,41 +224,78 @@ class _Analysis:
             point[on] = np.where(leaf.radius < t[on], by_center, by_depth)
         return normal, point
 
-    def _unlit(self, light: Any, world: Array, t: Array, surface: Any, normal: Array, point: Array) -> Mask:
-        """Where whether a light reaches the hit points is in doubt."""
+    def _light_errors(
+        self, light: PointLight, world: Array, t: Array, surface: Any, normal: Array, point: Array
+    ) -> tuple[Mask, Array]:
+        """Where whether a light reaches the hit points is in doubt, and |error| of what it gives where it does."""
         u = self._u
         P = t[:, None] * (world @ self._R.T)
         n = self._tracer.normals(t[:, None] * world, surface) @ self._R.T
-        to_light = self._R @ np.subtract(light, self._eye) - P
+        place = self._R @ np.subtract(light.position, self._eye)
+        to_light = place - P
         distance = np.linalg.norm(to_light, axis=1)
-        moved = point + u * (np.linalg.norm(self._R @ np.subtract(light, self._eye)) + distance)
+        moved = point + u * (np.linalg.norm(place) + distance)
         with np.errstate(divide="ignore", invalid="ignore"):
             L = to_light / distance[:, None]
             L_error = moved / np.maximum(distance - moved, 0.0) + 4.0 * u
-        doubt = ~np.isfinite(L_error) | ~(np.abs(_dot(n, L)) > normal + L_error + 4.0 * u)
+        on = self._on(light)
+        grazes = np.zeros(len(t), bool)
+        if on is not None and not isinstance(self._leaves[on], Sphere):
+            grazes = self._tracer.coincide[on][surface]
+        doubt = ~np.isfinite(L_error) | (~(np.abs(_dot(n, L)) > normal + L_error + 4.0 * u) & ~grazes)
         rays = _Rays(P, np.nan_to_num(L), point, np.nan_to_num(L_error, posinf=1.0), False)
-        found = [self._leaving(k, rays, surface, n, normal) for k in self._distinct()]
+        found = [self._between(k, rays, surface, n, normal, light, distance) for k in self._distinct()]
         end = distance - moved - 2.0 * u * distance, distance + moved + 2.0 * u * distance
         doubt |= _doubtful(found, end[1])
         for roots in found:
             low, high = _interval(roots)
             doubt |= np.any((high >= end[0]) & (low <= end[1]), axis=0)
-        return doubt
+        # A cosine is as wrong as its vectors; a lobe at most sqrt(h) times that, for h from 1; Blinn's H
+        # by as much more as L + V is short.
+        vectors = normal + L_error + _FEW * UNIT[32]
+        materials = [leaf.material for leaf in self._leaves]
+        kd, ks, h = (
+            np.array([value(m) for m in materials])[surface]
+            for value in (lambda m: max(m.kd), lambda m: max(m.ks), lambda m: m.h)
+        )
+        halfway = np.maximum(np.linalg.norm(L - world @ self._R.T, axis=1) / 2.0, np.finfo(float).tiny)
+        blinn = np.array([m.model == "blinn" for m in materials])[surface]
+        steep = np.where(h == 0.0, 0.0, np.where(h < 1.0, np.inf, np.sqrt(h))) * np.where(blinn, 1.0 / halfway, 2.0)
+        with np.errstate(invalid="ignore"):
+            lobe = np.where(ks > 0.0, ks * (steep * vectors + 4.0 * _FEW * UNIT[32]), 0.0)
+        return doubt & ~grazes, max(light.color) * (kd * vectors + lobe)
 
-    def _leaving(self, k: int, rays: _Rays, surface: Any, n: Array, normal: Array) -> _Roots:
-        """The roots of leaf k for rays that leave `surface`: that at their start is exactly 0, and in no doubt."""
+    def _between(
+        self, k: int, rays: _Rays, surface: Any, n: Array, normal: Array, light: PointLight, distance: Array
+    ) -> _Roots:
+        """The roots of leaf k for rays that leave `surface` towards a light.
+
+        That at their start is exactly 0, and that at the light, if it lies on the leaf, exactly the distance:
+        these are in no doubt.
+        """
         leaf = self._leaves[k]
         roots = self._roots(leaf, rays)
-        on = self._tracer.coincide[k][surface]
-        t = np.full((2, len(normal)), np.inf)
+        starts = self._tracer.coincide[k][surface]
+        ends = np.full(len(starts), self._on(light) == k)
+        t = np.full((2, len(starts)), np.inf)
         error = t.copy()
         if isinstance(leaf, Sphere):
-            chord = -2.0 * leaf.radius * _dot(n, rays.rd)
-            t[0] = np.where(chord > 0.0, chord, np.inf)
-            error[0] = 2.0 * leaf.radius * (normal + rays.rd_error + 4.0 * self._u)
+            at_light = np.subtract(light.position, leaf.center) @ self._R.T / leaf.radius
+            outward = np.where(starts[:, None], n, at_light)
+            chord = -2.0 * leaf.radius * _dot(outward, rays.rd)
+            other = np.where(starts, chord, distance + chord)
+            t[0] = np.where((other > 0.0) & ~(starts & ends), other, np.inf)
+            inexact = normal + rays.rd_error + _FEW * self._u
+            error[0] = 2.0 * leaf.radius * inexact + np.where(starts, 0.0, _FEW * self._u * distance)
+        known = starts | ends
         return roots._replace(
-            t=np.where(on, t, roots.t), error=np.where(on, error, roots.error), tangent=roots.tangent & ~on
+            t=np.where(known, t, roots.t), error=np.where(known, error, roots.error), tangent=roots.tangent & ~known
         )
+
+    def _on(self, light: PointLight) -> int | None:
+        """The first leaf, spheres before planes, that the light lies on, as _distinct() numbers it."""
+        order = sorted(range(len(self._leaves)), key=lambda k: not isinstance(self._leaves[k], Sphere))
+        return next((self._same(k) for k in order if self._leaves[k].touches(light.position)), None)
 
 
 def moment_error(c: Array, rd: Array, unit: float) -> Array:
@@ -272,12 +319,13 @@ def _doubtful(leaves: list[_Roots], end: Array) -> Mask:
         ahead = (roots.middle + roots.reach >= 0.0) & (roots.middle - roots.reach <= end)
         doubt |= roots.tangent & ahead
     low, high = (np.concatenate(ends) for ends in zip(*map(_interval, leaves), strict=True))
-    doubt |= np.any((low <= 0.0) & (high >= 0.0), axis=0)
+    # A root that is 0 exactly, of a camera on a surface, is in no doubt.
+    doubt |= np.any((low <= 0.0) & (high >= 0.0) & (low < high), axis=0)
     # Sorted by where they begin, an interval overlaps an earlier one if it begins before the furthest end so far.
     order = np.argsort(low, axis=0)
     low, high = np.take_along_axis(low, order, axis=0), np.take_along_axis(high, order, axis=0)
     furthest = np.maximum.accumulate(high, axis=0)[:-1]
-    overlap = (low[1:] <= furthest) & (low[1:] <= end) & (furthest >= 0.0) & np.isfinite(low[1:])
+    overlap = (low[1:] <= furthest) & (low[1:] <= end) & (furthest > 0.0) & np.isfinite(low[1:])
     return doubt | np.any(overlap, axis=0)
 
 

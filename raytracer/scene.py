@@ -34,6 +34,8 @@ T = TypeVar("T")
 # Leaves of one solid. Sub-solids may be shared in Python, so a short program can describe a tree
 # of astronomical size; no evaluator comes near this many.
 MAX_LEAVES = 65536
+# Of the largest number in a sum: how far from 0 the roundings of a handful of numbers to float64 take it.
+_ROUNDING = 8.0 * 2.0**-53
 # Sine of the angle between `up` and the view below which rounding of the given numbers decides
 # where "right" points.
 MIN_UP_ANGLE = 1e-8
@@ -89,6 +91,14 @@ class Solid(msgspec.Struct, frozen=True):
         return Complement(self)
 
 
+def _square(x: float) -> tuple[float, float]:
+    """x^2 as a float and what it rounded off, exactly (Dekker 1971, after Veltkamp's splitting)."""
+    high = x * 134217729.0 - (x * 134217729.0 - x)  # 2^27 + 1: the upper half of x's bits
+    low = x - high
+    square = x * x
+    return square, ((high * high - square) + 2.0 * high * low) + low * low
+
+
 class Sphere(Solid, frozen=True, repr_omit_defaults=True):
     """The ball around `center` with `radius` in [1e-12, 1e12]."""
 
@@ -106,9 +116,19 @@ class Sphere(Solid, frozen=True, repr_omit_defaults=True):
         )
 
     def power(self, point: Vec3) -> float:
-        """|center - point|^2 - radius^2, correctly rounded: also where the point is all but on a huge sphere."""
-        square = sum((Fraction(c) - Fraction(p)) ** 2 for c, p in zip(self.center, point, strict=True))
-        return float(square - Fraction(self.radius) ** 2)
+        """|center - point|^2 - radius^2 to its last bits: also where the point is all but on a huge sphere."""
+        parts = [-part for part in _square(self.radius)]
+        for c, p in zip(self.center, point, strict=True):
+            d = c - p
+            # What the subtraction rounded off (Knuth's two-sum); its square is below any bit that matters.
+            rest = (c - (d - (d - c))) - (p + (d - c))
+            parts += (*_square(d), 2.0 * d * rest)
+        return math.fsum(parts)
+
+    def touches(self, point: Vec3) -> bool:
+        """Whether `point` lies on the sphere, to the rounding of the numbers that are given."""
+        given = max(map(abs, (*self.center, *point, self.radius)))
+        return abs(math.dist(self.center, point) - self.radius) <= _ROUNDING * given
 
 
 class Plane(Solid, frozen=True, repr_omit_defaults=True):
@@ -139,6 +159,10 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
         """How deep a point is inside: offset - dot(n, point) for the unit normal n; negative outside."""
         normal, offset = self.unit()
         return math.fsum((offset, *(-n * p for n, p in zip(normal, point, strict=True))))
+
+    def touches(self, point: Vec3) -> bool:
+        """Whether `point` lies on the plane, to the rounding of the numbers that are given."""
+        return abs(self.depth(point)) <= _ROUNDING * max(map(abs, (*point, self.unit()[1])))
 
 
 Primitive = Sphere | Plane

@@ -153,9 +153,9 @@ def _leaf(index: int, spheres: int) -> tuple[str, str]:
 
 
 _RAY_CSG = [
-    "// The first surface ahead of the ray and nearer than `end`: its distance, point, unit normal (on either",
-    "// side) and number as in hit.glsl; or `end`, that far point, 0 and 0.",
-    "real rayCSG(Ray ray, real end, out real3 P, out real3 N, out int mat) {",
+    "// The first surface ahead of the ray and nearer than its end: its distance, point, unit normal (on either",
+    "// side) and number as in hit.glsl; or the ray's distance, that far point, 0 and 0.",
+    "real rayCSG(Ray ray, out real3 P, out real3 N, out int mat) {",
 ]
 
 
@@ -180,7 +180,7 @@ def _roth(trees: list[_Tree], spheres: int) -> list[str]:
     return [
         *lines,
         *_RAY_CSG,
-        "    Hit nearest = Hit(end, real3(0.0), 0);",
+        "    Hit nearest = Hit(ray.distance, real3(0.0), 0);",
         *(f"    firstHit(object{number}(ray), nearest);" for number in range(len(trees))),
         "    P = ray.ro + nearest.t * ray.rd;",
         "    N = nearest.normal;",
@@ -225,7 +225,7 @@ def _walk(trees: list[_Tree], spheres: int) -> list[str]:
         objects.append(stack[0])
     return [
         *_RAY_CSG,
-        "    P = ray.ro + end * ray.rd;",
+        "    P = ray.ro + ray.distance * ray.rd;",
         "    N = real3(0.0);",
         "    mat = 0;",
         *spans,
@@ -235,9 +235,9 @@ def _walk(trees: list[_Tree], spheres: int) -> list[str]:
         *inside,
         f"        if (at > 0.0 && ({' || '.join(f'in{k} != was{k}' for k in objects)})) break;",
         *(f"        was{k} = in{k};" for k in objects),
-        "        real next = end;",
+        "        real next = ray.distance;",
         *next_root,
-        "        if (next >= end) return end;",
+        "        if (next >= ray.distance) return ray.distance;",
         "        at = next;",
         "    }",
         "    // Whose surface: the first object's that changes, and in it, an operator's first operand's that does.",

@@ -21,8 +21,8 @@ _MATERIAL = np.dtype(
     [("ka", "f4", 3), ("h", "f4"), ("kd", "f4", 3), ("model", "i4"), ("ks", "f4", 3), ("number", "i4")]
 )
 _LIGHT = {
-    32: np.dtype([("position", "f4", 3), ("pad0", "f4"), ("color", "f4", 3), ("pad1", "f4")]),
-    64: np.dtype([("position", "f8", 3), ("pad0", "f8"), ("color", "f4", 3), ("pad1", "f4", 5)]),
+    32: np.dtype([("position", "f4", 3), ("pad0", "f4"), ("color", "f4", 3), ("on", "i4")]),
+    64: np.dtype([("position", "f8", 3), ("pad0", "f8"), ("color", "f4", 3), ("on", "i4"), ("pad1", "f4", 4)]),
 }
 _REAL = {32: np.float32, 64: np.float64}  # of real.glsl
 
@@ -86,6 +86,7 @@ def lights_block(scene: Scene, precision: Precision) -> bytes:
     block = np.zeros(len(scene.lights), _LIGHT[precision])
     for row, light in zip(block, scene.lights, strict=True):
         row["position"], row["color"] = R @ np.subtract(light.position, eye), light.color
+        row["on"] = next((i for i, s in enumerate(surfaces(scene), start=1) if s.touches(light.position)), 0)
     return block.tobytes()
 
 

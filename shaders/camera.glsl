@@ -21,7 +21,8 @@ real3 cameraDirection() {
 }
 
 Ray cameraRay() {
-    return Ray(real3(0.0), normalize(cameraDirection()), true, NONE, real4(0.0), real3(0.0));
+    Contact none = Contact(NONE, real4(0.0), real3(0.0));
+    return Ray(real3(0.0), normalize(cameraDirection()), true, none, none, INF);
 }
 
 // dot(v, cameraRay().rd) for a vector v, a plane's normal or a sphere's centre, without the

@@ -1,4 +1,4 @@
-// Provides surfaceAt(), rayFrom(): the point that a ray hits, and the ray that goes on from there.
+// Provides surfaceAt(), contactOf(): the point that a ray hits, and what is known where a ray ends.
 //
 // A hit says which surface in one number, `mat`: its index + 1, negative where the ray comes out of
 // the primitive; 0 for no surface. So the hit's root is known again without comparing distances.
@@ -31,13 +31,14 @@ void surfaceAt(int mat, Ray ray, out real3 P, out real3 n) {
 #endif
 }
 
-// The ray from P, which lies on the surface of `mat` with outward normal n, along the unit vector rd.
-Ray rayFrom(int mat, real3 P, real3 n, real3 rd) {
+// The contact of a point P that lies on the surface of `mat`, 0 for none.
+Contact contactOf(int mat, real3 P) {
     int index = abs(mat) - 1;
+    if (mat == 0) return Contact(NONE, real4(0.0), real3(0.0));
 #if SPHERES > 0
-    if (index < SPHERES) return Ray(P, rd, false, SPHERE, spheres[index], n);
+    if (index < SPHERES) return Contact(SPHERE, spheres[index], normalize(P - spheres[index].xyz));
 #endif
 #if PLANES > 0
-    return Ray(P, rd, false, PLANE, planes[index - SPHERES], n);
+    return Contact(PLANE, planes[index - SPHERES], planes[index - SPHERES].xyz);
 #endif
 }

@@ -12,8 +12,8 @@
 
 real2 planeSpan(Ray ray, real4 plane, real slope) {
     // How deep ro is inside. Exactly 0 on the plane itself.
-    real depth = leavesPlane(ray, plane) ? real(0.0) : plane.w - dot(plane.xyz, ray.ro);
+    real depth = isPlane(ray.start, plane) ? real(0.0) : plane.w - dot(plane.xyz, ray.ro);
     if (slope == 0.0) return depth >= 0.0 ? real2(-INF, INF) : real2(INF, -INF);
-    real t = clamp(depth / slope, -INF, INF);
+    real t = isPlane(ray.end, plane) ? ray.distance : clamp(depth / slope, -INF, INF);
     return slope > 0.0 ? real2(-INF, t) : real2(t, INF);
 }

@@ -1,4 +1,4 @@
-// Provides INF, struct Ray, leavesSphere(), leavesPlane().
+// Provides INF, struct Contact, struct Ray, isSphere(), isPlane().
 //
 // All of shaders/ works in view space: the camera is at the origin, +x right, +y up, looking
 // along -z. The host brings the scene there in float64. So nothing depends on how far a scene is
@@ -11,28 +11,36 @@
 // is clamped to this.
 const real INF = 1e30;
 
-// What surface a ray's origin is known to lie on.
 const int NONE = 0, SPHERE = 1, PLANE = 2;
+
+// A surface that an end of a ray is known to lie on.
+struct Contact {
+    int kind;       // NONE, SPHERE or PLANE
+    real4 surface;  // that sphere (center, radius) or plane (normal, offset)
+    real3 n;        // its outward unit normal there
+};
 
 // A half-line ro + t rd, t > 0.
 //
-// A ray that leaves a surface (a shadow ray) says which one: for that surface one root is known
-// to be exactly 0, and the other follows from the normal without cancellation. So no shadow ray
-// is pushed off its surface by a bias. For the camera's rays the host knows more: see terms.glsl.
+// A shadow ray says which surface it leaves, and which one the light at its other end lies on, if
+// any: there one root is known to be exactly 0, or exactly `distance`, and the other follows from the
+// normal without cancellation. So no shadow ray is pushed off its surface by a bias, and a
+// light on a surface, which ends all roads to it, is in the shadow of none. For the camera's rays
+// the host knows more: see terms.glsl.
 struct Ray {
     real3 ro;
     real3 rd;       // unit to rounding
     bool ofCamera;  // whether it is this fragment's camera ray
-    int leaves;     // NONE, SPHERE or PLANE
-    real4 surface;  // that sphere (center, radius) or plane (normal, offset)
-    real3 n;        // and its outward unit normal at ro
+    Contact start;
+    Contact end;    // at t = distance
+    real distance;
 };
 
-// Whether the ray starts on this very surface, or on one that coincides with it.
-bool leavesSphere(Ray ray, real4 sphere) {
-    return ray.leaves == SPHERE && ray.surface == sphere;
+// Whether that is this very surface, or one that coincides with it.
+bool isSphere(Contact contact, real4 sphere) {
+    return contact.kind == SPHERE && contact.surface == sphere;
 }
 
-bool leavesPlane(Ray ray, real4 plane) {
-    return ray.leaves == PLANE && (ray.surface == plane || ray.surface == -plane);
+bool isPlane(Contact contact, real4 plane) {
+    return contact.kind == PLANE && (contact.surface == plane || contact.surface == -plane);
 }

@@ -25,16 +25,21 @@ void main() {
     surfaceAt(mat, view, P, n);
     // Exactly n or -n, so that N.L > 0 and the shadow ray's own root agree on which side L is.
     real3 N = mat > 0 ? n : -n;
+    Contact start = contactOf(mat, P);
+    start.n = n;
     for (int i = 0; i < LIGHTS; i++) {
         real3 toLight = lights[i].position - P;
         real distance = length(toLight);
         if (distance == 0.0) continue;  // on the surface itself, a light has no direction
         real3 L = toLight / distance;
+        Contact end = contactOf(lights[i].on, lights[i].position);
+        // A light in the plane itself grazes it: N.L is 0, whatever rounding makes of it.
+        bool grazes = start.kind == PLANE && isPlane(end, start.surface);
         float NoL = float(dot(N, L));
-        if (NoL <= 0.0) continue;
+        if (grazes || NoL <= 0.0) continue;
         vec3 reflected = m.kd * NoL + m.ks * specular(m, vec3(N), vec3(L), vec3(-view.rd));
 #ifdef SHADOWS
-        reflected *= shadow(rayFrom(mat, P, n, L), distance);
+        reflected *= shadow(Ray(P, L, false, start, end, distance));
 #endif
         I += lights[i].color * reflected;
     }

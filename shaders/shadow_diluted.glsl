@@ -1,8 +1,8 @@
-// Provides shadow(): the lecture's diluted S for a point light at `distance` along a ray from a
-// surface at P: 1 lit, or dist(P, Q) / distance with Q the first point that is in between.
+// Provides shadow(): the lecture's diluted S for a point light at the end of a ray from a surface
+// at P: 1 lit, or dist(P, Q) / distance with Q the first point that is in between.
 
-float shadow(Ray ray, real distance) {
+float shadow(Ray ray) {
     real3 Q, N;
     int mat;
-    return min(float(rayCSG(ray, distance, Q, N, mat) / distance), 1.0);
+    return min(float(rayCSG(ray, Q, N, mat) / ray.distance), 1.0);
 }

@@ -16,12 +16,17 @@
 //
 // The error: with u = 2^-24 (2^-53 for doubles) half a unit in the last place of 1, and |c x rd|
 // standing for the sums of the absolute products that make up the moment of c = center - ro,
-//   |dp| <= 8 u |c x rd| + 8 u p, beside the rounding of what is given, included here:
-//           centre, radius and direction; for a sphere in the middle of the view that is u p,
-//           at its border u |c|: 1e-4 of a pixel or less, at any distance and field of view;
-//   |dh| <= p |dp| / h + 4 u h, so near a tangent the depth is what the square root makes of p's bits;
-//   |dt| <= |d along| + |dh| + u |t|.
-// raytracer/resolution.py evaluates these bounds for a pixel, and the tests hold every pixel to them.
+//   |dp| <= 8 u |c x rd| + 8 u p, the rounding of what is given (centre, radius, direction) included:
+//           for a sphere in the middle of the view that is some u p, at its border some u |c|,
+//           1e-4 of a pixel or less, at any distance and field of view;
+//   2 h |dh| <= 2 r (|dp| + 5 u r) by the first form of h^2, so near a tangent the depth is what the
+//           square root makes of p's bits;
+//           <= 2 |along| |d along| + |d power| + 2 u (along^2 + |power|) by the second;
+//   |dt| <= |d along| + |dh| + u |t| of the root with the larger magnitude, `outer`;
+//           <= (|d power| + |t| |d outer|) / |outer| + 2 u |t| of the other.
+// |d along| and |d power| are 8 u and u of their own for camera rays; for others 8 u |c|, and 8 u |c|^2 or,
+// beside a huge sphere, what terms.glsl leaves of that. raytracer/resolution.py evaluates these bounds for
+// a pixel, and the tests hold every pixel to them.
 //
 // A tangent ray, h = 0, misses.
 
@@ -41,9 +46,11 @@ real discriminant(Ray ray, real4 sphere, real2 terms) {
 // (t0, t1), the ray's two roots along its whole line, t0 < t1, also behind the origin; (INF, -INF)
 // for a miss.
 real2 sphereSpan(Ray ray, real4 sphere, real2 terms) {
-    if (leavesSphere(ray, sphere)) {
-        real chord = -2.0 * sphere.w * dot(ray.n, ray.rd);
-        return real2(min(chord, 0.0), max(chord, 0.0));
+    bool starts = isSphere(ray.start, sphere), ends = isSphere(ray.end, sphere);
+    if (starts || ends) {
+        real3 n = starts ? ray.start.n : ray.end.n;
+        real chord = starts && ends ? ray.distance : -2.0 * sphere.w * dot(n, ray.rd);
+        return (starts ? real(0.0) : ray.distance) + real2(min(chord, 0.0), max(chord, 0.0));
     }
     real square = discriminant(ray, sphere, terms);
     if (square <= 0.0) return real2(INF, -INF);

@@ -9,6 +9,6 @@ layout(location = 1) out int surface;       // as in hit.glsl, 0 for nothing
 void main() {
     Ray ray = cameraRay();
     real3 P, N;
-    real t = rayCSG(ray, INF, P, N, surface);
+    real t = rayCSG(ray, P, N, surface);
     normalDepth = vec4(dot(N, ray.rd) > 0.0 ? -N : N, t);
 }

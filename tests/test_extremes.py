@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -151,6 +152,14 @@ def test_doubles_make_the_same_picture_more_precisely(renderer: Renderer, evalua
 
 
 @pytest.mark.gl
+def test_a_line_in_a_plane_is_inside_and_crosses_nothing(renderer: Renderer) -> None:
+    rays = np.zeros(3, glsl.dtype("Ray"))
+    rays["ro"], rays["rd"] = [(0, 2, 0), (0, 1.5, 0), (0, 2.5, 0)], (1, 0, 0)
+    span = glsl.call("planeSpan", rays, (0, 1, 0, 2), 0.0, renderer=renderer)
+    np.testing.assert_array_equal(np.sign(span), [(-1, 1), (-1, 1), (1, -1)])
+
+
+@pytest.mark.gl
 def test_where_32_bits_end_64_go_on(renderer: Renderer) -> None:
     # A ball of 1e-9 of its distance: in float32 both its roots are one number.
     ball = rt.Sphere((3e8, -2e8, -9e8), 1)
@@ -206,6 +215,27 @@ def test_the_command_warns_and_refuses_where_doubles_are_missing(tmp_path: Path)
     # Mesa can be told to offer no more than OpenGL 3.3, as other drivers do.
     status, errors = run("--precision", "64", MESA_GL_VERSION_OVERRIDE="3.3")
     assert status == 2 and "precision: 64 needs OpenGL 4.0 or later, got 3.3" in errors and errors.count("\n") == 1
+
+
+def test_the_power_of_a_point_has_all_its_bits_on_a_huge_sphere() -> None:
+    rng = np.random.default_rng(6)
+    for _ in range(300):
+        center, radius = rng.normal(size=3) * 10 ** rng.uniform(-6, 9), 10 ** rng.uniform(-6, 9)
+        direction = rng.normal(size=3)
+        point = center + direction / np.linalg.norm(direction) * radius * (1 + 10 ** rng.uniform(-16, 1))
+        exact = (
+            sum((Fraction(c) - Fraction(p)) ** 2 for c, p in zip(center, point, strict=True)) - Fraction(radius) ** 2
+        )
+        power = rt.Sphere(tuple(center), radius).power(tuple(point))
+        assert abs(Fraction(power) - exact) <= abs(exact) * Fraction(2) ** -52
+
+
+def test_what_touches_a_surface_does_so_to_the_rounding_of_its_numbers() -> None:
+    ball, floor = rt.Sphere((0, 1, 0), 1), rt.Plane((1, 2, 7), 5)
+    assert ball.touches((0.6, 1, 0.8)) and ball.touches((0, 0, 0)) and not ball.touches((0.6, 1, 0.8 + 1e-14))
+    assert floor.touches((0.1, 0.7, 0.5)) and not floor.touches((0.1, 0.7, 0.5 + 1e-14))
+    far = rt.Sphere((1e9, 1, 0), 1)
+    assert far.touches((1e9 + 0.6, 1, 0.8)) and not far.touches((1e9 + 0.61, 1, 0.8))
 
 
 def test_doubt_is_only_near_tangents_and_ties() -> None:

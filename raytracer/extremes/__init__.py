@@ -19,6 +19,8 @@ ROWS: tuple[Callable[[Renderer, bool], Iterator[Finding]], ...] = (
     views.distance_from_origin,
     views.far_sphere,
     views.beside_a_huge_sphere,
+    views.on_a_huge_sphere,
+    views.camera_on_a_surface,
     rays.tangents,
     solids.shells,
     light.self_shadow,
@@ -28,6 +30,7 @@ ROWS: tuple[Callable[[Renderer, bool], Iterator[Finding]], ...] = (
     views.field_of_view,
     light.highlight,
     light.shadow_end,
+    light.light_on_a_surface,
     light.valid_scenes,
 )
 # What a row counts for in the progress, in fuzzed scenes.

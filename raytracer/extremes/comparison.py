@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import get_args
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from raytracer import reference
 from raytracer.checks import Vec3
@@ -29,16 +31,18 @@ MATTE = tuple(
 class Comparison:
     """What a picture of one sample has to do with the reference's. Errors are those of sure pixels."""
 
-    pixels: int
-    doubtful: int
+    hit: int  # pixels that show something
     wrong: int  # sure pixels that show another material, or none
+    doubtful: float  # share of the pixels, and of those that show something, in which that is in doubt
     lit: int  # sure pixels that light reaches, or does not, and should not, or should
-    unlit: int  # pixels where that is in doubt
+    unlit: float  # share of the sure hit pixels where that is in doubt
+    anyhow: int  # pixels that are wrong in either way, doubtful or not
     bad: int  # values of any output that are not finite (but for a depth of nothing), or negative radiance
     depth_share: float  # largest error of the depth over its bound
     depth_median: tuple[float, float]  # the error in units in the last place of the depth; and its bound
     depth_largest: tuple[float, float]
     normal_share: float
+    radiance_share: float
 
 
 def precisions(renderer: Renderer) -> list[Precision]:
@@ -57,26 +61,37 @@ def compare(renderer: Renderer, scene: Scene, size: tuple[int, int], settings: S
     assert image.depth is not None and image.normal is not None and image.material is not None
     assert truth.depth is not None and truth.normal is not None and truth.material is not None
     sure = ~resolved.doubtful
-    wrong = sure & (image.material != truth.material)
-    hit = sure & (truth.material >= 0) & (image.material >= 0)
+    shown = (truth.material >= 0) | (image.material >= 0)
+    other = image.material != truth.material
+    dark = (image.radiance == 0.0).all(axis=2) != (truth.radiance == 0.0).all(axis=2)
+    hit = sure & shown & ~other
     depth = np.abs(image.depth[hit] - truth.depth[hit])
     ulp, bound = (error / np.spacing(truth.depth[hit].astype(np.float32)) for error in (depth, resolved.depth[hit]))
     normal = np.linalg.norm(image.normal[hit] - truth.normal[hit], axis=1)
-    dark = (image.radiance == 0.0).all(axis=2) != (truth.radiance == 0.0).all(axis=2)
+    same_light = hit & ~resolved.unlit
+    radiance = np.abs(image.radiance - truth.radiance).max(axis=2)[same_light]
     bad = np.sum(~(image.radiance >= 0.0) | np.isinf(image.radiance)) + np.sum(~np.isfinite(image.normal))
     bad += np.sum(np.isnan(image.depth) | (image.depth < 0.0))
     return Comparison(
-        pixels=sure.size,
-        doubtful=int(np.sum(~sure)),
-        wrong=int(np.sum(wrong)),
-        lit=int(np.sum(dark & hit & ~resolved.unlit)),
-        unlit=int(np.sum(hit & resolved.unlit)),
+        hit=int(np.sum(shown)),
+        wrong=int(np.sum(sure & other)),
+        doubtful=float(np.sum(~sure) / max(1, np.sum(shown))),
+        lit=int(np.sum(dark & same_light)),
+        unlit=float(np.sum(hit & resolved.unlit) / max(1, np.sum(hit))),
+        anyhow=int(np.sum(other | (shown & dark))),
         bad=int(bad),
-        depth_share=float((depth / resolved.depth[hit]).max(initial=0.0)),
+        depth_share=_largest(depth, resolved.depth[hit]),
         depth_median=(float(np.median(ulp)), float(np.median(bound))) if hit.any() else (0.0, 0.0),
         depth_largest=(float(ulp.max(initial=0.0)), float(bound.max(initial=0.0))),
-        normal_share=float((normal / resolved.normal[hit]).max(initial=0.0)),
+        normal_share=_largest(normal, resolved.normal[hit]),
+        radiance_share=_largest(radiance, resolved.radiance[same_light]),
     )
+
+
+def _largest(error: NDArray[np.float64], bound: NDArray[np.float64]) -> float:
+    """The largest share of its bound that an error has; one above a bound of 0 is infinite."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.nan_to_num(error / bound, nan=0.0, posinf=np.inf).max(initial=0.0))
 
 
 def findings(
@@ -87,15 +102,22 @@ def findings(
     size: tuple[int, int],
     evaluator: Evaluator = "walk",
     doubt: float = 0.01,
+    dark: float = 0.05,
 ) -> Iterator[Finding]:
-    """A scene at all precisions: wrong pixels and shadows, depth, normal; at most a share `doubt` of doubts."""
+    """A scene at all precisions.
+
+    At most a share `doubt` of what is seen, and `dark` of what is lit, may be in doubt with 32 bits; inf
+    says that 32 bits do not resolve that. With 64 bits the bounds are always the defaults.
+    """
     for bits in precisions(renderer):
         found = compare(renderer, scene, size, Settings(precision=bits, evaluator=evaluator))
         yield Finding(what, at, bits, "wrong pixels", found.wrong, 0)
+        yield Finding(what, at, bits, "doubtful pixels, of those hit", found.doubtful, doubt if bits == 32 else 0.01)
         if scene.lights:
-            note = f"{bits} bits: {found.unlit} of {found.pixels} shadows doubtful" if found.unlit else ""
-            yield Finding(what, at, bits, "wrong shadows", found.lit, 0, note)
-        yield Finding(what, at, bits, "share of doubtful pixels", found.doubtful / found.pixels, doubt)
+            yield Finding(what, at, bits, "wrong shadows", found.lit, 0)
+            yield Finding(what, at, bits, "doubtful shadows, of those hit", found.unlit, dark if bits == 32 else 0.05)
+            yield Finding(what, at, bits, "radiance error, share of its bound", found.radiance_share, 1)
+        yield Finding(what, at, bits, "wrong in fact, doubtful or not", found.anyhow, math.inf)
         yield Finding(what, at, bits, "NaN, infinite or negative values", found.bad, 0)
         yield Finding(what, at, bits, "depth error, ulp, median", *found.depth_median)
         yield Finding(what, at, bits, "depth error, ulp, largest", *found.depth_largest)

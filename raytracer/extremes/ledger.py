@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import itertools
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple, dataclass, fields
 
@@ -46,7 +47,7 @@ def summary(findings: Iterable[Finding]) -> list[list[str]]:
     for (what, measure), by_bits in pairs.items():
         found = [shown(by_bits[bits].found) if bits in by_bits else "" for bits in (32, 64)]
         first, *_ = shortest = sorted(by_bits.values(), key=lambda f: f.kept)  # what is not kept first
-        kept = "yes" if first.kept else "**no**"
+        kept = ("yes" if first.bound < math.inf else "-") if first.kept else "**no**"
         # Where nothing at all was found, there is no worst place.
         places = dict.fromkeys(f.at for f in shortest if f.found)
         bounds = dict.fromkeys(shown(by_bits[bits].bound) for bits in (32, 64) if bits in by_bits)
@@ -115,5 +116,7 @@ def _lines(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def shown(value: float) -> str:
-    """Counts as they are, all else to two digits."""
-    return f"{value:.0f}" if abs(value) < 1e6 and value == int(value) else f"{value:.2g}"
+    """Counts as they are, all else to three digits; no bound is a dash."""
+    if value == math.inf:
+        return "-"
+    return f"{value:.0f}" if abs(value) < 1e6 and value == int(value) else f"{value:.3g}"

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from raytracer.checks import Vec3
 from raytracer.extremes.comparison import MATTE, enlarged, findings, moved
 from raytracer.extremes.ledger import Finding
 from raytracer.renderer import Renderer
@@ -72,9 +73,10 @@ def far_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
         look_at = tuple((direction * distance + radius * np.array((0.2, -0.1, 0.05))).tolist())
         light = tuple((direction * (distance - 3.0 * radius) + np.array((2.0 * radius, radius, 0.0))).tolist())
         scene = Scene([Sphere(center, radius, _RED)], [PointLight(light)], Camera((0, 0, 0), look_at, vertical_fov=fov))
-        # In doubt is where half the chord is shorter than the depth's error, 8 u of the distance.
-        doubt = min(1.0, 0.001 + (8.0 * UNIT[32] * distance / radius) ** 2)
-        yield from findings(renderer, "sphere far away", at, scene, SIZE, doubt=doubt)
+        # In doubt is where half the chord is shorter than the errors of the roots at both its ends.
+        share = (16.0 * UNIT[32] * distance / radius) ** 2
+        doubt, dark = (0.001 + share, max(0.05, share)) if share < 1.0 else (math.inf, math.inf)
+        yield from findings(renderer, "sphere far away", at, scene, SIZE, doubt=doubt, dark=dark)
 
 
 def beside_a_huge_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
@@ -86,10 +88,48 @@ def beside_a_huge_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
             look_at = (1.0, height - 0.2, 0.3) if height > 0 else (1.0, height + 0.1, 0.3)
             scene = Scene(
                 [Sphere((0, -radius, 0), radius, _RED)],
-                [PointLight((3.0, 5.0, 2.0))],
+                [PointLight((3.0, math.copysign(5.0, height), 2.0))],
                 Camera((0, height, 0), look_at, vertical_fov=70),
             )
-            yield from findings(renderer, "beside a huge sphere", f"1e-3 {where} radius 1e{power}", scene, SIZE)
+            # From 1e7 away, where the other side is, a light 5 from the surface may as well be behind it.
+            dark = math.inf if power == 7 and height < 0 else 0.05
+            at = f"1e-3 {where} radius 1e{power}"
+            yield from findings(renderer, "beside a huge sphere", at, scene, SIZE, dark=dark)
+
+
+def on_a_huge_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
+    """A ball on a huge sphere, or sunk in it, and the shadows of both under a low light."""
+    rng = np.random.default_rng(9)
+    for power in (7,) if short else (4, 5, 6, 7):
+        radius = 10.0**power
+        for sunk in (1.0, 0.3, -0.4):
+            up, other = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
+            side = np.cross(up, other) / np.linalg.norm(np.cross(up, other))
+            center = -radius * up
+            foot = center + radius * _unit(radius * up + rng.uniform(-2.0, 2.0) * side)
+            ball = foot + sunk * _unit(foot - center)
+            light = 30.0 * (0.2 * up + side + rng.normal(size=3) * 0.3)
+            eye = 6.0 * np.cross(up, side) + 1.5 * up
+            scene = Scene(
+                [Sphere(_point(center), radius, _GREY), Sphere(_point(ball), 1.0, _RED)],
+                [PointLight(_point(light))],
+                Camera(_point(eye), _point(ball), _point(up), 60.0),
+            )
+            yield from findings(renderer, "on a huge sphere", f"{sunk:g} above, radius 1e{power}", scene, SIZE)
+
+
+def camera_on_a_surface(renderer: Renderer, short: bool) -> Iterator[Finding]:
+    """The camera exactly on a sphere and on a plane, which it then does not see from there."""
+    ball, plane = Sphere((0, 0, 0), 1.0, _RED), Plane((0, 1, 0), 1.0, _GREY)
+    for at, eye, solid in (
+        ("on a sphere, outside", (0.0, 0.0, 1.0), ball | Sphere((0, 0, 4), 1.0, _BLUE)),
+        ("on a sphere, inside", (0.0, 0.0, 1.0), ~ball),
+        ("on a plane", (2.0, 1.0, 3.0), plane | Sphere((0, 1.5, 0), 1.0, _BLUE)),
+    ):
+        for look_at in ((0.1, 0.7, 5.0), (0.2, 0.9, -3.0)):
+            camera = Camera(eye, look_at, vertical_fov=100)
+            scene = Scene([solid], [PointLight((0.3, 4.0, 2.0))], camera)
+            yield from findings(renderer, "camera on a surface", f"{at}, towards z = {look_at[2]:g}", scene, SIZE)
 
 
 def field_of_view(renderer: Renderer, short: bool) -> Iterator[Finding]:
@@ -107,3 +147,12 @@ def field_of_view(renderer: Renderer, short: bool) -> Iterator[Finding]:
         # An outline is known to some 1e-6 of a radian, whatever that is in pixels.
         doubt = 0.001 + 1e-6 / math.radians(fov)
         yield from findings(renderer, "field of view", f"{fov:g} degrees", view, SIZE, doubt=doubt)
+
+
+def _unit(v: np.ndarray) -> np.ndarray:
+    return v / np.linalg.norm(v)
+
+
+def _point(v: np.ndarray) -> Vec3:
+    x, y, z = v.tolist()
+    return x, y, z
