@@ -14,6 +14,7 @@ import time
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any, NoReturn, get_args
 
 from raytracer import __version__
@@ -106,7 +107,11 @@ def _parser() -> argparse.ArgumentParser:
 
     extremes = _command(commands, "extremes", "measure how wrong pictures are where numbers get extreme", _extremes)
     extremes.add_argument(
-        "-o", "--output", metavar="FOLDER", default=".", help="gets extremes.csv and extremes.md (default: here)"
+        "-o",
+        "--output",
+        metavar="FOLDER",
+        default=".",
+        help="gets extremes.csv and extremes.md, over those that are there (default: here)",
     )
     extremes.add_argument("--short", action="store_true", help="only the ends of the ranges, as in the tests")
     extremes.add_argument(
@@ -185,7 +190,7 @@ def _size(text: str) -> tuple[int, int]:
 
 def _whole(text: str) -> int:
     if not (text.isascii() and text.isdigit()):
-        raise argparse.ArgumentTypeError(f"expected a whole number, got {text!r}")
+        raise argparse.ArgumentTypeError(f"expected a whole number that is not negative, got {text!r}")
     return int(text.lstrip("0")[:9] or "0")  # more digits are too many in any case
 
 
@@ -252,10 +257,12 @@ def _check_memory(needed: int, size: tuple[int, int]) -> None:
 
 
 def _extremes(options: argparse.Namespace) -> int:
-    from raytracer.extremes.report import check_folder, report
+    from raytracer.extremes.report import report
+    from raytracer.film import check_folder
     from raytracer.renderer import shared_renderer
 
-    folder = check_folder(options.output)
+    folder = Path(options.output)
+    check_folder(folder)
     with progress_bar("measuring") as progress:
         kept = report(shared_renderer(options.backend), folder, options.short, options.fuzz, progress)
     return 0 if kept else 1

@@ -98,16 +98,24 @@ def check_output(path: str | os.PathLike[str]) -> Path:
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: expected an output that ends in {' or '.join(SUFFIXES)}")
     try:
-        if not path.parent.is_dir():
-            raise InputError(f"{path}: expected a folder that exists, got {path.parent}")
         if path.is_dir():
             raise InputError(f"{path}: expected a file, got a folder")
         path.exists()  # raises where the name is longer than the file system takes
-        with tempfile.TemporaryFile(dir=path.parent):
-            pass
+        check_folder(path.parent, path)
     except OSError as error:
         raise InputError(f"{path}: expected a place that can be written to: {error.strerror}") from None
     return path
+
+
+def check_folder(folder: Path, path: Path | None = None) -> None:
+    """Raise InputError, about `path` or else the folder, unless files can be written into `folder`."""
+    try:
+        if not folder.is_dir():
+            raise InputError(f"{path or folder}: expected a folder that exists, got {folder}")
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise InputError(f"{path or folder}: expected a place that can be written to: {error.strerror}") from None
 
 
 @contextmanager

@@ -257,16 +257,20 @@ def test_a_bound_that_is_not_kept_is_said_and_is_the_exit_status(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def broken(renderer: Renderer, short: bool) -> Iterator[Finding]:
+        """About it."""
         yield Finding("a row", "1e3", 32, "wrong pixels", 0, 0)
         yield Finding("a row", "1e6", 32, "wrong pixels", 7, 0, "a note")
 
     monkeypatch.setattr("raytracer.extremes.ROWS", (broken,))
     command = ["extremes", "-o", str(tmp_path), "--fuzz", "0"]
     assert main(command) == 1
-    assert "2 measurements, 1 beyond their bounds" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "2 measurements, 1 beyond their bounds" in out
+    assert "a row, 1e6, 32 bits: wrong pixels: 7, bound 0" in out
     rows = list(csv.DictReader(io.StringIO((tmp_path / "extremes.csv").read_text())))
     assert [row["kept"] for row in rows] == ["True", "False"] and rows[1]["note"] == "a note"
-    assert "| a row | wrong pixels | 7 |  | 0 | **no** | 1e6 |" in (tmp_path / "extremes.md").read_text()
+    text = (tmp_path / "extremes.md").read_text()
+    assert "| a row | 2 | **1** | 0 |  |" in text and "| 1e6 | **7** | a note |" in text and "About it." in text
     assert main([*command[:1], "-o", str(tmp_path / "nowhere")]) == 2
 
 

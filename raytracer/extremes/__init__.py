@@ -6,10 +6,11 @@ float64, and yields `Finding`s. `raytracer extremes` runs them all; the tests ru
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterator
 
 from raytracer.extremes import fuzz, light, rays, solids, views
-from raytracer.extremes.ledger import Finding
+from raytracer.extremes.ledger import Finding, Row
 from raytracer.progress import Progress
 from raytracer.renderer import Renderer
 
@@ -37,14 +38,20 @@ ROWS: tuple[Callable[[Renderer, bool], Iterator[Finding]], ...] = (
 _ROW = 60
 
 
-def measure(renderer: Renderer, *, short: bool, scenes: int, progress: Progress | None = None) -> list[Finding]:
+def measure(renderer: Renderer, *, short: bool, scenes: int, progress: Progress | None = None) -> list[Row]:
     """All rows, in their shorter form if `short`, and `scenes` fuzzed scenes; progress(done, total) after each."""
     total = _ROW * len(ROWS) + scenes
-    found: list[Finding] = []
+    rows: list[Row] = []
     for i, row in enumerate(ROWS):
         if progress:
             progress(_ROW * i, total)
-        found += row(renderer, short)
-    done = _ROW * len(ROWS)
-    found += fuzz.run(renderer, scenes, progress=(lambda k: progress(done + k, total)) if progress else None)
-    return found
+        rows.append(Row(_about(row), list(row(renderer, short))))
+    if scenes:
+        done = _ROW * len(ROWS)
+        found = fuzz.run(renderer, scenes, progress=(lambda k: progress(done + k, total)) if progress else None)
+        rows.append(Row(_about(fuzz.scene), found))
+    return rows
+
+
+def _about(row: Callable[..., object]) -> str:
+    return inspect.cleandoc(row.__doc__ or "")

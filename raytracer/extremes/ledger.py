@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple, dataclass, fields
@@ -35,24 +34,42 @@ def worst(findings: Iterable[Finding]) -> list[Finding]:
     return [max(group, key=lambda finding: (not finding.kept, finding.found)) for group in groups.values()]
 
 
-HEADING = ("what", "measure", "32 bits", "64 bits", "bound", "kept", "worst at")
+@dataclass(frozen=True)
+class Row:
+    """A row of the ledger: what it measures, in words, and what was found."""
+
+    about: str
+    findings: list[Finding]
 
 
-def summary(findings: Iterable[Finding]) -> list[list[str]]:
-    """Rows under HEADING: the worst of each measure at either precision."""
-    pairs: dict[tuple[str, str], dict[int, Finding]] = {}
-    for finding in worst(findings):
-        pairs.setdefault((finding.what, finding.measure), {})[finding.bits] = finding
-    rows = []
-    for (what, measure), by_bits in pairs.items():
-        found = [shown(by_bits[bits].found) if bits in by_bits else "" for bits in (32, 64)]
-        first, *_ = shortest = sorted(by_bits.values(), key=lambda f: f.kept)  # what is not kept first
-        kept = ("yes" if first.bound < math.inf else "-") if first.kept else "**no**"
-        # Where nothing at all was found, there is no worst place.
-        places = dict.fromkeys(f.at for f in shortest if f.found)
-        bounds = dict.fromkeys(shown(by_bits[bits].bound) for bits in (32, 64) if bits in by_bits)
-        rows.append([what, measure, *found, " / ".join(bounds), kept, "; ".join(places)])
-    return rows
+HEADING = ("what", "measured", "beyond bounds", "largest share of a bound, 32 bits", "wrong in fact, 32 / 64 bits")
+
+
+def summary(rows: Iterable[Row]) -> list[list[str]]:
+    """A line under HEADING for each row: the share of its bound of what is nearest to it, and so on."""
+    lines = []
+    for row in rows:
+        near = max((f.found / f.bound for f in row.findings if f.bits == 32 and 0.0 < f.bound < math.inf), default=0.0)
+        in_fact = [
+            sum(f.found for f in row.findings if f.bits == bits and IN_FACT in f.measure) if has else None
+            for bits in (32, 64)
+            if (has := any(IN_FACT in f.measure for f in row.findings if f.bits == bits)) or bits == 32
+        ]
+        broken = sum(not f.kept for f in row.findings)
+        lines.append(
+            [
+                row.findings[0].what,
+                str(len(row.findings)),
+                f"**{broken}**" if broken else "none",
+                shown(near),
+                " / ".join(shown(n) for n in in_fact if n is not None),
+            ]
+        )
+    return lines
+
+
+# In the name of a measure that has no bound: pixels that are wrong, in doubt or not.
+IN_FACT = "in fact"
 
 
 def as_csv(findings: Sequence[Finding]) -> str:
@@ -65,49 +82,49 @@ def as_csv(findings: Sequence[Finding]) -> str:
     return text.getvalue()
 
 
-def as_markdown(findings: Sequence[Finding], machine: str) -> str:
-    """The worst of every row, then all."""
+def as_markdown(rows: Sequence[Row], measured: str) -> str:
+    """A summary, then every row by place. `measured` says how, with what and on what."""
     lines = [
         "# Right at the extremes",
         "",
-        "Written by `raytracer extremes` (`make extremes`): every picture and every ray is compared with float64.",
-        "A pixel is *doubtful*, and not counted as wrong, where the rounding of its numbers lets two answers be. That",
-        "is computed for each ray by `raytracer/resolution.py`, from the error bounds that `shaders/sphere.glsl` and",
-        "`plane.glsl` state. *Share of its bound* is the largest error over the bound that is computed for that pixel;",
-        "*ulp* is a unit in the last place of float32; the bounds there are the median and the largest computed ones.",
+        "Written by `raytracer extremes` (`make extremes`): pictures and rays from the GPU against float64.",
+        f"{measured}",
         "",
-        f"Measured on {machine}.",
+        "- A pixel, or a shadow in it, is *doubtful* where the rounding of its numbers lets two answers be. That is",
+        "  computed for each ray by `raytracer/resolution.py`, from the error bounds that `shaders/sphere.glsl` and",
+        "  `plane.glsl` state. *Wrong* are pixels that are wrong without being doubtful: their bound is 0. The share",
+        "  of doubtful ones has a bound too, so that doubt does not excuse everything. Where that is `-`, 32 bits do",
+        "  not resolve the scene; *wrong in fact* then says how wrong it is, and what `--precision 64` makes of it.",
+        "- *Share of its bound*: an error over the bound that is computed for that very pixel. With 64 bits the depth",
+        "  is always near its bound, which is then that of the float32 in which pictures are kept.",
+        "- *ulp*: a unit in the last place of float32.",
         "",
-        "## The worst of each",
-        "",
-        *_lines(HEADING, summary(findings)),
-        "",
-        "## All",
-        "",
-        "Where there are two numbers, the first is found with 32 bits and the second with 64.",
+        *_lines(HEADING, summary(rows)),
     ]
-    for what, group in itertools.groupby(findings, key=lambda finding: finding.what):
-        lines += ["", f"### {what[0].upper()}{what[1:]}", "", *_by_place(list(group))]
+    for row in rows:
+        what = row.findings[0].what
+        lines += ["", f"## {what[0].upper()}{what[1:]}", "", row.about, "", *_by_place(row.findings)]
     return "\n".join(lines) + "\n"
 
 
 def _by_place(findings: list[Finding]) -> list[str]:
-    """A line for each place in the range, a column for each measure."""
-    measures = list(dict.fromkeys(f.measure for f in findings))
+    """A line for each place in the range, a column for each measure: found with 32 bits / with 64, and the bounds."""
     cells: dict[tuple[str, str], list[str]] = {}
+    bounds: dict[str, dict[str, None]] = {}
     for f in findings:
         cells.setdefault((f.at, f.measure), []).append(shown(f.found) if f.kept else f"**{shown(f.found)}**")
+        bounds.setdefault(f.measure, {})[shown(f.bound)] = None
         if f.note:
             cells.setdefault((f.at, "note"), []).append(f.note)
+    measures = [m for m in bounds if any(c != "0" for (_, name), row in cells.items() if name == m for c in row)]
     rows = [
-        (
-            at,
-            *(" / ".join(cells.get((at, measure), [])) for measure in measures),
-            "; ".join(cells.get((at, "note"), [])),
-        )
+        (at, *(" / ".join(cells.get((at, m), [])) for m in measures), "; ".join(cells.get((at, "note"), [])))
         for at in dict.fromkeys(f.at for f in findings)
     ]
-    return _lines(("at", *measures, "note"), rows)
+    zero = [f"{m} (bound {', '.join(bounds[m])})" for m in bounds if m not in measures]
+    heading = [f"{m} (bound {', '.join(bounds[m]) if len(bounds[m]) < 3 else 'computed'})" for m in measures]
+    found = [f"Found everywhere: 0 {'; 0 '.join(zero)}.", ""] if zero else []
+    return [*found, *_lines(("at, with 32 / 64 bits", *heading, "note"), rows)]
 
 
 def _lines(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
