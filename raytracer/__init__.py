@@ -14,21 +14,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from raytracer.checks import InputError
-from raytracer.scene import (
-    Camera,
-    Complement,
-    Difference,
-    Intersection,
-    Material,
-    Plane,
-    PointLight,
-    Scene,
-    Solid,
-    Sphere,
-    Union,
-)
+from raytracer.scene import Camera, PointLight, Scene
 from raytracer.scene_file import load
 from raytracer.settings import Settings
+from raytracer.solids import Complement, Difference, Intersection, Material, Plane, Solid, Sphere, Union
 
 if TYPE_CHECKING:
     from raytracer.context import ContextError

@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Mapping
 
 from raytracer.checks import InputError
-from raytracer.scene import Complement, Difference, Intersection, Solid, Union
+from raytracer.solids import Complement, Difference, Intersection, Solid, Union
 
 # What a person or a program may sensibly write: enough for every primitive that one object may have.
 MAX_CHARACTERS = 1_000_000

@@ -17,19 +17,9 @@ from numpy.typing import NDArray
 
 from raytracer.film import Image
 from raytracer.sampling import sample_point
-from raytracer.scene import (
-    Camera,
-    Complement,
-    Intersection,
-    PointLight,
-    Primitive,
-    Scene,
-    Solid,
-    Sphere,
-    Union,
-    postfix,
-)
+from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
+from raytracer.solids import Complement, Intersection, Primitive, Solid, Sphere, Union, postfix
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

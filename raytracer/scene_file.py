@@ -19,18 +19,9 @@ import msgspec
 
 from raytracer import expression
 from raytracer.checks import InputError, Vec3, shown
-from raytracer.scene import (
-    Camera,
-    Material,
-    Plane,
-    PointLight,
-    Primitive,
-    Scene,
-    Solid,
-    Sphere,
-    leaves,
-)
+from raytracer.scene import Camera, PointLight, Scene
 from raytracer.scene_text import line_of_error
+from raytracer.solids import Material, Plane, Primitive, Solid, Sphere, leaves
 
 MAX_BYTES = 4 * 1024 * 1024
 # tomllib takes time that is quadratic in the parts of a dotted key: a.b.c.

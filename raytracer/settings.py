@@ -8,7 +8,8 @@ from typing import Literal, get_args
 import msgspec
 
 from raytracer.checks import MAX_EXPONENT, InputError, shown
-from raytracer.scene import MODELS, Material, Scene, Sphere, leaves
+from raytracer.scene import Scene
+from raytracer.solids import MODELS, Material, Sphere, leaves
 
 Shadows = Literal["off", "hard", "diluted"]
 Shading = Literal["phong", "blinn"]

@@ -12,21 +12,21 @@ import itertools
 from typing import Literal
 
 from raytracer.glsl_source import Source, assemble
-from raytracer.scene import (
+from raytracer.scene import Scene
+from raytracer.settings import Settings
+from raytracer.solids import (
     MODELS,
     Complement,
     Difference,
     Intersection,
     Plane,
     Primitive,
-    Scene,
     Solid,
     Sphere,
     Union,
     leaves,
     postfix,
 )
-from raytracer.settings import Settings
 
 # What the second pass makes of what a pixel sees; all but the picture for looking into it.
 Show = Literal["picture", "normal", "depth", "material"]

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.checks import Vec3
-from raytracer.scene import MODELS, Camera, Scene, Sphere
+from raytracer.scene import Camera, Scene
 from raytracer.settings import Precision, Settings
 from raytracer.shader import surfaces
+from raytracer.solids import MODELS, Sphere
 
 # std140 layout of struct Material (material.glsl), and of struct Light (light.glsl) at either precision.
 _MATERIAL = np.dtype(

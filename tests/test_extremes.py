@@ -18,7 +18,8 @@ from raytracer import glsl, reference
 from raytracer.cli import main
 from raytracer.extremes import ROWS, Finding, fuzz, ledger
 from raytracer.renderer import Renderer
-from raytracer.resolution import UNIT, resolution
+from raytracer.resolution import resolution
+from raytracer.rounding import UNIT
 from raytracer.settings import Precision, Settings, precision_warning
 
 from . import scenes
@@ -49,7 +50,7 @@ def test_fuzzed_scenes_are_the_same_for_the_same_seed_and_cover_the_ranges() -> 
 
 
 def _spheres(solid: rt.Solid) -> list[rt.Sphere]:
-    from raytracer.scene import leaves
+    from raytracer.solids import leaves
 
     return [leaf for leaf in leaves(solid) if isinstance(leaf, rt.Sphere)]
 

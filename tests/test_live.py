@@ -171,7 +171,7 @@ MISTAKES = [
     ("shade.frag", "uniform vec3 ambient; ", "const vec3 x = vec3(1.0); uniform float ambient;", "uniform ambient"),
     ("present.frag", "uniform int enlarged;", "uniform ivec2 enlarged;", "uniform enlarged"),
     ("show_depth.frag", "// The distance", "// Die L\xe4nge", "show_depth.frag:1: .*UTF-8"),
-    ("camera.glsl", "return 2.0 * (", "return 2.0 * nothing * (", r"camera\.glsl:\d+"),
+    ("camera.glsl", "real2(2.0 * (", "real2(2.0 * nothing * (", r"camera\.glsl:\d+"),
 ]
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.expression import parse
-from raytracer.scene import leaves, postfix
+from raytracer.solids import leaves, postfix
 
 from . import scenes
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.scene import MAX_LENGTH
+from raytracer.checks import MAX_LENGTH
 from raytracer.turntable import scale_camera, scale_light, turn_camera, turn_light
 
 BALL = rt.Sphere((1.0, 2.0, 3.0), 0.5)

@@ -168,7 +168,7 @@ def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_li
             assert np.abs(view.shown()[: len(upper)] - upper).max() <= 1, "the last good picture"
 
         saved(shader, "m.ka * ambient", "m.ka * ambience")
-        until_wrong("shade.frag:23: ")
+        until_wrong("shade.frag:20: ")
         saved(shader, "m.ka * ambience", "m.kd * ambient")
         file.write_text(BALL.replace("kd = [0.5, 0.1, 0.1]", "kd = [0.5, 0.1, 0.1]\nka = [0.5, 0.1, 0.1]"))
         bright = rendered(rt.load(file))

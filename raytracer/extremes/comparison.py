@@ -16,8 +16,9 @@ from raytracer.checks import Vec3
 from raytracer.extremes.ledger import Finding
 from raytracer.renderer import Renderer
 from raytracer.resolution import resolution
-from raytracer.scene import Complement, Material, Plane, PointLight, Primitive, Scene, Solid, Sphere, postfix
+from raytracer.scene import PointLight, Scene
 from raytracer.settings import Evaluator, Precision, Settings
+from raytracer.solids import Complement, Material, Plane, Primitive, Solid, Sphere, postfix
 from raytracer.vectors import add, scaled
 
 # Without ambient light or highlights: black where no light reaches, and only there.

@@ -13,9 +13,10 @@ from raytracer.checks import InputError, Vec3
 from raytracer.extremes.comparison import compare, precisions
 from raytracer.extremes.ledger import Finding, worst
 from raytracer.renderer import Renderer
-from raytracer.scene import Camera, Material, Plane, PointLight, Scene, Solid, Sphere
+from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Precision, Settings
 from raytracer.shader import roth_loops
+from raytracer.solids import Material, Plane, Solid, Sphere
 
 SIZE = (40, 30)
 # So many scenes in a row have one structure, and so one program.

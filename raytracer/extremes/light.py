@@ -15,9 +15,10 @@ from raytracer import glsl, reference
 from raytracer.extremes.comparison import MATTE, findings, precisions
 from raytracer.extremes.ledger import Finding
 from raytracer.renderer import Renderer
-from raytracer.resolution import UNIT
-from raytracer.scene import Camera, Material, Plane, PointLight, Scene, Solid, Sphere
+from raytracer.rounding import UNIT
+from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
+from raytracer.solids import Material, Plane, Solid, Sphere
 
 Array = NDArray[np.float64]
 _RED, _BLUE, _GREEN, _GREY = MATTE

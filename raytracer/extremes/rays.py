@@ -9,7 +9,7 @@ import numpy as np
 from raytracer import glsl
 from raytracer.extremes.ledger import Finding
 from raytracer.renderer import Renderer
-from raytracer.resolution import UNIT, moment_error
+from raytracer.rounding import UNIT, moment_error
 
 _U = UNIT[32]
 

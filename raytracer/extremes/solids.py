@@ -13,9 +13,10 @@ from raytracer.extremes.ledger import Finding
 from raytracer.film import Image
 from raytracer.renderer import MAX_ROTH_LOOPS, Renderer
 from raytracer.resolution import resolution
-from raytracer.scene import Camera, Plane, PointLight, Scene, Solid, Sphere
+from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Evaluator, Settings
 from raytracer.shader import roth_loops
+from raytracer.solids import Plane, Solid, Sphere
 
 SIZE = (64, 48)
 _RED, _BLUE, _GREEN, _GREY = MATTE

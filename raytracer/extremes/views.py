@@ -11,9 +11,10 @@ from raytracer.checks import Vec3
 from raytracer.extremes.comparison import MATTE, enlarged, findings, moved
 from raytracer.extremes.ledger import Finding
 from raytracer.renderer import Renderer
-from raytracer.resolution import UNIT
-from raytracer.scene import Camera, Plane, PointLight, Scene, Sphere
+from raytracer.rounding import UNIT
+from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
+from raytracer.solids import Plane, Sphere
 
 SIZE = (96, 54)
 # Of the still life: what "scene sizes" are counted in.

@@ -1,0 +1,259 @@
+"""Materials, and solids made of them: spheres and half-spaces, and trees of these by `|` `&` `-` `~`.
+
+Part of `scene.py`, which says what holds for all of it.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import msgspec
+
+from raytracer.checks import (
+    MAX_EXPONENT,
+    MAX_LENGTH,
+    MIN_RADIUS,
+    InputError,
+    Vec3,
+    color,
+    direction,
+    number,
+    point,
+    set_fields,
+    shown,
+)
+
+# Leaves of one solid. Sub-solids may be shared in Python, so a short program can describe a tree
+# of astronomical size; no evaluator comes near this many.
+MAX_LEAVES = 65536
+# Of the largest number in a sum: how far from 0 the roundings of a handful of numbers to float64 take it.
+_ROUNDING = 8.0 * 2.0**-53
+
+
+class Material(msgspec.Struct, frozen=True, repr_omit_defaults=True):
+    """How a surface reflects: ambient, diffuse and specular factors, the highlight's exponent.
+
+    `ka`, `kd`, `ks` are linear RGB in [0, 1e12], `h` is in [0, 1e6], `model` is "phong"
+    (Phong 1975) or "blinn" (Blinn 1977). `name` is only a label.
+    """
+
+    ka: Vec3 = (0.1, 0.1, 0.1)
+    kd: Vec3 = (0.8, 0.8, 0.8)
+    ks: Vec3 = (0.5, 0.5, 0.5)
+    h: float = 32.0
+    model: str = "phong"
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if self.model not in MODELS:
+            raise InputError(f"model: expected {' or '.join(map(repr, MODELS))}, got {shown(self.model)}")
+        if not isinstance(self.name, str):
+            raise InputError(f"name: expected a string, got {shown(self.name)}")
+        set_fields(
+            self,
+            ka=color(self.ka, "ka"),
+            kd=color(self.kd, "kd"),
+            ks=color(self.ks, "ks"),
+            h=number(self.h, "h", 0.0, MAX_EXPONENT, f"a number in [0, {MAX_EXPONENT:g}]"),
+        )
+
+
+MODELS = ("phong", "blinn")
+
+
+class Solid(msgspec.Struct, frozen=True):
+    """A closed set of points: a primitive, or a tree of them. `|` `&` `-` `~` make trees."""
+
+    def __or__(self, other: Solid) -> Union:
+        return Union(self, other)
+
+    def __and__(self, other: Solid) -> Intersection:
+        return Intersection(self, other)
+
+    def __sub__(self, other: Solid) -> Difference:
+        return Difference(self, other)
+
+    def __bool__(self) -> bool:
+        raise TypeError("a solid is neither true nor false: join solids by | & - ~, not by or, and, not")
+
+    def __invert__(self) -> Complement:
+        return Complement(self)
+
+
+def _square(x: float) -> tuple[float, float]:
+    """x^2 as a float and what it rounded off, exactly (Dekker 1971, after Veltkamp's splitting)."""
+    high = x * 134217729.0 - (x * 134217729.0 - x)  # 2^27 + 1: the upper half of x's bits
+    low = x - high
+    square = x * x
+    return square, ((high * high - square) + 2.0 * high * low) + low * low
+
+
+class Sphere(Solid, frozen=True, repr_omit_defaults=True):
+    """The ball around `center` with `radius` in [1e-12, 1e12]."""
+
+    center: Vec3
+    radius: float
+    material: Material = Material()
+
+    def __post_init__(self) -> None:
+        _check_material(self.material)
+        expected = f"a number above 0, in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
+        set_fields(
+            self,
+            center=point(self.center, "center"),
+            radius=number(self.radius, "radius", MIN_RADIUS, MAX_LENGTH, expected),
+        )
+
+    def power(self, point: Vec3) -> float:
+        """|center - point|^2 - radius^2 to its last bits: also where the point is all but on a huge sphere."""
+        parts = [-part for part in _square(self.radius)]
+        for c, p in zip(self.center, point, strict=True):
+            d = c - p
+            # What the subtraction rounded off (Knuth's two-sum); its square is below any bit that matters.
+            rest = (c - (d - (d - c))) - (p + (d - c))
+            parts += (*_square(d), 2.0 * d * rest)
+        return math.fsum(parts)
+
+    def touches(self, point: Vec3) -> bool:
+        """Whether `point` lies on the sphere, to the rounding of the numbers that are given."""
+        given = max(map(abs, (*self.center, *point, self.radius)))
+        return abs(math.dist(self.center, point) - self.radius) <= _ROUNDING * given
+
+
+class Plane(Solid, frozen=True, repr_omit_defaults=True):
+    """The solid half-space dot(normal, x) <= offset; `normal` need not be a unit vector."""
+
+    normal: Vec3
+    offset: float
+    material: Material = Material()
+
+    def __post_init__(self) -> None:
+        _check_material(self.material)
+        expected = f"a number within +-{MAX_LENGTH:g}"
+        offset = number(self.offset, "offset", -MAX_LENGTH, MAX_LENGTH, expected)
+        normal = direction(self.normal, "normal")
+        set_fields(self, normal=normal, offset=offset)
+        distance = abs(self.unit()[1])
+        if distance > MAX_LENGTH:
+            raise InputError(f"offset: expected offset / |normal| within +-{MAX_LENGTH:g}, got {distance:g}")
+
+    def unit(self) -> tuple[Vec3, float]:
+        """The unit normal and its offset: to the last bit the same, or both negated, for planes that coincide."""
+        scale = max(self.normal, key=abs)
+        x, y, z, offset = (float(Fraction(c) / Fraction(scale)) for c in (*self.normal, self.offset))
+        length = math.copysign(math.hypot(x, y, z), scale)
+        return (x / length, y / length, z / length), offset / length
+
+    def depth(self, point: Vec3) -> float:
+        """How deep a point is inside: offset - dot(n, point) for the unit normal n; negative outside."""
+        normal, offset = self.unit()
+        return math.fsum((offset, *(-n * p for n, p in zip(normal, point, strict=True))))
+
+    def touches(self, point: Vec3) -> bool:
+        """Whether `point` lies on the plane, to the rounding of the numbers that are given."""
+        return abs(self.depth(point)) <= _ROUNDING * max(map(abs, (*point, self.unit()[1])))
+
+
+Primitive = Sphere | Plane
+
+
+def _check_material(material: Any) -> None:
+    if not isinstance(material, Material):
+        raise InputError(f"material: expected a Material, got {shown(material)}")
+
+
+class _Operator(Solid, frozen=True, eq=False):
+    """An inner node of a CSG tree.
+
+    Trees get deep (a - b - c - ...), so nothing here recurses: equality, hash and repr work on
+    the tree's postfix form.
+    """
+
+    def __post_init__(self) -> None:
+        for name in self.__struct_fields__:
+            if not isinstance(getattr(self, name), Solid):
+                raise InputError(f"{name}: expected a solid, got {shown(getattr(self, name))}")
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Operator) and _key(self) == _key(other)
+
+    def __hash__(self) -> int:
+        return hash(_key(self))
+
+    def __repr__(self) -> str:
+        texts: list[str] = []
+        for node in postfix(self):
+            match node:
+                case Complement():
+                    texts.append(f"~{texts.pop()}")
+                case Union() | Intersection() | Difference():
+                    b, a = texts.pop(), texts.pop()
+                    texts.append(f"({a} {node.symbol} {b})")
+                case _:
+                    texts.append(repr(node))
+        return texts[0]
+
+
+class _Binary(_Operator, frozen=True, eq=False):
+    a: Solid
+    b: Solid
+
+
+class Union(_Binary, frozen=True, eq=False):
+    """The points in `a` or `b`: `a | b`."""
+
+    symbol = "|"
+
+
+class Intersection(_Binary, frozen=True, eq=False):
+    """The points in both `a` and `b`: `a & b`."""
+
+    symbol = "&"
+
+
+class Difference(_Binary, frozen=True, eq=False):
+    """The points in `a` that are not in `b`: `a - b`."""
+
+    symbol = "-"
+
+
+class Complement(_Operator, frozen=True, eq=False):
+    """The points that are not in `a`: `~a`."""
+
+    a: Solid
+
+
+def postfix(solid: Solid) -> list[Solid]:
+    """The nodes of a tree, operands before their operator: the form that every evaluator reads.
+
+    Raises InputError for a tree of more than `MAX_LEAVES` leaves.
+    """
+    # Root, right, left on a stack is postfix backwards.
+    order: list[Solid] = []
+    pending = [solid]
+    count = 0
+    while pending:
+        node = pending.pop()
+        order.append(node)
+        match node:
+            case Complement():
+                pending.append(node.a)
+            case _Binary():
+                pending += (node.a, node.b)
+            case _:
+                count += 1
+        if count > MAX_LEAVES or len(order) > 4 * MAX_LEAVES:
+            raise InputError(f"objects: expected at most {MAX_LEAVES} primitives in one object")
+    order.reverse()
+    return order
+
+
+def _key(solid: Solid) -> tuple[object, ...]:
+    return tuple(type(node) if isinstance(node, _Operator) else node for node in postfix(solid))
+
+
+def leaves(solid: Solid) -> list[Primitive]:
+    """The primitives of a tree, from left to right."""
+    return [node for node in postfix(solid) if isinstance(node, Primitive)]
