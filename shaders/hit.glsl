@@ -31,14 +31,15 @@ void surfaceAt(int mat, Ray ray, out real3 P, out real3 n) {
 #endif
 }
 
-// The contact of a point P that lies on the surface of `mat`, 0 for none.
+// The contact of a point P that lies on the surface of `mat`; none for 0.
 Contact contactOf(int mat, real3 P) {
     int index = abs(mat) - 1;
-    if (mat == 0) return Contact(NONE, real4(0.0), real3(0.0));
 #if SPHERES > 0
-    if (index < SPHERES) return Contact(SPHERE, spheres[index], normalize(P - spheres[index].xyz));
+    if (mat != 0 && index < SPHERES)
+        return Contact(SPHERE, spheres[index], normalize(P - spheres[index].xyz));
 #endif
 #if PLANES > 0
-    return Contact(PLANE, planes[index - SPHERES], planes[index - SPHERES].xyz);
+    if (index >= SPHERES) return Contact(PLANE, planes[index - SPHERES], planes[index - SPHERES].xyz);
 #endif
+    return Contact(NONE, real4(0.0), real3(0.0));
 }

@@ -121,6 +121,7 @@ def _by_place(findings: list[Finding]) -> list[str]:
         (at, *(" / ".join(cells.get((at, m), [])) for m in measures), "; ".join(cells.get((at, "note"), [])))
         for at in dict.fromkeys(f.at for f in findings)
     ]
+    rows = [row for row in rows if any(row[1:])]
     zero = [f"{m} (bound {', '.join(bounds[m])})" for m in bounds if m not in measures]
     heading = [f"{m} (bound {', '.join(bounds[m]) if len(bounds[m]) < 3 else 'computed'})" for m in measures]
     found = [f"Found everywhere: 0 {'; 0 '.join(zero)}.", ""] if zero else []
