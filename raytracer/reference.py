@@ -51,7 +51,7 @@ def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None
             image.radiance[rows] += _radiance(scene, settings, tracer, rd, t, surface, normal).reshape(*shape, 3)
             if k == 0:
                 assert image.depth is not None and image.normal is not None and image.material is not None
-                facing = -np.sign(_dot(normal, rd))[:, None] * normal
+                facing = -np.sign(dot(normal, rd))[:, None] * normal
                 image.depth[rows] = t.reshape(shape)
                 image.normal[rows] = facing.reshape(*shape, 3)
                 image.material[rows] = tracer.material_index[surface].reshape(shape)
@@ -70,7 +70,8 @@ def camera_rays(camera: Camera, size: tuple[int, int], point: tuple[float, float
     return rd / np.linalg.norm(rd, axis=-1, keepdims=True)
 
 
-def _dot(a: Array, b: Array) -> Array:
+def dot(a: Array, b: Array) -> Array:
+    """The scalar products of vectors (..., 3)."""
     return np.sum(a * b, axis=-1)
 
 
@@ -128,7 +129,7 @@ class Tracer:
             lit = distance if light and leaf.touches(light.position) else None
             if isinstance(leaf, Sphere):
                 to_center = np.subtract(leaf.center, self._eye) - ro
-                along = _dot(to_center, rd)
+                along = dot(to_center, rd)
                 perp = to_center - along[:, None] * rd
                 # The product of the roots; the power of the ray's origin. Beside a huge sphere float64, too,
                 # needs it to more bits than a distance leaves, and the camera's is known exactly.
@@ -136,7 +137,7 @@ class Tracer:
                 power: Any = (to - leaf.radius) * (to + leaf.radius)
                 if start is None:
                     power = leaf.power(self._eye)
-                square = np.where(np.abs(along) < leaf.radius, along**2 - power, leaf.radius**2 - _dot(perp, perp))
+                square = np.where(np.abs(along) < leaf.radius, along**2 - power, leaf.radius**2 - dot(perp, perp))
                 outer = along + np.copysign(np.sqrt(np.maximum(square, 0.0)), along)
                 with np.errstate(divide="ignore", invalid="ignore"):
                     inner = power / outer
@@ -147,7 +148,7 @@ class Tracer:
                     entry, exit = lit + np.minimum(chord, 0.0), lit + np.maximum(chord, 0.0)
                     entry, exit = np.where(on, 0.0, entry), np.where(on, lit, exit)
                 elif n is not None:
-                    chord = -2.0 * leaf.radius * _dot(n, rd)
+                    chord = -2.0 * leaf.radius * dot(n, rd)
                     entry = np.where(on, np.minimum(chord, 0.0), entry)
                     exit = np.where(on, np.maximum(chord, 0.0), exit)
             else:
@@ -244,7 +245,7 @@ def _radiance(
     hit = surface >= 0
     rd, t, surface, n = rd[hit], t[hit], surface[hit], normal[hit]
     P = t[:, None] * rd
-    N = -np.sign(_dot(n, rd))[:, None] * n
+    N = -np.sign(dot(n, rd))[:, None] * n
     V = -rd
 
     materials = [settings.shaded(leaf.material) for leaf in tracer.leaves]
@@ -259,11 +260,11 @@ def _radiance(
         to_light = np.subtract(light.position, scene.camera.position) - P
         distance = np.linalg.norm(to_light, axis=1)
         L = to_light / np.where(distance == 0.0, 1.0, distance)[:, None]
-        NoL = _dot(N, L)
+        NoL = dot(N, L)
         R = 2.0 * NoL[:, None] * N - L
         H = L + V
         H /= np.maximum(np.linalg.norm(H, axis=1, keepdims=True), np.finfo(float).tiny)
-        cosine = np.where(is_phong, _dot(R, V), _dot(N, H))
+        cosine = np.where(is_phong, dot(R, V), dot(N, H))
         with np.errstate(under="ignore"):
             spec = np.maximum(cosine, 0.0) ** h
         S = np.ones(len(P))

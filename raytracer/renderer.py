@@ -116,6 +116,8 @@ class Renderer:
         info = context.info
         self.max_target = min(info["GL_MAX_TEXTURE_SIZE"], *info["GL_MAX_VIEWPORT_DIMS"][:2])
         self._max_block = info["GL_MAX_UNIFORM_BLOCK_SIZE"]
+        # Doubles came with OpenGL 4.0.
+        self.precisions: tuple[Precision, ...] = (32, 64) if context.version_code >= 400 else (32,)
 
     def render(
         self,
@@ -186,7 +188,8 @@ class Renderer:
                 f"evaluator: expected at most {MAX_ROTH_LOOPS} loops for roth (1 an object, |, & or ~, 2 a -), got "
                 f"{loops}; the evaluator walk has no such limit"
             )
-        if settings.precision == 64 and (version := self.context.version_code) < 400:
+        if settings.precision not in self.precisions:
+            version = self.context.version_code
             raise InputError(
                 f"precision: 64 needs OpenGL 4.0 or later, got {version // 100}.{version // 10 % 10} "
                 f"({self.context.info['GL_RENDERER']}); 32 needs no more than 3.3"

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer import reference, view_space
-from raytracer.rounding import FEW, UNIT, Rays, Roots, View, dot, interval, moment_error, order_in_doubt, root_errors
+from raytracer.reference import dot
+from raytracer.rounding import FEW, UNIT, Rays, Roots, View, interval, moment_error, order_in_doubt, root_errors
 from raytracer.scene import PointLight, Scene
 from raytracer.settings import Precision
 from raytracer.solids import Sphere
@@ -139,7 +140,7 @@ class _Analysis:
             grazes = self._tracer.coincide[on][surface]
         doubt = ~np.isfinite(L_error) | (~(np.abs(dot(n, L)) > normal + L_error + 4.0 * u) & ~grazes)
         rays = Rays(P, np.nan_to_num(L), point, np.nan_to_num(L_error, posinf=1.0), False)
-        found = [self._between(k, rays, surface, n, normal, light, distance) for k in self._distinct()]
+        found = [self._between(k, rays, surface, n, normal, light, distance, k == on) for k in self._distinct()]
         end = distance - moved - 2.0 * u * distance, distance + moved + 2.0 * u * distance
         doubt |= order_in_doubt(found, end[1])
         for roots in found:
@@ -161,17 +162,17 @@ class _Analysis:
         return doubt & ~grazes, max(light.color) * (kd * vectors + lobe)
 
     def _between(
-        self, k: int, rays: Rays, surface: Any, n: Array, normal: Array, light: PointLight, distance: Array
+        self, k: int, rays: Rays, surface: Any, n: Array, normal: Array, light: PointLight, distance: Array, lit: bool
     ) -> Roots:
         """The roots of leaf k for rays that leave `surface` towards a light.
 
-        That at their start is exactly 0, and that at the light, if it lies on the leaf, exactly the distance:
-        these are in no doubt.
+        That at their start is exactly 0, and that at the light, if it lies on the leaf (`lit`), exactly the
+        distance: these are in no doubt.
         """
         leaf = self._leaves[k]
         roots = self._roots(k, rays)
         starts = self._tracer.coincide[k][surface]
-        ends = np.full(len(starts), self._on(light) == k)
+        ends = np.full(len(starts), lit)
         t = np.full((2, len(starts)), np.inf)
         error = t.copy()
         if isinstance(leaf, Sphere):

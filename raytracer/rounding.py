@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.checks import Vec3
+from raytracer.reference import dot
 from raytracer.solids import Plane, Primitive, Sphere
 
 Array = NDArray[np.float64]
@@ -164,8 +165,3 @@ def order_in_doubt(leaves: list[Roots], end: Array) -> Mask:
     furthest = np.maximum.accumulate(high, axis=0)[:-1]
     overlap = (low[1:] <= furthest) & (low[1:] <= end) & (furthest > 0.0) & np.isfinite(low[1:])
     return doubt | np.any(overlap, axis=0)
-
-
-def dot(a: Array, b: Array) -> Array:
-    """(R,): the scalar products of (R, 3) and (R, 3)."""
-    return np.sum(a * b, axis=-1)

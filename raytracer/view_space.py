@@ -84,10 +84,11 @@ def materials_block(scene: Scene, settings: Settings) -> bytes:
 def lights_block(scene: Scene, precision: Precision) -> bytes:
     """The uniform block of light.glsl."""
     R, eye = rotation(scene.camera), scene.camera.position
+    found = surfaces(scene)
     block = np.zeros(len(scene.lights), _LIGHT[precision])
     for row, light in zip(block, scene.lights, strict=True):
         row["position"], row["color"] = R @ np.subtract(light.position, eye), light.color
-        row["on"] = next((i for i, s in enumerate(surfaces(scene), start=1) if s.touches(light.position)), 0)
+        row["on"] = next((i for i, s in enumerate(found, start=1) if s.touches(light.position)), 0)
     return block.tobytes()
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import get_args
 
 import msgspec
 import numpy as np
@@ -14,12 +13,13 @@ from numpy.typing import NDArray
 from raytracer import reference
 from raytracer.checks import Vec3
 from raytracer.extremes.ledger import Finding
+from raytracer.film import Image
 from raytracer.renderer import Renderer
 from raytracer.resolution import resolution
 from raytracer.scene import PointLight, Scene
-from raytracer.settings import Evaluator, Precision, Settings
+from raytracer.settings import Evaluator, Settings
 from raytracer.solids import Complement, Material, Plane, Primitive, Solid, Sphere, postfix
-from raytracer.vectors import add, scaled
+from raytracer.vectors import add, dot, scaled
 
 # Without ambient light or highlights: black where no light reaches, and only there.
 MATTE = tuple(
@@ -32,7 +32,6 @@ MATTE = tuple(
 class Comparison:
     """What a picture of one sample has to do with the reference's. Errors are those of sure pixels."""
 
-    hit: int  # pixels that show something
     wrong: int  # sure pixels that show another material, or none
     doubtful: float  # share of the pixels, and of those that show something, in which that is in doubt
     lit: int  # sure pixels that light reaches, or does not, and should not, or should
@@ -46,15 +45,10 @@ class Comparison:
     radiance_share: float
 
 
-def precisions(renderer: Renderer) -> list[Precision]:
-    """Those that the driver has."""
-    return [bits for bits in get_args(Precision) if bits == 32 or renderer.context.version_code >= 400]
-
-
 def compare(renderer: Renderer, scene: Scene, size: tuple[int, int], settings: Settings) -> Comparison:
     """A picture of `scene` against the reference's.
 
-    Light is compared by where there is none at all: scenes are to have one light, and be MATTE.
+    Which lights reach a point is compared by where there is no light at all: scenes are to have one, and be MATTE.
     """
     image = renderer.render(scene, size, settings)
     truth = reference.render(scene, size, settings)
@@ -71,22 +65,31 @@ def compare(renderer: Renderer, scene: Scene, size: tuple[int, int], settings: S
     normal = np.linalg.norm(image.normal[hit] - truth.normal[hit], axis=1)
     same_light = hit & ~resolved.unlit
     radiance = np.abs(image.radiance - truth.radiance).max(axis=2)[same_light]
-    bad = np.sum(~(image.radiance >= 0.0) | np.isinf(image.radiance)) + np.sum(~np.isfinite(image.normal))
-    bad += np.sum(np.isnan(image.depth) | (image.depth < 0.0))
     return Comparison(
-        hit=int(np.sum(shown)),
         wrong=int(np.sum(sure & other)),
         doubtful=float(np.sum(~sure) / max(1, np.sum(shown))),
         lit=int(np.sum(dark & same_light)),
         unlit=float(np.sum(hit & resolved.unlit) / max(1, np.sum(hit))),
         anyhow=int(np.sum(other | (shown & dark))),
-        bad=int(bad),
+        bad=invalid(image),
         depth_share=_largest(depth, resolved.depth[hit]),
         depth_median=(float(np.median(ulp)), float(np.median(bound))) if hit.any() else (0.0, 0.0),
         depth_largest=(float(ulp.max(initial=0.0)), float(bound.max(initial=0.0))),
         normal_share=_largest(normal, resolved.normal[hit]),
         radiance_share=_largest(radiance, resolved.radiance[same_light]),
     )
+
+
+def invalid(image: Image) -> int:
+    """How many values of an image none of its outputs may have: NaN; infinite or negative radiance; and so on."""
+    assert image.depth is not None and image.normal is not None
+    bad = np.sum(~(image.radiance >= 0.0) | np.isinf(image.radiance)) + np.sum(~np.isfinite(image.normal))
+    return int(bad + np.sum(~(image.depth > 0.0)))
+
+
+def unit(v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Vectors (..., 3) made unit."""
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
 def _largest(error: NDArray[np.float64], bound: NDArray[np.float64]) -> float:
@@ -110,7 +113,7 @@ def findings(
     At most a share `doubt` of what is seen, and `dark` of what is lit, may be in doubt with 32 bits; inf
     says that 32 bits do not resolve that. With 64 bits the bounds are always the defaults.
     """
-    for bits in precisions(renderer):
+    for bits in renderer.precisions:
         found = compare(renderer, scene, size, Settings(precision=bits, evaluator=evaluator))
         yield Finding(what, at, bits, "wrong pixels", found.wrong, 0)
         yield Finding(what, at, bits, "doubtful pixels, of those hit", found.doubtful, doubt if bits == 32 else 0.01)
@@ -164,5 +167,5 @@ def moved(scene: Scene, by: Vec3) -> Scene:
         scene,
         lambda p: add(p, by),
         1.0,
-        lambda plane: plane.offset + sum(n * b for n, b in zip(plane.normal, by, strict=True)),
+        lambda plane: plane.offset + dot(plane.normal, by),
     )

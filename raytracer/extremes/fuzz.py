@@ -10,7 +10,7 @@ import numpy as np
 
 from raytracer import reference
 from raytracer.checks import InputError, Vec3
-from raytracer.extremes.comparison import compare, precisions
+from raytracer.extremes.comparison import compare, unit
 from raytracer.extremes.ledger import Finding, worst
 from raytracer.renderer import Renderer
 from raytracer.scene import Camera, PointLight, Scene
@@ -82,9 +82,9 @@ def _draw(structure: np.random.Generator, rng: np.random.Generator) -> Scene:
     center = np.array(seen.center)
     eye = center + up * (seen.radius + height)
     # Towards the ball's surface, its outline or beside it, in a picture about as wide as the ball.
-    target = center + seen.radius * _unit(up + _log(rng, -1, 1) * _direction(rng))
+    target = center + seen.radius * unit(up + _log(rng, -1, 1) * _direction(rng))
     fov = math.degrees(math.atan2(seen.radius, abs(height))) * _log(rng, -1, 0.6)
-    toward = _unit(up + 1.2 * _direction(rng))
+    toward = unit(up + 1.2 * _direction(rng))
     light = PointLight(tuple((center + toward * seen.radius * _log(rng, -1, 6)).tolist()), (1.0, 0.7, 0.4))
     camera = Camera(
         tuple(eye.tolist()), tuple(target.tolist()), tuple(_direction(rng).tolist()), min(max(fov, 1e-4), 179.9)
@@ -130,7 +130,7 @@ def run(renderer: Renderer, count: int, start: int = 0, progress: Callable[[int]
 def _settings(renderer: Renderer, drawn: Scene, seed: int) -> list[Settings]:
     """How to render a scene: always by the walk in float32, now and then also by what compiles more slowly."""
     found = [Settings()]
-    if seed % 4 == 0 and 64 in precisions(renderer):
+    if seed % 4 == 0 and 64 in renderer.precisions:
         found.append(Settings(precision=64))
     if seed % 4 == 1 and roth_loops(drawn) <= _FEW_LOOPS:
         found.append(Settings(evaluator="roth"))
@@ -145,9 +145,5 @@ def _color(rng: np.random.Generator) -> Vec3:
     return _log(rng, -6, 6), _log(rng, -6, 6), _log(rng, -6, 6)
 
 
-def _unit(v: np.ndarray) -> np.ndarray:
-    return v / np.linalg.norm(v)
-
-
 def _direction(rng: np.random.Generator) -> np.ndarray:
-    return _unit(rng.normal(size=3))
+    return unit(rng.normal(size=3))

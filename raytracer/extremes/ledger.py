@@ -42,6 +42,8 @@ class Row:
     findings: list[Finding]
 
 
+# In the name of a measure that has no bound: pixels that are wrong, in doubt or not.
+IN_FACT = "in fact"
 HEADING = ("what", "measured", "beyond bounds", "largest share of a bound, 32 bits", "wrong in fact, 32 / 64 bits")
 
 
@@ -50,11 +52,7 @@ def summary(rows: Iterable[Row]) -> list[list[str]]:
     lines = []
     for row in rows:
         near = max((f.found / f.bound for f in row.findings if f.bits == 32 and 0.0 < f.bound < math.inf), default=0.0)
-        in_fact = [
-            sum(f.found for f in row.findings if f.bits == bits and IN_FACT in f.measure) if has else None
-            for bits in (32, 64)
-            if (has := any(IN_FACT in f.measure for f in row.findings if f.bits == bits)) or bits == 32
-        ]
+        in_fact = [[f.found for f in row.findings if f.bits == bits and IN_FACT in f.measure] for bits in (32, 64)]
         broken = sum(not f.kept for f in row.findings)
         lines.append(
             [
@@ -62,14 +60,10 @@ def summary(rows: Iterable[Row]) -> list[list[str]]:
                 str(len(row.findings)),
                 f"**{broken}**" if broken else "none",
                 shown(near),
-                " / ".join(shown(n) for n in in_fact if n is not None),
+                " / ".join(shown(sum(found)) for found in in_fact if found),
             ]
         )
     return lines
-
-
-# In the name of a measure that has no bound: pixels that are wrong, in doubt or not.
-IN_FACT = "in fact"
 
 
 def as_csv(findings: Sequence[Finding]) -> str:

@@ -6,13 +6,12 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from raytracer import glsl, reference
-from raytracer.extremes.comparison import MATTE, findings, precisions
+from raytracer.extremes.comparison import MATTE, findings, invalid, unit
 from raytracer.extremes.ledger import Finding
 from raytracer.renderer import Renderer
 from raytracer.rounding import UNIT
@@ -31,7 +30,7 @@ def self_shadow(renderer: Renderer, short: bool) -> Iterator[Finding]:
     rays to lights in all directions, near and far. A ball alone never shades what faces a light on its side.
     """
     seeds = 40 if short else 1000
-    for bits in precisions(renderer):
+    for bits in renderer.precisions:
         shaded = rays = 0
         for seed in range(seeds):
             rng = np.random.default_rng(seed)
@@ -43,7 +42,7 @@ def self_shadow(renderer: Renderer, short: bool) -> Iterator[Finding]:
             fov = 2.2 * math.degrees(math.atan(radius / distance)) if outside else 170.0
             # Eight near lights and eight far ones; where the camera is inside, the lights are.
             reach = np.repeat((2.0, 10.0 ** rng.uniform(1, 6)) if outside else (0.3, 0.95), 8)
-            places = _unit(rng.normal(size=(16, 3))) * radius * reach[:, None]
+            places = unit(rng.normal(size=(16, 3))) * radius * reach[:, None]
             lights = [PointLight(tuple(place), (2.0**i, 0, 0)) for i, place in enumerate(places.tolist())]
             up = (0.3, 1.0, 0.1) if abs(eye[1]) < 0.9 * distance else (1.0, 0.1, 0.3)
             camera = Camera(tuple(eye), tuple(look_at), up, min(fov, 170.0))
@@ -67,7 +66,7 @@ def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
             at = f"{model}, h = {h:g}"
             N, L, V = _near_highlight(model, h, 4000)
             value = glsl.call(model, N, L, V, h, renderer=renderer)
-            n, l, v = (_unit(given.astype(float)) for given in (N, L, V))
+            n, l, v = (unit(given.astype(float)) for given in (N, L, V))
             a, b = (2.0 * _dot(n, l)[:, None] * n - l, v) if model == "phong" else (n, l + v)
             tangent = np.linalg.norm(np.cross(a, b), axis=1) / _dot(a, b)
             exact = np.exp(-0.5 * h * np.log1p(tangent**2))
@@ -78,7 +77,7 @@ def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
             yield Finding("exponent", at, 32, "relative error", float(error.max()), float(bound.max()))
             scene = _highlight_on_a_ball(model, h)
             truth = reference.render(scene, (64, 64)).radiance
-            for bits in precisions(renderer):
+            for bits in renderer.precisions:
                 image = renderer.render(scene, (64, 64), Settings(precision=bits))
                 off = float(np.abs(image.radiance - truth).max())
                 # The functions' own error, and vectors that are off by 16 u in all where a lobe is steepest.
@@ -92,15 +91,15 @@ def _near_highlight(model: str, h: float, count: int) -> list[NDArray[np.float32
     cosine = np.maximum(10.0 ** (-rng.uniform(0, 8, (count, 1)) / max(h, 1e-9)), 0.02)
 
     def turned(v: Array) -> Array:
-        return cosine * v + np.sqrt(1.0 - cosine**2) * _unit(np.cross(v, rng.normal(size=v.shape)))
+        return cosine * v + np.sqrt(1.0 - cosine**2) * unit(np.cross(v, rng.normal(size=v.shape)))
 
-    N = _unit(rng.normal(size=(count, 3)))
+    N = unit(rng.normal(size=(count, 3)))
     if model == "phong":
-        L = _unit(N + 0.8 * _unit(rng.normal(size=(count, 3))))
+        L = unit(N + 0.8 * unit(rng.normal(size=(count, 3))))
         V = turned(2.0 * _dot(N, L)[:, None] * N - L)
     else:
         H = turned(N)
-        L = _unit(H + 0.5 * _unit(rng.normal(size=(count, 3))))
+        L = unit(H + 0.5 * unit(rng.normal(size=(count, 3))))
         V = 2.0 * _dot(H, L)[:, None] * H - L
     return [vector.astype(np.float32) for vector in (N, L, V)]
 
@@ -109,7 +108,7 @@ def _highlight_on_a_ball(model: str, h: float) -> Scene:
     """A picture of nothing but a highlight, about twice as wide as it is."""
     material = Material((0, 0, 0), (0, 0, 0), (1, 1, 1), h, model)
     P, N, eye = np.array((0.0, 0.0, 1.0)), np.array((0.0, 0.0, 1.0)), np.array((0.3, 0.4, 5.0))
-    V = _unit(eye - P)
+    V = unit(eye - P)
     light = P + 6.0 * (2.0 * float(N @ V) * N - V)
     # Away from the outline, where a lobe of h < 1 ends too steeply for any bound.
     fov = min(12.0, math.degrees(8.0 / math.sqrt(max(h, 1e-9))) / 5.0)
@@ -172,7 +171,7 @@ def valid_scenes(renderer: Renderer, short: bool) -> Iterator[Finding]:
     if short:
         exponents, colors = (1e6,), (0.0, 1e12)
     for model, (where, position) in itertools.product(("phong", "blinn"), lights.items()):
-        for bits in precisions(renderer):
+        for bits in renderer.precisions:
             bad = 0
             for h, color, shadows in itertools.product(exponents, colors, ("off", "hard", "diluted")):
                 c = (color, color, color)
@@ -180,15 +179,9 @@ def valid_scenes(renderer: Renderer, short: bool) -> Iterator[Finding]:
                 objects = [Sphere(ball.center, 1, material), Plane(floor.normal, -1, material)]
                 scene = Scene(objects, [PointLight(position, c)] * 3, Camera(eye, (0, 0, 0), vertical_fov=70), c, c)
                 image = renderer.render(scene, (32, 24), Settings(precision=bits, shadows=shadows))
-                assert image.normal is not None and image.depth is not None
-                bad += int(np.sum(~(image.radiance >= 0.0) | np.isinf(image.radiance)))
-                bad += int(np.sum(~np.isfinite(image.normal)) + np.sum(~(image.depth > 0.0)))
+                bad += invalid(image)
             at = f"{model}, light {where}"
             yield Finding("valid scenes", at, bits, "NaN, infinite or negative values", bad, 0, "colours 0 to 1e12")
-
-
-def _unit(v: Any) -> Array:
-    return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
 def _dot(a: Array, b: Array) -> Array:

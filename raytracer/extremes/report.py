@@ -8,7 +8,6 @@ from pathlib import Path
 
 from raytracer import __version__
 from raytracer.extremes import measure
-from raytracer.extremes.comparison import precisions
 from raytracer.extremes.ledger import HEADING, as_csv, as_markdown, shown, summary
 from raytracer.film import written_whole
 from raytracer.progress import Progress
@@ -33,7 +32,7 @@ def report(renderer: Renderer, folder: Path, short: bool, scenes: int, progress:
             print(f"{at}: {finding.measure}: {shown(finding.found)}, bound {shown(finding.bound)}")
     broken = sum(not finding.kept for finding in findings)
     print(f"{len(findings)} measurements, {broken or 'none'} beyond their bounds")
-    if 64 not in precisions(renderer):
+    if 64 not in renderer.precisions:
         print("nothing is measured with 64 bits: that needs OpenGL 4.0")
     info = renderer.context.info
     form = "in the short form" if short else "in full"

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from raytracer.extremes.comparison import MATTE, findings, precisions
+from raytracer.extremes.comparison import MATTE, findings
 from raytracer.extremes.ledger import Finding
 from raytracer.film import Image
 from raytracer.renderer import MAX_ROTH_LOOPS, Renderer
@@ -39,7 +39,7 @@ def shells(renderer: Renderer, short: bool) -> Iterator[Finding]:
         seen = _scene(inner, outer)
         yield from findings(renderer, "shells", f"which is seen, {at}", seen, SIZE, doubt=doubt, dark=dark)
         inside = Scene([outer - inner], [_LIGHT], Camera((0.2, 0.1, 0.3), (-0.3, -0.1, -1), vertical_fov=100))
-        for bits in precisions(renderer):
+        for bits in renderer.precisions:
             image = renderer.render(inside, SIZE, Settings(precision=bits))
             resolved = resolution(inside, SIZE, bits)
             lit, doubtful = (image.radiance > 0.0).any(axis=2), resolved.unlit | resolved.doubtful
@@ -86,7 +86,7 @@ def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
     """Solids made of parts with common faces, against what they are: the same pixels, bit for bit."""
     what = "coincident faces"
     ties = _ties()
-    for evaluator, bits in itertools.product(EVALUATORS, precisions(renderer)):
+    for evaluator, bits in itertools.product(EVALUATORS, renderer.precisions):
         if short and (evaluator, bits) not in (("walk", 32), ("roth", 32)):
             continue
         settings = Settings(evaluator=evaluator, precision=bits)

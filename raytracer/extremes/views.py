@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from raytracer.checks import Vec3
-from raytracer.extremes.comparison import MATTE, enlarged, findings, moved
+from raytracer.extremes.comparison import MATTE, enlarged, findings, moved, unit
 from raytracer.extremes.ledger import Finding
 from raytracer.renderer import Renderer
 from raytracer.rounding import UNIT
@@ -107,8 +107,8 @@ def on_a_huge_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
             up, other = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
             side = np.cross(up, other) / np.linalg.norm(np.cross(up, other))
             center = -radius * up
-            foot = center + radius * _unit(radius * up + rng.uniform(-2.0, 2.0) * side)
-            ball = foot + sunk * _unit(foot - center)
+            foot = center + radius * unit(radius * up + rng.uniform(-2.0, 2.0) * side)
+            ball = foot + sunk * unit(foot - center)
             light = 30.0 * (0.2 * up + side + rng.normal(size=3) * 0.3)
             eye = 6.0 * np.cross(up, side) + 1.5 * up
             scene = Scene(
@@ -148,10 +148,6 @@ def field_of_view(renderer: Renderer, short: bool) -> Iterator[Finding]:
         # An outline is known to some 1e-6 of a radian, whatever that is in pixels.
         doubt = 0.001 + 1e-6 / math.radians(fov)
         yield from findings(renderer, "field of view", f"{fov:g} degrees", view, SIZE, doubt=doubt)
-
-
-def _unit(v: np.ndarray) -> np.ndarray:
-    return v / np.linalg.norm(v)
 
 
 def _point(v: np.ndarray) -> Vec3:
