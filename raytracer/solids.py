@@ -6,6 +6,7 @@ Part of `scene.py`, which says what holds for all of it.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -28,6 +29,9 @@ from raytracer.checks import (
 # Leaves of one solid. Sub-solids may be shared in Python, so a short program can describe a tree
 # of astronomical size; no evaluator comes near this many.
 MAX_LEAVES = 65536
+# Leaves of all solids of a scene, instances counted each. 2^20 of four float32 are 16 MiB, which any
+# GPU holds, and their numbers are exact in float32 (up to 2^24).
+MAX_SURFACES = 1048576
 # Of the largest number in a sum: how far from 0 the roundings of a handful of numbers to float64 take it.
 _ROUNDING = 8.0 * 2.0**-53
 
@@ -228,7 +232,7 @@ class Complement(_Operator, frozen=True, eq=False):
 def postfix(solid: Solid) -> list[Solid]:
     """The nodes of a tree, operands before their operator: the form that every evaluator reads.
 
-    Raises InputError for a tree of more than `MAX_LEAVES` leaves.
+    Raises InputError for a tree of more than `MAX_LEAVES` leaves, and for what is no solid.
     """
     # Root, right, left on a stack is postfix backwards.
     order: list[Solid] = []
@@ -242,8 +246,10 @@ def postfix(solid: Solid) -> list[Solid]:
                 pending.append(node.a)
             case _Binary():
                 pending += (node.a, node.b)
-            case _:
+            case Sphere() | Plane():
                 count += 1
+            case _:
+                raise InputError(f"objects: expected solids here, got {shown(node)}")
         if count > MAX_LEAVES or len(order) > 4 * MAX_LEAVES:
             raise InputError(f"objects: expected at most {MAX_LEAVES} primitives in one object")
     order.reverse()
@@ -257,3 +263,17 @@ def _key(solid: Solid) -> tuple[object, ...]:
 def leaves(solid: Solid) -> list[Primitive]:
     """The primitives of a tree, from left to right."""
     return [node for node in postfix(solid) if isinstance(node, Primitive)]
+
+
+def with_leaves(solid: Solid, change: Callable[[Primitive], Solid]) -> Solid:
+    """The same tree over other leaves: each is what `change` makes of it."""
+    stack: list[Solid] = []
+    for node in postfix(solid):
+        if isinstance(node, Primitive):
+            stack.append(change(node))
+        elif isinstance(node, Complement):
+            stack.append(~stack.pop())
+        else:
+            b, a = stack.pop(), stack.pop()
+            stack.append(type(node)(a, b))  # pyright: ignore[reportCallIssue]
+    return stack[0]

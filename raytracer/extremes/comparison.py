@@ -18,7 +18,7 @@ from raytracer.renderer import Renderer
 from raytracer.resolution import resolution
 from raytracer.scene import PointLight, Scene
 from raytracer.settings import Evaluator, Settings
-from raytracer.solids import Complement, Material, Plane, Primitive, Solid, Sphere, postfix
+from raytracer.solids import Material, Plane, Primitive, Solid, Sphere, with_leaves
 from raytracer.vectors import add, dot, scaled
 
 # Without ambient light or highlights: black where no light reaches, and only there.
@@ -137,23 +137,12 @@ def mapped(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset: Ca
             return msgspec.structs.replace(leaf, center=point(leaf.center), radius=leaf.radius * scale)
         return msgspec.structs.replace(leaf, offset=offset(leaf))
 
-    def tree(solid: Solid) -> Solid:
-        stack: list[Solid] = []
-        for node in postfix(solid):
-            if isinstance(node, Primitive):
-                stack.append(changed(node))
-            elif isinstance(node, Complement):
-                stack.append(~stack.pop())
-            else:
-                b, a = stack.pop(), stack.pop()
-                stack.append(type(node)(a, b))  # pyright: ignore[reportCallIssue]
-        return stack[0]
-
     camera = msgspec.structs.replace(
         scene.camera, position=point(scene.camera.position), look_at=point(scene.camera.look_at)
     )
     lights = [PointLight(point(light.position), light.color) for light in scene.lights]
-    return msgspec.structs.replace(scene, objects=[tree(o) for o in scene.objects], camera=camera, lights=lights)
+    objects = [with_leaves(solid, changed) for solid in scene.objects]
+    return msgspec.structs.replace(scene, objects=objects, camera=camera, lights=lights)
 
 
 def enlarged(scene: Scene, by: float) -> Scene:
