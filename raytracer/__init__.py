@@ -14,6 +14,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from raytracer.checks import InputError
+from raytracer.instances import Instances
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.scene_file import load
 from raytracer.settings import Settings
@@ -34,6 +35,7 @@ __all__ = [
     "Difference",
     "Image",
     "InputError",
+    "Instances",
     "Intersection",
     "Material",
     "Plane",

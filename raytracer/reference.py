@@ -101,7 +101,7 @@ class Tracer:
 
     def __init__(self, scene: Scene) -> None:
         self._eye = scene.camera.position
-        self._trees = [postfix(solid) for solid in scene.objects]
+        self._trees = [postfix(solid) for solid in scene.solids()]
         self.leaves = [node for tree in self._trees for node in tree if isinstance(node, Primitive)]
         order = {material: i for i, material in enumerate(scene.materials)}
         self.material_index = np.array([*(order[leaf.material] for leaf in self.leaves), -1], np.int32)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from types import UnionType
 from typing import TypeVar
 
 import msgspec
@@ -23,7 +24,8 @@ from raytracer.checks import (
     set_fields,
     shown,
 )
-from raytracer.solids import MAX_LEAVES, Material, Solid, leaves
+from raytracer.instances import Instances
+from raytracer.solids import MAX_SURFACES, Material, Solid, leaves
 from raytracer.vectors import cross, divided, dot, scaled, sub
 
 T = TypeVar("T")
@@ -85,13 +87,13 @@ class Camera(msgspec.Struct, frozen=True):
 class Scene(msgspec.Struct, frozen=True):
     """Solids, lights and a camera.
 
-    `objects` are separate solids; the first hit of any is seen. `ambient` is Ia of the lecture's
-    formula, `background` the radiance of a ray that meets nothing. `materials` lists the scene's
-    materials in the order that the `material` output counts them: those given, then any others
-    in the order in which the objects name them.
+    `objects` are separate solids, and Instances of solids; the first hit of any is seen. `ambient`
+    is Ia of the lecture's formula, `background` the radiance of a ray that meets nothing.
+    `materials` lists the scene's materials in the order that the `material` output counts them:
+    those given, then any others in the order in which the objects name them.
     """
 
-    objects: Sequence[Solid]
+    objects: Sequence[Solid | Instances]
     lights: Sequence[PointLight]
     camera: Camera
     ambient: Vec3 = (1.0, 1.0, 1.0)
@@ -100,26 +102,32 @@ class Scene(msgspec.Struct, frozen=True):
     name: str = "scene"
 
     def __post_init__(self) -> None:
-        objects = _tuple_of(self.objects, Solid, "objects", "solids")
+        objects = _tuple_of(self.objects, Solid | Instances, "objects", "solids and Instances")
         if not objects:
             raise InputError("objects: expected at least one")
         if not isinstance(self.camera, Camera):
             raise InputError(f"camera: expected a Camera, got {shown(self.camera)}")
         given = _tuple_of(self.materials, Material, "materials", "Materials")
-        found = [leaf for solid in objects for leaf in leaves(solid)]
-        if len(found) > MAX_LEAVES:
-            raise InputError(f"objects: expected at most {MAX_LEAVES} primitives, got {len(found)}")
+        once = [leaves(o.solid if isinstance(o, Instances) else o) for o in objects]
+        copies = [len(o) if isinstance(o, Instances) else 1 for o in objects]
+        count = sum(n * len(found) for n, found in zip(copies, once, strict=True))
+        if count > MAX_SURFACES:
+            raise InputError(f"objects: expected at most {MAX_SURFACES} primitives, got {count}")
         set_fields(
             self,
             objects=objects,
             lights=_tuple_of(self.lights, PointLight, "lights", "PointLights"),
             ambient=color(self.ambient, "ambient"),
             background=color(self.background, "background"),
-            materials=tuple(dict.fromkeys((*given, *(leaf.material for leaf in found)))),
+            materials=tuple(dict.fromkeys((*given, *(leaf.material for found in once for leaf in found)))),
         )
 
+    def solids(self) -> tuple[Solid, ...]:
+        """All plain solids in order, those of Instances one by one. Surfaces are counted in this order everywhere."""
+        return tuple(s for o in self.objects for s in (o.solids() if isinstance(o, Instances) else (o,)))
 
-def _tuple_of(values: Iterable[T], kind: type[T], key: str, expected: str) -> tuple[T, ...]:
+
+def _tuple_of(values: Iterable[T], kind: type[T] | UnionType, key: str, expected: str) -> tuple[T, ...]:
     result = tuple(values) if isinstance(values, Iterable) else (values,)
     for value in result:
         if not isinstance(value, kind):

@@ -7,9 +7,10 @@ from typing import Literal, get_args
 
 import msgspec
 
-from raytracer.checks import MAX_EXPONENT, InputError, shown
+from raytracer.checks import MAX_EXPONENT, InputError, Vec3, shown
+from raytracer.instances import Instances
 from raytracer.scene import Scene
-from raytracer.solids import MODELS, Material, Sphere, leaves
+from raytracer.solids import MODELS, Material, Solid, Sphere, leaves
 
 Shadows = Literal["off", "hard", "diluted"]
 Shading = Literal["phong", "blinn"]
@@ -72,9 +73,9 @@ def precision_warning(scene: Scene, settings: Settings) -> str | None:
     """
     if settings.precision == 64:
         return None
-    spheres = [leaf for solid in scene.objects for leaf in leaves(solid) if isinstance(leaf, Sphere)]
-    farthest = max((_farthest(sphere, scene) for sphere in spheres), default=0.0)
-    smallest = min((sphere.radius for sphere in spheres), default=1.0)
+    eye = scene.camera.position
+    reached = [_reach_of_many(o, eye) if isinstance(o, Instances) else _reach(o, eye) for o in scene.objects]
+    farthest, smallest = max(far for far, _ in reached), min(small for _, small in reached)
     if farthest <= _RESOLVED * smallest:
         return None
     return (
@@ -83,10 +84,30 @@ def precision_warning(scene: Scene, settings: Settings) -> str | None:
     )
 
 
-def _farthest(sphere: Sphere, scene: Scene) -> float:
-    """From outside as far as the outline, from inside as far as the other side."""
-    power = sphere.power(scene.camera.position)
-    return math.sqrt(power) if power > 0.0 else math.dist(sphere.center, scene.camera.position) + sphere.radius
+def _reach(solid: Solid, eye: Vec3) -> tuple[float, float]:
+    """The largest distance at which a sphere can be seen, and the smallest radius; (0, inf) without spheres.
+
+    From outside it is seen as far as its outline, from inside as far as its other side.
+    """
+    spheres = [leaf for leaf in leaves(solid) if isinstance(leaf, Sphere)]
+    farthest = 0.0
+    for sphere in spheres:
+        power = sphere.power(eye)
+        far = math.sqrt(power) if power > 0.0 else math.dist(sphere.center, eye) + sphere.radius
+        farthest = max(farthest, far)
+    return farthest, min((sphere.radius for sphere in spheres), default=math.inf)
+
+
+def _reach_of_many(instances: Instances, eye: Vec3) -> tuple[float, float]:
+    """As _reach(), all at once: float64 is exact enough for a warning."""
+    import numpy as np
+
+    centers, radii = instances.spheres()
+    distance = np.linalg.norm(centers - eye, axis=2)
+    outside = distance > radii
+    outline = np.sqrt(np.where(outside, (distance - radii) * (distance + radii), 0.0))
+    far = np.where(outside, outline, distance + radii)
+    return float(far.max(initial=0.0)), float(radii.min(initial=math.inf))
 
 
 def _check_choice(key: str, value: object, choices: tuple[str | int | None, ...]) -> None:

@@ -26,7 +26,9 @@ def copy_checkout(to: Path) -> None:
         shutil.copytree(CHECKOUT / folder, to / folder, ignore=shutil.ignore_patterns("__pycache__"))
 
 
-def of(*objects: rt.Solid, eye: Sequence[float] = (0, 0, 5), at: Sequence[float] = (0, 0, 0)) -> rt.Scene:
+def of(
+    *objects: rt.Solid | rt.Instances, eye: Sequence[float] = (0, 0, 5), at: Sequence[float] = (0, 0, 0)
+) -> rt.Scene:
     """`objects` seen from `eye`, under two lights."""
     lights = [rt.PointLight((4, 7, 4)), rt.PointLight((-5, 3, 6), (0.5, 0.4, 0.3))]
     return rt.Scene(objects, lights, rt.Camera(tuple(eye), tuple(at), vertical_fov=60))  # pyright: ignore[reportArgumentType]

@@ -43,7 +43,7 @@ def test_random_scenes_over_all_ranges_have_no_fault(renderer: Renderer) -> None
 def test_fuzzed_scenes_are_the_same_for_the_same_seed_and_cover_the_ranges() -> None:
     assert fuzz.scene(17) == fuzz.scene(17)
     found = [fuzz.scene(seed) for seed in range(300)]
-    radii = [leaf.radius for s in found for o in s.objects for leaf in _spheres(o)]
+    radii = [leaf.radius for s in found for o in s.solids() for leaf in _spheres(o)]
     fovs = [s.camera.vertical_fov for s in found]
     assert min(radii) < 1e-6 and max(radii) > 1e6 and min(fovs) < 0.05 and max(fovs) > 150
     assert max(m.h for s in found for m in s.materials) > 3e5

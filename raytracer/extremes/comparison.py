@@ -14,6 +14,7 @@ from raytracer import reference
 from raytracer.checks import Vec3
 from raytracer.extremes.ledger import Finding
 from raytracer.film import Image
+from raytracer.instances import Instances
 from raytracer.renderer import Renderer
 from raytracer.resolution import resolution
 from raytracer.scene import PointLight, Scene
@@ -130,7 +131,7 @@ def findings(
 
 
 def mapped(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset: Callable[[Plane], float]) -> Scene:
-    """`scene` with all its points and lengths changed."""
+    """`scene` with all its points and lengths changed; `point` turns nothing, and takes lengths times `scale`."""
 
     def changed(leaf: Primitive) -> Solid:
         if isinstance(leaf, Sphere):
@@ -141,7 +142,12 @@ def mapped(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset: Ca
         scene.camera, position=point(scene.camera.position), look_at=point(scene.camera.look_at)
     )
     lights = [PointLight(point(light.position), light.color) for light in scene.lights]
-    objects = [with_leaves(solid, changed) for solid in scene.objects]
+    objects = [
+        Instances(o.solid, [point(p) for p in o.positions.tolist()], o.scales * scale)
+        if isinstance(o, Instances)
+        else with_leaves(o, changed)
+        for o in scene.objects
+    ]
     return msgspec.structs.replace(scene, objects=objects, camera=camera, lights=lights)
 
 
