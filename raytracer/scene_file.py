@@ -19,6 +19,8 @@ import msgspec
 
 from raytracer import expression
 from raytracer.checks import InputError, Vec3, shown
+from raytracer.instance_file import is_plain, read_instances
+from raytracer.instances import Instances
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.scene_text import line_of_error
 from raytracer.solids import Material, Plane, Primitive, Solid, Sphere, leaves
@@ -46,6 +48,12 @@ class _ShapeTable(msgspec.Struct):
     plane: dict[str, Any] | None = None
 
 
+class _InstancesTable(msgspec.Struct):
+    positions: list[Vec3] = []
+    scales: float | list[float] = 1.0
+    file: str = ""
+
+
 class _SceneTable(msgspec.Struct):
     """The file's top level. Tables of named entries stay raw, to be checked with their names at hand."""
 
@@ -54,6 +62,7 @@ class _SceneTable(msgspec.Struct):
     objects: dict[str, Any]
     materials: dict[str, Any] = {}
     lights: list[Any] = []
+    instances: dict[str, Any] = {}
     ambient: Vec3 | None = None
     background: Vec3 | None = None
 
@@ -103,7 +112,7 @@ def read(path: str | os.PathLike[str]) -> tuple[Path, str]:
 def parse(path: Path, text: str) -> Scene:
     """The scene in the text of file `path`. Warns and raises as `load`; messages name file and line."""
     try:
-        scene, unused = _scene(text, path.stem.encode(errors="replace").decode())
+        scene, unused = _scene(text, path.stem.encode(errors="replace").decode(), path.parent)
     except InputError as error:
         line = line_of_error(text, str(error))
         raise InputError(f"{path}:{line}: {error}" if line else f"{path}: {error}") from None
@@ -113,17 +122,26 @@ def parse(path: Path, text: str) -> Scene:
 
 
 def loads(text: str, name: str = "scene") -> Scene:
-    """The scene in a TOML text. Warns and raises as `load`, without a file's name."""
-    scene, unused = _scene(text, name)
+    """The scene in a TOML text. Warns and raises as `load`, without a file's name; no files of instances are read."""
+    scene, unused = _scene(text, name, None)
     if unused:
         warnings.warn(unused, stacklevel=2)
     return scene
 
 
-def moved(text: str, scene: Scene) -> str:
+def instance_files(path: Path, text: str) -> list[Path]:
+    """The files of instances that the text of file `path` names, there or not. Raises InputError if it is no TOML."""
+    tables = _toml(text).get("instances")
+    entries = tables.values() if isinstance(tables, dict) else ()
+    names = (entry.get("file") for entry in entries if isinstance(entry, dict))
+    return [path.parent / name for name in names if isinstance(name, str) and is_plain(name)]
+
+
+def moved(text: str, scene: Scene, folder: Path | None = None) -> str:
     """A scene file's text with its camera and lights where `scene` has them; all else stays, comments too.
 
-    Raises RuntimeError for a text that is laid out so strangely that this does not succeed.
+    `folder` is the scene file's, where its files of instances are. Raises RuntimeError for a text that is
+    laid out so strangely that this does not succeed.
     """
     import tomlkit  # takes long to import, and few sessions need it
     from tomlkit.exceptions import TOMLKitError
@@ -138,7 +156,7 @@ def moved(text: str, scene: Scene) -> str:
         for table, light in zip(document.get("lights", ()), scene.lights, strict=True):
             move(table, light.position)
         result = tomlkit.dumps(document)
-        right = _scene(result, scene.name)[0] == scene
+        right = _scene(result, scene.name, folder)[0] == scene
     # There are texts that tomllib reads and tomlkit does not.
     except (TOMLKitError, ValueError, TypeError, LookupError, RecursionError):
         right, result = False, ""
@@ -147,30 +165,34 @@ def moved(text: str, scene: Scene) -> str:
     return result
 
 
-def _scene(text: str, name: str) -> tuple[Scene, str]:
-    """The scene, and a warning or ""."""
+def _toml(text: str) -> dict[str, Any]:
     if _LONG_KEY.search(text):
         raise InputError("expected keys of at most 32 parts")
     try:
-        raw = tomllib.loads(text)
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"expected TOML: {error}") from None
     except (RecursionError, ValueError):  # deep nesting; an integer of more digits than Python converts
         raise InputError("expected TOML without deep nesting or numbers of thousands of digits") from None
-    table = _convert(raw, _SceneTable, "")
+
+
+def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, str]:
+    """The scene, and a warning or "". `folder`: where its files of instances are; None if it can have none."""
+    table = _convert(_toml(text), _SceneTable, "")
     materials = {key: _material(value, key) for key, value in table.materials.items()}
     shapes = {key: _shape(value, key, materials) for key, value in table.shapes.items()}
-    objects = [_object(text, key, shapes, table.objects) for key, text in table.objects.items()]
+    solids = {key: _object(text, key, shapes, table.objects) for key, text in table.objects.items()}
+    objects = solids | {key: _instances(value, key, solids, folder) for key, value in table.instances.items()}
     options = {key: getattr(table, key) for key in ("ambient", "background") if getattr(table, key) is not None}
     scene = Scene(
-        objects=objects,
+        objects=tuple(objects.values()),
         lights=[_convert(value, PointLight, f"lights[{i}]") for i, value in enumerate(table.lights)],
         camera=_convert(table.camera, Camera, "camera"),
         materials=tuple(materials.values()),
         name=name,
         **options,
     )
-    return scene, _unused(shapes, objects)
+    return scene, _unused(shapes, solids.values())
 
 
 def _convert(value: Any, kind: type[T], key: str, keys: Sequence[str] = ()) -> T:
@@ -191,7 +213,14 @@ def _convert(value: Any, kind: type[T], key: str, keys: Sequence[str] = ()) -> T
         raise InputError(": ".join(filter(None, (where, _reworded(message))))) from None
 
 
-_WORDS = {"`array`": "a list", "`object`": "a table", "`float`": "a number", "`str`": "a string", "`int`": "a number"}
+_WORDS = {
+    "`float | array`": "a number or a list",
+    "`array`": "a list",
+    "`object`": "a table",
+    "`float`": "a number",
+    "`str`": "a string",
+    "`int`": "a number",
+}
 
 
 def _reworded(message: str) -> str:
@@ -247,7 +276,30 @@ def _object(text: Any, key: str, shapes: dict[str, Primitive], objects: dict[str
         raise InputError(f"objects.{key}: {error}{hint}") from None
 
 
-def _unused(shapes: dict[str, Primitive], objects: list[Solid]) -> str:
+def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | None) -> Instances:
+    key = f"instances.{name}"
+    if name not in solids:
+        raise InputError(f"{key}: expected the name of an object ({_known(solids)})")
+    table = _convert(value, _InstancesTable, key)
+    if ("file" in value) == ("positions" in value):
+        given = "both" if "file" in value else "neither"
+        raise InputError(f"{key}: expected one of positions or file, got {given}")
+    if "file" not in value:
+        try:
+            return Instances(solids[name], table.positions, table.scales)
+        except InputError as error:
+            raise InputError(f"{key}.{error}") from None
+    if "scales" in value:
+        raise InputError(f"{key}.scales: expected scales in {shown(table.file)}, not here too")
+    if folder is None:
+        raise InputError(f"{key}.file: expected positions: a text is in no folder; load() the scene's file instead")
+    try:
+        return read_instances(solids[name], folder, table.file)
+    except InputError as error:
+        raise InputError(f"{key}.file: {error}") from None
+
+
+def _unused(shapes: dict[str, Primitive], objects: Iterable[Solid]) -> str:
     """A warning of shapes that no object uses, or ""."""
     used = {id(leaf) for solid in objects for leaf in leaves(solid)}
     unused = [name for name, shape in shapes.items() if id(shape) not in used]

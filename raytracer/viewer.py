@@ -18,6 +18,7 @@ from raytracer.checks import InputError, printable
 from raytracer.context import open_window
 from raytracer.film import written_new
 from raytracer.glsl_source import ShaderError
+from raytracer.instance_file import copied
 from raytracer.interaction import (
     Button,
     Cursor,
@@ -40,7 +41,7 @@ from raytracer.interaction import (
 from raytracer.live import Live
 from raytracer.overlay import panels
 from raytracer.renderer import Renderer, metadata
-from raytracer.scene_file import moved, parse, read
+from raytracer.scene_file import instance_files, moved, parse, read
 from raytracer.settings import Settings
 from raytracer.watch import Files
 
@@ -233,11 +234,13 @@ class Viewer:
 
     def _export(self) -> str:
         try:
-            text = moved(self.state.text, self.state.scene)
+            text = moved(self.state.text, self.state.scene, self._files.scene.parent)
         except RuntimeError as error:
             raise RuntimeError(f"{self._files.scene}: {error}") from None
         with written_new(self.state.scene.name, ".toml") as (path, file):
             file.write(text.encode())
+            for instances in instance_files(self._files.scene, text):
+                copied(instances, path.parent)
         return f"wrote {path}; to render its picture: {command(self.state, self.live.size, str(path))}"
 
     def _tell_terminal(self, error: str) -> None:

@@ -1,21 +1,24 @@
-"""Noticing that a scene file or a shader was saved."""
+"""Noticing that a scene file, a file of its instances or a shader was saved."""
 
 from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
 
+from raytracer.checks import InputError
 from raytracer.glsl_source import shaders_folder
+from raytracer.scene_file import instance_files, read
 
 _SHADERS = (".glsl", ".frag", ".vert")
 
 
 class Files:
-    """The scene file and all shaders, as they were at the last look."""
+    """The scene file, those of its instances and all shaders, as they were at the last look."""
 
     def __init__(self, scene: Path) -> None:
         self.scene = scene
         self.has_scene = scene.is_file()  # and not a pipe, which cannot be read twice
+        self._instances: list[Path] = []
         self._seen: dict[Path, tuple[int, int]] = {}
         self.changed()
 
@@ -25,10 +28,18 @@ class Files:
         Editors replace files, so one that is gone is taken to be as it was. Their hidden files,
         locks and copies, are no shaders.
         """
-        shaders = (path for path in shaders_folder().rglob("[!.]*") if path.suffix in _SHADERS)
         before = self._seen.copy()
-        for path in (*([self.scene] if self.has_scene else []), *shaders):
-            with suppress(OSError):
-                status = path.stat()
-                self._seen[path] = status.st_mtime_ns, status.st_size
+        if self.has_scene:
+            self._look_at(self.scene)
+            if self._seen.get(self.scene) != before.get(self.scene):
+                with suppress(InputError):  # while it is wrong, it has the instances that it had
+                    self._instances = instance_files(*read(self.scene))
+        shaders = (path for path in shaders_folder().rglob("[!.]*") if path.suffix in _SHADERS)
+        for path in (*self._instances, *shaders):
+            self._look_at(path)
         return self._seen != before
+
+    def _look_at(self, path: Path) -> None:
+        with suppress(OSError):
+            status = path.stat()
+            self._seen[path] = status.st_mtime_ns, status.st_size

@@ -31,7 +31,7 @@ def test_the_wheel_holds_what_it_needs_and_renders_an_example_by_its_bare_name(t
         names = set(archive.namelist())
     for original in (CHECKOUT / "shaders").rglob("*.*"):
         assert f"raytracer/shaders/{original.relative_to(CHECKOUT / 'shaders').as_posix()}" in names
-    for original in (CHECKOUT / "assets/scenes").glob("*.toml"):
+    for original in (CHECKOUT / "assets/scenes").glob("*.*"):
         assert f"raytracer/scenes/{original.name}" in names
     assert {"raytracer/py.typed", "raytracer/scenes/assignment.toml"} <= names
     assert any(name.endswith(".dist-info/licenses/LICENSE") for name in names)

@@ -60,6 +60,7 @@ def test_two_materials_of_equal_numbers_stay_two() -> None:
     assert [m.name for m in loads(text).materials] == ["red", "twin"]
 
 
+END = 'one = "a - b"'
 # What is replaced, by what, and what the one line must then say.
 BAD = [
     ("background", "backgroud", "unknown key `backgroud` (known: camera"),
@@ -112,6 +113,43 @@ BAD = [
     ("sphere = { center = [-1.0, 2.0, 0.0], radius = 1.5 }", "", "shapes.a: expected one of sphere or plane"),
     ("[shapes.a]", '[shapes."a b"]', 'shapes.a b: expected a name of letters, digits and "_"'),
     ("[[lights]]", "[lights]", "lights: expected a list, got a table"),
+    (
+        END,
+        f"{END}\n[instances.two]\npositions = [[0, 0, 0]]",
+        "instances.two: expected the name of an object (known: one)",
+    ),
+    (END, f"{END}\n[instances]\none = 3", "instances.one: expected a table, got a number"),
+    (END, f"{END}\n[instances.one]\nposition = []", "instances.one: unknown key `position` (known: positions, scales"),
+    (END, f"{END}\n[instances.one]\nscales = 2", "instances.one: expected one of positions or file, got neither"),
+    (END, f'{END}\n[instances.one]\nfile = "a.csv"\npositions = []', "expected one of positions or file, got both"),
+    (END, f'{END}\n[instances.one]\nfile = "a.csv"\nscales = 2', "instances.one.scales: expected scales in 'a.csv'"),
+    (END, f"{END}\n[instances.one]\npositions = []", "instances.one.positions: expected at least one point"),
+    (END, f'{END}\n[instances.one]\npositions = "here"', "instances.one.positions: expected a list, got a string"),
+    (END, f"{END}\n[instances.one]\npositions = [[0, 0, 0],\n[0, 1]]", "instances.one.positions[1]: expected"),
+    (END, f"{END}\n[instances.one]\npositions = [[0, true, 0]]", "instances.one.positions[0][1]: expected a number"),
+    (END, f"{END}\n[instances.one]\npositions = [[0, nan, 0]]", "instances.one.positions[0]: expected 3 numbers"),
+    (
+        END,
+        f"{END}\n[instances.one]\npositions = [[0, 0, 0]]\nscales = [1, 2]",
+        "instances.one.scales: expected one numb",
+    ),
+    (
+        END,
+        f"{END}\n[instances.one]\npositions = [[0, 0, 0]]\nscales = [-1]",
+        "instances.one.scales[0]: expected a numb",
+    ),
+    (END, f'{END}\n[instances.one]\npositions = [[0, 0, 0]]\nscales = "2"', "scales: expected a number or a list, got"),
+    (END, f"{END}\n[instances.one]\nfile = 1", "instances.one.file: expected a string, got a number"),
+    (
+        END,
+        f'{END}\n[instances.one]\nfile = "a.csv"',
+        "instances.one.file: a.csv: expected a file beside the scene file: No",
+    ),
+    (
+        END,
+        f'{END}\n[instances.one]\nfile = "../a.csv"',
+        "instances.one.file: expected the plain name of a .csv or .npz",
+    ),
     ("[objects]", "[objects", "expected TOML"),
     ("background = ", "background = " + "[" * 5000, "expected TOML"),
 ]
@@ -231,6 +269,31 @@ def test_the_text_of_a_moved_scene_loads_as_that_scene_and_keeps_all_else(layout
     assert loads(again) == turned != scene
     lines = list(zip(text.split(end), again.split(end), strict=True))
     assert all(before == after or "position" in before for before, after in lines)
+
+
+def test_instances_of_a_file_are_those_of_python_and_stay_when_lights_move(tmp_path: Path) -> None:
+    text = GOOD + "[instances.one]\npositions = [[1, 2, 3], [0, 0, 0]] # two\nscales = [1, 0.5]\n"
+    scene, (solid,) = loads(text), loads(GOOD).objects
+    assert isinstance(solid, rt.Solid)
+    assert scene.objects == (rt.Instances(solid, [[1, 2, 3], [0, 0, 0]], [1, 0.5]),)
+    turned = turn_light(scene, 0, 1.0, -0.2)
+    assert loads(moved(text, turned)) == turned != scene
+    one_scale = loads(text.replace("[1, 0.5]", "2"))
+    assert one_scale.objects == (rt.Instances(solid, [[1, 2, 3], [0, 0, 0]], 2),)
+
+    in_file = GOOD + '[instances.one]\nfile = "places.csv"\n'
+    (tmp_path / "places.csv").write_text("x,y,z,scale\n1,2,3,1\n0,0,0,0.5\n")
+    (tmp_path / "scene.toml").write_text(in_file)
+    assert load(tmp_path / "scene.toml") == scene
+    (tmp_path / "scene.toml").write_text(moved(in_file, turned, tmp_path))
+    assert load(tmp_path / "scene.toml") == turned
+    with pytest.raises(rt.InputError, match=r"^instances.one.file: expected positions: .* load\(\) the scene's file"):
+        loads(in_file)
+
+
+def test_the_example_of_many_is_a_thousand_solids_over_the_ground() -> None:
+    lens, ground = load("many").objects
+    assert isinstance(lens, rt.Instances) and len(lens) == 1000 and isinstance(ground, rt.Plane)
 
 
 def test_a_text_that_cannot_be_moved_is_said_to_be_one() -> None:

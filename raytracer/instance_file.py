@@ -1,0 +1,179 @@
+"""Instances' places in a file beside the scene file: `.csv` or `.npz`.
+
+Such a file is untrusted input as the scene file is: its size is bounded, and an array's shape is
+looked at before the array is read, because little can inflate to much. Every error is an
+`InputError` that begins with the file's name, and for a `.csv` the line.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from array import array
+from collections.abc import Sequence
+from pathlib import Path, PureWindowsPath
+from typing import TYPE_CHECKING, Any
+
+from raytracer.checks import InputError, shown
+from raytracer.instances import Instances
+from raytracer.solids import MAX_SURFACES, Solid
+
+if TYPE_CHECKING:
+    from zipfile import ZipFile, ZipInfo
+
+# Of a file, and of an array in it when inflated: all places that a scene can have, generously written.
+MAX_BYTES = 64 * 1024 * 1024
+# A zip archive lists its members by this signature. An archive of two arrays has two, unless their
+# numbers look like it by chance; to list a million of them would take zipfile long.
+_MEMBER, _MEMBERS = b"PK\x01\x02", 16
+
+_HEADERS = (["x", "y", "z"], ["x", "y", "z", "scale"])
+_COLUMNS = {"positions": "x,y,z", "scales": "scale"}
+
+
+def read_instances(solid: Solid, folder: Path, name: str) -> Instances:
+    """`solid` at the places that the file `name` in `folder` gives.
+
+    A `.csv` has the header `x,y,z` or `x,y,z,scale`; an `.npz` an array `positions` (N, 3), and
+    `scales` (N,) or () or none. Raises InputError.
+    """
+    if not is_plain(name):
+        expected = "the plain name of a .csv or .npz file in the scene file's folder"
+        raise InputError(f"expected {expected}, got {shown(name)}")
+    data = _read(folder / name, name)
+    try:
+        if name.lower().endswith(".csv"):
+            return _from_csv(solid, data)
+        return Instances(solid, **_npz_arrays(data))
+    except InputError as error:
+        between = "" if re.match(r"\d+: ", str(error)) else " "
+        raise InputError(f"{name}:{between}{error}") from None
+
+
+def is_plain(name: str) -> bool:
+    """Whether `name` can only be that of a `.csv` or `.npz` file in a folder, on any system."""
+    plain = PureWindowsPath(name).name == name and ":" not in name and name.isprintable()
+    return plain and PureWindowsPath(name).suffix.lower() in (".csv", ".npz")
+
+
+def copied(file: Path, folder: Path) -> None:
+    """Put a copy of a file of instances into `folder`, unless it is there. Raises RuntimeError if that fails."""
+    try:
+        data = _read(file, file.name)
+        target = folder / file.name
+        if not target.exists():
+            target.write_bytes(data)
+        elif target.read_bytes() != data:
+            raise RuntimeError(f"{target}: expected no file of this name, or the one of {file.parent}")
+    except (OSError, InputError) as error:
+        raise RuntimeError(f"{file}: expected to be copied to {folder}: {error}") from None
+
+
+def _read(path: Path, name: str) -> bytes:
+    try:
+        # Reading a device or a pipe may never end.
+        if path.exists() and not path.is_file():
+            raise OSError(0, "it is a folder, a pipe or a device")
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise InputError(f"{name}: expected a file beside the scene file: {error.strerror or error}") from None
+    if len(data) > MAX_BYTES:
+        raise InputError(f"{name}: expected a file of at most {MAX_BYTES} bytes")
+    return data
+
+
+def _from_csv(solid: Solid, data: bytes) -> Instances:
+    import numpy as np
+
+    numbers, lines, width = _csv_numbers(data)
+    table = np.array(numbers).reshape(-1, width)
+    try:
+        return Instances(solid, table[:, :3], table[:, 3] if width == 4 else 1.0)
+    except InputError as error:
+        if row := re.match(r"(\w+)\[(\d+)\]: ", str(error)):
+            line, column = lines[int(row[2])], _COLUMNS[row[1]]
+            raise InputError(f"{line}: {column}: {str(error)[row.end() :]}") from None
+        raise
+
+
+def _csv_numbers(data: bytes) -> tuple[array[float], list[int], int]:
+    """The numbers row by row, the line of each row, and how many a row has."""
+    try:
+        text = data.decode("utf-8-sig")  # spreadsheets begin with a mark
+    except UnicodeDecodeError as error:
+        raise InputError(f"expected UTF-8 text: {error.reason} at byte {error.start}") from None
+    reader = csv.reader(io.StringIO(text, newline=""))
+    numbers, lines = array("d"), []
+    try:
+        header = [cell.strip() for cell in next(reader, [])]
+        if header not in _HEADERS:
+            got = shown(",".join(header))
+            raise InputError(f"1: expected the header {' or '.join(map(','.join, _HEADERS))}, got {got}")
+        for row in reader:
+            if not row:
+                continue
+            if len(lines) == MAX_SURFACES:
+                raise InputError(f"{reader.line_num}: expected at most {MAX_SURFACES} rows")
+            try:
+                if len(row) != len(header):
+                    raise ValueError
+                numbers.extend([float(cell) for cell in row])
+            except ValueError:
+                expected = f"{len(header)} numbers: {','.join(header)}"
+                raise InputError(f"{reader.line_num}: expected {expected}, got {shown(','.join(row))}") from None
+            lines.append(reader.line_num)
+    except csv.Error as error:
+        raise InputError(f"{reader.line_num}: expected CSV: {error}") from None
+    return numbers, lines, len(header)
+
+
+def _npz_arrays(data: bytes) -> dict[str, Any]:
+    """The arrays `positions` and, if it is there, `scales`."""
+    from zipfile import ZipFile  # takes long to import, and few scenes need it
+
+    try:
+        if data.count(_MEMBER) > _MEMBERS:
+            raise ValueError("it has too many members")
+        with ZipFile(io.BytesIO(data)) as archive:
+            members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
+            if "positions" not in members or not members.keys() <= {"positions", "scales"}:
+                got = shown(", ".join(members))
+                raise InputError(f"expected the arrays positions and, if wanted, scales, got {got}")
+            return {name: _npz_array(archive, info, name) for name, info in members.items()}
+    except InputError:
+        raise
+    except Exception as error:  # what damaged archives and headers can raise is not written down anywhere
+        raise InputError(f"expected an .npz file: {' '.join(str(error).split())[:100]}") from None
+
+
+def _npz_array(archive: ZipFile, info: ZipInfo, name: str) -> Any:
+    from zipfile import ZIP_DEFLATED, ZIP_STORED
+
+    from numpy.lib import format as npy
+
+    # The others' decoders take as much memory as the archive asks for; NumPy writes only these.
+    if info.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
+        raise InputError(f"{name}: expected an array as numpy.savez writes it, got another compression")
+    # zipfile inflates no more of a member than the size that its entry states.
+    if info.file_size > MAX_BYTES:
+        raise InputError(f"{name}: expected at most {MAX_BYTES} bytes, got {info.file_size}")
+    with archive.open(info) as file:
+        version = npy.read_magic(file)
+        if version not in ((1, 0), (2, 0)):
+            raise InputError(f"{name}: expected an array of numbers in .npy format 1.0 or 2.0")
+        read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+        shape, _, dtype = read(file)
+    _check_header(name, shape, dtype)
+    with archive.open(info) as file:
+        return npy.read_array(file, allow_pickle=False)
+
+
+def _check_header(name: str, shape: Sequence[int], dtype: Any) -> None:
+    if dtype.kind not in "iuf":
+        raise InputError(f"{name}: expected numbers, got an array of {shown(str(dtype))}")
+    right = len(shape) == 2 and shape[1] == 3 if name == "positions" else len(shape) <= 1
+    if not right or not all(0 <= n <= MAX_SURFACES for n in shape):
+        expected = "(N, 3)" if name == "positions" else "(N,) or ()"
+        raise InputError(f"{name}: expected an array {expected} with N at most {MAX_SURFACES}, got {shown(shape)}")

@@ -1,0 +1,208 @@
+"""Files of instances: what is right loads, what is wrong or hostile is refused at once, by file and line."""
+
+import io
+import os
+import pickle
+import random
+import time
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer import instance_file
+from raytracer.instance_file import copied, is_plain, read_instances
+from raytracer.watch import Files
+
+BALL = rt.Sphere((0, 0, 0), 1)
+
+
+def of_csv(folder: Path, data: str | bytes) -> rt.Instances:
+    (folder / "a.csv").write_bytes(data if isinstance(data, bytes) else data.encode())
+    return read_instances(BALL, folder, "a.csv")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x,y,z,scale\n1,2,3,4\n-5e-1,0,6,0.25\n",
+        "x,y,z,scale\r\n1,2,3,4\r\n\r\n-.5,0,6,.25",
+        '\ufeff"x","y","z","scale"\n 1, 2, 3, 4\n"-0.5","0","6","0.25"\n',
+    ],
+)
+def test_a_csv_file_gives_positions_and_scales(tmp_path: Path, text: str) -> None:
+    assert of_csv(tmp_path, text) == rt.Instances(BALL, [[1, 2, 3], [-0.5, 0, 6]], [4, 0.25])
+
+
+def test_scales_may_be_left_out_of_either_file(tmp_path: Path) -> None:
+    assert of_csv(tmp_path, "x,y,z\n1,2,3\n") == rt.Instances(BALL, [[1, 2, 3]])
+    np.savez(tmp_path / "a.npz", positions=np.array([[1, 2, 3]]))
+    assert read_instances(BALL, tmp_path, "a.npz") == rt.Instances(BALL, [[1, 2, 3]])
+
+
+@pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
+def test_an_npz_file_gives_the_arrays_that_numpy_saved(tmp_path: Path, save) -> None:
+    rng = np.random.default_rng(1)
+    positions, scales = rng.normal(size=(1000, 3)), rng.uniform(0.1, 1, 1000)
+    for given in (positions, np.asfortranarray(positions.astype(">f4"))):
+        save(tmp_path / "a.npz", positions=given, scales=scales)
+        assert read_instances(BALL, tmp_path, "a.npz") == rt.Instances(BALL, given, scales)
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        ("", r"a.csv:1: expected the header x,y,z or x,y,z,scale, got ''"),
+        ("1,2,3\n", r"a.csv:1: expected the header .*, got '1,2,3'"),
+        ("x;y;z\n1;2;3\n", r"a.csv:1: expected the header .*, got 'x;y;z'"),
+        ("x,y,z\n", r"a.csv: positions: expected at least one point"),
+        ("x,y,z\n\n1,2,3\n1,2\n", r"a.csv:4: expected 3 numbers: x,y,z, got '1,2'"),
+        ("x,y,z,scale\n1,2,3,4\n1,two,3,4\n", r"a.csv:3: expected 4 numbers: x,y,z,scale, got '1,two,3,4'"),
+        ("x,y,z\n\n1,2,3\n1,nan,3\n", r"a.csv:4: x,y,z: expected 3 numbers within .*, got nan"),
+        ("x,y,z\n1,2,3e12\n", r"a.csv:2: x,y,z: expected 3 numbers within"),
+        ("x,y,z,scale\n1,2,3,1\n1,2,3,0\n", r"a.csv:3: scale: expected a number above 0, got 0"),
+        ("x,y,z,scale\n1,2,3,1\n1,2,3,1e-13\n", r"a.csv:3: scale: expected radii times scale in"),
+        ("x,y,z\n" + "1" * 200_000, r"a.csv:\d: expected CSV: field larger"),
+        (b"x,y,z\n\xff\n", r"a.csv: expected UTF-8 text: invalid start byte at byte 6"),
+        ("x,y,z\n" + "0,0,0\n" * 1_048_577, r"a.csv:1048578: expected at most 1048576 rows"),
+    ],
+    ids=range(13),
+)
+def test_a_wrong_csv_file_is_refused_by_its_line(tmp_path: Path, data: str | bytes, says: str) -> None:
+    with pytest.raises(rt.InputError, match=f"^{says}"):
+        of_csv(tmp_path, data)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["/etc/a.csv", "../a.csv", "b/a.csv", "b\\a.csv", "c:a.csv", "a.csv:b.csv", "..", "", ".csv", "a.txt", "a\0.csv"],
+)
+def test_only_a_plain_name_names_a_file(tmp_path: Path, name: str) -> None:
+    assert not is_plain(name)
+    with pytest.raises(rt.InputError, match=r"^expected the plain name of a .csv or .npz file"):
+        read_instances(BALL, tmp_path, name)
+
+
+def test_only_a_regular_file_of_some_size_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "folder.csv").mkdir()
+    names = ["folder.csv"]
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(tmp_path / "pipe.csv")
+        (tmp_path / "zero.npz").symlink_to("/dev/zero")
+        names += ["pipe.csv", "zero.npz"]
+    for name in names:
+        with pytest.raises(rt.InputError, match=f"^{name}: expected a file beside the scene file: it is a folder"):
+            read_instances(BALL, tmp_path, name)
+    monkeypatch.setattr(instance_file, "MAX_BYTES", 1000)
+    with pytest.raises(rt.InputError, match=r"^a.csv: expected a file of at most 1000 bytes"):
+        of_csv(tmp_path, "x,y,z\n" + "0,0,0\n" * 1000)
+
+
+class Evil:
+    """What runs code when it is unpickled."""
+
+    def __reduce__(self):
+        return os._exit, (3,)
+
+
+def test_a_pickle_in_an_npz_file_is_not_read(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", positions=np.array([[Evil()] * 3], object))
+    with pytest.raises(rt.InputError, match=r"^a.npz: positions: expected numbers, got an array of 'object'"):
+        read_instances(BALL, tmp_path, "a.npz")
+    (tmp_path / "a.npz").write_bytes(pickle.dumps(Evil()))
+    with pytest.raises(rt.InputError, match=r"^a.npz: expected an .npz file: File is not a zip file"):
+        read_instances(BALL, tmp_path, "a.npz")
+
+
+def archive(path: Path, members: dict[str, bytes], compression: int = zipfile.ZIP_DEFLATED) -> None:
+    with zipfile.ZipFile(path, "w", compression) as file:
+        for name, data in members.items():
+            file.writestr(name, data)
+
+
+def header(shape: object, kind: str = "<f8") -> bytes:
+    file = io.BytesIO()
+    np.lib.format.write_array_header_1_0(file, {"descr": kind, "fortran_order": False, "shape": shape})
+    return file.getvalue()
+
+
+BIG = bytes(100_000_000)  # deflated to 100 kB
+
+
+@pytest.mark.parametrize(
+    ("members", "says"),
+    [
+        ({"positions.npy": header((10**12, 3))}, r"positions: expected an array \(N, 3\) with N at most 1048576"),
+        ({"positions.npy": header((-1, 3))}, r"positions: expected an array \(N, 3\)"),
+        ({"positions.npy": header((4,))}, r"positions: expected an array \(N, 3\) .*, got \(4,\)"),
+        ({"positions.npy": header((1000, 3))}, r"expected an .npz file: EOF"),
+        ({"positions.npy": header((1, 3), "<U5")}, r"positions: expected numbers, got an array of '<U5'"),
+        ({"positions.npy": header((1, 3)) + BIG}, r"positions: expected at most 67108864 bytes, got 1000"),
+        # The header itself says that it is 4 GB long, and would inflate to it.
+        ({"positions.npy": b"\x93NUMPY\x02\x00\xff\xff\xff\xff" + BIG}, r"positions: expected at most 67108864 bytes"),
+        ({"positions.npy": header((1, 3)) + bytes(24), "more.npy": b""}, r"expected the arrays positions and"),
+        (
+            {"scales.npy": header((1,)) + bytes(8)},
+            r"expected the arrays positions and, if wanted, scales, got 'scales'",
+        ),
+        ({f"{i}.npy": b"" for i in range(10_000)}, r"expected an .npz file: it has too many members"),
+    ],
+    ids=range(10),
+)
+def test_a_hostile_npz_file_is_refused_at_once(tmp_path: Path, members: dict[str, bytes], says: str) -> None:
+    archive(tmp_path / "a.npz", members)
+    begin = time.process_time()
+    with pytest.raises(rt.InputError, match=f"^a.npz: {says}"):
+        read_instances(BALL, tmp_path, "a.npz")
+    assert time.process_time() - begin < 0.1
+
+
+def test_a_compression_that_takes_what_memory_it_likes_is_refused(tmp_path: Path) -> None:
+    archive(tmp_path / "a.npz", {"positions.npy": header((1, 3)) + bytes(24)}, zipfile.ZIP_LZMA)
+    with pytest.raises(rt.InputError, match=r"^a.npz: positions: .* got another compression"):
+        read_instances(BALL, tmp_path, "a.npz")
+
+
+def test_a_thousand_damaged_npz_files_load_or_are_refused(tmp_path: Path) -> None:
+    rng = random.Random(4)
+    np.savez_compressed(tmp_path / "a.npz", positions=np.zeros((5, 3)), scales=np.ones(5))
+    good = (tmp_path / "a.npz").read_bytes()
+    refused = 0
+    for _ in range(1000):
+        data = bytearray(good)
+        for _ in range(rng.choice((1, 1, 2, 8))):
+            data[rng.randrange(len(data))] = rng.randrange(256)
+        (tmp_path / "a.npz").write_bytes(data[: rng.choice((len(data), len(data), rng.randrange(len(data))))])
+        try:
+            read_instances(BALL, tmp_path, "a.npz")
+        except rt.InputError as error:
+            refused += 1
+            assert str(error).startswith("a.npz: ") and len(str(error)) < 300
+    assert 300 < refused < 1000
+
+
+def test_a_copy_goes_where_no_other_file_is(tmp_path: Path) -> None:
+    of_csv(tmp_path, "x,y,z\n1,2,3\n")
+    there = tmp_path / "there"
+    there.mkdir()
+    for folder in (there, there, tmp_path):
+        copied(tmp_path / "a.csv", folder)
+    assert (there / "a.csv").read_bytes() == (tmp_path / "a.csv").read_bytes()
+    (there / "a.csv").write_text("x,y,z\n")
+    with pytest.raises(RuntimeError, match="expected no file of this name"):
+        copied(tmp_path / "a.csv", there)
+
+
+def test_a_saved_file_of_instances_is_noticed(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[instances.a]\nfile = "a.csv"\n[instances.b]\nfile = ["no name"]\n')
+    files = Files(scene)
+    assert not files.changed()
+    of_csv(tmp_path, "x,y,z\n1,2,3\n")
+    assert files.changed() and not files.changed()
+    scene.write_text("[instances.a\n")  # half written
+    assert files.changed() and not files.changed()
+    of_csv(tmp_path, "x,y,z\n1,2,3\n4,5,6\n")
+    assert files.changed() and not files.changed()
