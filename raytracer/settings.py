@@ -14,7 +14,7 @@ from raytracer.solids import MODELS, Material, Solid, Sphere, leaves
 
 Shadows = Literal["off", "hard", "diluted"]
 Shading = Literal["phong", "blinn"]
-Evaluator = Literal["walk", "roth"]
+Evaluator = Literal["cells", "walk", "roth"]
 Precision = Literal[32, 64]
 
 MAX_SAMPLES = 65536
@@ -26,15 +26,16 @@ class Settings(msgspec.Struct, frozen=True):
     `samples` a pixel, 1 to 65536. `shadows`: "off", "hard" (a blocked light gives nothing) or
     "diluted" (it gives the share dist(P, Q) / dist(P, light), Q the first blocking point).
     `shading`: None for each material's own model, or "phong" or "blinn" for all. `evaluator`
-    finds where a ray meets a CSG tree: "walk" (fast) or "roth" (the assignment's hit lists, the
-    readable one); their pictures agree. `precision`: bits of the numbers in which rays and
+    finds where a ray meets a CSG tree: "cells" (looks only at what a cell of the picture or of a light's
+    surroundings can meet), "walk" (at everything) or "roth" (the assignment's hit lists, the readable one);
+    their pictures agree. `precision`: bits of the numbers in which rays and
     surfaces are intersected: 32, or 64 for scenes beyond what 32 resolve (needs OpenGL 4.0).
     """
 
     samples: int = 1
     shading: Shading | None = None
     shadows: Shadows = "hard"
-    evaluator: Evaluator = "walk"
+    evaluator: Evaluator = "cells"
     precision: Precision = 32
 
     def __post_init__(self) -> None:

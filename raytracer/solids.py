@@ -33,7 +33,7 @@ MAX_LEAVES = 65536
 # GPU holds, and their numbers are exact in float32 (up to 2^24).
 MAX_SURFACES = 1048576
 # Of the largest number in a sum: how far from 0 the roundings of a handful of numbers to float64 take it.
-_ROUNDING = 8.0 * 2.0**-53
+ROUNDING = 8.0 * 2.0**-53
 
 
 class Material(msgspec.Struct, frozen=True, repr_omit_defaults=True):
@@ -123,7 +123,7 @@ class Sphere(Solid, frozen=True, repr_omit_defaults=True):
     def touches(self, point: Vec3) -> bool:
         """Whether `point` lies on the sphere, to the rounding of the numbers that are given."""
         given = max(map(abs, (*self.center, *point, self.radius)))
-        return abs(math.dist(self.center, point) - self.radius) <= _ROUNDING * given
+        return abs(math.dist(self.center, point) - self.radius) <= ROUNDING * given
 
 
 class Plane(Solid, frozen=True, repr_omit_defaults=True):
@@ -157,7 +157,7 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
 
     def touches(self, point: Vec3) -> bool:
         """Whether `point` lies on the plane, to the rounding of the numbers that are given."""
-        return abs(self.depth(point)) <= _ROUNDING * max(map(abs, (*point, self.unit()[1])))
+        return abs(self.depth(point)) <= ROUNDING * max(map(abs, (*point, self.unit()[1])))
 
 
 Primitive = Sphere | Plane

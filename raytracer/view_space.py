@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from raytracer.checks import Vec3
 from raytracer.scene import Camera, Scene
 from raytracer.settings import Precision, Settings
-from raytracer.shader import surfaces
-from raytracer.solids import MODELS, Sphere
+from raytracer.solids import MODELS, ROUNDING
+from raytracer.table import powers, table
 
 # std140 layout of struct Material (material.glsl), and of struct Light (light.glsl) at either precision.
 _MATERIAL = np.dtype(
@@ -36,66 +36,79 @@ def rotation(camera: Camera) -> NDArray[np.float64]:
 
 def surfaces_block(scene: Scene, precision: Precision) -> bytes:
     """The uniform block of surfaces.glsl."""
-    eye = scene.camera.position
-    rows = [
-        (*vector, surface.radius if isinstance(surface, Sphere) else surface.depth(eye))
-        for surface, vector in zip(surfaces(scene), _vectors(scene), strict=True)
-    ]
-    return np.array(rows, _REAL[precision]).tobytes()
+    return _rows(scene).astype(_REAL[precision]).tobytes()
 
 
-def _vectors(scene: Scene) -> NDArray[np.float64]:
+def _rows(scene: Scene) -> NDArray[np.float64]:
+    """(N, 4): the vectors, and the radii of the spheres and offsets of the planes."""
+    found = table(scene)
+    depths = [plane.depth(scene.camera.position) for plane in found.planes]
+    return np.column_stack([vectors(scene), np.concatenate([found.radii, depths])])
+
+
+def vectors(scene: Scene) -> NDArray[np.float64]:
     """(N, 3): the centres of the spheres and the unit normals of the planes, in view space."""
-    R, eye = rotation(scene.camera), scene.camera.position
-    return np.array(
-        [R @ (np.subtract(s.center, eye) if isinstance(s, Sphere) else s.unit()[0]) for s in surfaces(scene)]
-    )
+    found = table(scene)
+    return np.concatenate([found.centers - scene.camera.position, found.normals]) @ rotation(scene.camera).T
 
 
 def camera_terms_block(scene: Scene, size: tuple[int, int], precision: Precision) -> bytes:
-    """The uniform block of terms.glsl: the slopes, and the spheres' powers.
+    """The uniform block of terms.glsl: the slopes, the spheres' powers, and which surfaces coincide.
 
     A slope, dot(vector, direction), is a x + b y + c in half pixels from the picture's centre; each
     coefficient is split into a multiple of `quantum` and the rest. See cameraSlope() in camera.glsl.
     """
     scale = pixel_scale(scene.camera, size[1])
-    slopes = _vectors(scene) * (scale, scale, -1.0)
+    slopes = vectors(scene) * (scale, scale, -1.0)
     largest = np.abs(slopes) @ (size[0], size[1], 1.0)
     # Partial sums stay below 2^23 quanta, so float32's 24 bits hold each.
     quantum = np.exp2(np.ceil(np.log2(np.maximum(largest, np.finfo(np.float32).tiny))) - 23.0)[:, None]
     coarse = np.rint(slopes / quantum) * quantum
 
-    count = len(slopes)
+    found = table(scene)
+    count = found.count
     rows = np.zeros((2 * count, 4), _REAL[precision])
     rows[:count, :3], rows[count:, :3] = coarse, slopes - coarse
-    powers = [s.power(scene.camera.position) for s in surfaces(scene) if isinstance(s, Sphere)]
-    rows[: len(powers), 3] = powers
+    rows[: len(found.radii), 3] = powers(found.centers, found.radii, scene.camera.position)
+    rows[count:, 3] = same_as(scene, precision)
     return rows.tobytes()
+
+
+def same_as(scene: Scene, precision: Precision) -> NDArray[np.int64]:
+    """(N,): for each surface a number, from 1, that it has in common with all that coincide as the shaders see them."""
+    rows = _rows(scene).astype(_REAL[precision])
+    planes = rows[len(table(scene).radii) :]
+    # A half-space and its complement have one face: of n and -n take that whose first part but 0 is positive.
+    first = np.argmax(planes[:, :3] != 0.0, axis=1)
+    planes *= np.sign(planes[np.arange(len(planes)), first])[:, None]
+    is_plane = np.arange(len(rows)) >= len(rows) - len(planes)
+    return np.unique(np.column_stack([is_plane, rows + 0.0]), axis=0, return_inverse=True)[1].reshape(-1) + 1
 
 
 def materials_block(scene: Scene, settings: Settings) -> bytes:
     """The uniform block of material.glsl: the material of each surface."""
-    found = [settings.shaded(surface.material) for surface in surfaces(scene)]
-    numbers = material_index(scene)
-    rows = [(m.ka, m.h, m.kd, MODELS.index(m.model), m.ks, n) for m, n in zip(found, numbers, strict=False)]
-    return np.array(rows, _MATERIAL).tobytes()
+    shaded = map(settings.shaded, scene.materials)
+    rows = [(m.ka, m.h, m.kd, MODELS.index(m.model), m.ks, n) for n, m in enumerate(shaded)]
+    return np.array(rows, _MATERIAL)[table(scene).material].tobytes()
 
 
 def lights_block(scene: Scene, precision: Precision) -> bytes:
     """The uniform block of light.glsl."""
     R, eye = rotation(scene.camera), scene.camera.position
-    found = surfaces(scene)
     block = np.zeros(len(scene.lights), _LIGHT[precision])
     for row, light in zip(block, scene.lights, strict=True):
         row["position"], row["color"] = R @ np.subtract(light.position, eye), light.color
-        row["on"] = next((i for i, s in enumerate(found, start=1) if s.touches(light.position)), 0)
+        row["on"] = _touched(scene, light.position)
     return block.tobytes()
 
 
-def material_index(scene: Scene) -> NDArray[np.int32]:
-    """Index into `Scene.materials` of each surface, and -1 at the end: so also at index -1."""
-    order = {material: i for i, material in enumerate(scene.materials)}
-    return np.array([*(order[surface.material] for surface in surfaces(scene)), -1], np.int32)
+def _touched(scene: Scene, point: Vec3) -> int:
+    """The first surface that `point` lies on, as touches() of Sphere and Plane says; its index + 1, or 0."""
+    found = table(scene)
+    given = np.maximum(np.abs(found.centers).max(axis=1, initial=max(map(abs, point))), found.radii)
+    off = np.abs(np.linalg.norm(found.centers - point, axis=1) - found.radii)
+    on = np.concatenate([off <= ROUNDING * given, [plane.touches(point) for plane in found.planes]])
+    return int(np.argmax(on)) + 1 if on.any() else 0
 
 
 def pixel_scale(camera: Camera, height: int) -> float:

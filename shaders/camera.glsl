@@ -21,7 +21,7 @@ real3 cameraDirection() {
 }
 
 Ray cameraRay() {
-    Contact none = Contact(NONE, real4(0.0), real3(0.0));
+    Contact none = Contact(0, real3(0.0));
     return Ray(real3(0.0), normalize(cameraDirection()), true, none, none, INF);
 }
 

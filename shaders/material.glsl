@@ -1,6 +1,8 @@
 // Provides struct Material, materials[]: how each surface reflects, one entry a surface.
 // ka, kd, ks are linear RGB >= 0; h is the exponent of the highlight, >= 0.
 
+#include "mat.glsl"
+
 struct Material {
     vec3 ka;
     float h;

@@ -1,4 +1,4 @@
-// Provides INF, struct Contact, struct Ray, isSphere(), isPlane().
+// Provides INF, struct Contact, struct Ray.
 //
 // All of shaders/ works in view space: the camera is at the origin, +x right, +y up, looking
 // along -z. The host brings the scene there in float64. So nothing depends on how far a scene is
@@ -11,13 +11,10 @@
 // is clamped to this.
 const real INF = 1e30;
 
-const int NONE = 0, SPHERE = 1, PLANE = 2;
-
 // A surface that an end of a ray is known to lie on.
 struct Contact {
-    int kind;       // NONE, SPHERE or PLANE
-    real4 surface;  // that sphere (center, radius) or plane (normal, offset)
-    real3 n;        // its outward unit normal there
+    int surface;  // the number that it and all that coincide with it have, sameAs() of terms.glsl; 0 for none
+    real3 n;      // its outward unit normal there
 };
 
 // A half-line ro + t rd, t > 0.
@@ -35,12 +32,3 @@ struct Ray {
     Contact end;    // at t = distance
     real distance;
 };
-
-// Whether that is this very surface, or one that coincides with it.
-bool isSphere(Contact contact, real4 sphere) {
-    return contact.kind == SPHERE && contact.surface == sphere;
-}
-
-bool isPlane(Contact contact, real4 plane) {
-    return contact.kind == PLANE && (contact.surface == plane || contact.surface == -plane);
-}

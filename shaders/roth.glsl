@@ -34,11 +34,11 @@ struct Roth {
     Hit hit[MAX_HITS];
 };
 
-// The crossings of a ball. sphere and terms are sphereSpan()'s.
-Roth raySphere(Ray ray, real4 sphere, real2 terms, int mat) {
+// The crossings of a ball. sphere and terms are sphereSpan()'s, surface is sphereEnds()'s.
+Roth raySphere(Ray ray, real4 sphere, real2 terms, int surface, int mat) {
     Roth r;
     r.n = 0;
-    real2 span = sphereSpan(ray, sphere, terms);
+    real2 span = sphereEnds(ray, sphere.w, surface, sphereSpan(ray, sphere, terms));
     if (span.x < span.y) {
         r.n = 2;
         r.hit[0] = Hit(span.x, sphereNormal(ray, sphere, terms, true), mat);
@@ -47,11 +47,12 @@ Roth raySphere(Ray ray, real4 sphere, real2 terms, int mat) {
     return r;
 }
 
-// The crossings of a half-space: one, and the end that has none. plane and slope are planeSpan()'s.
-Roth rayPlane(Ray ray, real4 plane, real slope, int mat) {
+// The crossings of a half-space: one, and the end that has none. plane and slope are planeSpan()'s,
+// surface is planeEnds()'s.
+Roth rayPlane(Ray ray, real4 plane, real slope, int surface, int mat) {
     Roth r;
     r.n = 0;
-    real2 span = planeSpan(ray, plane, slope);
+    real2 span = planeEnds(ray, slope, surface, planeSpan(ray, plane, slope));
     if (span.x < span.y) {
         r.n = 2;
         r.hit[0] = Hit(span.x, span.x == -INF ? real3(0.0) : plane.xyz, mat);

@@ -2,7 +2,5 @@
 // at P: 1 lit, or dist(P, Q) / distance with Q the first point that is in between.
 
 float shadow(Ray ray) {
-    real3 Q, N;
-    int mat;
-    return min(float(rayCSG(ray, Q, N, mat) / ray.distance), 1.0);
+    return min(float(blockedAt(ray) / ray.distance), 1.0);
 }

@@ -2,7 +2,5 @@
 // 1 lit, 0 where something is in between.
 
 float shadow(Ray ray) {
-    real3 Q, N;
-    int mat;
-    return rayCSG(ray, Q, N, mat) < ray.distance ? 0.0 : 1.0;
+    return blockedAt(ray) < ray.distance ? 0.0 : 1.0;
 }

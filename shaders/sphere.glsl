@@ -1,5 +1,5 @@
-// Provides sphereSpan(), sphereNormal(), sphereTermsOf(): where a ray is inside a ball, and the
-// normals there.
+// Provides sphereSpan(), sphereEnds(), sphereNormal(), sphereTermsOf(): where a ray is inside a ball,
+// and the normals there.
 //
 // A sphere is (center, radius). `terms` are the two numbers that may cancel:
 //   .x  along, dot(center - ro, rd): how far along the ray its point nearest to the centre is;
@@ -7,8 +7,8 @@
 // The host knows both in float64 for camera rays (terms.glsl); sphereTermsOf() is for any ray.
 //
 // The roots are along -+ h, h half the chord, and h^2 is the discriminant. With p, the line's
-// distance from the centre (the length of its moment about it), h^2 = (r - p) (r + p). That squares
-// neither the distance nor anything that it is subtracted from (Hearn and Baker 2004; Haines et al.,
+// distance from the centre (the length of its moment about it), h^2 = r^2 - p^2. That squares
+// neither the distance nor anything larger than the radius (Hearn and Baker 2004; Haines et al.,
 // Ray Tracing Gems 2019, ch. 7; the moment instead of the perpendicular, because on a narrow
 // field of view its products are small). Where the middle of the chord is nearer than the radius,
 // as beside a huge sphere, h^2 = along^2 - power has the smaller terms to subtract. The root with the
@@ -39,25 +39,29 @@ real2 sphereTermsOf(Ray ray, real4 sphere) {
 
 real discriminant(Ray ray, real4 sphere, real2 terms) {
     if (abs(terms.x) < sphere.w) return terms.x * terms.x - terms.y;
-    real p = length(cross(sphere.xyz - ray.ro, ray.rd));
-    return (sphere.w - p) * (sphere.w + p);
+    real3 moment = cross(sphere.xyz - ray.ro, ray.rd);
+    return sphere.w * sphere.w - dot(moment, moment);
 }
 
 // (t0, t1), the ray's two roots along its whole line, t0 < t1, also behind the origin; (INF, -INF)
 // for a miss.
 real2 sphereSpan(Ray ray, real4 sphere, real2 terms) {
-    bool starts = isSphere(ray.start, sphere), ends = isSphere(ray.end, sphere);
-    if (starts || ends) {
-        real3 n = starts ? ray.start.n : ray.end.n;
-        real chord = starts && ends ? ray.distance : -2.0 * sphere.w * dot(n, ray.rd);
-        return (starts ? real(0.0) : ray.distance) + real2(min(chord, 0.0), max(chord, 0.0));
-    }
     real square = discriminant(ray, sphere, terms);
     if (square <= 0.0) return real2(INF, -INF);
     real along = terms.x;
     real outer = along + (along < 0.0 ? -sqrt(square) : sqrt(square));
     real inner = terms.y / outer;
     return real2(min(inner, outer), max(inner, outer));
+}
+
+// That span for a ray an end of which may be known to lie on the sphere, which is numbered `surface`:
+// there the root is exact, and the normal gives the other one.
+real2 sphereEnds(Ray ray, real radius, int surface, real2 span) {
+    bool starts = surface == ray.start.surface, ends = surface == ray.end.surface;
+    if (ray.ofCamera || !(starts || ends)) return span;
+    real slope = starts ? dot(ray.start.n, ray.rd) : dot(ray.end.n, ray.rd);
+    real chord = starts && ends ? ray.distance : -2.0 * radius * slope;
+    return (starts ? real(0.0) : ray.distance) + real2(min(chord, 0.0), max(chord, 0.0));
 }
 
 // The outward unit normal where the ray enters the ball, or where it comes out: made of the chord

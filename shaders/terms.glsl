@@ -1,14 +1,19 @@
-// Provides sphereTerms(), planeSlope(): the terms of a ray's roots that cancel, to as many bits as
-// can be had. All camera rays start at one point, so the host knows theirs in float64. Needs
-// sphere.glsl if there are spheres, plane.glsl if there are planes.
+// Provides sphereTerms(), planeSlope(), sphereRoots(), planeRoots(), sameAs(): the roots of a ray with
+// the scene's surfaces, to as many bits as can be had. All camera rays start at one point, so the host
+// knows in float64 what cancels. Needs sphere.glsl if there are spheres, plane.glsl if there are planes.
 
 #include "surfaces.glsl"
 #include "camera.glsl"
 
 layout(std140) uniform CameraTerms {
     real4 coarse[SURFACES];  // .xyz for cameraSlope(); .w of a sphere: the power of the camera's position
-    real4 fine[SURFACES];    // .xyz for cameraSlope()
+    real4 fine[SURFACES];    // .xyz for cameraSlope(); .w: sameAs()
 };
+
+// A number that a surface has in common with all that coincide with it, their sides aside; at least 1.
+int sameAs(int index) {
+    return int(fine[index].w);
+}
 
 #if SPHERES > 0
 // For sphereSpan() and sphereNormal().
@@ -24,13 +29,22 @@ real2 sphereTerms(Ray ray, int index) {
         terms.y = coarse[index].w - dot(ray.ro, sphere.xyz + toCenter);
     return terms;
 }
+
+real2 sphereRoots(Ray ray, int index) {
+    real2 span = sphereSpan(ray, spheres[index], sphereTerms(ray, index));
+    return sphereEnds(ray, spheres[index].w, sameAs(index), span);
+}
 #endif
 
 #if PLANES > 0
-// dot(normal, rd), for planeSpan(). plane counts from 0, after the spheres.
-real planeSlope(Ray ray, int plane) {
-    if (ray.ofCamera)
-        return cameraSlope(coarse[SPHERES + plane].xyz, fine[SPHERES + plane].xyz);
-    return dot(planes[plane].xyz, ray.rd);
+// dot(normal, rd), for planeSpan().
+real planeSlope(Ray ray, int index) {
+    if (ray.ofCamera) return cameraSlope(coarse[index].xyz, fine[index].xyz);
+    return dot(planes[index - SPHERES].xyz, ray.rd);
+}
+
+real2 planeRoots(Ray ray, int index) {
+    real slope = planeSlope(ray, index);
+    return planeEnds(ray, slope, sameAs(index), planeSpan(ray, planes[index - SPHERES], slope));
 }
 #endif

@@ -1,11 +1,18 @@
-// Provides isInside(), isBefore(), nextRoot(): what the generated walk along a ray is made of.
+// Provides holds(), isInside(), isBefore(): what the generated walk along a ray is made of.
 //
-// The default evaluator carries no hit lists. Every primitive keeps its two roots (span.x,
-// span.y); the walk goes from root to root, evaluates the object's tree just after each, and
-// stops where that changes: there, and only there, is a surface. All roots at the same t are
-// crossed at once, so coincident faces are one face or none, as in roth.glsl.
+// The evaluators but for roth carry no hit lists. Just after the distance t a ray is in a solid or not,
+// and that holds on for a while: holds() says both in one number, the distance until which it surely
+// holds, positive inside and negative outside. So the operators are those of signed distances:
+//     A & B: min(a, b)        A | B: max(a, b)        not A: -a
+// Outside both, an intersection holds until the later one; inside one, a union holds until that
+// one's end; and so on. The walk goes on from there until the sign changes: there, and only there, is a
+// surface. All roots at the same t are crossed at once, so coincident faces are one face or none.
 
-#include "real.glsl"
+#include "ray.glsl"
+
+real holds(real2 span, real t) {
+    return t < span.x ? -span.x : t < span.y ? span.y : -INF;
+}
 
 // Whether the ray is inside the primitive just after t: entries count, exits do not.
 bool isInside(real2 span, real t) {
@@ -15,11 +22,4 @@ bool isInside(real2 span, real t) {
 // Whether it is inside just before t.
 bool isBefore(real2 span, real t) {
     return span.x < t && t <= span.y;
-}
-
-// The nearer of `next` and the first root of the span after t.
-real nextRoot(real2 span, real t, real next) {
-    if (span.x > t) next = min(next, span.x);
-    if (span.y > t) next = min(next, span.y);
-    return next;
 }

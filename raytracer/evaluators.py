@@ -1,0 +1,200 @@
+"""The GLSL text that finds what of a scene's CSG trees a ray meets first: rayCSG() and blockedAt().
+
+Trees are lists in postfix, with their leaves' surface indices instead of the leaves: spheres first, then planes.
+"""
+
+from __future__ import annotations
+
+from raytracer.solids import Complement, Difference, Intersection, Solid, Sphere, Union, postfix
+
+Tree = list[Solid | int]
+
+_RAY_CSG = [
+    "// The first surface ahead of the ray and nearer than its end: its distance, point, unit normal (on either",
+    "// side) and number as in hit.glsl; or the ray's distance, that far point, 0 and 0.",
+    "real rayCSG(Ray ray, out real3 P, out real3 N, out int mat) {",
+]
+_BLOCKED_AT = ["// How far the ray gets: to the first surface, or to its end.", "real blockedAt(Ray ray) {"]
+
+
+def max_hits(solid: Solid) -> int:
+    """The most hits that any Roth diagram of the tree and its subtrees can hold.
+
+    A line crosses a sphere at most twice and a plane once; a solid that may be unbounded can have
+    an end at each infinity besides; and hits come in pairs.
+    """
+    most = 0
+    stack: list[tuple[int, bool]] = []  # crossings, unbounded?
+    for node in postfix(solid):
+        match node:
+            case Complement():
+                crossings, unbounded = stack.pop()
+                stack.append((crossings, True))
+            case Union():
+                (m, u), (n, v) = stack.pop(), stack.pop()
+                stack.append((m + n, u or v))
+            case Intersection():
+                (m, u), (n, v) = stack.pop(), stack.pop()
+                stack.append((m + n, u and v))
+            case Difference():
+                (n, _), (m, u) = stack.pop(), stack.pop()
+                most = max(most, n + 2)  # differenceCSG() takes the complement of its second operand
+                stack.append((m + n, u))
+            case _:
+                stack.append((2, False) if isinstance(node, Sphere) else (1, True))
+        crossings, unbounded = stack[-1]
+        most = max(most, crossings + 2 * unbounded)
+    return most // 2 * 2
+
+
+def roots(index: int, spheres: int) -> str:
+    """The call that gives both roots of a surface."""
+    return f"{'sphere' if index < spheres else 'plane'}Roots(ray, {index})"
+
+
+def roth(trees: list[Tree], spheres: int) -> list[str]:
+    """By the assignment's filters: a function for each object, and the nearest of their first hits."""
+    lines = []
+    for number, tree in enumerate(trees):
+        lines += [f"Roth object{number}(Ray ray) {{"]
+        stack: list[int] = []
+        for k, node in enumerate(tree):
+            if isinstance(node, int):
+                ends = f"sameAs({node}), {node + 1}"
+                if node < spheres:
+                    value = f"raySphere(ray, spheres[{node}], sphereTerms(ray, {node}), {ends})"
+                else:
+                    value = f"rayPlane(ray, planes[{node - spheres}], planeSlope(ray, {node}), {ends})"
+            elif isinstance(node, Complement):
+                value = f"complementCSG(r{stack.pop()})"
+            else:
+                b, a = stack.pop(), stack.pop()
+                value = f"{type(node).__name__.lower()}CSG(r{a}, r{b})"
+            lines.append(f"    Roth r{k} = {value};")
+            stack.append(k)
+        lines += [f"    return r{stack[0]};", "}", ""]
+    return [
+        *lines,
+        *_RAY_CSG,
+        "    Hit nearest = Hit(ray.distance, real3(0.0), 0);",
+        *(f"    firstHit(object{number}(ray), nearest);" for number in range(len(trees))),
+        "    P = ray.ro + nearest.t * ray.rd;",
+        "    N = nearest.normal;",
+        "    mat = nearest.mat;",
+        "    return nearest.t;",
+        "}",
+        "",
+        *_BLOCKED_AT,
+        "    real3 P, N;",
+        "    int mat;",
+        "    return rayCSG(ray, P, N, mat);",
+        "}",
+    ]
+
+
+_HOLDS: dict[type[Solid], str] = {Union: "max({}, {})", Intersection: "min({}, {})", Difference: "min({}, -{})"}
+_LOGIC: dict[type[Solid], str] = {Union: "{} || {}", Intersection: "{} && {}", Difference: "{} && !{}"}
+
+
+def walk(trees: list[Tree], spheres: int, *, what: bool) -> list[str]:
+    """By one walk over all objects, to the first root at which one of them changes; `what`: also what is there."""
+    planes = [tree[0] for tree in trees if len(tree) == 1 and isinstance(tree[0], int) and tree[0] >= spheres]
+    if len(planes) == len(trees):
+        return _nearest(planes, spheres, what)
+    spans: list[str] = []
+    holds: list[str] = []  # of each object, an expression
+    for tree in trees:
+        terms: list[str] = []
+        for node in tree:
+            if isinstance(node, int):
+                spans.append(f"    real2 s{node} = {roots(node, spheres)};")
+                terms.append(f"holds(s{node}, at)")
+            elif isinstance(node, Complement):
+                terms.append(f"-{terms.pop()}")
+            else:
+                b, a = terms.pop(), terms.pop()
+                terms.append(_HOLDS[type(node)].format(a, b))
+        holds.append(terms[0])
+    objects = range(len(trees))
+    least = "abs(v0)"
+    for k in objects[1:]:
+        least = f"min({least}, abs(v{k}))"
+    lines = [
+        *spans,
+        "    real at = 0.0;",
+        *(f"    real v{k} = {holds[k]};" for k in objects),
+        *(f"    bool in{k} = v{k} > 0.0;" for k in objects),
+        "    for (;;) {",
+        f"        at = {least};",
+        "        if (at >= ray.distance) return ray.distance;",
+        *(f"        v{k} = {holds[k]};" for k in objects),
+        f"        if ({' || '.join(f'(v{k} > 0.0) != in{k}' for k in objects)}) break;",
+        "    }",
+    ]
+    if not what:
+        return [*_BLOCKED_AT, *lines, "    return at;", "}"]
+    return [
+        *_RAY_CSG,
+        "    P = ray.ro + ray.distance * ray.rd;",
+        "    N = real3(0.0);",
+        "    mat = 0;",
+        *lines,
+        *_owner(trees),
+        "    surfaceAt(mat, ray, P, N);",
+        "    return at;",
+        "}",
+    ]
+
+
+def _owner(trees: list[Tree]) -> list[str]:
+    """Whose surface it is at `at`: the first object's that changes, and in it, of an operator's operands the
+    first that does."""
+    lines, objects = [], []
+    k = 0
+    for tree in trees:
+        stack: list[int] = []
+        for node in tree:
+            if isinstance(node, int):
+                lines.append(f"    bool b{k} = isBefore(s{node}, at), a{k} = isInside(s{node}, at);")
+                lines.append(f"    int o{k} = a{k} ? {node + 1} : {-node - 1};")
+            elif isinstance(node, Complement):
+                a = stack.pop()
+                lines.append(f"    bool b{k} = !b{a}, a{k} = !a{a};")
+                lines.append(f"    int o{k} = o{a};")
+            else:
+                b, a = stack.pop(), stack.pop()
+                logic = _LOGIC[type(node)]
+                before, after = logic.format(f"b{a}", f"b{b}"), logic.format(f"a{a}", f"a{b}")
+                lines.append(f"    bool b{k} = {before}, a{k} = {after};")
+                lines.append(f"    int o{k} = b{a} != a{a} ? o{a} : o{b};")
+            stack.append(k)
+            k += 1
+        objects.append(stack[0])
+    return [*lines, *(f"    {'else ' if k != objects[0] else ''}if (b{k} != a{k}) mat = o{k};" for k in objects)]
+
+
+def _nearest(planes: list[int], spheres: int, what: bool) -> list[str]:
+    """The walk where every object is one half-space: the nearest root ahead."""
+    lines = ["    real at = ray.distance, root;", "    real2 span;"]
+    for index in planes:
+        number = f"span.x > 0.0 ? {index + 1} : {-index - 1}"
+        lines += [
+            f"    span = {roots(index, spheres)};",
+            "    root = span.x > 0.0 ? span.x : span.y;",
+            "    if (root > 0.0 && root < at) {",
+            "        at = root;",
+            *([f"        mat = {number};"] if what else []),
+            "    }",
+        ]
+    if not what:
+        return [*_BLOCKED_AT, *lines, "    return at;", "}"]
+    return [
+        *_RAY_CSG,
+        "    P = ray.ro + ray.distance * ray.rd;",
+        "    N = real3(0.0);",
+        "    mat = 0;",
+        *lines,
+        "    if (mat != 0) surfaceAt(mat, ray, P, N);",
+        "    return at;",
+        "}",
+    ]
