@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import struct
-from typing import Any
+import time
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -16,41 +18,54 @@ from raytracer.glsl_source import ShaderError
 from raytracer.sampling import sample_point
 from raytracer.scene import Scene
 from raytracer.settings import Settings
+from raytracer.shader import CELL
+from raytracer.sight import quiet_cells, runs
+from raytracer.table import table
 
 Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower left pixel of the picture
 # Uniform blocks' binding points.
 _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Materials": 2, "Lights": 3}
+# Seconds that a draw may take for the next one to be larger: an order below what stalls a desktop.
+_SHORT_DRAW = 0.04
+_FIRST_DRAW = 2**16  # pixels
+
+
+class Programs(NamedTuple):
+    """What draws a scene: two passes and, if there may be quiet cells (sight.py), the one pass for these."""
+
+    see: moderngl.Program  # visibility.frag
+    shade: moderngl.Program  # shade.frag, or show_*.frag
+    quiet: moderngl.Program | None = None  # picture.frag
 
 
 class Passes:
-    """Targets of `target` (width, height) pixels, and a scene's numbers, on the GPU until closed."""
+    """Targets of `target` (width, height) pixels, and a scene's numbers, on the GPU until closed.
 
-    def __init__(self, context: moderngl.Context, target: tuple[int, int]) -> None:
+    With `geometry` there are targets for distances and normals, too, for a `see` that gives them.
+    """
+
+    def __init__(self, context: moderngl.Context, target: tuple[int, int], *, geometry: bool = False) -> None:
         self._context = context
-        self._programs: tuple[moderngl.Program, ...] = ()
-        self._arrays: list[moderngl.VertexArray] = []
-        self._buffers: dict[str, moderngl.Buffer] = {}
+        self._programs: Programs | None = None
+        self._arrays: dict[moderngl.Program, moderngl.VertexArray] = {}
+        self._cells: dict[moderngl.Program, moderngl.Buffer] = {}  # the runs of cells that each program draws
+        self._blocks: dict[str, moderngl.Buffer] = {}
         self._numbers: object = None  # of which scene the buffers are, but for its lights
-        self._normal_depth = context.texture(target, 4, dtype="f4")
+        self._draw_size = _FIRST_DRAW
         self._surface = context.texture(target, 1, dtype="i4")
+        self._normal_depth = context.texture(target, 4, dtype="f4") if geometry else None
         self.radiance = context.texture(target, 4, dtype="f4")  # the sum of the samples
-        self._seen = context.framebuffer([self._normal_depth, self._surface])
+        self._seen = context.framebuffer([self._surface, *([self._normal_depth] if self._normal_depth else [])])
         self._light = context.framebuffer([self.radiance])
 
-    def load(
-        self,
-        programs: tuple[moderngl.Program, moderngl.Program],
-        scene: Scene,
-        settings: Settings,
-        size: tuple[int, int],
-    ) -> None:
-        """Take the numbers of `scene` for a picture of `size`. `programs` draw the two passes of its structure.
+    def load(self, programs: Programs, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
+        """Take the numbers of `scene` for a picture of `size`. `programs` draw its structure.
 
         Raises ShaderError if a program has a uniform of another type than it should have.
         """
         self._to_world = view_space.rotation(scene.camera).astype(np.float32)
         precision = settings.precision
-        self._write("Lights", view_space.lights_block(scene, precision))
+        self._write(self._blocks, "Lights", view_space.lights_block(scene, precision))
         # Lights move, and then all else is as it was. Equal tuples of the same things are quickly compared.
         numbers = programs, scene.objects, scene.camera, scene.materials, settings, size
         if numbers != self._numbers:
@@ -60,14 +75,12 @@ class Passes:
                 "Materials": view_space.materials_block(scene, settings),
             }
             for name, block in blocks.items():
-                self._write(name, block)
-            self._material_index = view_space.material_index(scene)
+                self._write(self._blocks, name, block)
+            self._material_index = np.append(table(scene).material, np.int32(-1))  # so also at index -1
             self._numbers = numbers
-        if programs != self._programs:
-            release(self._context, *self._arrays)
-            self._arrays = [self._context.vertex_array(program, []) for program in programs]
-            self._programs = programs
-        for program in programs:
+        self._programs = programs
+        self._set_cells(programs, scene, settings, size)
+        for program in filter(None, programs):
             set_uniforms(
                 program,
                 resolution=size,
@@ -76,52 +89,100 @@ class Passes:
                 background=scene.background,
                 toWorld=tuple(self._to_world.ravel().tolist()),  # rows of the way there are columns of the way back
                 focus=math.dist(scene.camera.position, scene.camera.look_at),
-                normalDepth=0,
-                surface=1,
+                surface=0,
+                normalDepth=1,
                 tileOrigin=(0, 0),
+                tileSize=(1, 1),
                 samplePoint=(0.0, 0.0),
             )
-            for name in self._buffers:
+            for name in self._blocks:
                 if name in program:
                     program[name].binding = _BLOCKS[name]  # pyright: ignore[reportAttributeAccessIssue]
 
-    def _write(self, name: str, data: bytes) -> None:
-        """Bring a uniform block to the GPU, into the buffer that is there if that has the size."""
-        buffer = self._buffers.get(name)
+    def _set_cells(self, programs: Programs, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
+        """Say which program draws which cells."""
+        busy = np.ones((-(-size[1] // CELL), -(-size[0] // CELL)), bool)
+        if programs.quiet:
+            busy = ~quiet_cells(scene, size, settings)
+        drawn = {programs.see: busy, programs.shade: busy}
+        if programs.quiet:
+            drawn[programs.quiet] = ~busy
+        for program in self._arrays.keys() - drawn.keys():
+            release(self._context, self._arrays.pop(program), self._cells.pop(program))
+        for program, cells in drawn.items():
+            before = self._cells.get(program)
+            if cells.any():
+                self._write(self._cells, program, runs(cells).tobytes())
+            elif before:
+                release(self._context, self._arrays.pop(program), self._cells.pop(program))
+            buffer = self._cells.get(program)
+            if buffer and buffer is not before:
+                if program in self._arrays:
+                    release(self._context, self._arrays.pop(program))
+                self._arrays[program] = self._context.vertex_array(program, [(buffer, "3i/i", "run")])
+
+    def _write(self, buffers: dict[Any, moderngl.Buffer], name: object, data: bytes) -> None:
+        """Bring data to the GPU, into the buffer of that name if there is one of that size."""
+        buffer = buffers.get(name)
         if buffer and buffer.size == len(data):
             buffer.write(data)
             return
         if buffer:
-            self._buffers.pop(name).release()
+            buffers.pop(name).release()
         if data:
-            self._buffers[name] = self._context.buffer(data, dynamic=True)
+            buffers[name] = self._context.buffer(data, dynamic=True)
 
     def draw(self, tile: Rectangle, k: int, *, anew: bool) -> None:
         """Draw sample k = 0, 1, ... of a tile and wait for it; add it to the sum, or begin one `anew`."""
+        assert self._programs
         sx, sy = sample_point(k)
-        for program in self._programs:
-            set_uniforms(program, tileOrigin=tile[:2], samplePoint=(2.0 * sx - 1.0, 1.0 - 2.0 * sy))
-        for name, buffer in self._buffers.items():
+        for program in filter(None, self._programs):
+            set_uniforms(
+                program, tileOrigin=tile[:2], tileSize=tile[2:], samplePoint=(2.0 * sx - 1.0, 1.0 - 2.0 * sy)
+            )
+        for name, buffer in self._blocks.items():
             buffer.bind_to_uniform_block(_BLOCKS[name])
-        viewport = (0, 0, *tile[2:])
-
-        self._context.disable(moderngl.BLEND)
-        self._seen.use()
-        self._seen.viewport = viewport
-        self._arrays[0].render(moderngl.TRIANGLES, 3)
-
-        self._light.use()
-        self._light.viewport = viewport
+        for target in (self._seen, self._light):
+            target.viewport = (0, 0, *tile[2:])
         if anew:
+            self._light.scissor = None
             self._light.clear()
-        # Always blending: llvmpipe would compile the shader a second time to draw without.
-        self._context.enable(moderngl.BLEND)
-        self._context.blend_func = moderngl.ONE, moderngl.ONE
-        self._normal_depth.use(0)
-        self._surface.use(1)
-        self._arrays[1].render(moderngl.TRIANGLES, 3)
-        self._context.disable(moderngl.BLEND)
-        self._context.finish()
+        for band in self._bands(tile):
+            self._seen.use()
+            self._seen.scissor = band
+            self._context.disable(moderngl.BLEND)
+            self._render(self._programs.see)
+            self._light.use()
+            self._light.scissor = band
+            # Always blending: llvmpipe would compile the shader a second time to draw without.
+            self._context.enable(moderngl.BLEND)
+            self._context.blend_func = moderngl.ONE, moderngl.ONE
+            self._surface.use(0)
+            if self._normal_depth:
+                self._normal_depth.use(1)
+            self._render(self._programs.shade)
+            if self._programs.quiet:
+                self._render(self._programs.quiet)
+            self._context.disable(moderngl.BLEND)
+            self._context.finish()
+
+    def _render(self, program: moderngl.Program) -> None:
+        if program in self._arrays:
+            self._arrays[program].render(moderngl.TRIANGLE_STRIP, 4)
+
+    def _bands(self, tile: Rectangle) -> Iterator[Rectangle]:
+        """The tile in rows of pixels that take long enough to be worth a draw, and no longer."""
+        width, height = tile[2:]
+        y = 0
+        while y < height:
+            rows = min(height - y, -(-self._draw_size // width))
+            begin = time.perf_counter()
+            yield 0, y, width, rows
+            if time.perf_counter() - begin < _SHORT_DRAW:
+                self._draw_size = max(self._draw_size, 2 * rows * width)
+            else:
+                self._draw_size = max(_FIRST_DRAW // 16, rows * width // 2)
+            y += rows
 
     def read_sum(self, size: tuple[int, int]) -> NDArray[np.float32]:
         """(H, W, 3): the sum of the samples, top row first."""
@@ -134,9 +195,9 @@ class Passes:
         assert image.depth is not None and image.normal is not None and image.material is not None
         height, width = image.depth[where].shape
         area = (0, 0, width, height)
-        data = np.frombuffer(self._seen.read(area, components=4, dtype="f4"), np.float32)
+        data = np.frombuffer(self._seen.read(area, components=4, attachment=1, dtype="f4"), np.float32)
         seen = data.reshape(height, width, 4)[::-1]
-        data = np.frombuffer(self._seen.read(area, components=1, attachment=1, dtype="i4"), np.int32)
+        data = np.frombuffer(self._seen.read(area, components=1, dtype="i4"), np.int32)
         surface = data.reshape(height, width)[::-1]
         image.normal[where] = seen[..., :3] @ self._to_world
         image.depth[where] = np.where(surface == 0, np.float32(np.inf), seen[..., 3])
@@ -144,8 +205,9 @@ class Passes:
 
     def close(self) -> None:
         """Give back everything on the GPU."""
-        targets = (self._normal_depth, self._surface, self.radiance)
-        release(self._context, *self._arrays, self._seen, self._light, *targets, *self._buffers.values())
+        targets = (self._surface, self.radiance, *([self._normal_depth] if self._normal_depth else []))
+        buffers = (*self._blocks.values(), *self._cells.values())
+        release(self._context, *self._arrays.values(), self._seen, self._light, *targets, *buffers)
 
 
 def release(context: moderngl.Context, *things: Any) -> None:
