@@ -29,13 +29,15 @@ _EDGES = np.where(_HALF_WAY <= 0.04045, _HALF_WAY / 12.92, ((_HALF_WAY + 0.055) 
 _INTERVALS = 4096
 # The level at which an interval begins, and the edge to the next one, here or later.
 _LEVELS = np.searchsorted(_EDGES, np.arange(_INTERVALS + 1) / _INTERVALS, "right").astype(np.uint8)
-_NEXT_EDGES = np.append(_EDGES, np.inf)[_LEVELS]
+_EDGES32 = _EDGES.astype(np.float32)
+_EDGES32 = np.where(_EDGES32 < _EDGES, np.nextafter(_EDGES32, np.float32(1)), _EDGES32)  # the first float32 beyond
+_NEXT_EDGES = np.append(_EDGES32, np.float32(np.inf))[_LEVELS]
 
 
 def srgb8(radiance: NDArray[Any]) -> NDArray[np.uint8]:
     """Linear RGB (H, W, 3), clipped to [0, 1], by the sRGB transfer function (IEC 61966-2-1:1999) to 8 bits.
 
-    To the nearest level, exactly, and without a power for every value.
+    To the nearest level, for float32 exactly, and without a power for every value.
     """
     encoded = np.empty(radiance.shape, np.uint8)
     for rows in _blocks(radiance):
