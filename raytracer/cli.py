@@ -7,19 +7,19 @@ where, and nothing written; 1 anything else.
 from __future__ import annotations
 
 import argparse
+import gc
 import os
 import re
 import sys
 import time
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NoReturn, get_args
 
 from raytracer import __version__
 from raytracer.checks import InputError, number, printable
-from raytracer.interaction import CONTROLS, DEFAULT_SAMPLES
 from raytracer.progress import progress_bar
 from raytracer.scene_file import load
 from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
@@ -73,6 +73,18 @@ class _Parser(argparse.ArgumentParser):
         raise InputError(f"{message} (see {self.prog} --help)")
 
 
+class _Command(_Parser):
+    """One command's parser. What it takes is looked up once it is the one given: no other needs what that imports."""
+
+    def __init__(self, *, arguments: Callable[[argparse.ArgumentParser], None], **options: Any) -> None:
+        super().__init__(**options)
+        self._arguments = arguments
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
+        self._arguments(self)
+        return super().parse_known_args(args, namespace)
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="raytracer",
@@ -81,20 +93,41 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"raytracer {__version__}")
-    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Command)
+    for name, summary, arguments, run in (
+        ("render", "render a scene to a file", _render_arguments, _render),
+        ("view", "show a scene in a window", _view_arguments, _view),
+        ("extremes", "measure how wrong pictures are where numbers get extreme", _extremes_arguments, _extremes),
+        ("doctor", "which OpenGL contexts open here, and what to install if none does", _doctor_arguments, _doctor),
+    ):
+        examples = [line for line in _EXAMPLES.splitlines()[1:] if f"raytracer {name}" in line]
+        command = commands.add_parser(
+            name,
+            help=summary,
+            description=summary[0].upper() + summary[1:] + ".",
+            epilog="\n".join(["examples:", *examples]),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            arguments=arguments,
+        )
+        command.set_defaults(run=run)
+    return parser
 
-    render = _command(commands, "render", "render a scene to a file", _render)
-    _add_scene(render)
-    render.add_argument(
+
+def _render_arguments(parser: argparse.ArgumentParser) -> None:
+    _add_scene(parser)
+    parser.add_argument(
         "-o", "--output", metavar="OUT", required=True, help=".png (8-bit sRGB) or .npz (float32 arrays)"
     )
-    _add_settings(render, samples=1)
-    _add_backend(render)
+    _add_settings(parser, samples=1)
+    _add_backend(parser)
 
-    view = _command(commands, "view", "show a scene in a window", _view)
-    _add_scene(view)
-    _add_settings(view, samples=DEFAULT_SAMPLES)
-    view.add_argument(
+
+def _view_arguments(parser: argparse.ArgumentParser) -> None:
+    from raytracer.interaction import CONTROLS, DEFAULT_SAMPLES
+
+    _add_scene(parser)
+    _add_settings(parser, samples=DEFAULT_SAMPLES)
+    parser.add_argument(
         "--budget",
         metavar="MS",
         type=float,
@@ -103,38 +136,26 @@ def _parser() -> argparse.ArgumentParser:
     )
     width = max(len(control.key) for control in CONTROLS)
     controls = "".join(f"  {control.key:{width}}  {control.does}\n" for control in CONTROLS)
-    view.epilog = f"mouse and keys:\n{controls}\n{view.epilog}"
+    parser.epilog = f"mouse and keys:\n{controls}\n{parser.epilog}"
 
-    extremes = _command(commands, "extremes", "measure how wrong pictures are where numbers get extreme", _extremes)
-    extremes.add_argument(
+
+def _extremes_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
         "-o",
         "--output",
         metavar="FOLDER",
         default=".",
         help="gets extremes.csv and extremes.md, over those that are there (default: here)",
     )
-    extremes.add_argument("--short", action="store_true", help="only the ends of the ranges, as in the tests")
-    extremes.add_argument(
+    parser.add_argument("--short", action="store_true", help="only the ends of the ranges, as in the tests")
+    parser.add_argument(
         "--fuzz", metavar="N", type=_whole, default=1000, help="random scenes over all ranges together (default: 1000)"
     )
-    _add_backend(extremes)
-
-    doctor = _command(commands, "doctor", "which OpenGL contexts open here, and what to install if none does", _doctor)
-    doctor.add_argument("--json", action="store_true", help="print JSON instead of a table")
-    return parser
+    _add_backend(parser)
 
 
-def _command(commands: Any, name: str, summary: str, run: Any) -> argparse.ArgumentParser:
-    examples = [line for line in _EXAMPLES.splitlines()[1:] if f"raytracer {name}" in line]
-    parser = commands.add_parser(
-        name,
-        help=summary,
-        description=summary[0].upper() + summary[1:] + ".",
-        epilog="\n".join(["examples:", *examples]),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.set_defaults(run=run)
-    return parser
+def _doctor_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
 
 
 def _add_scene(parser: argparse.ArgumentParser) -> None:
@@ -199,8 +220,13 @@ def _render(options: argparse.Namespace) -> int:
     settings = _settings(options)
     scene = load(options.scene)
 
+    # Next to nothing of what an import makes is garbage: it is not looked for, now or when all ends.
+    gc.disable()
     from raytracer.film import check_output
     from raytracer.renderer import check_size, host_memory, shared_renderer
+
+    gc.freeze()
+    gc.enable()
 
     check_size(options.size)
     output = check_output(options.output)

@@ -80,18 +80,17 @@ def open_window(size: tuple[int, int], title: str) -> tuple[moderngl.Context, An
 
 def _open_egl() -> moderngl.Context:
     """The first EGL device that gives a context: a machine may list devices that cannot be opened."""
+    from glcontext import egl  # pyright: ignore[reportAttributeAccessIssue] # there is none on Windows and macOS
+
     failures: list[str] = []
     for index in range(MAX_EGL_DEVICES):
         try:
-            # The .so.1 names are those of the run-time packages; bare .so is in -dev packages only.
-            return moderngl.create_context(
-                require=REQUIRED,
-                standalone=True,
-                backend="egl",  # pyright: ignore[reportArgumentType]
-                device_index=index,  # pyright: ignore[reportArgumentType]
-                libgl="libGL.so.1",  # pyright: ignore[reportArgumentType]
-                libegl="libEGL.so.1",  # pyright: ignore[reportArgumentType]
+            # The .so.1 names are those of the run-time packages; bare .so is in -dev packages only. Asked for
+            # by name, glcontext would import what looks libraries up, which takes half as long as all of this.
+            loader = egl.create_context(
+                mode="standalone", glversion=REQUIRED, device_index=index, libgl="libGL.so.1", libegl="libEGL.so.1"
             )
+            return moderngl.create_context(require=REQUIRED, standalone=True, context=loader)
         except Exception as error:
             reason = str(error)
             if "requested device index" not in reason:

@@ -103,8 +103,8 @@ def metadata(scene: Scene, size: tuple[int, int], settings: Settings) -> dict[st
 
 def host_memory(size: tuple[int, int], geometry: bool) -> int:
     """Bytes of host memory that rendering and saving a picture take at most, beside the program itself."""
-    # radiance 12, its 8-bit copy 3 and Pillow's 4; depth 4, normal 12, material 4 and its index 4
-    return size[0] * size[1] * (19 + 24 * geometry)
+    # radiance 12; depth 4, normal 12, material 4 and its index 4
+    return size[0] * size[1] * (12 + 24 * geometry)
 
 
 class Renderer:
@@ -148,13 +148,15 @@ class Renderer:
             for i, rectangle in enumerate(tiles):
                 x, y, w, h = rectangle
                 where = slice(height - y - h, height - y), slice(x, x + w)
-                total = np.float64(0.0)  # NumPy's, so that adding a float32 picture makes it float64
+                total: Any = None
                 for k in range(settings.samples):
                     passes.draw(rectangle, k, anew=k % SUMMED == 0)
                     if k == 0 and geometry:
                         passes.read_geometry(image, where)
                     if (k + 1) % SUMMED == 0 or k + 1 == settings.samples:
-                        total = total + passes.read_sum((w, h))
+                        part = passes.read_sum((w, h))
+                        # A second part makes it float64. Until then that would change no bit of the quotient.
+                        total = part if total is None else np.add(total, part, dtype=np.float64)
                     if progress:
                         progress(i * settings.samples + k + 1, len(tiles) * settings.samples)
                 np.divide(total, settings.samples, out=image.radiance[where], casting="same_kind")

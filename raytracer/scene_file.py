@@ -22,7 +22,6 @@ from raytracer.checks import InputError, Vec3, shown
 from raytracer.instance_file import is_plain, read_instances
 from raytracer.instances import Instances
 from raytracer.scene import Camera, PointLight, Scene
-from raytracer.scene_text import line_of_error
 from raytracer.solids import Material, Plane, Primitive, Solid, Sphere, leaves
 
 MAX_BYTES = 4 * 1024 * 1024
@@ -114,6 +113,8 @@ def parse(path: Path, text: str) -> Scene:
     try:
         scene, unused = _scene(text, path.stem.encode(errors="replace").decode(), path.parent)
     except InputError as error:
+        from raytracer.scene_text import line_of_error  # its patterns take a while to compile
+
         line = line_of_error(text, str(error))
         raise InputError(f"{path}:{line}: {error}" if line else f"{path}: {error}") from None
     if unused:

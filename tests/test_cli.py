@@ -73,7 +73,7 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
         (["render", SCENE, "-o", "{tmp}/a.png", "--size", "0x5"], "size"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--size", "-1x5"], "size"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--size", "99999999999x1"], "size"),
-        (["render", SCENE, "-o", "{tmp}/a.png", "--size", "65536x65536"], "GiB"),
+        (["render", SCENE, "-o", "{tmp}/a.npz", "--size", "65536x65536"], "GiB"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--samples", "0"], "samples"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--samples", "many"], "samples"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--shading", "gouraud"], "gouraud"),
@@ -114,6 +114,39 @@ def start(*arguments: str, terminal: int | None = None) -> subprocess.Popen[byte
     command = [sys.executable, "-m", "raytracer", *arguments]
     errors = subprocess.PIPE if terminal is None else terminal
     return subprocess.Popen(command, cwd=scenes.CHECKOUT, stderr=errors, start_new_session=True)
+
+
+def imported(*arguments: str) -> set[str]:
+    """The modules that `raytracer *arguments` has imported when it is done."""
+    script = "import sys; from raytracer.cli import main; main(); print(*sys.modules)"
+    command = [sys.executable, "-c", script, *arguments]
+    done = subprocess.run(command, cwd=scenes.CHECKOUT, stdout=subprocess.PIPE, check=True, text=True)
+    return set(done.stdout.splitlines()[-1].split())
+
+
+def test_render_imports_no_more_than_it_needs(tmp_path: Path) -> None:
+    out = str(tmp_path / "a.png")
+    modules = imported("render", SCENE, "-o", out, "--size", "8x8", "--backend", "egl")
+    ours = {name.removeprefix("raytracer.") for name in modules if name.startswith("raytracer.")}
+    assert {"numpy", "moderngl"} <= modules and {"film", "renderer"} <= ours, "this test sees what is imported"
+    assert not modules & {"rich", "glfw", "tomlkit", "PIL", "asyncio", "logging", "tempfile", "ctypes.util"}
+    assert not ours & {
+        "doctor",
+        "extremes",
+        "glsl",
+        "interaction",
+        "live",
+        "overlay",
+        "reference",
+        "scene_text",
+        "viewer",
+    }
+
+
+def test_wrong_input_is_found_without_numpy_and_opengl(tmp_path: Path) -> None:
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text("[camera")
+    assert not imported("render", str(wrong), "-o", str(tmp_path / "a.png")) & {"numpy", "moderngl", "glcontext"}
 
 
 def test_ctrl_c_stops_cleanly_and_writes_nothing(tmp_path: Path) -> None:

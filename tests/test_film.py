@@ -1,0 +1,34 @@
+"""Pictures as 8 bits and as PNG files, against the standards' formulas and Pillow's reading."""
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image as Pillow
+
+from raytracer.film import Image, srgb8
+
+
+def test_srgb_is_the_nearest_level_on_both_sides_of_every_edge() -> None:
+    half_way = (np.arange(1, 256) - 0.5) / 255
+    at = np.where(half_way < 0.04045, half_way / 12.92, ((half_way + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    values = np.stack([np.nextafter(at, np.float32(0)), at, np.nextafter(at, np.float32(1))])
+    linear = values.astype(float)
+    curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    nearest = np.rint(curve * 255)
+    assert {tuple(levels) for levels in (nearest - np.arange(255)).T} <= {(0, 0, 1), (0, 1, 1)}
+    np.testing.assert_array_equal(srgb8(np.stack([values] * 3, -1))[..., 0], nearest)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 5), (7, 1), (640, 200), (50_000, 2)])
+def test_a_png_holds_the_picture_and_its_metadata(size: tuple[int, int]) -> None:
+    width, height = size
+    radiance = np.random.default_rng(1).uniform(-0.1, 1.1, (height, width, 3)).astype(np.float32)
+    radiance[: height // 2] = 0.25
+    image = Image(radiance, metadata={"Title": "Würfel, \u65e5\u672c", "Software": "a test"})
+    file = io.BytesIO()
+    image.write_png(file)
+    with Pillow.open(file) as picture:
+        assert picture.size == size and picture.mode == "RGB"
+        np.testing.assert_array_equal(np.asarray(picture), image.srgb8())
+        assert picture.info == dict(image.metadata)
