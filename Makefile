@@ -3,9 +3,9 @@ BIN := .venv/bin
 SCENE := assets/scenes/assignment.toml
 
 GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
-TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 xvfb xdotool
+TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 xvfb xdotool ?povray
 
-.PHONY: demo test view check extremes clean help
+.PHONY: demo test view check extremes bench clean help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
