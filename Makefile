@@ -38,6 +38,10 @@ extremes: .venv/core ## measure how wrong pictures are at the extremes, into ben
 	@tools/system-packages $(GL_PACKAGES)
 	$(BIN)/raytracer extremes -o benchmarks/results
 
+bench: .venv/core ## measure how fast it is, and against POV-Ray, into benchmarks/results
+	@tools/system-packages $(GL_PACKAGES) '?povray'
+	$(BIN)/python -m benchmarks.speed -o benchmarks/results
+
 clean: ## remove everything that make made
 	rm -rf .venv build dist .pytest_cache .ruff_cache assignment.png
 	find . -name __pycache__ -prune -exec rm -rf {} +
