@@ -53,7 +53,7 @@ def as_markdown(results: Sequence[Result], rates: Sequence[tuple[str, ...]], on:
     lines = [
         "# How fast it is",
         "",
-        f"Written by `make bench`: {width}x{height}, hard shadows, {bench.rounds} rounds.",
+        f"Written by `make bench`: {width}x{height}, hard shadows, rounds: {bench.rounds}.",
         "",
         on,
         "",
@@ -65,14 +65,13 @@ def as_markdown(results: Sequence[Result], rates: Sequence[tuple[str, ...]], on:
 - Times are medians. In each round {FRAMES} frames of ours are taken, then what they are compared with: one run of
   POV-Ray with 2 threads, or frames. *Ratio*: how many times faster it is, or with *at most* how many times as long
   it takes; **bold** where that is not what it should be.
-- A frame of ours is all its samples on the GPU, without read-back, of a scene that is there already: with the
-  light still, nothing is left of an earlier frame but what is kept for such a scene. POV-Ray's is its trace time,
-  without parsing, bounding and writing. It shoots its 4 or 16 rays through every pixel besides one through its
-  centre (`+AM1 +A0.0 +R2` or `+R4`, `-J`).
+- A frame of ours is the drawing of all its samples, of a scene that the GPU has already, without read-back.
+  POV-Ray's is its trace time, without parsing, bounding and writing. It shoots its 4 or 16 rays through every pixel
+  besides one through its centre (`+AM1 +A0.0 +R2` or `+R4`, `-J`).
 - *Picture*: the share of pixels with a value that differs by more than {TOLERANCE} of 255 from POV-Ray's picture, or
   from that of the float64 reference. With the same rays all but those at outlines are the same, where rounding
-  decides ({100.0 * SAME_RAYS:g} %). POV-Ray's 4 or 16 rays are not where ours are, which shows at every outline
-  ({100.0 * OTHER_RAYS:g} %).
+  decides ({100.0 * SAME_RAYS:g} %). POV-Ray's 4 or 16 rays are not where ours are, and the literal shader moves its
+  shadow rays' starts, which shows at outlines ({100.0 * OTHER_RAYS:g} %).
 - *Command line*: `raytracer render assignment -o picture.png` against a process that imports numpy and moderngl,
   opens EGL, clears a frame and reads it. *Again*: Mesa has the compiled programs on disk; *first ever*: it has not.""",
     ]

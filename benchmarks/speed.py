@@ -13,12 +13,14 @@ from benchmarks.measure import FRAMES, Bench
 from benchmarks.povray import UnavailableError
 from benchmarks.report import Result, as_csv, as_markdown, machine, name
 from benchmarks.rows import ROWS, SCENES
-from raytracer import InputError, Settings
+from raytracer import InputError, Settings, ShaderError
 from raytracer.film import check_folder, written_whole
 from raytracer.progress import progress_bar
 from raytracer.renderer import shared_renderer
 
 _SIZE = (1280, 720)
+# What a row may fail by while the others go on.
+_NOT_AVAILABLE = (UnavailableError, InputError, ShaderError)
 _LARGE = ((1920, 1080), (3840, 2160))
 _EXAMPLES = """\
 examples:
@@ -30,7 +32,10 @@ examples:
 
 def main() -> int:
     """Measure, print and write; 1 if a picture is wrong."""
-    options = _parser().parse_args()
+    parser = _parser()
+    options = parser.parse_args()
+    if options.rounds < 1:
+        parser.error(f"argument --rounds: expected at least 1, got {options.rounds}")
     folder = Path(options.output)
     check_folder(folder)
     bench = Bench(shared_renderer(), _SIZE, options.rounds)
@@ -40,8 +45,8 @@ def main() -> int:
         for i, row in enumerate(rows):
             try:
                 results.append((row, row.measure(bench)))
-            except (UnavailableError, InputError) as error:
-                results.append((row, str(error)))
+            except _NOT_AVAILABLE as error:
+                results.append((row, _reason(error)))
             if progress:
                 progress(i + 1, len(rows))
         rates = [] if bench.software else _rates(bench)
@@ -56,6 +61,11 @@ def main() -> int:
     return 0 if all(isinstance(found, str) or found.agreement.right for _, found in results) else 1
 
 
+def _reason(error: Exception) -> str:
+    """In one line, for a table."""
+    return str(error).partition("\n")[0].replace("|", "\\|")
+
+
 def _rates(bench: Bench) -> list[tuple[str, ...]]:
     """What is drawn, and at each of the large sizes its frames a second, or why there are none."""
     lines = []
@@ -66,8 +76,8 @@ def _rates(bench: Bench) -> list[tuple[str, ...]]:
                 bench.frame(scene(), settings, size)
                 seconds = median(bench.frame(scene(), settings, size) for _ in range(FRAMES * bench.rounds))
                 cells.append(f"{1.0 / seconds:.0f}")
-            except InputError as error:
-                cells.append(f"not available: {error}")
+            except _NOT_AVAILABLE as error:
+                cells.append(f"not available: {_reason(error)}")
         lines.append((what, *cells))
     return lines
 
@@ -84,12 +94,7 @@ def _parser() -> argparse.ArgumentParser:
         "--rows", metavar="NAME", nargs="+", choices=groups, help=f"only these of {', '.join(groups)} (default: all)"
     )
     parser.add_argument(
-        "--rounds",
-        metavar="N",
-        type=int,
-        choices=range(1, 1000),
-        default=5,
-        help="how often things are measured in turns (default: 5)",
+        "--rounds", metavar="N", type=int, default=5, help="how often things are measured in turns (default: 5)"
     )
     parser.add_argument(
         "-o",
