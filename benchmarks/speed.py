@@ -70,11 +70,11 @@ def _rates(bench: Bench) -> list[tuple[str, ...]]:
     """What is drawn, and at each of the large sizes its frames a second, or why there are none."""
     lines = []
     for what, (scene, samples) in SCENES.items():
-        settings, cells = Settings(samples=samples), []
+        made, settings, cells = scene(), Settings(samples=samples), []
         for size in _LARGE:
             try:
-                bench.frame(scene(), settings, size)
-                seconds = median(bench.frame(scene(), settings, size) for _ in range(FRAMES * bench.rounds))
+                bench.frame(made, settings, size)
+                seconds = median(bench.frame(made, settings, size) for _ in range(FRAMES * bench.rounds))
                 cells.append(f"{1.0 / seconds:.0f}")
             except _NOT_AVAILABLE as error:
                 cells.append(f"not available: {_reason(error)}")
