@@ -51,13 +51,12 @@ def main() -> int:
                 progress(i + 1, len(rows))
         rates = [] if bench.software else _rates(bench)
     text = as_markdown(results, rates, machine(bench), bench)
-    print(text)
     stem = name(bench)
     for suffix, content in ((".md", text), (".csv", as_csv(results))):
         path = folder / (stem + suffix)
         with written_whole(path) as file:
             file.write(content.encode())
-        print(f"wrote {path}")
+    print(f"{text}\nwrote {folder / stem}.md and .csv")
     return 0 if all(isinstance(found, str) or found.agreement.right for _, found in results) else 1
 
 
