@@ -3,9 +3,9 @@ BIN := .venv/bin
 SCENE := assets/scenes/assignment.toml
 
 GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
-TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 xvfb xdotool
+TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 xvfb xdotool ?povray
 
-.PHONY: demo test view check extremes clean help
+.PHONY: demo test view check extremes bench clean help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -37,6 +37,10 @@ check: .venv/dev ## lint, formatting, types, then test
 extremes: .venv/core ## measure how wrong pictures are at the extremes, into benchmarks/results
 	@tools/system-packages $(GL_PACKAGES)
 	$(BIN)/raytracer extremes -o benchmarks/results
+
+bench: .venv/core ## measure how fast it is, and against POV-Ray, into benchmarks/results
+	@tools/system-packages $(GL_PACKAGES) '?povray'
+	$(BIN)/python -m benchmarks.speed -o benchmarks/results
 
 clean: ## remove everything that make made
 	rm -rf .venv build dist .pytest_cache .ruff_cache assignment.png

@@ -1,0 +1,62 @@
+"""The assignment's shader written down literally, `literal.frag`, drawn in the context that ours is drawn in."""
+
+import time
+from pathlib import Path
+from typing import Self
+
+import moderngl
+import numpy as np
+
+import raytracer as rt
+from benchmarks.measure import Picture, Size
+from raytracer.film import srgb8
+from raytracer.glsl_source import assemble
+from raytracer.passes import release, set_uniforms
+
+
+class Literal:
+    """One sample of the assignment's `scene`, into floats as ours."""
+
+    def __init__(self, context: moderngl.Context, scene: rt.Scene, size: Size) -> None:
+        self._context, self._size = context, size
+        text = Path(__file__).with_name("literal.frag").read_text()
+        self._program = context.program(vertex_shader=assemble("screen.vert").text, fragment_shader=text)
+        light = scene.lights[0]
+        set_uniforms(
+            self._program,
+            resolution=size,
+            lightPosition=light.position,
+            lightColor=light.color,
+            ambient=scene.ambient,
+            background=scene.background,
+            blinn=False,
+            shadows=True,
+            grid=1,
+            **{
+                f"materials[{i}].{name}": getattr(material, name)
+                for i, material in enumerate(scene.materials)
+                for name in ("ka", "kd", "ks", "h")
+            },
+        )
+        self._array = context.vertex_array(self._program, [])
+        self._texture = context.texture(size, 4, dtype="f4")
+        self._target = context.framebuffer([self._texture])
+
+    def frame(self) -> float:
+        """Draw, and return the seconds that it took."""
+        begin = time.perf_counter()
+        self._target.use()
+        self._array.render(moderngl.TRIANGLES, 3)
+        self._context.finish()
+        return time.perf_counter() - begin
+
+    def picture(self) -> Picture:
+        """What was drawn, in sRGB."""
+        data = np.frombuffer(self._target.read(components=3, dtype="f4"), np.float32)
+        return srgb8(data.reshape(self._size[1], self._size[0], 3)[::-1])
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        release(self._context, self._array, self._target, self._texture, self._program)

@@ -1,0 +1,122 @@
+"""What a benchmark needs: frames and pictures of ours and of others, in turns, and whether pictures agree."""
+
+import time
+from collections.abc import Callable
+from statistics import median
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+import raytracer as rt
+from benchmarks import povray
+from raytracer import reference
+from raytracer.film import srgb8
+from raytracer.live import Live
+from raytracer.renderer import Renderer
+from raytracer.solids import leaves
+
+Size = tuple[int, int]
+Picture = NDArray[np.uint8]
+
+# Of 255: by how much a value may differ. Rounding to 8 bits alone makes 1.
+TOLERANCE = 3
+# The share of pixels that may differ by more where the same rays are shot: rounding decides on which side of an
+# outline some of them fall.
+SAME_RAYS = 1e-4
+# POV-Ray's rays through a pixel are not ours where there are several, so all outlines differ somewhat.
+OTHER_RAYS = 0.01
+# Frames of ours a turn, so that one slow moment does not decide.
+FRAMES = 3
+# The reference tests every ray against every leaf, in NumPy: some seconds for a few of them, and for
+# 3,000 still where the picture is small. It is no help beyond.
+_FEW, _MANY, _SMALL = 16, 4000, (64, 36)
+
+
+class Agreement:
+    """What was found of pictures, in words; whether they are right."""
+
+    def __init__(self) -> None:
+        self.findings: list[str] = []
+        self.right = True
+
+    def compare(self, picture: Picture, truth: Picture, against: str, share: float = SAME_RAYS) -> None:
+        """At most that `share` of the pixels may differ by more than the tolerance."""
+        found = float(np.mean(np.abs(picture.astype(int) - truth).max(axis=2) > TOLERANCE))
+        self.right &= found <= share
+        self.findings.append(f"{100.0 * found:.2g} % off {against} (at most {100.0 * share:g} %)")
+
+
+def in_turns(
+    rounds: int, ours: Callable[[], float], theirs: Callable[[], float], each: int = FRAMES
+) -> tuple[float, float]:
+    """The medians of the seconds that two things return, measured in turns: the machine is not ours alone.
+
+    `each`: of theirs, a turn.
+    """
+    ours()  # compiles
+    times: tuple[list[float], list[float]] = [], []
+    for _ in range(rounds):
+        times[0].extend(ours() for _ in range(FRAMES))
+        times[1].extend(theirs() for _ in range(each))
+    return median(times[0]), median(times[1])
+
+
+class Bench:
+    """One renderer, one size of the pictures, and how often to measure."""
+
+    def __init__(self, renderer: Renderer, size: Size, rounds: int) -> None:
+        self.context: moderngl.Context = renderer.context
+        self.software = any(name in self.context.info["GL_RENDERER"] for name in ("llvmpipe", "softpipe"))
+        self.size, self.rounds = size, rounds
+        self._live = Live(renderer, budget=1.0)
+        self._traced: dict[tuple[str, int], tuple[Picture, float]] = {}
+
+    def frame(self, scene: rt.Scene, settings: rt.Settings, size: Size | None = None) -> float:
+        """The seconds that all samples of a frame take, with everything about its scene on the GPU already."""
+        self.start(scene, settings, size)
+        begin = time.perf_counter()
+        for _ in range(settings.samples):
+            self._live.sample()
+        return time.perf_counter() - begin
+
+    def first_frame(self, scene: Callable[[], rt.Scene], settings: rt.Settings) -> float:
+        """The seconds from making a scene to the end of its frame."""
+        begin = time.perf_counter()
+        self.start(scene(), settings)
+        for _ in range(settings.samples):
+            self._live.sample()
+        return time.perf_counter() - begin
+
+    def start(self, scene: rt.Scene, settings: rt.Settings, size: Size | None = None) -> None:
+        """Bring everything about a scene to the GPU. Raises InputError for one that it cannot take."""
+        self._live.start(scene, settings, "picture", size or self.size, moving=False)
+
+    def radiance(self, scene: rt.Scene, settings: rt.Settings, size: Size | None = None) -> NDArray[np.float32]:
+        """(H, W, 3): what a frame leaves on the GPU."""
+        self.frame(scene, settings, size)
+        return self._live.image({}).radiance
+
+    def traced(self, scene: rt.Scene, samples: int = 1, *, again: bool = False) -> tuple[Picture, float]:
+        """POV-Ray's picture and seconds; of a run before, if there was one and it is not to run `again`."""
+        text = povray.source(scene, self.size, rt.Settings())
+        if again or (text, samples) not in self._traced:
+            self._traced[text, samples] = povray.run(text, self.size, samples)
+        return self._traced[text, samples]
+
+    def agreement(self, scene: rt.Scene, samples: int = 1) -> Agreement:
+        """How our picture compares with POV-Ray's where that is installed, and the reference's where that is quick."""
+        found, settings = Agreement(), rt.Settings(samples=samples)
+        picture = srgb8(self.radiance(scene, settings))
+        if povray.version():
+            share = SAME_RAYS if samples == 1 else OTHER_RAYS
+            found.compare(picture, self.traced(scene, samples)[0], "POV-Ray's", share)
+        count = sum(len(leaves(solid)) for solid in scene.objects)
+        if count <= _FEW or (not povray.version() and count <= _MANY):
+            width, height = self.size
+            size = _SMALL if count > _FEW else self.size if samples == 1 else (width // 4, height // 4)
+            truth = reference.render(scene, size, settings).srgb8()
+            found.compare(srgb8(self.radiance(scene, settings, size)), truth, f"float64's, {size[0]}x{size[1]}")
+        if not found.findings:
+            found.findings.append("not compared: that takes povray")
+        return found

@@ -1,0 +1,204 @@
+"""The rows of the table: what is measured against whom, and what it should reach."""
+
+import itertools
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from PIL import Image as Pillow
+
+import raytracer as rt
+from benchmarks import scenes
+from benchmarks.literal import Literal
+from benchmarks.measure import OTHER_RAYS, Agreement, Bench, in_turns
+from benchmarks.povray import UnavailableError
+from raytracer import reference
+
+_CHECKOUT = Path(__file__).parent.parent
+# How far the light moves from frame to frame, in the scene's unit: never back, so that nothing kept of it helps.
+_STEP = 0.01
+# Largest first: the first whose error is small enough is the fastest.
+_THRESHOLDS = (0.1, 0.05, 0.03, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
+_MORE_ERROR = 1.1
+_MANY_SAMPLES = 1024
+# A process's bare cost: what the command line cannot do without.
+_BARE = """
+import numpy, moderngl
+context = moderngl.create_context(standalone=True, backend="egl", libgl="libGL.so.1", libegl="libEGL.so.1")
+frame = context.simple_framebuffer((1280, 720))
+frame.clear()
+numpy.frombuffer(frame.read(), numpy.uint8)
+"""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Seconds of ours and of theirs, and what pictures say. `note` stands with the row."""
+
+    ours: float
+    theirs: float
+    agreement: Agreement
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Row:
+    """`wanted`: how many times faster than `against` the work should be; or, if `at_most`, how long it may take."""
+
+    group: str
+    work: str
+    against: str
+    wanted: float
+    measure: Callable[[Bench], Measured]
+    at_most: bool = False
+
+    def ratio(self, found: Measured) -> float:
+        """What is to be compared with `wanted`."""
+        return found.ours / found.theirs if self.at_most else found.theirs / found.ours
+
+    def reached(self, found: Measured) -> bool:
+        """Whether it is as fast as it should be."""
+        return self.ratio(found) <= self.wanted if self.at_most else self.ratio(found) >= self.wanted
+
+
+def _assignment() -> rt.Scene:
+    return rt.load("assignment")
+
+
+def _against_povray(scene: Callable[[], rt.Scene], bench: Bench, samples: int = 1, once: bool = False) -> Measured:
+    """`once`: POV-Ray takes so long that one run is enough."""
+    made, settings = scene(), rt.Settings(samples=samples)
+    ours, theirs = in_turns(
+        bench.rounds,
+        lambda: bench.frame(made, settings),
+        lambda: bench.traced(made, samples, again=not once)[1],
+        each=1,
+    )
+    return Measured(ours, theirs, bench.agreement(made, samples))
+
+
+def _against_literal(bench: Bench) -> Measured:
+    scene = _assignment()
+    with Literal(bench.context, scene, bench.size) as literal:
+        literal.frame()  # compiles
+        ours, theirs = in_turns(bench.rounds, lambda: bench.frame(scene, rt.Settings()), literal.frame)
+        agreement = bench.agreement(scene)
+        truth = reference.render(scene, bench.size).srgb8()
+        # Its shadow rays' bias and its roots' cancellation show at outlines.
+        agreement.compare(literal.picture(), truth, "float64's by the literal shader", OTHER_RAYS)
+    return Measured(ours, theirs, agreement)
+
+
+def _against_fewer(bench: Bench) -> Measured:
+    few, more, settings = scenes.many(1_000), scenes.many(10_000), rt.Settings()
+    bench.frame(few, settings)
+    ours, theirs = in_turns(bench.rounds, lambda: bench.frame(more, settings), lambda: bench.frame(few, settings))
+    return Measured(ours, theirs, bench.agreement(more))
+
+
+def _light_moved(bench: Bench) -> Measured:
+    scene, settings, steps = scenes.many(10_000), rt.Settings(), itertools.count(1)
+
+    def moved() -> rt.Scene:
+        x, y, z = scene.lights[0].position
+        return msgspec.structs.replace(scene, lights=[rt.PointLight((x + _STEP * next(steps), y, z))])
+
+    ours, theirs = in_turns(
+        bench.rounds,
+        lambda: bench.first_frame(moved, settings),
+        lambda: bench.frame(scene, settings),
+    )
+    return Measured(ours, theirs, bench.agreement(moved()), "with what it takes to make the scene anew")
+
+
+def _adaptive(bench: Bench) -> Measured:
+    scene, full = _assignment(), rt.Settings(samples=16)
+    try:
+        candidates = [msgspec.structs.replace(full, adaptive=threshold) for threshold in _THRESHOLDS]
+    except TypeError:
+        raise UnavailableError("there are no adaptive samples yet") from None
+    truth = bench.radiance(scene, rt.Settings(samples=_MANY_SAMPLES))
+
+    def error(settings: rt.Settings) -> float:
+        return float(np.sqrt(np.mean((bench.radiance(scene, settings) - truth) ** 2)))
+
+    of_full = error(full)
+    errors = ((settings, error(settings)) for settings in candidates)
+    best = next(((s, e) for s, e in errors if e <= _MORE_ERROR * of_full), None)
+    if best is None:
+        raise UnavailableError(f"no threshold down to {_THRESHOLDS[-1]} has an error within 10 % of {of_full:.2e}")
+    settings, of_adaptive = best
+    ours, theirs = in_turns(bench.rounds, lambda: bench.frame(scene, settings), lambda: bench.frame(scene, full))
+    agreement = bench.agreement(scene, full.samples)
+    agreement.findings.append(f"error {of_adaptive:.2e}, of full {of_full:.2e}")
+    return Measured(ours, theirs, agreement, f"T = {_THRESHOLDS[candidates.index(settings)]}")
+
+
+def _command_line(bench: Bench, new: bool) -> Measured:
+    """`new`: also to Mesa, which otherwise has the compiled programs on disk."""
+    size = 1280, 720
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder, "picture.png")
+        command = ("-m", "raytracer", "render", "assignment", "-o", str(output), "--size", f"{size[0]}x{size[1]}")
+        runs = itertools.count()
+
+        def cache() -> Mapping[str, str]:
+            return {"MESA_SHADER_CACHE_DIR": f"{folder}/{next(runs) if new else 'cache'}"}
+
+        ours, theirs = in_turns(
+            bench.rounds,
+            lambda: _process(*command, variables=cache()),
+            lambda: _process("-c", _BARE, variables=cache()),
+        )
+        with Pillow.open(output) as image:
+            picture = np.asarray(image.convert("RGB"))
+    agreement = Agreement()
+    agreement.compare(picture, reference.render(_assignment(), size).srgb8(), f"float64's, {size[0]}x{size[1]}")
+    return Measured(ours, theirs, agreement)
+
+
+def _process(*arguments: str, variables: Mapping[str, str]) -> float:
+    """The seconds that a new Python takes. Raises UnavailableError if it fails."""
+    begin = time.perf_counter()
+    done = subprocess.run(
+        (sys.executable, *arguments), cwd=_CHECKOUT, env=os.environ | variables, capture_output=True, text=True
+    )
+    if done.returncode:
+        raise UnavailableError(done.stderr.strip().rpartition("\n")[2])
+    return time.perf_counter() - begin
+
+
+_POVRAY, _ITSELF = "POV-Ray", "itself"
+ROWS = [
+    Row("assignment", "assignment, 1 sample", _POVRAY, 15, partial(_against_povray, _assignment)),
+    Row("assignment", "assignment, 4 samples", _POVRAY, 12, partial(_against_povray, _assignment, samples=4)),
+    Row("assignment", "assignment, 16 samples", _POVRAY, 12, partial(_against_povray, _assignment, samples=16)),
+    Row("literal", "assignment, 1 sample", "the literal shader", 15, _against_literal),
+    Row("many", "1,000 objects", _POVRAY, 15, partial(_against_povray, partial(scenes.many, 1_000))),
+    Row("many", "10,000 objects", _POVRAY, 20, partial(_against_povray, partial(scenes.many, 10_000))),
+    Row("many", "10,000 objects", "1,000 objects", 2.5, _against_fewer, at_most=True),
+    Row("light", "10,000 objects, light moved", "the same, light still", 2, _light_moved, at_most=True),
+    *(
+        Row("holes", work, _POVRAY, 150, partial(_against_povray, partial(scenes.holes, chain), once=True))
+        for work, chain in (("sphere minus a union of 999", False), ("sphere minus 999, one by one", True))
+    ),
+    Row("adaptive", "assignment, 16 samples, adaptive", "full 16 samples", 0.35, _adaptive, at_most=True),
+    Row("cold", "command line, again", "a bare process", 1.5, partial(_command_line, new=False), at_most=True),
+    Row("cold", "command line, first ever", "a bare process", 1.5, partial(_command_line, new=True), at_most=True),
+]
+# Frames a second are counted of these, and of so many samples.
+SCENES: dict[str, tuple[Callable[[], rt.Scene], int]] = {
+    "assignment, 1 sample": (_assignment, 1),
+    "assignment, 16 samples": (_assignment, 16),
+    "1,000 objects": (partial(scenes.many, 1_000), 1),
+    "10,000 objects": (partial(scenes.many, 10_000), 1),
+    "sphere minus a union of 999": (partial(scenes.holes, False), 1),
+}

@@ -1,0 +1,110 @@
+"""How fast it is, against POV-Ray, the assignment written down literally, and itself.
+
+Measured by medians, in turns with what it is compared with, on the machine at hand. Pictures are compared
+as well: the exit status is 1 if one is wrong. Rows against POV-Ray are left out where it is not installed.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+from statistics import median
+
+from benchmarks.measure import FRAMES, Bench
+from benchmarks.povray import UnavailableError
+from benchmarks.report import Result, as_csv, as_markdown, machine, name
+from benchmarks.rows import ROWS, SCENES
+from raytracer import InputError, Settings, ShaderError
+from raytracer.film import check_folder, written_whole
+from raytracer.progress import progress_bar
+from raytracer.renderer import shared_renderer
+
+_SIZE = (1280, 720)
+# What a row may fail by while the others go on.
+_NOT_AVAILABLE = (UnavailableError, InputError, ShaderError)
+_LARGE = ((1920, 1080), (3840, 2160))
+_EXAMPLES = """\
+examples:
+  python -m benchmarks.speed
+  python -m benchmarks.speed --rows assignment literal --rounds 9
+  python -m benchmarks.speed -o benchmarks/results
+"""
+
+
+def main() -> int:
+    """Measure, print and write; 1 if a picture is wrong."""
+    parser = _parser()
+    options = parser.parse_args()
+    if options.rounds < 1:
+        parser.error(f"argument --rounds: expected at least 1, got {options.rounds}")
+    folder = Path(options.output)
+    check_folder(folder)
+    bench = Bench(shared_renderer(), _SIZE, options.rounds)
+    rows = [row for row in ROWS if row.group in (options.rows or [row.group])]
+    results: list[Result] = []
+    with bench.context, progress_bar("measuring") as progress:
+        for i, row in enumerate(rows):
+            try:
+                results.append((row, row.measure(bench)))
+            except _NOT_AVAILABLE as error:
+                results.append((row, _reason(error)))
+            if progress:
+                progress(i + 1, len(rows))
+        rates = [] if bench.software else _rates(bench)
+    text = as_markdown(results, rates, machine(bench), bench)
+    stem = name(bench)
+    for suffix, content in ((".md", text), (".csv", as_csv(results))):
+        path = folder / (stem + suffix)
+        with written_whole(path) as file:
+            file.write(content.encode())
+    print(f"{text}\nwrote {folder / stem}.md and .csv")
+    return 0 if all(isinstance(found, str) or found.agreement.right for _, found in results) else 1
+
+
+def _reason(error: Exception) -> str:
+    """In one line, for a table."""
+    return str(error).partition("\n")[0].replace("|", "\\|")
+
+
+def _rates(bench: Bench) -> list[tuple[str, ...]]:
+    """What is drawn, and at each of the large sizes its frames a second, or why there are none."""
+    lines = []
+    for what, (scene, samples) in SCENES.items():
+        made, settings, cells = scene(), Settings(samples=samples), []
+        for size in _LARGE:
+            try:
+                bench.frame(made, settings, size)
+                seconds = median(bench.frame(made, settings, size) for _ in range(FRAMES * bench.rounds))
+                cells.append(f"{1.0 / seconds:.0f}")
+            except _NOT_AVAILABLE as error:
+                cells.append(f"not available: {_reason(error)}")
+        lines.append((what, *cells))
+    return lines
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.speed",
+        description=__doc__,
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    groups = list(dict.fromkeys(row.group for row in ROWS))
+    parser.add_argument(
+        "--rows", metavar="NAME", nargs="+", choices=groups, help=f"only these of {', '.join(groups)} (default: all)"
+    )
+    parser.add_argument(
+        "--rounds", metavar="N", type=int, default=5, help="how often things are measured in turns (default: 5)"
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="FOLDER",
+        default=".",
+        help="gets speed.md and speed.csv, or with a GPU speed-NAME.md and .csv, over those that are there "
+        "(default: here)",
+    )
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())
