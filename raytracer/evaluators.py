@@ -119,16 +119,19 @@ def walk(trees: list[Tree], spheres: int, *, what: bool) -> list[str]:
     least = "abs(v0)"
     for k in objects[1:]:
         least = f"min({least}, abs(v{k}))"
+    # `at` is set last in the loop: a value that a loop computes before it is left is lost by llvmpipe
+    # (Mesa 22.3) for those of the pixels drawn together that leave it earlier than others.
     lines = [
         *spans,
         "    real at = 0.0;",
-        *(f"    real v{k} = {holds[k]};" for k in objects),
-        *(f"    bool in{k} = v{k} > 0.0;" for k in objects),
+        *(f"    bool in{k} = false;" for k in objects),
         "    for (;;) {",
-        f"        at = {least};",
-        "        if (at >= ray.distance) return ray.distance;",
-        *(f"        v{k} = {holds[k]};" for k in objects),
-        f"        if ({' || '.join(f'(v{k} > 0.0) != in{k}' for k in objects)}) break;",
+        *(f"        real v{k} = {holds[k]};" for k in objects),
+        f"        if (at > 0.0 && ({' || '.join(f'(v{k} > 0.0) != in{k}' for k in objects)})) break;",
+        f"        real next = {least};",
+        "        if (next >= ray.distance) return ray.distance;",
+        *(f"        in{k} = v{k} > 0.0;" for k in objects),
+        "        at = next;",
         "    }",
     ]
     if not what:
@@ -175,12 +178,12 @@ def _owner(trees: list[Tree]) -> list[str]:
 
 def _nearest(planes: list[int], spheres: int, what: bool) -> list[str]:
     """The walk where every object is one half-space: the nearest root ahead."""
-    lines = ["    real at = ray.distance, root;", "    real2 span;"]
+    lines = ["    real at = ray.distance, root;"]
     for index in planes:
-        number = f"span.x > 0.0 ? {index + 1} : {-index - 1}"
+        # Ahead of it, a ray enters a half-space that it is not in, and comes out of one that it is in.
+        number = f"planes[{index - spheres}].w > dot(planes[{index - spheres}].xyz, ray.ro) ? {-index - 1} : {index + 1}"
         lines += [
-            f"    span = {roots(index, spheres)};",
-            "    root = span.x > 0.0 ? span.x : span.y;",
+            f"    root = planeRoot(ray, {index});",
             "    if (root > 0.0 && root < at) {",
             "        at = root;",
             *([f"        mat = {number};"] if what else []),

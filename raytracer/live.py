@@ -15,11 +15,11 @@ from raytracer import view_space
 from raytracer.checks import InputError
 from raytracer.film import Image
 from raytracer.glsl_source import assemble
-from raytracer.passes import Passes, release, set_uniforms
+from raytracer.passes import Passes, Programs, release, set_uniforms
 from raytracer.renderer import Renderer
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
-from raytracer.shader import Show, show_source, visibility_source
+from raytracer.shader import Show
 
 # Text or the like: (h, w, 4) uint8 with the top row first, and the window's pixel under its lower left one.
 Panel = tuple[NDArray[np.uint8], tuple[int, int]]
@@ -72,7 +72,7 @@ class Live:
         self._context = renderer.context
         self._passes: Passes | None = None
         self._structure: tuple[object, ...] = ()
-        self._programs: dict[str, moderngl.Program] = {}
+        self._programs: tuple[Programs | None, dict[str, moderngl.Program]] = None, {}
         self._arrays: dict[str, moderngl.VertexArray] = {}
         self._panels: list[tuple[moderngl.Texture, tuple[int, int]]] = []
         self._reread = False
@@ -98,31 +98,34 @@ class Live:
         structure = (scene.objects, len(scene.lights), msgspec.structs.replace(settings, samples=1), show)
         reread, self._reread = self._reread, False
         known = not reread and structure == self._structure
-        programs = self._programs if known else self._find_programs(scene, settings, show)
+        programs, on_screen = self._programs if known else self._find_programs(scene, settings, show)
         enlarged = self._pace.enlarged(size[0] * size[1]) if moving else 1
-        if size != self.size or self._passes is None:
+        geometry = show != "picture"
+        if size != self.size or self._passes is None or self._passes.geometry != geometry:
             if self._passes:
                 self._passes.close()
-            self._passes = Passes(self._context, size)
+            self._passes = Passes(self._context, size, geometry=geometry)
             self.size = size
-        self._passes.load((programs["see"], programs["shade"]), scene, settings, _enlarged(size, enlarged))
+        assert programs
+        self._passes.load(programs, scene, settings, _enlarged(size, enlarged))
         self.enlarged, self.samples = enlarged, 0
         if not known:
             self._pace = Pace(self._budget)
             release(self._context, *self._arrays.values())
-            self._arrays = {name: self._context.vertex_array(programs[name], []) for name in _ON_SCREEN}
-            self._programs, self._structure = programs, structure
+            self._arrays = {name: self._context.vertex_array(program, []) for name, program in on_screen.items()}
+            self._programs, self._structure = (programs, on_screen), structure
         if reread:  # what the files held before is not needed any more
-            self._renderer.forget(programs.values())
+            self._renderer.forget([*filter(None, programs), *on_screen.values()])
 
-    def _find_programs(self, scene: Scene, settings: Settings, show: Show) -> dict[str, moderngl.Program]:
+    def _find_programs(
+        self, scene: Scene, settings: Settings, show: Show
+    ) -> tuple[Programs, dict[str, moderngl.Program]]:
         self._renderer.check_limits(scene, settings)
-        sources = {name: assemble(f"{name}.frag") for name in _ON_SCREEN}
-        sources |= {"see": visibility_source(scene, settings), "shade": show_source(scene, settings, show)}
-        programs = {name: self._renderer.program(source) for name, source in sources.items()}
+        on_screen = {name: self._renderer.program(assemble(f"{name}.frag")) for name in _ON_SCREEN}
+        programs = self._renderer.programs(scene, settings, show)
         for name, uniforms in _ON_SCREEN.items():
-            set_uniforms(programs[name], **uniforms)
-        return programs
+            set_uniforms(on_screen[name], **uniforms)
+        return programs, on_screen
 
     def sample(self) -> None:
         """Draw one more sample and wait for it."""
@@ -166,7 +169,7 @@ class Live:
         self._context.disable(moderngl.BLEND)
 
     def _draw(self, name: str, **uniforms: object) -> None:
-        set_uniforms(self._programs[name], **uniforms)
+        set_uniforms(self._programs[1][name], **uniforms)
         self._arrays[name].render(moderngl.TRIANGLES, 3)
 
     def image(self, metadata: Mapping[str, str]) -> Image:

@@ -34,7 +34,7 @@ class Programs(NamedTuple):
     """What draws a scene: two passes and, if there may be quiet cells (sight.py), the one pass for these."""
 
     see: moderngl.Program  # visibility.frag
-    shade: moderngl.Program  # shade.frag, or show_*.frag
+    shade: moderngl.Program | None = None  # shade.frag, or show_*.frag
     quiet: moderngl.Program | None = None  # picture.frag
 
 
@@ -46,6 +46,7 @@ class Passes:
 
     def __init__(self, context: moderngl.Context, target: tuple[int, int], *, geometry: bool = False) -> None:
         self._context = context
+        self.geometry = geometry
         self._programs: Programs | None = None
         self._arrays: dict[moderngl.Program, moderngl.VertexArray] = {}
         self._cells: dict[moderngl.Program, moderngl.Buffer] = {}  # the runs of cells that each program draws
@@ -104,9 +105,7 @@ class Passes:
         busy = np.ones((-(-size[1] // CELL), -(-size[0] // CELL)), bool)
         if programs.quiet:
             busy = ~quiet_cells(scene, size, settings)
-        drawn = {programs.see: busy, programs.shade: busy}
-        if programs.quiet:
-            drawn[programs.quiet] = ~busy
+        drawn = {program: ~busy if program is programs.quiet else busy for program in programs if program}
         for program in self._arrays.keys() - drawn.keys():
             release(self._context, self._arrays.pop(program), self._cells.pop(program))
         for program, cells in drawn.items():
@@ -120,6 +119,7 @@ class Passes:
                 if program in self._arrays:
                     release(self._context, self._arrays.pop(program))
                 self._arrays[program] = self._context.vertex_array(program, [(buffer, "3i/i", "run")])
+                self._arrays[program].instances = buffer.size // 12
 
     def _write(self, buffers: dict[Any, moderngl.Buffer], name: object, data: bytes) -> None:
         """Bring data to the GPU, into the buffer of that name if there is one of that size."""
@@ -160,13 +160,12 @@ class Passes:
             self._surface.use(0)
             if self._normal_depth:
                 self._normal_depth.use(1)
-            self._render(self._programs.shade)
-            if self._programs.quiet:
-                self._render(self._programs.quiet)
+            for program in self._programs[1:]:
+                self._render(program)
             self._context.disable(moderngl.BLEND)
             self._context.finish()
 
-    def _render(self, program: moderngl.Program) -> None:
+    def _render(self, program: moderngl.Program | None) -> None:
         if program in self._arrays:
             self._arrays[program].render(moderngl.TRIANGLE_STRIP, 4)
 

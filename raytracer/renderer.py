@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
@@ -14,11 +14,13 @@ from raytracer.checks import InputError, shown
 from raytracer.context import backend_name, open_context
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
-from raytracer.passes import Passes, Rectangle
+from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.progress import Progress
 from raytracer.scene import Scene
 from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
-from raytracer.shader import roth_loops, shade_source, surfaces, visibility_source
+from raytracer.shader import CELL, Show, quiet_source, roth_loops, show_source, visibility_source
+from raytracer.sight import has_quiet
+from raytracer.table import table
 
 if TYPE_CHECKING:
     from raytracer.context import Backend
@@ -42,7 +44,7 @@ def render(
     samples: int = 1,
     shading: Shading | None = None,
     shadows: Shadows = "hard",
-    evaluator: Evaluator = "walk",
+    evaluator: Evaluator = "cells",
     precision: Precision = 32,
     geometry: bool = True,
     backend: Backend | None = None,
@@ -112,7 +114,7 @@ class Renderer:
 
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
-        self._programs: dict[str, moderngl.Program] = {}
+        self._programs: dict[tuple[str, str], moderngl.Program] = {}
         info = context.info
         self.max_target = min(info["GL_MAX_TEXTURE_SIZE"], *info["GL_MAX_VIEWPORT_DIMS"][:2])
         self._max_block = info["GL_MAX_UNIFORM_BLOCK_SIZE"]
@@ -142,53 +144,76 @@ class Renderer:
         )
         tiles = list(_tiles(size, tile))
         target = min(width, tile), min(height, tile)
+        if geometry:
+            self._find_geometry(image, scene, settings, tiles, target)
         with self.context, closing(Passes(self.context, target)) as passes:
-            programs = self.program(visibility_source(scene, settings)), self.program(shade_source(scene, settings))
-            passes.load(programs, scene, settings, size)
+            passes.load(self.programs(scene, settings), scene, settings, size)
             for i, rectangle in enumerate(tiles):
-                x, y, w, h = rectangle
-                where = slice(height - y - h, height - y), slice(x, x + w)
+                w, h = rectangle[2:]
                 total: Any = None
                 for k in range(settings.samples):
                     passes.draw(rectangle, k, anew=k % SUMMED == 0)
-                    if k == 0 and geometry:
-                        passes.read_geometry(image, where)
                     if (k + 1) % SUMMED == 0 or k + 1 == settings.samples:
                         part = passes.read_sum((w, h))
                         # A second part makes it float64. Until then that would change no bit of the quotient.
                         total = part if total is None else np.add(total, part, dtype=np.float64)
                     if progress:
                         progress(i * settings.samples + k + 1, len(tiles) * settings.samples)
-                np.divide(total, settings.samples, out=image.radiance[where], casting="same_kind")
+                np.divide(total, settings.samples, out=image.radiance[_place(rectangle, size)], casting="same_kind")
         return image
 
-    def program(self, source: Source) -> moderngl.Program:
-        """The full-screen program with this fragment shader; `context` must be current.
+    def _find_geometry(
+        self,
+        image: Image,
+        scene: Scene,
+        settings: Settings,
+        tiles: Sequence[Rectangle],
+        target: tuple[int, int],
+    ) -> None:
+        """Fill in what the centre rays of an image's pixels see."""
+        size = image.radiance.shape[1], image.radiance.shape[0]
+        with self.context, closing(Passes(self.context, target, geometry=True)) as passes:
+            passes.load(self.programs(scene, settings, None), scene, settings, size)
+            for rectangle in tiles:
+                passes.draw(rectangle, 0, anew=True)
+                passes.read_geometry(image, _place(rectangle, size))
+
+    def programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> Programs:
+        """What draws `scene`; with `show` None only what each pixel sees. `context` must be current."""
+        cells = "cells.vert"
+        see = self.program(visibility_source(scene, settings, geometry=show != "picture"), cells)
+        shade = self.program(show_source(scene, settings, show), cells) if show else None
+        quiet = show == "picture" and has_quiet(scene, settings)
+        return Programs(see, shade, self.program(quiet_source(scene, settings), cells) if quiet else None)
+
+    def program(self, source: Source, vertex: str = "screen.vert") -> moderngl.Program:
+        """The program with this fragment shader and the file `vertex`; `context` must be current.
 
         Raises ShaderError with files and lines.
         """
-        if source.text not in self._programs:
-            vertex = assemble("screen.vert")
+        key = vertex, source.text
+        if key not in self._programs:
+            first = assemble(vertex, {"CELL": CELL})
             try:
-                program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
+                program = self.context.program(vertex_shader=first.text, fragment_shader=source.text)
             except moderngl.Error as error:
                 log = str(error).rpartition("===\n")[2].strip()  # under a heading of moderngl's
                 raise ShaderError(source.explain(log)) from None
-            self._programs[source.text] = program
-        return self._programs[source.text]
+            self._programs[key] = program
+        return self._programs[key]
 
     def forget(self, keep: Collection[moderngl.Program]) -> None:
         """Release all programs but these. `context` must be current."""
-        for text, program in list(self._programs.items()):
+        for key, program in list(self._programs.items()):
             if program not in keep:
-                self._programs.pop(text).release()
+                self._programs.pop(key).release()
 
     def check_limits(self, scene: Scene, settings: Settings) -> None:
         """Raise InputError if the scene needs more than this driver or the evaluator has."""
         if settings.evaluator == "roth" and (loops := roth_loops(scene)) > MAX_ROTH_LOOPS:
             raise InputError(
                 f"evaluator: expected at most {MAX_ROTH_LOOPS} loops for roth (1 an object, |, & or ~, 2 a -), got "
-                f"{loops}; the evaluator walk has no such limit"
+                f"{loops}; the others have no such limit"
             )
         if settings.precision not in self.precisions:
             version = self.context.version_code
@@ -196,7 +221,7 @@ class Renderer:
                 f"precision: 64 needs OpenGL 4.0 or later, got {version // 100}.{version // 10 % 10} "
                 f"({self.context.info['GL_RENDERER']}); 32 needs no more than 3.3"
             )
-        primitives = len(surfaces(scene))
+        primitives = table(scene).count
         if primitives > MAX_PRIMITIVES:
             raise InputError(f"expected at most {MAX_PRIMITIVES} primitives, got {primitives}")
         for what, count, size in (
@@ -206,6 +231,12 @@ class Renderer:
             if count * size > self._max_block:
                 limit = self._max_block // size
                 raise InputError(f"expected at most {limit} {what} (this driver's uniform block), got {count}")
+
+
+def _place(tile: Rectangle, size: tuple[int, int]) -> tuple[slice, slice]:
+    """A tile's rows and columns in arrays with the top row first."""
+    x, y, width, height = tile
+    return slice(size[1] - y - height, size[1] - y), slice(x, x + width)
 
 
 def _tiles(size: tuple[int, int], side: int) -> Iterator[Rectangle]:

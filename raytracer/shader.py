@@ -48,11 +48,6 @@ def models(scene: Scene, settings: Settings) -> list[str]:
     return [model for model in MODELS if model in used]
 
 
-def cells_source() -> Source:
-    """The vertex shader of all fragment shaders here."""
-    return assemble("cells.vert", {"CELL": CELL})
-
-
 def visibility_source(scene: Scene, settings: Settings, *, geometry: bool = False) -> Source:
     """The fragment shader that finds what each pixel sees; with `geometry`, its distance and normal too."""
     defines = _counts(scene) | ({"GEOMETRY": 1} if geometry else {})
@@ -80,6 +75,8 @@ def quiet_source(scene: Scene, settings: Settings) -> Source:
     spheres = _counts(scene)["SPHERES"]
     trees = [tree for tree in _numbered(scene) if len(tree) == 1 and isinstance(tree[0], int) and tree[0] >= spheres]
     defines = _counts(scene) | {"LIGHTS": len(scene.lights), "NO_SPHERES": 1}
+    if not trees:
+        return _assemble("picture.frag", defines | {"EMPTY": 1}, settings, "")
     if len(trees) == 1 and isinstance(trees[0][0], int):
         defines["ONLY"] = trees[0][0]
     generated = [*_includes(scene, settings), *evaluators.walk(trees, spheres, what=True)]

@@ -9,17 +9,19 @@ surely is; a cell at the edge of an object or of its shadow is not.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.bounds import ball
 from raytracer.cells import MARGIN, cube_faces, overlaps, tangents
 from raytracer.scene import Scene
 from raytracer.settings import Settings
 from raytracer.shader import CELL
-from raytracer.solids import Plane
-from raytracer.view_space import rotation
+from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, postfix
+from raytracer.table import table
+from raytracer.view_space import rotation, vectors
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -30,45 +32,103 @@ _GRID = 64
 
 def has_quiet(scene: Scene, settings: Settings) -> bool:
     """Whether pictures of scenes with this structure may have quiet cells."""
-    return settings.evaluator == "cells" and all(isinstance(s, Plane) or ball(s) for s in scene.solids())
+    return settings.evaluator == "cells" and not any(_reaches_far(s) for s in scene.solids() if not isinstance(s, Plane))
 
 
 def quiet_cells(scene: Scene, size: tuple[int, int], settings: Settings) -> Mask:
     """(rows, columns): which cells of a picture of `size` (width, height) are quiet, the lowest row first."""
     width, height = size
-    shape = -(-height // CELL), -(-width // CELL)
-    R, eye = rotation(scene.camera), scene.camera.position
-    balls = [found for solid in scene.solids() if not isinstance(solid, Plane) and (found := ball(solid))]
-    if not balls:
-        return np.ones(shape, bool)
-    centers = (np.array([center for center, _ in balls]) - eye) @ R.T
-    radii = np.array([radius for _, radius in balls])
+    rows, columns = -(-height // CELL), -(-width // CELL)
     tangent = math.tan(math.radians(scene.camera.vertical_fov) / 2.0)
     corner, step = (-tangent * width / height, -tangent), 2.0 * tangent * CELL / height
-    lo, hi = tangents(centers, radii)
-    seen, _ = overlaps(lo, hi, corner, (step, step), shape[::-1])
-    quiet = np.ones(shape, bool)
-    quiet.flat[seen] = False
+    x, y = corner[0] + step * np.arange(columns + 1), corner[1] + step * np.arange(rows + 1)
+    rays = np.stack(np.broadcast_arrays(x, y[:, None], -1.0), axis=-1)
+    found = table(scene)
+    centers = vectors(scene)[: len(found.radii)]
+
+    pairs = overlaps(*tangents(centers, found.radii), corner, (step, step), (columns, rows))
+    seen = _met(scene, *_in_cone(pairs, _corners(rays).reshape(4, -1, 3), centers, found.radii), rows * columns)
+    quiet = ~seen.reshape(rows, columns)
     if settings.shadows == "off":
         return quiet
-    x, y = (corner[axis] + step * np.arange(shape[1 - axis] + 1) for axis in (0, 1))
-    rays = np.stack(np.broadcast_arrays(x, y[:, None], -1.0), axis=-1)
     for light in scene.lights:
-        place = R @ np.subtract(light.position, eye)
-        occupied = _occupied(centers - place, radii)
+        place = rotation(scene.camera) @ np.subtract(light.position, scene.camera.position)
+        pairs = cube_faces(centers - place, found.radii, _GRID)
+        occupied = _met(scene, *_in_cone(pairs, _cube_corners(), centers - place, found.radii), 6 * _GRID * _GRID)
+        # Sums over the cells from a face's corner on.
+        sums = np.pad(occupied.reshape(6, _GRID, _GRID).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
         for plane in (solid for solid in scene.solids() if isinstance(solid, Plane)):
-            quiet &= ~_shadowed(rays, R @ np.array(plane.unit()[0]), plane.depth(eye), place, occupied)
+            n = rotation(scene.camera) @ np.array(plane.unit()[0])
+            quiet &= ~_shadowed(rays, n, plane.depth(scene.camera.position), place, sums)
     return quiet
 
 
-def _occupied(centers: Array, radii: Array) -> NDArray[np.int64]:
-    """(6, GRID + 1, GRID + 1): sums over the cells of a light's cube that see balls, from a face's corner on."""
-    occupied = np.zeros(6 * _GRID * _GRID, np.int64)
-    occupied[cube_faces(centers, radii, _GRID)[0]] = 1
-    return np.pad(occupied.reshape(6, _GRID, _GRID).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
+def _reaches_far(solid: Solid) -> bool:
+    """Whether the solid may be met by a ray that meets none of its spheres."""
+    return bool(_possible(solid, iter(lambda: np.zeros(1, bool), None))[0])
 
 
-def _shadowed(rays: Array, n: Array, depth: float, light: Array, occupied: NDArray[np.int64]) -> Mask:
+def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
+    """Where a tree may be met at all, given that for its spheres, from left to right."""
+    stack: list[Mask] = []
+    for node in postfix(solid):
+        match node:
+            case Sphere():
+                stack.append(next(spheres))
+            case Plane():
+                stack.append(np.ones(1, bool))
+            case Complement():
+                stack[-1] = np.ones(1, bool)
+            case Difference():
+                stack.pop()
+            case _:
+                b, a = stack.pop(), stack.pop()
+                stack.append(a & b if isinstance(node, Intersection) else a | b)
+    return stack[0]
+
+
+def _met(scene: Scene, cell: NDArray[np.int64], sphere: NDArray[np.int64], cells: int) -> Mask:
+    """(cells,): where a ray may meet an object other than a half-space, given which spheres it may meet in which cell."""
+    inside = np.zeros((len(table(scene).radii), cells), bool)
+    inside[sphere, cell] = True
+    spheres = iter(inside)
+    met = np.zeros(cells, bool)
+    for solid in scene.solids():
+        if not isinstance(solid, Plane):
+            met |= _possible(solid, spheres)
+    return met
+
+
+def _in_cone(
+    pairs: tuple[NDArray[np.int64], NDArray[np.int64]], corners: Array, centers: Array, radii: Array
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Of the pairs of a cell and a sphere those where the sphere's cone meets the one around the cell.
+
+    `corners` (4, cells, 3) are directions.
+    """
+    cell, sphere = pairs
+    corners = corners[:, cell] / np.linalg.norm(corners[:, cell], axis=-1, keepdims=True)
+    axis = corners.sum(axis=0)
+    axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
+    around = np.arccos(np.clip(np.sum(corners * axis, axis=-1).min(axis=0), -1.0, 1.0))
+    distance = np.linalg.norm(centers[sphere], axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        half = np.arcsin(np.minimum(radii[sphere] * (1.0 + MARGIN) / distance, 1.0))
+        off = np.arctan2(np.linalg.norm(np.cross(axis, centers[sphere]), axis=1), np.sum(axis * centers[sphere], axis=1))
+    keep = ~(off > (around + half) * (1.0 + MARGIN)) | (distance <= radii[sphere] * (1.0 + MARGIN))
+    return cell[keep], sphere[keep]
+
+
+@cache
+def _cube_corners() -> Array:
+    """(4, 6 * GRID * GRID, 3): the corners of the cells of a cube, numbered as cube_faces() does."""
+    at = np.linspace(-1.0, 1.0, _GRID + 1)
+    b, c = np.meshgrid(at, at)
+    faces = [np.insert(np.stack([b, c], axis=-1), face // 2, 1.0 - 2.0 * (face % 2), axis=-1) for face in range(6)]
+    return np.concatenate([_corners(face).reshape(4, -1, 3) for face in faces], axis=1)
+
+
+def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[np.int64]) -> Mask:
     """(rows, columns): in which cells shadows of balls may lie on the half-space dot(n, x) <= depth.
 
     `rays` (rows + 1, columns + 1, 3) go through the cells' corners.
@@ -79,24 +139,28 @@ def _shadowed(rays: Array, n: Array, depth: float, light: Array, occupied: NDArr
     with np.errstate(divide="ignore", invalid="ignore"):
         P = np.where(ahead, depth / slope, 0.0)[..., None] * rays
     D = P - light
-    shadowed = visible & ~whole & bool(occupied.any())  # the horizon's cells: the face goes on without end
+    shadowed = visible & ~whole & bool(sums[:, -1, -1].any())  # the horizon's cells: the face goes on without end
     # What rounding to float32 may move a point by, seen from the light.
     error = MARGIN * (np.linalg.norm(P, axis=-1) + np.linalg.norm(light))
     for face in range(6):
-        sums, axis = occupied[face], face // 2
+        axis = face // 2
         main = D[..., axis] * (1.0 - 2.0 * (face % 2))
         front = main > error
-        mixed = _any(main > -error) & ~_all(front)
-        shadowed |= whole & mixed & bool(sums[-1, -1])
+        # Partly in front: only where it is not wholly beside the face, beyond one of its sides.
+        most = _corners(main + error).max(axis=0)
+        side = np.delete(D, axis, axis=-1)
+        off = error[..., None]
+        beside = (_corners(side - off) > most[..., None]).all(axis=0) | (_corners(side + off) < -most[..., None]).all(axis=0)
+        shadowed |= whole & (most > 0.0) & ~_all(front) & ~beside.any(axis=-1) & bool(sums[face, -1, -1])
         # In front of the face the cell's part of the half-space is a quadrilateral there, inside its bounds.
         with np.errstate(divide="ignore", invalid="ignore"):
-            at = np.where(front[..., None], np.delete(D, axis, axis=-1) / main[..., None], 0.0)
+            at = np.where(front[..., None], side / main[..., None], 0.0)
             off = np.where(front, error / main, 0.0)[..., None] * (1.0 + np.abs(at))
         low = np.clip(np.floor((_corners(at - off).min(axis=0) + 1.0) / 2.0 * _GRID), 0, _GRID).astype(int)
         high = np.clip(np.floor((_corners(at + off).max(axis=0) + 1.0) / 2.0 * _GRID) + 1, 0, _GRID).astype(int)
         high = np.maximum(high, low)
         (c0, r0), (c1, r1) = np.moveaxis(low, -1, 0), np.moveaxis(high, -1, 0)
-        count = sums[r1, c1] - sums[r0, c1] - sums[r1, c0] + sums[r0, c0]
+        count = sums[face, r1, c1] - sums[face, r0, c1] - sums[face, r1, c0] + sums[face, r0, c0]
         shadowed |= whole & _all(front) & (count > 0)
     return shadowed
 

@@ -21,9 +21,8 @@ void surfaceAt(int mat, Ray ray, out real3 P, out real3 n) {
 #if PLANES > 0
     if (index >= SPHERES) {
         n = planes[index - SPHERES].xyz;
-        real2 span = planeRoots(ray, index);
         // On the plane to the rounding of its own coordinates: to project it would round as much again.
-        P = ray.ro + (mat > 0 ? span.x : span.y) * ray.rd;
+        P = ray.ro + planeRoot(ray, index) * ray.rd;
     }
 #endif
 }

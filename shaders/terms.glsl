@@ -47,4 +47,13 @@ real2 planeRoots(Ray ray, int index) {
     real slope = planeSlope(ray, index);
     return planeEnds(ray, slope, sameAs(index), planeSpan(ray, planes[index - SPHERES], slope));
 }
+
+// Where a ray that meets nothing but half-spaces crosses the plane; INF if it does not.
+real planeRoot(Ray ray, int index) {
+    if (!ray.ofCamera && sameAs(index) == ray.start.surface) return INF;
+    if (!ray.ofCamera && sameAs(index) == ray.end.surface) return ray.distance;
+    real slope = planeSlope(ray, index);
+    real4 plane = planes[index - SPHERES];
+    return slope == 0.0 ? INF : (plane.w - dot(plane.xyz, ray.ro)) / slope;
+}
 #endif

@@ -9,7 +9,8 @@ from raytracer.glsl_source import ShaderError, Source, assemble, shaders_folder
 from raytracer.renderer import Renderer
 from raytracer.scene_file import loads
 from raytracer.settings import Settings
-from raytracer.shader import max_hits, roth_loops, shade_source, visibility_source
+from raytracer.evaluators import max_hits
+from raytracer.shader import roth_loops, shade_source, visibility_source
 
 from . import scenes
 
