@@ -39,17 +39,18 @@ def tangents(centers: Array, radii: Array) -> tuple[Array, Array]:
     radius = radii[:, None] * (1.0 + MARGIN)
     depth = -centers[:, 2:]
     # Along the other axis a ray may go anywhere, so per axis the ball is its shadow, a disc beside the origin.
-    distance = np.hypot(centers[:, :2], depth)
+    across = np.asfortranarray(centers[:, :2])  # in this order NumPy's loops run along the balls, not the two axes
+    distance = np.hypot(across, depth)
     holds = distance <= radius
-    middle = np.arctan2(centers[:, :2], depth)
+    middle = np.arctan2(across, depth)
     half = np.arcsin(radius / np.where(holds, radius + 1.0, distance))
     # Not beyond +-flat: a tangent would come back from the other side.
     flat = np.arctan(_FLAT)
     low, high = middle - half, middle + half
     lo = np.where(holds | (low <= -flat), -np.inf, np.tan(np.minimum(low, flat)))
     hi = np.where(holds | (high >= flat), np.inf, np.tan(np.maximum(high, -flat)))
-    size = np.abs(np.concatenate((lo, hi), axis=1))
-    shift = MARGIN * np.sum(size, axis=1, where=np.isfinite(size), keepdims=True)
+    size = sum(np.where(np.isfinite(bound), np.abs(bound), 0.0) for bound in (*lo.T, *hi.T))
+    shift = MARGIN * np.reshape(size, (-1, 1))
     behind = depth + radius <= 0.0
     return np.where(behind, np.inf, lo - shift), np.where(behind, -np.inf, hi + shift)
 
@@ -70,14 +71,14 @@ def overlaps(
     # Clipped before they are integers: bounds may be infinite.
     first = np.floor(np.clip(low - EDGE * size, 0.0, size)).astype(np.int64)
     last = np.floor(np.clip(high + EDGE * size, -1.0, size - 1.0)).astype(np.int64)
-    count = np.where(np.all(lo <= hi, axis=1, keepdims=True), np.maximum(last - first + 1, 0), 0)
+    count = np.where(lo <= hi, np.maximum(last - first + 1, 0), 0)
     columns, rows = count[:, 0], count[:, 1]
     total = int(columns @ rows)
     if total > MAX_PAIRS:
         raise InputError(
             f"objects: expected at most {MAX_PAIRS} pairs of an object and a cell that it may be seen in, got {total}"
         )
-    item, row = _runs(np.arange(len(lo)), np.where(columns > 0, rows, 0), first[:, 1])
+    item, row = _runs(np.arange(len(lo), dtype=np.int64), np.where(columns > 0, rows, 0), first[:, 1])
     row, cell = _runs(np.arange(len(item)), columns[item], row * shape[0] + first[item, 0])
     return cell, item[row]
 
@@ -96,26 +97,23 @@ def cube_faces(centers: Array, radii: Array, grid: int) -> tuple[Ints, Ints]:
     axes b < c, direction D is in the column of D_b / |D_a| and the row of D_c / |D_a|, both from -1 to 1.
     A cell's number is (face * grid + row) * grid + column. Raises InputError above MAX_PAIRS.
     """
-    cells, items = [], []
-    total = 0
+    # Most balls are far from most faces. The planes between faces lean by 45 degrees, so a ball meets a face's
+    # pyramid only if its other coordinates are <= main + sqrt(2) radius; 2 is for the margins of tangents().
+    size = np.abs(centers.T)
+    reach = 2.0 * radii
+    items, seen = [], []
     for face in range(6):
         axis, sign = face // 2, 1.0 - 2.0 * (face % 2)
+        b, c = (0, 1, 2)[:axis] + (0, 1, 2)[axis + 1 :]
         main = sign * centers[:, axis]
-        others = np.delete(centers, axis, axis=1)
-        # Most balls are far from most faces. The planes between faces lean by 45 degrees, so a ball meets the
-        # face's pyramid only if others <= main + sqrt(2) radius; 2 is for the margins that tangents() adds.
-        side = np.max(np.abs(others), axis=1)
-        near = np.flatnonzero(side <= main + 4.0 * MARGIN * np.abs(main) + 2.0 * radii)
-        lo, hi = tangents(np.column_stack((others[near], -main[near])), radii[near])
-        cell, item = overlaps(lo, hi, (-1.0, -1.0), (2.0 / grid, 2.0 / grid), (grid, grid))
-        total += len(cell)
-        if total > MAX_PAIRS:
-            raise InputError(
-                f"objects: expected at most {MAX_PAIRS} pairs of an object and a light cell, got {total} or more"
-            )
-        cells.append(cell + face * grid * grid)
-        items.append(near[item])
-    return np.concatenate(cells), np.concatenate(items)
+        near = np.flatnonzero(np.maximum(size[b], size[c]) <= main + 4.0 * MARGIN * size[axis] + reach)
+        items.append(near)
+        seen.append(np.column_stack((centers[near, b], centers[near, c], -main[near])))
+    item = np.concatenate(items)
+    face = np.repeat(np.arange(6), [len(near) for near in items])
+    lo, hi = tangents(np.concatenate(seen), radii[item])
+    cell, pair = overlaps(lo, hi, (-1.0, -1.0), (2.0 / grid, 2.0 / grid), (grid, grid))
+    return cell + (face * grid * grid)[pair], item[pair]
 
 
 def by_cell(cell: Ints, item: Ints, cells: int, key: Array) -> tuple[Ints, Ints]:

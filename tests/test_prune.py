@@ -1,0 +1,149 @@
+"""Programs of pruned trees: the same values and owners as the whole tree has, on a shallow stack."""
+
+import functools
+import operator
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import raytracer as rt
+from raytracer import prune
+from raytracer.prune import Pruner
+from raytracer.reference import _inside, _owner
+from raytracer.solids import Solid, leaves, postfix
+from tests.scenes import random_tree
+
+Mask = NDArray[np.bool_]
+
+SAMPLES = 32  # random truth values of the listed leaves before and after a surface, at a time
+
+
+def execute(codes: list[int], before: Mask, after: Mask) -> tuple[Mask, Mask, NDArray[np.int64], int]:
+    """(before, after, owner, depth) of a program; `before` and `after` of the leaves are (leaves, SAMPLES)."""
+    no = np.zeros(before.shape[1], bool)
+    stack: list[tuple[Mask, Mask, NDArray[np.int64]]] = []
+    deepest = 0
+    for code in codes:
+        leaf, op = code >> prune.LEAF_SHIFT, code & 7
+        if op == prune.TRUE:
+            assert len(codes) == 1
+            return ~no, ~no, np.full(len(no), -1), 0
+        if op in (prune.PUSH, prune.AND_LEAF, prune.OR_LEAF):
+            negated = bool(code & prune.NEGATED)
+            stack.append((before[leaf] ^ negated, after[leaf] ^ negated, np.full(len(no), leaf)))
+        else:
+            assert leaf == 0
+        deepest = max(deepest, len(stack))
+        if op != prune.PUSH:
+            second, first = stack.pop(), stack.pop()
+            if code & prune.SWAPPED:
+                first, second = second, first
+            join = np.logical_and if op in (prune.AND_LEAF, prune.AND) else np.logical_or
+            owner = np.where(first[0] != first[1], first[2], second[2])
+            stack.append((join(first[0], second[0]), join(first[1], second[1]), owner))
+    assert len(stack) == (1 if codes else 0)
+    return (*stack[0], deepest) if codes else (no, no, np.full(len(no), -1), 0)
+
+
+def check(solid: Solid, rng: np.random.Generator, cells: int, listed: float) -> Pruner:
+    """Programs of random cells, in which a leaf is listed with probability `listed`, against the whole tree."""
+    nodes = postfix(solid)
+    pruner = Pruner(nodes)
+    count = len(leaves(solid))
+    chosen = rng.random((cells, count)) < listed
+    cell, leaf = np.nonzero(chosen)
+    start, code = pruner.programs(cell, leaf, cells)
+    assert start.shape == (cells + 1,) and start[-1] == len(code) and code.dtype == np.int32
+    for i in range(cells):
+        before = rng.random((count, SAMPLES)) < rng.random()
+        # A few leaves change, or many at once, as at surfaces that coincide.
+        after = before ^ (rng.random((count, SAMPLES)) < rng.choice([0.05, 0.5]))
+        before, after = before & chosen[i, :, None], after & chosen[i, :, None]
+        codes = code[start[i] : start[i + 1]].tolist()
+        was, is_, owner, depth = execute(codes, before, after)
+        whole = _inside(nodes, list(before)), _inside(nodes, list(after))
+        np.testing.assert_array_equal(was, whole[0][-1])
+        np.testing.assert_array_equal(is_, whole[1][-1])
+        changes = was != is_
+        np.testing.assert_array_equal(owner[changes], _owner(nodes, *whole)[changes])
+        assert depth == pruner.depth if listed == 1.0 else depth <= pruner.depth
+        used = [c >> prune.LEAF_SHIFT for c in codes if c & 7 <= prune.OR_LEAF]
+        assert len(set(used)) == len(used) and set(used) <= set(leaf[cell == i])
+    return pruner
+
+
+def test_programs_have_the_values_and_owners_of_random_trees() -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(150):
+        check(random_tree(rng, int(rng.integers(1, 41))), rng, 8, rng.choice([0.1, 0.5, 1.0]))
+
+
+def spheres(count: int) -> list[Solid]:
+    return [rt.Sphere((float(i), 0.0, 0.0), 1.0) for i in range(count)]
+
+
+def balanced(solids: list[Solid], *operators: Callable[[Solid, Solid], Solid]) -> Solid:
+    """A balanced tree, its operators by level from the leaves, over and over."""
+    while len(solids) > 1:
+        joined = [operators[0](a, b) for a, b in zip(solids[::2], solids[1::2], strict=False)]
+        solids = joined + solids[2 * len(joined) :]
+        operators = (*operators[1:], operators[0])
+    return solids[0]
+
+
+def flipped(a: Solid, b: Solid) -> Solid:
+    return b - a
+
+
+@pytest.mark.parametrize(
+    ("tree", "depth"),
+    [
+        (functools.reduce(operator.sub, spheres(1000)), 2),
+        (spheres(1000)[0] - balanced(spheres(999), operator.or_), 2),
+        (balanced(spheres(1000), operator.or_), 2),
+        (functools.reduce(flipped, spheres(1000)), 2),  # right-deep, and alternating when flattened
+        (functools.reduce(lambda a, b: ~(a | b) & b, spheres(500)), 2),
+        (balanced(spheres(1024), operator.or_, operator.and_), 11),
+        (balanced(spheres(1000), operator.sub, operator.or_, flipped), None),
+    ],
+    ids=["left-deep", "minus-union", "union", "right-deep", "complements", "alternating", "mixed"],
+)
+def test_programs_of_a_thousand_leaves_keep_to_the_depth(tree: Solid, depth: int | None) -> None:
+    pruner = check(tree, np.random.default_rng(2), 4, 0.02)
+    full = check(tree, np.random.default_rng(3), 1, 1.0)
+    assert full.depth == pruner.depth and depth in (None, pruner.depth)
+
+
+def test_codes_are_as_described() -> None:
+    a, b, c, d = spheres(4)
+
+    def program(solid: Solid, *listed: int) -> list[int]:
+        leaf = np.array(listed, np.int64)
+        return Pruner(postfix(solid)).programs(np.zeros_like(leaf), leaf, 1)[1].tolist()
+
+    PUSH, AND_LEAF, OR_LEAF, AND, OR = range(5)
+    negated, swapped = 8, 16
+    assert program(a - b - c, 0, 1, 2) == [PUSH, 1 << 5 | negated | AND_LEAF, 2 << 5 | negated | AND_LEAF]
+    assert program(a - b - c, 0, 2) == [PUSH, 2 << 5 | negated | AND_LEAF]
+    assert program(a - b - c, 1, 2) == []  # nothing but a could make it True
+    assert program(a | ~b, 0) == [prune.TRUE] == program(~a)
+    assert program(a | ~b, 0, 1) == [PUSH, 1 << 5 | negated | OR_LEAF]
+    # The neediest operand first, then what comes before it.
+    assert program(a | (b & c), 0, 1, 2) == [1 << 5 | PUSH, 2 << 5 | AND_LEAF, swapped | OR_LEAF]
+    assert program(a | (b & c), 0, 2) == [PUSH]
+    assert program((a | b) & (c | d), 0, 1, 2, 3) == [PUSH, 1 << 5 | OR_LEAF, 2 << 5 | PUSH, 3 << 5 | OR_LEAF, AND]
+    # What is left of an operand is one leaf: it needs no place on the stack.
+    assert program((a | b) & (c | d), 0, 1, 3) == [PUSH, 1 << 5 | OR_LEAF, 3 << 5 | AND_LEAF]
+    assert program((a & b) | (c & d), 0, 1, 2, 3)[-1] == OR
+
+
+def test_cells_without_a_leaf_are_constant() -> None:
+    a, b = spheres(2)
+    none = np.zeros(0, np.int64)
+    for solid, expected in ((a | b, []), (a - ~b, []), (~a, [prune.TRUE] * 3), (~(a & b), [prune.TRUE] * 3)):
+        start, code = Pruner(postfix(solid)).programs(none, none, 3)
+        assert code.tolist() == expected and start.tolist() == [len(expected) // 3 * i for i in range(4)]
+    start, code = Pruner(postfix(~a)).programs(np.array([1]), np.array([0]), 3)
+    assert start.tolist() == [0, 1, 2, 3] and code.tolist() == [prune.TRUE, prune.NEGATED | prune.PUSH, prune.TRUE]
