@@ -36,6 +36,7 @@ class Programs(NamedTuple):
     see: moderngl.Program  # visibility.frag
     shade: moderngl.Program | None = None  # shade.frag, or show_*.frag
     quiet: moderngl.Program | None = None  # picture.frag
+    empty: moderngl.Program | None = None  # picture.frag without anything
 
 
 class Passes:
@@ -103,9 +104,11 @@ class Passes:
     def _set_cells(self, programs: Programs, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
         """Say which program draws which cells."""
         busy = np.ones((-(-size[1] // CELL), -(-size[0] // CELL)), bool)
-        if programs.quiet:
-            busy = ~quiet_cells(scene, size, settings)
-        drawn = {program: ~busy if program is programs.quiet else busy for program in programs if program}
+        drawn = {program: busy for program in programs[:2] if program}
+        if programs.quiet and programs.empty:
+            quiet, empty = quiet_cells(scene, size, settings)
+            busy[quiet] = False
+            drawn |= {programs.quiet: quiet & ~empty, programs.empty: empty}
         for program in self._arrays.keys() - drawn.keys():
             release(self._context, self._arrays.pop(program), self._cells.pop(program))
         for program, cells in drawn.items():

@@ -18,7 +18,7 @@ from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.progress import Progress
 from raytracer.scene import Scene
 from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
-from raytracer.shader import CELL, Show, quiet_source, roth_loops, show_source, visibility_source
+from raytracer.shader import CELL, Show, empty_source, quiet_source, roth_loops, show_source, visibility_source
 from raytracer.sight import has_quiet
 from raytracer.table import table
 
@@ -183,8 +183,9 @@ class Renderer:
         cells = "cells.vert"
         see = self.program(visibility_source(scene, settings, geometry=show != "picture"), cells)
         shade = self.program(show_source(scene, settings, show), cells) if show else None
-        quiet = show == "picture" and has_quiet(scene, settings)
-        return Programs(see, shade, self.program(quiet_source(scene, settings), cells) if quiet else None)
+        if show != "picture" or not has_quiet(scene, settings):
+            return Programs(see, shade)
+        return Programs(see, shade, self.program(quiet_source(scene, settings), cells), self.program(empty_source(), cells))
 
     def program(self, source: Source, vertex: str = "screen.vert") -> moderngl.Program:
         """The program with this fragment shader and the file `vertex`; `context` must be current.
@@ -226,7 +227,7 @@ class Renderer:
             raise InputError(f"expected at most {MAX_PRIMITIVES} primitives, got {primitives}")
         for what, count, size in (
             ("primitives", primitives, max(48, settings.precision)),  # their materials, or terms.glsl
-            ("lights", len(scene.lights), settings.precision),
+            ("lights", len(scene.lights), 48 * settings.precision // 32),
         ):
             if count * size > self._max_block:
                 limit = self._max_block // size

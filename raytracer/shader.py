@@ -76,7 +76,7 @@ def quiet_source(scene: Scene, settings: Settings) -> Source:
     trees = [tree for tree in _numbered(scene) if len(tree) == 1 and isinstance(tree[0], int) and tree[0] >= spheres]
     defines = _counts(scene) | {"LIGHTS": len(scene.lights), "NO_SPHERES": 1}
     if not trees:
-        return _assemble("picture.frag", defines | {"EMPTY": 1}, settings, "")
+        return empty_source()
     if len(trees) == 1 and isinstance(trees[0][0], int):
         defines["ONLY"] = trees[0][0]
     generated = [*_includes(scene, settings), *evaluators.walk(trees, spheres, what=True)]
@@ -86,6 +86,11 @@ def quiet_source(scene: Scene, settings: Settings) -> Source:
         defines["SHADOWS"] = 1
         generated += [*evaluators.walk(trees, spheres, what=False), f'#include "shadow_{settings.shadows}.glsl"']
     return _assemble("picture.frag", defines, settings, "\n".join(generated))
+
+
+def empty_source() -> Source:
+    """The fragment shader of where nothing is to be seen."""
+    return assemble("empty.frag")
 
 
 def show_source(scene: Scene, settings: Settings, show: Show) -> Source:

@@ -35,8 +35,10 @@ def has_quiet(scene: Scene, settings: Settings) -> bool:
     return settings.evaluator == "cells" and not any(_reaches_far(s) for s in scene.solids() if not isinstance(s, Plane))
 
 
-def quiet_cells(scene: Scene, size: tuple[int, int], settings: Settings) -> Mask:
-    """(rows, columns): which cells of a picture of `size` (width, height) are quiet, the lowest row first."""
+def quiet_cells(scene: Scene, size: tuple[int, int], settings: Settings) -> tuple[Mask, Mask]:
+    """(rows, columns) each: which cells of a picture of `size` (width, height) are quiet, and which of them are
+    empty, where nothing is to be seen. The lowest row comes first.
+    """
     width, height = size
     rows, columns = -(-height // CELL), -(-width // CELL)
     tangent = math.tan(math.radians(scene.camera.vertical_fov) / 2.0)
@@ -49,18 +51,24 @@ def quiet_cells(scene: Scene, size: tuple[int, int], settings: Settings) -> Mask
     pairs = overlaps(*tangents(centers, found.radii), corner, (step, step), (columns, rows))
     seen = _met(scene, *_in_cone(pairs, _corners(rays).reshape(4, -1, 3), centers, found.radii), rows * columns)
     quiet = ~seen.reshape(rows, columns)
+    planes = [solid for solid in scene.solids() if isinstance(solid, Plane)]
+    normals = [rotation(scene.camera) @ np.array(plane.unit()[0]) for plane in planes]
+    depths = [plane.depth(scene.camera.position) for plane in planes]
+    empty = quiet.copy()
+    for n, depth in zip(normals, depths, strict=True):
+        # By a margin: a slope of all but 0 has no sign that rounding may not change.
+        empty &= ~_any((rays @ n) * np.sign(depth) > -MARGIN * np.linalg.norm(rays, axis=-1))
     if settings.shadows == "off":
-        return quiet
+        return quiet, empty
     for light in scene.lights:
         place = rotation(scene.camera) @ np.subtract(light.position, scene.camera.position)
         pairs = cube_faces(centers - place, found.radii, _GRID)
         occupied = _met(scene, *_in_cone(pairs, _cube_corners(), centers - place, found.radii), 6 * _GRID * _GRID)
         # Sums over the cells from a face's corner on.
         sums = np.pad(occupied.reshape(6, _GRID, _GRID).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
-        for plane in (solid for solid in scene.solids() if isinstance(solid, Plane)):
-            n = rotation(scene.camera) @ np.array(plane.unit()[0])
-            quiet &= ~_shadowed(rays, n, plane.depth(scene.camera.position), place, sums)
-    return quiet
+        for n, depth in zip(normals, depths, strict=True):
+            quiet &= ~_shadowed(rays, n, depth, place, sums)
+    return quiet, empty & quiet
 
 
 def _reaches_far(solid: Solid) -> bool:

@@ -22,8 +22,15 @@ _MATERIAL = np.dtype(
     [("ka", "f4", 3), ("h", "f4"), ("kd", "f4", 3), ("model", "i4"), ("ks", "f4", 3), ("number", "i4")]
 )
 _LIGHT = {
-    32: np.dtype([("position", "f4", 3), ("pad0", "f4"), ("color", "f4", 3), ("on", "i4")]),
-    64: np.dtype([("position", "f8", 3), ("pad0", "f8"), ("color", "f4", 3), ("on", "i4"), ("pad1", "f4", 4)]),
+    precision: np.dtype(
+        {
+            "names": ["position", "on", "n", "color"],
+            "formats": [(real, 3), "i4", (real, 3), ("f4", 3)],
+            "offsets": offsets,
+            "itemsize": size,
+        }
+    )
+    for precision, real, offsets, size in ((32, "f4", (0, 12, 16, 32), 48), (64, "f8", (0, 24, 32, 64), 96))
 }
 _REAL = {32: np.float32, 64: np.float64}  # of real.glsl
 
@@ -97,18 +104,22 @@ def lights_block(scene: Scene, precision: Precision) -> bytes:
     R, eye = rotation(scene.camera), scene.camera.position
     block = np.zeros(len(scene.lights), _LIGHT[precision])
     for row, light in zip(block, scene.lights, strict=True):
-        row["position"], row["color"] = R @ np.subtract(light.position, eye), light.color
-        row["on"] = _touched(scene, light.position)
+        place = R @ np.subtract(light.position, eye)
+        row["position"], row["color"] = place, light.color
+        if (on := _touched(scene, light.position)) is not None:
+            row["on"] = same_as(scene, precision)[on]
+            outward = place - vectors(scene)[on] if on < len(table(scene).radii) else vectors(scene)[on]
+            row["n"] = outward / np.linalg.norm(outward)
     return block.tobytes()
 
 
-def _touched(scene: Scene, point: Vec3) -> int:
-    """The first surface that `point` lies on, as touches() of Sphere and Plane says; its index + 1, or 0."""
+def _touched(scene: Scene, point: Vec3) -> int | None:
+    """The first surface that `point` lies on, as touches() of Sphere and Plane says; its index."""
     found = table(scene)
     given = np.maximum(np.abs(found.centers).max(axis=1, initial=max(map(abs, point))), found.radii)
     off = np.abs(np.linalg.norm(found.centers - point, axis=1) - found.radii)
     on = np.concatenate([off <= ROUNDING * given, [plane.touches(point) for plane in found.planes]])
-    return int(np.argmax(on)) + 1 if on.any() else 0
+    return int(np.argmax(on)) if on.any() else None
 
 
 def pixel_scale(camera: Camera, height: int) -> float:

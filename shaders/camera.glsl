@@ -20,9 +20,14 @@ real3 cameraDirection() {
     return real3((halfPixels() + samplePoint) * pixelScale, -1.0);
 }
 
+// To make cameraDirection() unit.
+real cameraScale() {
+    return 1.0 / length(cameraDirection());
+}
+
 Ray cameraRay() {
     Contact none = Contact(0, real3(0.0));
-    return Ray(real3(0.0), normalize(cameraDirection()), true, none, none, INF);
+    return Ray(real3(0.0), cameraScale() * cameraDirection(), true, none, none, INF);
 }
 
 // dot(v, cameraRay().rd) for a vector v, a plane's normal or a sphere's centre, without the
@@ -34,5 +39,5 @@ Ray cameraRay() {
 real cameraSlope(real3 coarse, real3 fine) {
     real3 pixel = real3(halfPixels(), 1.0);
     real rest = dot(fine, pixel) + dot(coarse.xy + fine.xy, samplePoint);
-    return (dot(coarse, pixel) + rest) / length(cameraDirection());
+    return (dot(coarse, pixel) + rest) * cameraScale();
 }

@@ -1,4 +1,4 @@
-// Provides surfaceAt(), contactOf(): the point that a ray hits, and what is known where a ray ends.
+// Provides surfaceAt(): the point that a ray hits.
 //
 // Needs what terms.glsl needs. Where the host knows that rays meet no sphere, it defines NO_SPHERES.
 
@@ -24,17 +24,5 @@ void surfaceAt(int mat, Ray ray, out real3 P, out real3 n) {
         // On the plane to the rounding of its own coordinates: to project it would round as much again.
         P = ray.ro + planeRoot(ray, index) * ray.rd;
     }
-#endif
-}
-
-// The contact of a point P that lies on the surface of `mat`; none for 0.
-Contact contactOf(int mat, real3 P) {
-    int index = abs(mat) - 1;
-    if (mat == 0) return Contact(0, real3(0.0));
-#if SPHERES > 0 && !defined(NO_SPHERES)
-    if (index < SPHERES) return Contact(sameAs(index), normalize(P - spheres[index].xyz));
-#endif
-#if PLANES > 0
-    return Contact(sameAs(index), planes[index - SPHERES].xyz);
 #endif
 }

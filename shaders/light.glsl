@@ -4,8 +4,9 @@
 
 struct Light {
     real3 position;
+    int on;      // sameAs() of the surface that it lies on (terms.glsl); 0 for none
+    real3 n;     // and that surface's outward unit normal there
     vec3 color;  // I, linear RGB >= 0
-    int on;      // the surface that it lies on, numbered as in hit.glsl; 0 for none
 };
 
 layout(std140) uniform Lights {

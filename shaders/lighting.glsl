@@ -6,33 +6,47 @@
 
 uniform vec3 ambient;  // Ia
 
-// The ray meets the surface `mat`, which is not 0 (hit.glsl).
-vec3 radianceAt(int mat, Ray view) {
+#if LIGHTS > 0
+// What a point P with the outward unit normal n, on the surface `mat`, sends towards V of the light.
+vec3 reflectedOf(Light light, Material m, int mat, real3 P, real3 n, vec3 V) {
     int index = indexOf(mat);
-    Material m = materials[index];
+    // Exactly n or -n, so that N.L > 0 and the shadow ray's own root agree on which side L is.
+    real3 N = mat > 0 ? n : -n;
+    real3 toLight = light.position - P;
+    real distance = length(toLight);
+    real3 L = toLight * (1.0 / distance);
+    Contact start = Contact(sameAs(index), n);
+    Contact end = Contact(light.on, light.n);
+    // A light in the plane itself grazes it: N.L is 0, whatever rounding makes of it.
+    bool grazes = index >= SPHERES && end.surface == start.surface;
+    float NoL = float(dot(N, L));
+    // On the surface itself, at distance 0, a light has no direction.
+    if (distance == 0.0 || grazes || NoL <= 0.0) return vec3(0.0);
+    vec3 I = light.color * (m.kd * NoL + m.ks * specular(m, vec3(N), vec3(L), V));
+#ifdef SHADOWS
+    I *= shadow(Ray(P, L, false, start, end, distance));
+#endif
+    return I;
+}
+#endif
+
+// The ray meets the surface `mat`, which is not 0 (mat.glsl).
+vec3 radianceAt(int mat, Ray view) {
+    Material m = materials[indexOf(mat)];
     vec3 I = m.ka * ambient;
 #if LIGHTS > 0
     real3 P, n;
     surfaceAt(mat, view, P, n);
-    // Exactly n or -n, so that N.L > 0 and the shadow ray's own root agree on which side L is.
-    real3 N = mat > 0 ? n : -n;
-    Contact start = Contact(sameAs(index), n);
-    for (int i = 0; i < LIGHTS; i++) {
-        real3 toLight = lights[i].position - P;
-        real distance = length(toLight);
-        if (distance == 0.0) continue;  // on the surface itself, a light has no direction
-        real3 L = toLight / distance;
-        Contact end = contactOf(lights[i].on, lights[i].position);
-        // A light in the plane itself grazes it: N.L is 0, whatever rounding makes of it.
-        bool grazes = index >= SPHERES && end.surface == start.surface;
-        float NoL = float(dot(N, L));
-        if (grazes || NoL <= 0.0) continue;
-        vec3 reflected = m.kd * NoL + m.ks * specular(m, vec3(N), vec3(L), vec3(-view.rd));
-#ifdef SHADOWS
-        reflected *= shadow(Ray(P, L, false, start, end, distance));
+    vec3 V = vec3(-view.rd);
+    // A loop would take llvmpipe a third longer, and many in a row take it long to compile.
+#if LIGHTS <= 2
+    I += reflectedOf(lights[0], m, mat, P, n, V);
+#if LIGHTS == 2
+    I += reflectedOf(lights[1], m, mat, P, n, V);
 #endif
-        I += lights[i].color * reflected;
-    }
+#else
+    for (int i = 0; i < LIGHTS; i++) I += reflectedOf(lights[i], m, mat, P, n, V);
+#endif
 #endif
     return I;
 }

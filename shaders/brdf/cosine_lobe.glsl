@@ -13,12 +13,11 @@
 const float SERIES = 0.5;
 
 float cosineLobe(vec3 a, vec3 b, float h) {
-    if (h == 0.0) return 1.0;
     float cosine = dot(a, b);
-    if (cosine <= 0.0) return 0.0;
     vec3 sine = cross(a, b);
     float x = dot(sine, sine) / (cosine * cosine);
-    if (x > SERIES) return pow(inversesqrt(1.0 + x), h);
     float z = x / (2.0 + x), z2 = z * z;
-    return exp(-h * z * (1.0 + z2 * (1.0 / 3.0 + z2 * (1.0 / 5.0 + z2 * (1.0 / 7.0 + z2 / 9.0)))));
+    float series = 2.0 * z * (1.0 + z2 * (1.0 / 3.0 + z2 * (1.0 / 5.0 + z2 * (1.0 / 7.0 + z2 / 9.0))));
+    float logarithm = x > SERIES ? log(1.0 + x) : series;
+    return h == 0.0 ? 1.0 : cosine > 0.0 ? exp(-0.5 * h * logarithm) : 0.0;
 }
