@@ -14,7 +14,7 @@ _RAY_CSG = [
     "// side) and number as in hit.glsl; or the ray's distance, that far point, 0 and 0.",
     "real rayCSG(Ray ray, out real3 P, out real3 N, out int mat) {",
 ]
-_BLOCKED_AT = ["// How far the ray gets: to the first surface, or to its end.", "real blockedAt(Ray ray) {"]
+_BLOCKED_AT = ["// How far a ray to a light gets: to the first surface, or to its end.", "real blockedAt(Ray ray, int light) {"]
 
 
 def max_hits(solid: Solid) -> int:
@@ -47,7 +47,7 @@ def max_hits(solid: Solid) -> int:
     return most // 2 * 2
 
 
-def roots(index: int, spheres: int) -> str:
+def _roots(index: int, spheres: int) -> str:
     """The call that gives both roots of a surface."""
     return f"{'sphere' if index < spheres else 'plane'}Roots(ray, {index})"
 
@@ -62,9 +62,9 @@ def roth(trees: list[Tree], spheres: int) -> list[str]:
             if isinstance(node, int):
                 ends = f"sameAs({node}), {node + 1}"
                 if node < spheres:
-                    value = f"raySphere(ray, spheres[{node}], sphereTerms(ray, {node}), {ends})"
+                    value = f"raySphere(ray, shapeAt({node}), sphereTerms(ray, {node}), {ends})"
                 else:
-                    value = f"rayPlane(ray, planes[{node - spheres}], planeSlope(ray, {node}), {ends})"
+                    value = f"rayPlane(ray, shapeAt({node}), planeSlope(ray, {node}), {ends})"
             elif isinstance(node, Complement):
                 value = f"complementCSG(r{stack.pop()})"
             else:
@@ -98,23 +98,11 @@ _LOGIC: dict[type[Solid], str] = {Union: "{} || {}", Intersection: "{} && {}", D
 
 def walk(trees: list[Tree], spheres: int, *, what: bool) -> list[str]:
     """By one walk over all objects, to the first root at which one of them changes; `what`: also what is there."""
-    planes = [tree[0] for tree in trees if len(tree) == 1 and isinstance(tree[0], int) and tree[0] >= spheres]
-    if len(planes) == len(trees):
-        return _nearest(planes, spheres, what)
     spans: list[str] = []
     holds: list[str] = []  # of each object, an expression
     for tree in trees:
-        terms: list[str] = []
-        for node in tree:
-            if isinstance(node, int):
-                spans.append(f"    real2 s{node} = {roots(node, spheres)};")
-                terms.append(f"holds(s{node}, at)")
-            elif isinstance(node, Complement):
-                terms.append(f"-{terms.pop()}")
-            else:
-                b, a = terms.pop(), terms.pop()
-                terms.append(_HOLDS[type(node)].format(a, b))
-        holds.append(terms[0])
+        spans += [f"    real2 s{node} = {_roots(node, spheres)};" for node in tree if isinstance(node, int)]
+        holds.append(_holds(tree, "holds(s{}, at)"))
     objects = range(len(trees))
     least = "abs(v0)"
     for k in objects[1:]:
@@ -149,7 +137,7 @@ def walk(trees: list[Tree], spheres: int, *, what: bool) -> list[str]:
     ]
 
 
-def _owner(trees: list[Tree]) -> list[str]:
+def _owner(trees: list[Tree], offset: str = "") -> list[str]:
     """Whose surface it is at `at`: the first object's that changes, and in it, of an operator's operands the
     first that does."""
     lines, objects = [], []
@@ -159,7 +147,7 @@ def _owner(trees: list[Tree]) -> list[str]:
         for node in tree:
             if isinstance(node, int):
                 lines.append(f"    bool b{k} = isBefore(s{node}, at), a{k} = isInside(s{node}, at);")
-                lines.append(f"    int o{k} = a{k} ? {node + 1} : {-node - 1};")
+                lines.append(f"    int o{k} = a{k} ? {offset}{node + 1} : -({offset}{node + 1});")
             elif isinstance(node, Complement):
                 a = stack.pop()
                 lines.append(f"    bool b{k} = !b{a}, a{k} = !a{a};")
@@ -176,17 +164,16 @@ def _owner(trees: list[Tree]) -> list[str]:
     return [*lines, *(f"    {'else ' if k != objects[0] else ''}if (b{k} != a{k}) mat = o{k};" for k in objects)]
 
 
-def _nearest(planes: list[int], spheres: int, what: bool) -> list[str]:
-    """The walk where every object is one half-space: the nearest root ahead."""
+def nearest_plane(planes: list[int], spheres: int, *, what: bool) -> list[str]:
+    """The walk where every object is one half-space: to the nearest root ahead."""
     lines = ["    real at = ray.distance, root;"]
-    for index in planes:
-        # Ahead of it, a ray enters a half-space that it is not in, and comes out of one that it is in.
-        number = f"planes[{index - spheres}].w > dot(planes[{index - spheres}].xyz, ray.ro) ? {-index - 1} : {index + 1}"
+    for number in planes:
+        index = f"firstPlane + {number - spheres}"
         lines += [
             f"    root = planeRoot(ray, {index});",
             "    if (root > 0.0 && root < at) {",
             "        at = root;",
-            *([f"        mat = {number};"] if what else []),
+            *([f"        mat = planeMat(ray, {index});"] if what else []),
             "    }",
         ]
     if not what:
@@ -199,5 +186,179 @@ def _nearest(planes: list[int], spheres: int, what: bool) -> list[str]:
         *lines,
         "    if (mat != 0) surfaceAt(mat, ray, P, N);",
         "    return at;",
+        "}",
+    ]
+
+
+def _holds(tree: Tree, leaf: str) -> str:
+    """The expression for how long a tree's value at `at` holds; `leaf` is that of leaf {}."""
+    terms: list[str] = []
+    for node in tree:
+        if isinstance(node, int):
+            terms.append(leaf.format(node))
+        elif isinstance(node, Complement):
+            terms.append(f"-{terms.pop()}")
+        else:
+            b, a = terms.pop(), terms.pop()
+            terms.append(_HOLDS[type(node)].format(a, b))
+    return terms[0]
+
+
+def listed(kinds: list[Tree], depth: int, planes: list[int], spheres: int, *, what: bool, first: bool) -> list[str]:
+    """By lists of what the rays of a cell may meet: see lists.glsl.
+
+    `kinds` are trees over their own leaves, `depth` is that of the deepest program (0 if there is none), `planes`
+    are the objects that are one half-space. With `what`, for the camera's rays; else for rays to a light, and
+    with `first` whatever blocks them, not the nearest.
+    """
+    meet = _meet(bool(kinds), bool(depth), first)
+    lines = ['#include "lists.glsl"', *(_kinds(kinds, what) if kinds else []), *(_programs(depth, what) if depth else []), *meet]
+    own = []
+    for number in planes:
+        index = f"firstPlane + {number - spheres}"
+        found = f"Nearest(planeRoot(ray, {index}), planeMat(ray, {index}), planeObject({index}))"
+        own += [f"    found = {found};", "    if (found.t > 0.0 && nearer(found.t, found.object, nearest)) nearest = found;"]
+    start = ["    Nearest nearest = Nearest(ray.distance, 0, -1), found;", *own]
+    if not what:
+        return [
+            *lines,
+            *_BLOCKED_AT,
+            *start,
+            "    int begin = light * (6 * GRID * GRID + 1) + cubeCell(vec3(-ray.rd));",
+            "    meetListed(ray, listAt(begin), listAt(begin + 1), nearest);",
+            "    return nearest.t;",
+            "}",
+        ]
+    return [
+        *lines,
+        "flat in ivec2 listed;  // where the list of this pixel's cell begins and ends",
+        *_RAY_CSG,
+        *start,
+        "    meetListed(ray, listed.x, listed.y, nearest);",
+        "    P = ray.ro + nearest.t * ray.rd;",
+        "    N = real3(0.0);",
+        "    mat = nearest.mat;",
+        "    if (mat != 0) surfaceAt(mat, ray, P, N);",
+        "    return nearest.t;",
+        "}",
+    ]
+
+
+def _walk_one(holds: str, owner: str) -> list[str]:
+    """The walk along one object, to where it changes, if that is nearer than `nearest`."""
+    return [
+        "    real at = 0.0;",
+        "    bool inside = false;",
+        "    for (;;) {",
+        f"        real holding = {holds};",
+        "        if (at > 0.0 && (holding > 0.0) != inside) break;",
+        "        real next = abs(holding);",
+        "        if (!nearer(next, object, nearest)) return;",
+        "        inside = holding > 0.0;",
+        "        at = next;",
+        "    }",
+        f"    nearest = Nearest(at, {owner}, object);",
+        "}",
+    ]
+
+
+def _kinds(kinds: list[Tree], what: bool) -> list[str]:
+    most = max(sum(isinstance(node, int) for node in tree) for tree in kinds)
+    spans = [f"s{j}" for j in range(most)]
+    parameters = ", ".join(f"real2 {span}" for span in spans)
+    holds = [_holds(tree, "holds(s{}, at)") for tree in kinds]
+    choice = "".join(f"kind == {k} ? {text} : " for k, text in enumerate(holds[:-1])) + holds[-1]
+    lines = [f"real kindHolds(int kind, {parameters}, real at) {{", f"    return {choice};", "}"]
+    if what:
+        lines += [f"int kindOwner(int kind, int first, {parameters}, real at) {{", "    int mat = 0;"]
+        for k, tree in enumerate(kinds):
+            lines += [f"    if (kind == {k}) {{", *(f"    {line}" for line in _owner([tree], "first + ")), "    }"]
+        lines += ["    return mat;", "}"]
+    return [
+        *lines,
+        "void meetKind(Ray ray, int item, inout Nearest nearest) {",
+        "    vec4 numbers = itemAt(2 * item + 1);",
+        "    int kind = int(numbers.x), first = int(numbers.y), object = int(numbers.z);",
+        *(f"    real2 {span} = sphereRoots(ray, first + {j});" for j, span in enumerate(spans)),
+        *_walk_one(
+            f"kindHolds(kind, {', '.join(spans)}, at)",
+            f"kindOwner(kind, first, {', '.join(spans)}, at)" if what else "1",
+        ),
+    ]
+
+
+def _programs(depth: int, what: bool) -> list[str]:
+    slots = max(depth - 1, 1)
+    machine = []
+    for kind, name in (("real", "v"), ("int", "o"))[: 2 if what else 1]:
+        push = "".join(f" {name}{j} = {name}{j - 1};" for j in range(slots - 1, 0, -1))
+        pop = "".join(f" {name}{j} = {name}{j + 1};" for j in range(1, slots - 1))
+        start = ", ".join(f"{name}{j} = 0{'.0' if kind == 'real' else ''}" for j in range(slots))
+        below = f"{name}1" if slots > 1 else f"{name}0"
+        machine += [
+            *(
+                ["real programHolds(Ray ray, int begin, int end, real at) {"]
+                if kind == "real"
+                else ["int programOwner(Ray ray, int begin, int end, real at) {"]
+            ),
+            f"    {kind} {start};",
+            "    for (int k = begin; k < end; k++) {",
+            "        int code = listAt(k), operation = code & 7;",
+            f"        bool pushes = operation == PUSH || operation == TRUE, pops = operation == AND || operation == OR;",
+            f"        {kind} leaf = {'leafHolds' if kind == 'real' else 'leafOwner'}(ray, code, at);",
+            f"        {kind} a = pops ? {below} : {name}0, b = pops ? {name}0 : leaf;",
+            f"        {kind} joined = {'joinedHolds' if kind == 'real' else 'joinedOwner'}(code, a, b);",
+            *([f"        if (pushes) {{{push} }}"] if push else []),
+            *([f"        if (pops) {{{pop} }}"] if pop else []),
+            f"        {name}0 = pushes ? leaf : joined;",
+            "    }",
+            f"    return {name}0;",
+            "}",
+        ]
+    return [
+        '#include "program.glsl"',
+        *machine,
+        "void meetProgram(Ray ray, int begin, int end, int object, inout Nearest nearest) {",
+        *_walk_one(
+            "programHolds(ray, begin, end, at)", "programOwner(ray, begin, end, at) >> 2" if what else "1"
+        ),
+    ]
+
+
+def _meet(kinds: bool, programs: bool, first: bool) -> list[str]:
+    """The walk through a list. The nearest ball is looked for in a loop of its own: pixels that are drawn
+    together look for theirs at once, and then evaluate what they found at once."""
+    candidate = "entry < 0 || meets(ray, itemAt(2 * entry), nearest.t)" if programs else "meets(ray, itemAt(2 * entry), nearest.t)"
+    search = [
+        "        int found = NOTHING;",
+        "        while (k < end) {",
+        "            int entry = listAt(k);",
+        "            k++;",
+        f"            if ({candidate}) {{",
+        "                found = entry;",
+        "                break;",
+        "            }",
+        "        }",
+        "        if (found == NOTHING) break;",
+    ]
+    if not kinds:
+        search = ["        if (k >= end) break;", "        int found = listAt(k);", "        k++;"]
+    program = [
+        "meetProgram(ray, k + 1, k - found, listAt(k), nearest);",
+        "k -= found;",
+    ]
+    if kinds and programs:
+        body = ["if (found >= 0) {", "    meetKind(ray, found, nearest);", "} else {", *(f"    {line}" for line in program), "}"]
+    else:
+        body = ["meetKind(ray, found, nearest);"] if kinds else program
+    return [
+        "void meetListed(Ray ray, int begin, int end, inout Nearest nearest) {",
+        "    const int NOTHING = 0x7fffffff;",
+        "    int k = begin;",
+        "    for (;;) {",
+        *(["        if (nearest.mat != 0) break;"] if first else []),
+        *search,
+        *(f"        {line}" for line in body),
+        "    }",
         "}",
     ]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import moderngl
 import numpy as np
 
+from raytracer.cells import CELL
 from raytracer.checks import InputError, shown
 from raytracer.context import backend_name, open_context
 from raytracer.film import Image
@@ -18,7 +19,7 @@ from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.progress import Progress
 from raytracer.scene import Scene
 from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
-from raytracer.shader import CELL, Show, empty_source, quiet_source, roth_loops, show_source, visibility_source
+from raytracer.shader import Show, empty_source, is_listed, quiet_source, roth_loops, show_source, visibility_source
 from raytracer.sight import has_quiet
 from raytracer.table import table
 
@@ -181,20 +182,21 @@ class Renderer:
     def programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> Programs:
         """What draws `scene`; with `show` None only what each pixel sees. `context` must be current."""
         cells = "cells.vert"
-        see = self.program(visibility_source(scene, settings, geometry=show != "picture"), cells)
+        listed = is_listed(scene, settings)
+        see = self.program(visibility_source(scene, settings, geometry=show != "picture"), cells, listed=listed)
         shade = self.program(show_source(scene, settings, show), cells) if show else None
         if show != "picture" or not has_quiet(scene, settings):
             return Programs(see, shade)
         return Programs(see, shade, self.program(quiet_source(scene, settings), cells), self.program(empty_source(), cells))
 
-    def program(self, source: Source, vertex: str = "screen.vert") -> moderngl.Program:
+    def program(self, source: Source, vertex: str = "screen.vert", *, listed: bool = False) -> moderngl.Program:
         """The program with this fragment shader and the file `vertex`; `context` must be current.
 
         Raises ShaderError with files and lines.
         """
-        key = vertex, source.text
+        first = assemble(vertex, {"CELL": CELL} | ({"LISTED": 1} if listed else {}))
+        key = first.text, source.text
         if key not in self._programs:
-            first = assemble(vertex, {"CELL": CELL})
             try:
                 program = self.context.program(vertex_shader=first.text, fragment_shader=source.text)
             except moderngl.Error as error:
