@@ -197,7 +197,7 @@ def _holds(tree: Tree, leaf: str) -> str:
         if isinstance(node, int):
             terms.append(leaf.format(node))
         elif isinstance(node, Complement):
-            terms.append(f"-{terms.pop()}")
+            terms.append(f"(-{terms.pop()})")  # in brackets: -- is another operator
         else:
             b, a = terms.pop(), terms.pop()
             terms.append(_HOLDS[type(node)].format(a, b))

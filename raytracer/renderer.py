@@ -15,6 +15,7 @@ from raytracer.checks import InputError, shown
 from raytracer.context import backend_name, open_context
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
+from raytracer.groups import FEW
 from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.progress import Progress
 from raytracer.scene import Scene
@@ -225,10 +226,19 @@ class Renderer:
                 f"({self.context.info['GL_RENDERER']}); 32 needs no more than 3.3"
             )
         primitives = table(scene).count
-        if primitives > MAX_PRIMITIVES:
-            raise InputError(f"expected at most {MAX_PRIMITIVES} primitives, got {primitives}")
+        listed = is_listed(scene, settings)
+        if listed and settings.precision == 64:
+            raise InputError(
+                f"precision: expected at most {FEW} primitives for 64 bits and the evaluator cells, got {primitives}; "
+                f"the evaluator walk takes {MAX_PRIMITIVES}"
+            )
+        if not listed and primitives > MAX_PRIMITIVES:
+            raise InputError(
+                f"evaluator: expected at most {MAX_PRIMITIVES} primitives for {settings.evaluator}, got {primitives}; "
+                "the evaluator cells has no such limit"
+            )
         for what, count, size in (
-            ("primitives", primitives, max(48, settings.precision)),  # their materials, or terms.glsl
+            *([] if listed else [("primitives", primitives, max(48, settings.precision))]),  # materials, or terms.glsl
             ("lights", len(scene.lights), 48 * settings.precision // 32),
         ):
             if count * size > self._max_block:

@@ -2,7 +2,6 @@
 //
 // Needs what terms.glsl needs. Where the host knows that rays meet no sphere, it defines NO_SPHERES.
 
-#include "mat.glsl"
 #include "terms.glsl"
 
 // The point where the ray crosses the surface of `mat`, and the primitive's outward unit normal there.

@@ -31,7 +31,7 @@ vec3 reflectedOf(int i, Material m, int mat, real3 P, real3 n, vec3 V) {
 }
 #endif
 
-// The ray meets the surface `mat`, which is not 0 (mat.glsl).
+// The ray meets the surface `mat`, which is not 0 (surfaces.glsl).
 vec3 radianceAt(int mat, Ray view) {
     Material m = materialAt(indexOf(mat));
     vec3 I = m.ka * ambient;

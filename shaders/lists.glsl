@@ -20,7 +20,7 @@ vec4 itemAt(int i) {
 // The first surface so far; of several at the same distance that of the first object in the scene.
 struct Nearest {
     real t;
-    int mat;     // as in mat.glsl
+    int mat;     // as in surfaces.glsl
     int object;  // its number; -1 for none
 };
 

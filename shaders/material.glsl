@@ -1,7 +1,7 @@
 // Provides struct Material, materialAt(): how each surface reflects.
 // ka, kd, ks are linear RGB >= 0; h is the exponent of the highlight, >= 0.
 
-#include "mat.glsl"
+#include "surfaces.glsl"
 
 struct Material {
     vec3 ka;
@@ -13,8 +13,6 @@ struct Material {
 };
 
 #ifdef LISTED
-#include "surfaces.glsl"
-
 uniform sampler2D materials;  // 3 texels each
 
 Material materialAt(int index) {

@@ -2,7 +2,7 @@
 // made of. raytracer/prune.py says what the codes mean: leaf << 5 | swapped << 4 | negated << 3 | operation.
 //
 // One machine finds how long the tree's value at a distance holds (walk.glsl). The other finds whose surface
-// it is there: its values are before | after << 1 | mat << 2, mat being as in mat.glsl.
+// it is there: its values are before | after << 1 | mat << 2, mat being as in surfaces.glsl.
 
 #include "terms.glsl"
 #include "walk.glsl"

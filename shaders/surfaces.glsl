@@ -1,8 +1,12 @@
-// Provides shapeAt(), coarseAt(), fineAt(), firstPlane: the numbers of the scene's primitives, in view space.
+// Provides shapeAt(), coarseAt(), fineAt(), firstPlane, indexOf(): the scene's primitives, in view space.
 //
 // A surface's index counts the spheres first, then the planes; firstPlane is how many spheres there are.
 // The host defines HAS_SPHERES and HAS_PLANES if there are any, and SPHERES and SURFACES, how many there are
 // of one and both; or LISTED if they are so many that they are held in a texture.
+//
+// A hit says which surface it is on in one number, `mat`: the surface's index + 1, negative where the ray
+// comes out of the primitive; 0 for no surface. So the hit's root is known again without comparing distances.
+// Where the host knows that rays meet only one surface, it defines ONLY as its index.
 
 #include "real.glsl"
 
@@ -52,3 +56,12 @@ real4 fineAt(int index) {
     return fine[index];
 }
 #endif
+
+// mat is not 0.
+int indexOf(int mat) {
+#ifdef ONLY
+    return ONLY;
+#else
+    return abs(mat) - 1;
+#endif
+}

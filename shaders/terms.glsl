@@ -52,7 +52,7 @@ real planeRoot(Ray ray, int index) {
     return slope == 0.0 ? INF : (plane.w - dot(plane.xyz, ray.ro)) / slope;
 }
 
-// The mat (mat.glsl) of that crossing: ahead of it, a ray comes out of a half-space that it is in.
+// The mat (surfaces.glsl) of that crossing: ahead of it, a ray comes out of a half-space that it is in.
 int planeMat(Ray ray, int index) {
     real4 plane = shapeAt(index);
     return plane.w > dot(plane.xyz, ray.ro) ? -index - 1 : index + 1;
