@@ -9,12 +9,15 @@ from raytracer.solids import Complement, Difference, Intersection, Solid, Sphere
 
 Tree = list[Solid | int]
 
-_RAY_CSG = [
+RAY_CSG = [
     "// The first surface ahead of the ray and nearer than its end: its distance, point, unit normal (on either",
     "// side) and number as in hit.glsl; or the ray's distance, that far point, 0 and 0.",
     "real rayCSG(Ray ray, out real3 P, out real3 N, out int mat) {",
 ]
-_BLOCKED_AT = ["// How far a ray to a light gets: to the first surface, or to its end.", "real blockedAt(Ray ray, int light) {"]
+BLOCKED_AT = [
+    "// How far a ray to a light gets: to the first surface, or to its end.",
+    "real blockedAt(Ray ray, int light) {",
+]
 
 
 def max_hits(solid: Solid) -> int:
@@ -75,7 +78,7 @@ def roth(trees: list[Tree], spheres: int) -> list[str]:
         lines += [f"    return r{stack[0]};", "}", ""]
     return [
         *lines,
-        *_RAY_CSG,
+        *RAY_CSG,
         "    Hit nearest = Hit(ray.distance, real3(0.0), 0);",
         *(f"    firstHit(object{number}(ray), nearest);" for number in range(len(trees))),
         "    P = ray.ro + nearest.t * ray.rd;",
@@ -84,7 +87,7 @@ def roth(trees: list[Tree], spheres: int) -> list[str]:
         "    return nearest.t;",
         "}",
         "",
-        *_BLOCKED_AT,
+        *BLOCKED_AT,
         "    real3 P, N;",
         "    int mat;",
         "    return rayCSG(ray, P, N, mat);",
@@ -102,7 +105,7 @@ def walk(trees: list[Tree], spheres: int, *, what: bool) -> list[str]:
     holds: list[str] = []  # of each object, an expression
     for tree in trees:
         spans += [f"    real2 s{node} = {_roots(node, spheres)};" for node in tree if isinstance(node, int)]
-        holds.append(_holds(tree, "holds(s{}, at)"))
+        holds.append(holds_of(tree, "holds(s{}, at)"))
     objects = range(len(trees))
     least = "abs(v0)"
     for k in objects[1:]:
@@ -123,21 +126,21 @@ def walk(trees: list[Tree], spheres: int, *, what: bool) -> list[str]:
         "    }",
     ]
     if not what:
-        return [*_BLOCKED_AT, *lines, "    return at;", "}"]
+        return [*BLOCKED_AT, *lines, "    return at;", "}"]
     return [
-        *_RAY_CSG,
+        *RAY_CSG,
         "    P = ray.ro + ray.distance * ray.rd;",
         "    N = real3(0.0);",
         "    mat = 0;",
         *lines,
-        *_owner(trees),
+        *owner(trees),
         "    surfaceAt(mat, ray, P, N);",
         "    return at;",
         "}",
     ]
 
 
-def _owner(trees: list[Tree], offset: str = "") -> list[str]:
+def owner(trees: list[Tree], offset: str = "") -> list[str]:
     """Whose surface it is at `at`: the first object's that changes, and in it, of an operator's operands the
     first that does."""
     lines, objects = [], []
@@ -177,9 +180,9 @@ def nearest_plane(planes: list[int], spheres: int, *, what: bool) -> list[str]:
             "    }",
         ]
     if not what:
-        return [*_BLOCKED_AT, *lines, "    return at;", "}"]
+        return [*BLOCKED_AT, *lines, "    return at;", "}"]
     return [
-        *_RAY_CSG,
+        *RAY_CSG,
         "    P = ray.ro + ray.distance * ray.rd;",
         "    N = real3(0.0);",
         "    mat = 0;",
@@ -190,7 +193,7 @@ def nearest_plane(planes: list[int], spheres: int, *, what: bool) -> list[str]:
     ]
 
 
-def _holds(tree: Tree, leaf: str) -> str:
+def holds_of(tree: Tree, leaf: str) -> str:
     """The expression for how long a tree's value at `at` holds; `leaf` is that of leaf {}."""
     terms: list[str] = []
     for node in tree:
@@ -202,163 +205,3 @@ def _holds(tree: Tree, leaf: str) -> str:
             b, a = terms.pop(), terms.pop()
             terms.append(_HOLDS[type(node)].format(a, b))
     return terms[0]
-
-
-def listed(kinds: list[Tree], depth: int, planes: list[int], spheres: int, *, what: bool, first: bool) -> list[str]:
-    """By lists of what the rays of a cell may meet: see lists.glsl.
-
-    `kinds` are trees over their own leaves, `depth` is that of the deepest program (0 if there is none), `planes`
-    are the objects that are one half-space. With `what`, for the camera's rays; else for rays to a light, and
-    with `first` whatever blocks them, not the nearest.
-    """
-    meet = _meet(bool(kinds), bool(depth), first)
-    lines = ['#include "lists.glsl"', *(_kinds(kinds, what) if kinds else []), *(_programs(depth, what) if depth else []), *meet]
-    own = []
-    for number in planes:
-        index = f"firstPlane + {number - spheres}"
-        found = f"Nearest(planeRoot(ray, {index}), planeMat(ray, {index}), planeObject({index}))"
-        own += [f"    found = {found};", "    if (found.t > 0.0 && nearer(found.t, found.object, nearest)) nearest = found;"]
-    start = ["    Nearest nearest = Nearest(ray.distance, 0, -1), found;", *own]
-    if not what:
-        return [
-            *lines,
-            *_BLOCKED_AT,
-            *start,
-            "    int begin = light * (6 * GRID * GRID + 1) + cubeCell(vec3(-ray.rd));",
-            "    meetListed(ray, listAt(begin), listAt(begin + 1), nearest);",
-            "    return nearest.t;",
-            "}",
-        ]
-    return [
-        *lines,
-        "flat in ivec2 listed;  // where the list of this pixel's cell begins and ends",
-        *_RAY_CSG,
-        *start,
-        "    meetListed(ray, listed.x, listed.y, nearest);",
-        "    P = ray.ro + nearest.t * ray.rd;",
-        "    N = real3(0.0);",
-        "    mat = nearest.mat;",
-        "    if (mat != 0) surfaceAt(mat, ray, P, N);",
-        "    return nearest.t;",
-        "}",
-    ]
-
-
-def _walk_one(holds: str, owner: str) -> list[str]:
-    """The walk along one object, to where it changes, if that is nearer than `nearest`."""
-    return [
-        "    real at = 0.0;",
-        "    bool inside = false;",
-        "    for (;;) {",
-        f"        real holding = {holds};",
-        "        if (at > 0.0 && (holding > 0.0) != inside) break;",
-        "        real next = abs(holding);",
-        "        if (!nearer(next, object, nearest)) return;",
-        "        inside = holding > 0.0;",
-        "        at = next;",
-        "    }",
-        f"    nearest = Nearest(at, {owner}, object);",
-        "}",
-    ]
-
-
-def _kinds(kinds: list[Tree], what: bool) -> list[str]:
-    most = max(sum(isinstance(node, int) for node in tree) for tree in kinds)
-    spans = [f"s{j}" for j in range(most)]
-    parameters = ", ".join(f"real2 {span}" for span in spans)
-    holds = [_holds(tree, "holds(s{}, at)") for tree in kinds]
-    choice = "".join(f"kind == {k} ? {text} : " for k, text in enumerate(holds[:-1])) + holds[-1]
-    lines = [f"real kindHolds(int kind, {parameters}, real at) {{", f"    return {choice};", "}"]
-    if what:
-        lines += [f"int kindOwner(int kind, int first, {parameters}, real at) {{", "    int mat = 0;"]
-        for k, tree in enumerate(kinds):
-            lines += [f"    if (kind == {k}) {{", *(f"    {line}" for line in _owner([tree], "first + ")), "    }"]
-        lines += ["    return mat;", "}"]
-    return [
-        *lines,
-        "void meetKind(Ray ray, int item, inout Nearest nearest) {",
-        "    vec4 numbers = itemAt(2 * item + 1);",
-        "    int kind = int(numbers.x), first = int(numbers.y), object = int(numbers.z);",
-        *(f"    real2 {span} = sphereRoots(ray, first + {j});" for j, span in enumerate(spans)),
-        *_walk_one(
-            f"kindHolds(kind, {', '.join(spans)}, at)",
-            f"kindOwner(kind, first, {', '.join(spans)}, at)" if what else "1",
-        ),
-    ]
-
-
-def _programs(depth: int, what: bool) -> list[str]:
-    slots = max(depth - 1, 1)
-    machine = []
-    for kind, name in (("real", "v"), ("int", "o"))[: 2 if what else 1]:
-        push = "".join(f" {name}{j} = {name}{j - 1};" for j in range(slots - 1, 0, -1))
-        pop = "".join(f" {name}{j} = {name}{j + 1};" for j in range(1, slots - 1))
-        start = ", ".join(f"{name}{j} = 0{'.0' if kind == 'real' else ''}" for j in range(slots))
-        below = f"{name}1" if slots > 1 else f"{name}0"
-        machine += [
-            *(
-                ["real programHolds(Ray ray, int begin, int end, real at) {"]
-                if kind == "real"
-                else ["int programOwner(Ray ray, int begin, int end, real at) {"]
-            ),
-            f"    {kind} {start};",
-            "    for (int k = begin; k < end; k++) {",
-            "        int code = listAt(k), operation = code & 7;",
-            f"        bool pushes = operation == PUSH || operation == TRUE, pops = operation == AND || operation == OR;",
-            f"        {kind} leaf = {'leafHolds' if kind == 'real' else 'leafOwner'}(ray, code, at);",
-            f"        {kind} a = pops ? {below} : {name}0, b = pops ? {name}0 : leaf;",
-            f"        {kind} joined = {'joinedHolds' if kind == 'real' else 'joinedOwner'}(code, a, b);",
-            *([f"        if (pushes) {{{push} }}"] if push else []),
-            *([f"        if (pops) {{{pop} }}"] if pop else []),
-            f"        {name}0 = pushes ? leaf : joined;",
-            "    }",
-            f"    return {name}0;",
-            "}",
-        ]
-    return [
-        '#include "program.glsl"',
-        *machine,
-        "void meetProgram(Ray ray, int begin, int end, int object, inout Nearest nearest) {",
-        *_walk_one(
-            "programHolds(ray, begin, end, at)", "programOwner(ray, begin, end, at) >> 2" if what else "1"
-        ),
-    ]
-
-
-def _meet(kinds: bool, programs: bool, first: bool) -> list[str]:
-    """The walk through a list. The nearest ball is looked for in a loop of its own: pixels that are drawn
-    together look for theirs at once, and then evaluate what they found at once."""
-    candidate = "entry < 0 || meets(ray, itemAt(2 * entry), nearest.t)" if programs else "meets(ray, itemAt(2 * entry), nearest.t)"
-    search = [
-        "        int found = NOTHING;",
-        "        while (k < end) {",
-        "            int entry = listAt(k);",
-        "            k++;",
-        f"            if ({candidate}) {{",
-        "                found = entry;",
-        "                break;",
-        "            }",
-        "        }",
-        "        if (found == NOTHING) break;",
-    ]
-    if not kinds:
-        search = ["        if (k >= end) break;", "        int found = listAt(k);", "        k++;"]
-    program = [
-        "meetProgram(ray, k + 1, k - found, listAt(k), nearest);",
-        "k -= found;",
-    ]
-    if kinds and programs:
-        body = ["if (found >= 0) {", "    meetKind(ray, found, nearest);", "} else {", *(f"    {line}" for line in program), "}"]
-    else:
-        body = ["meetKind(ray, found, nearest);"] if kinds else program
-    return [
-        "void meetListed(Ray ray, int begin, int end, inout Nearest nearest) {",
-        "    const int NOTHING = 0x7fffffff;",
-        "    int k = begin;",
-        "    for (;;) {",
-        *(["        if (nearest.mat != 0) break;"] if first else []),
-        *search,
-        *(f"        {line}" for line in body),
-        "    }",
-        "}",
-    ]

@@ -15,7 +15,17 @@ from numpy.typing import NDArray
 from raytracer.instances import Instances
 from raytracer.prune import Pruner
 from raytracer.scene import Scene
-from raytracer.solids import Complement, Difference, Intersection, Plane, Primitive, Solid, Sphere, Union, leaves, postfix
+from raytracer.solids import (
+    Complement,
+    Difference,
+    Intersection,
+    Plane,
+    Primitive,
+    Solid,
+    Sphere,
+    Union,
+    postfix,
+)
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -157,6 +167,6 @@ def _around(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Arra
     """The smallest ball around two."""
     distance = np.linalg.norm(b[0] - a[0], axis=1)
     radius = np.maximum(np.maximum(a[1], b[1]), (distance + a[1] + b[1]) / 2.0)
-    # From a's centre towards b's, as far as a's own radius leaves room: not at all if a holds b, all the way if b holds a.
+    # From a's centre towards b's: not at all if a holds b, all the way if b holds a.
     share = np.clip((radius - a[1]) / np.where(distance > 0.0, distance, 1.0), 0.0, 1.0)
     return a[0] + share[:, None] * (b[0] - a[0]), radius

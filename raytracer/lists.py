@@ -1,12 +1,13 @@
 """What the rays of each cell may meet, as the texture of whole numbers that shaders/lists.glsl walks through.
 
 A cell's list is a row of entries. One that is 0 or more is an object of a kind, by its number in the items'
-texture; -n is followed by the number of another object in the scene, and the n - 1 codes of its program (prune.py), whose
-leaves are surfaces.
+texture; -n is followed by the number of another object in the scene, and the n - 1 codes of its program
+(prune.py), whose leaves are surfaces.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from raytracer.view_space import camera_grid, rotation, vectors
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
 
 class Lists(NamedTuple):
     """Cell i's entries are entries[start[i] : start[i + 1]]."""
@@ -92,11 +94,12 @@ class Lister:
 
         return self._lists(pairs, place, 6 * GRID * GRID)
 
-    def _lists(self, pairs: object, eye: Array, cells: int) -> Lists:
-        assert callable(pairs)
+    def _lists(self, pairs: Callable[[Array, Array], tuple[Ints, Ints]], eye: Array, cells: int) -> Lists:
+        """`pairs(centers, radii)` are all pairs of a cell and a ball that it sees, from `eye`."""
         # Nearest first: what is behind a hit is not looked at.
         near = np.linalg.norm(self._items.centers - eye, axis=1) - self._items.radii
-        start, item = by_cell(*pairs(self._items.centers, self._items.radii), cells, near)
+        cell, item = pairs(self._items.centers, self._items.radii)
+        start, item = by_cell(cell, item, cells, near)
         cell_of, entry = [np.repeat(np.arange(cells), np.diff(start))], [item]
         for big in self._bigs:
             sphere = big.surfaces < self._spheres
@@ -118,4 +121,3 @@ class Lister:
         start = np.zeros(cells + 1, np.int64)
         np.cumsum(np.bincount(cell, minlength=cells), out=start[1:])
         return Lists(start, value[np.argsort(cell, kind="stable")].astype(np.int32))
-

@@ -30,11 +30,12 @@ class Numbers:
         self._lister: lists.Lister | None = None
         self._of_camera: lists.Lists | None = None
         self._of_lights: list[lists.Lists] = []
+        self._first = 0  # where the camera's lists begin
 
-    def load(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> bool:
-        """Take the numbers of `scene` for a picture of `size`; whether they differ by more than lights from the last."""
+    def load(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
+        """Take the numbers of `scene` for a picture of `size`."""
         precision = settings.precision
-        self.write("Lights", view_space.lights_block(scene, precision))
+        self._write("Lights", view_space.lights_block(scene, precision))
         # Lights move, and then all else is as it was. Equal tuples of the same things are quickly compared.
         of = scene.objects, scene.camera, scene.materials, settings, size
         new, self._of = of != self._of, of
@@ -48,8 +49,7 @@ class Numbers:
                 "Materials": view_space.materials_block(scene, settings),
             }
             for name, block in blocks.items():
-                self.write(name, block)
-        return new
+                self._write(name, block)
 
     def _load_listed(self, scene: Scene, settings: Settings, size: tuple[int, int], new: bool) -> None:
         if new or self._lister is None:
@@ -90,7 +90,6 @@ class Numbers:
             if name in program:
                 program[name].binding = _BLOCKS[name]  # pyright: ignore[reportAttributeAccessIssue]
         for name, unit in _UNITS.items():
-            # Blocks have names of the same kind.
             if name in program:
                 program[name] = unit
 
@@ -101,7 +100,7 @@ class Numbers:
         for name, texture in self._textures.items():
             texture.use(_UNITS[name])
 
-    def write(self, name: str, data: bytes) -> None:
+    def _write(self, name: str, data: bytes) -> None:
         """Bring a uniform block to the GPU, into the buffer that is there if that has the size."""
         buffer = self._blocks.get(name)
         if buffer and buffer.size == len(data):

@@ -35,7 +35,7 @@ class Programs(NamedTuple):
     see: moderngl.Program  # visibility.frag
     shade: moderngl.Program | None = None  # shade.frag, or show_*.frag
     quiet: moderngl.Program | None = None  # picture.frag
-    empty: moderngl.Program | None = None  # picture.frag without anything
+    empty: moderngl.Program | None = None  # empty.frag
 
 
 class Passes:
@@ -91,10 +91,12 @@ class Passes:
         listed = self._numbers.camera_lists()
         busy = np.ones((-(-size[1] // CELL), -(-size[0] // CELL)), bool)
         drawn = {program: busy for program in programs[:2] if program}
-        if programs.quiet and programs.empty:
+        if programs.empty:
             quiet, empty = quiet_cells(scene, size, settings, self._numbers.met())
             busy[quiet] = False
-            drawn |= {programs.quiet: quiet & ~empty, programs.empty: empty}
+            drawn[programs.empty] = empty
+            if programs.quiet:
+                drawn[programs.quiet] = quiet & ~empty
         for program in self._arrays.keys() - drawn.keys():
             release(self._context, self._arrays.pop(program), self._cells.pop(program))
         for program, cells in drawn.items():
@@ -122,14 +124,12 @@ class Passes:
         assert self._programs
         sx, sy = sample_point(k)
         for program in filter(None, self._programs):
-            set_uniforms(
-                program, tileOrigin=tile[:2], tileSize=tile[2:], samplePoint=(2.0 * sx - 1.0, 1.0 - 2.0 * sy)
-            )
+            set_uniforms(program, tileOrigin=tile[:2], tileSize=tile[2:], samplePoint=(2.0 * sx - 1.0, 1.0 - 2.0 * sy))
         self._numbers.bind()
         for target in (self._seen, self._light):
             target.viewport = (0, 0, *tile[2:])
         if anew:
-            self._light.scissor = None
+            self._light.scissor = (0, 0, *tile[2:])
             self._light.clear()
         for band in self._bands(tile):
             self._seen.use()

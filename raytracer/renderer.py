@@ -15,12 +15,12 @@ from raytracer.checks import InputError, shown
 from raytracer.context import backend_name, open_context
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
-from raytracer.groups import FEW
+from raytracer.groups import FEW, groups
 from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.progress import Progress
 from raytracer.scene import Scene
 from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
-from raytracer.shader import Show, empty_source, is_listed, quiet_source, roth_loops, show_source, visibility_source
+from raytracer.shader import Show, is_listed, quiet_source, roth_loops, show_source, visibility_source
 from raytracer.sight import has_quiet
 from raytracer.table import table
 
@@ -188,7 +188,8 @@ class Renderer:
         shade = self.program(show_source(scene, settings, show), cells) if show else None
         if show != "picture" or not has_quiet(scene, settings):
             return Programs(see, shade)
-        return Programs(see, shade, self.program(quiet_source(scene, settings), cells), self.program(empty_source(), cells))
+        quiet = self.program(quiet_source(scene, settings), cells) if groups(scene).planes else None
+        return Programs(see, shade, quiet, self.program(assemble("empty.frag"), cells))
 
     def program(self, source: Source, vertex: str = "screen.vert", *, listed: bool = False) -> moderngl.Program:
         """The program with this fragment shader and the file `vertex`; `context` must be current.
@@ -225,7 +226,7 @@ class Renderer:
                 f"precision: 64 needs OpenGL 4.0 or later, got {version // 100}.{version // 10 % 10} "
                 f"({self.context.info['GL_RENDERER']}); 32 needs no more than 3.3"
             )
-        primitives = table(scene).count
+        primitives = table(scene).size
         listed = is_listed(scene, settings)
         if listed and settings.precision == 64:
             raise InputError(

@@ -14,6 +14,7 @@ from typing import Literal
 from raytracer import evaluators
 from raytracer.glsl_source import Source, assemble
 from raytracer.groups import FEW, groups
+from raytracer.listed import listed
 from raytracer.scene import Scene
 from raytracer.settings import Settings
 from raytracer.solids import MODELS, Complement, Difference, Intersection, Plane, Solid, Sphere, Union, postfix
@@ -30,7 +31,7 @@ ROW = 1024
 
 def is_listed(scene: Scene, settings: Settings) -> bool:
     """Whether rays look for what they meet in the lists of cells (lists.py): where there are many primitives."""
-    return settings.evaluator == "cells" and table(scene).count > FEW
+    return settings.evaluator == "cells" and table(scene).size > FEW
 
 
 def models(scene: Scene, settings: Settings) -> list[str]:
@@ -61,11 +62,9 @@ def shade_source(scene: Scene, settings: Settings) -> Source:
 def quiet_source(scene: Scene, settings: Settings) -> Source:
     """The fragment shader that does both where only half-spaces are to be seen, and nothing else casts shadows there.
 
-    Of a scene with such objects: see raytracer/sight.py.
+    Of a scene that has such objects: see raytracer/sight.py.
     """
     planes, spheres = groups(scene).planes, len(table(scene).radii)
-    if not planes:
-        return empty_source()
     defines = _defines(scene, settings) | {"LIGHTS": len(scene.lights), "NO_SPHERES": 1}
     if len(planes) == 1:
         defines["ONLY"] = f"(firstPlane + {planes[0] - spheres})"
@@ -77,11 +76,6 @@ def quiet_source(scene: Scene, settings: Settings) -> Source:
         generated += evaluators.nearest_plane(planes, spheres, what=False)
         generated += [f'#include "shadow_{settings.shadows}.glsl"']
     return assemble("picture.frag", defines, {"scene.glsl": "\n".join(generated)})
-
-
-def empty_source() -> Source:
-    """The fragment shader of where nothing is to be seen."""
-    return assemble("empty.frag")
 
 
 def show_source(scene: Scene, settings: Settings, show: Show) -> Source:
@@ -104,19 +98,18 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
     defines |= {"HAS_PLANES": 1} if planes else {}
     if is_listed(scene, settings):
         return defines | {"LISTED": 1, "ROW": ROW, "GRID": GRID}
-    return defines | {"SPHERES": spheres, "SURFACES": found.count} | ({"DOUBLES": 1} if settings.precision == 64 else {})
+    defines |= {"SPHERES": spheres, "SURFACES": found.size}
+    return defines | {"DOUBLES": 1} if settings.precision == 64 else defines
 
 
 def _includes(scene: Scene, settings: Settings) -> list[str]:
     found = table(scene)
-    roth = settings.evaluator == "roth"
-    return [
-        *(['#include "sphere.glsl"'] if len(found.radii) else []),
-        *(['#include "plane.glsl"'] if found.planes else []),
-        '#include "hit.glsl"',
-        *([f"#define MAX_HITS {max(map(evaluators.max_hits, scene.solids()))}", '#include "roth.glsl"'] if roth else []),
-        *([] if roth else ['#include "walk.glsl"']),
-    ]
+    lines = ['#include "sphere.glsl"'] if len(found.radii) else []
+    lines += ['#include "plane.glsl"'] if found.planes else []
+    lines.append('#include "hit.glsl"')
+    if settings.evaluator != "roth":
+        return [*lines, '#include "walk.glsl"']
+    return [*lines, f"#define MAX_HITS {max(map(evaluators.max_hits, scene.solids()))}", '#include "roth.glsl"']
 
 
 def _ray_csg(scene: Scene, settings: Settings) -> list[str]:
@@ -141,7 +134,7 @@ def _listed(scene: Scene, *, what: bool, first: bool) -> list[str]:
     found = groups(scene)
     depth = max((big.pruner.depth for big in found.bigs), default=0)
     trees = [kind.tree for kind in found.kinds]
-    return evaluators.listed(trees, depth, found.planes, len(table(scene).radii), what=what, first=first)
+    return listed(trees, depth, found.planes, len(table(scene).radii), what=what, first=first)
 
 
 def _numbered(scene: Scene) -> list[evaluators.Tree]:

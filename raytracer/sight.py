@@ -33,10 +33,11 @@ _GRID = 64
 
 
 class Met(NamedTuple):
-    """In which cells rays may meet other objects than half-spaces: of the picture, and of the cube around each light."""
+    """In which cells rays may meet other objects than half-spaces."""
 
-    seen: Mask  # (cells,), numbered along rows, the lowest first
-    lights: list[Mask]  # (6 * grid * grid,), numbered as cube_faces() does; none without shadows
+    seen: Mask  # of the picture, (cells,), numbered along rows, the lowest first
+    # Of the cube around each light, (6 * grid * grid,), numbered as cube_faces() does; none without shadows.
+    lights: list[Mask]
 
 
 def has_quiet(scene: Scene, settings: Settings) -> bool:
@@ -117,7 +118,7 @@ def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
 
 
 def _met(scene: Scene, cell: NDArray[np.int64], sphere: NDArray[np.int64], cells: int) -> Mask:
-    """(cells,): where a ray may meet an object other than a half-space, given which spheres it may meet in which cell."""
+    """(cells,): where a ray may meet an object other than a half-space; and which spheres in which cell, is given."""
     inside = np.zeros((len(table(scene).radii), cells), bool)
     inside[sphere, cell] = True
     spheres = iter(inside)
@@ -143,7 +144,9 @@ def _in_cone(
     distance = np.linalg.norm(centers[sphere], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         half = np.arcsin(np.minimum(radii[sphere] * (1.0 + MARGIN) / distance, 1.0))
-        off = np.arctan2(np.linalg.norm(np.cross(axis, centers[sphere]), axis=1), np.sum(axis * centers[sphere], axis=1))
+        off = np.arctan2(
+            np.linalg.norm(np.cross(axis, centers[sphere]), axis=1), np.sum(axis * centers[sphere], axis=1)
+        )
     keep = ~(off > (around + half) * (1.0 + MARGIN)) | (distance <= radii[sphere] * (1.0 + MARGIN))
     return cell[keep], sphere[keep]
 
@@ -180,7 +183,9 @@ def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[n
         most = _corners(main + error).max(axis=0)
         side = np.delete(D, axis, axis=-1)
         off = error[..., None]
-        beside = (_corners(side - off) > most[..., None]).all(axis=0) | (_corners(side + off) < -most[..., None]).all(axis=0)
+        beside = (_corners(side - off) > most[..., None]).all(axis=0) | (_corners(side + off) < -most[..., None]).all(
+            axis=0
+        )
         shadowed |= whole & (most > 0.0) & ~_all(front) & ~beside.any(axis=-1) & bool(sums[face, -1, -1])
         # In front of the face the cell's part of the half-space is a quadrilateral there, inside its bounds.
         with np.errstate(divide="ignore", invalid="ignore"):

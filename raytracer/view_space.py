@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.checks import Vec3
 from raytracer.cells import CELL
+from raytracer.checks import Vec3
 from raytracer.groups import groups
 from raytracer.scene import Camera, Scene
 from raytracer.settings import Precision, Settings
@@ -69,7 +69,7 @@ def camera_terms_block(scene: Scene, size: tuple[int, int], precision: Precision
 def numbers_texture(scene: Scene, size: tuple[int, int]) -> NDArray[np.float32]:
     """(4 N, 4): the texels `numbers` of surfaces.glsl."""
     found = table(scene)
-    texels = np.zeros((found.count, 4, 4), np.float32)
+    texels = np.zeros((found.size, 4, 4), np.float32)
     texels[:, 0] = _rows(scene)
     texels[:, 1], texels[:, 2] = _camera_terms(scene, size, 32)
     texels[len(found.radii) :, 1, 3] = groups(scene).order[len(found.radii) :]
@@ -100,10 +100,11 @@ def _camera_terms(
     coarse = np.rint(slopes / quantum) * quantum
 
     found = table(scene)
-    count = found.count
+    count = found.size
     power = np.zeros(count)
     power[: len(found.radii)] = powers(found.centers, found.radii, scene.camera.position)
-    return np.column_stack([coarse, power]), np.column_stack([slopes - coarse, same_as(scene, precision)])
+    same = same_as(scene, precision).astype(float)
+    return np.column_stack([coarse, power]), np.column_stack([slopes - coarse, same])
 
 
 def same_as(scene: Scene, precision: Precision) -> NDArray[np.int64]:
