@@ -15,7 +15,7 @@ from raytracer.checks import InputError, shown
 from raytracer.context import backend_name, open_context
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
-from raytracer.groups import FEW, groups
+from raytracer.groups import groups
 from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.progress import Progress
 from raytracer.scene import Scene
@@ -35,7 +35,7 @@ TILE = 2048
 MAX_SIDE = 65536
 # llvmpipe's compile time triples with every two loops in a row: 2 s for 11, 5 s for 13, 16 s for 15.
 MAX_ROTH_LOOPS = 14
-# All trees are written out in one shader: llvmpipe compiles 100 primitives in 5 s, 300 in 34 s.
+# The evaluators walk and roth write all trees out in one shader: llvmpipe compiles 100 primitives in 5 s, 300 in 34 s.
 MAX_PRIMITIVES = 512
 
 
@@ -228,15 +228,11 @@ class Renderer:
             )
         primitives = table(scene).size
         listed = is_listed(scene, settings)
-        if listed and settings.precision == 64:
-            raise InputError(
-                f"precision: expected at most {FEW} primitives for 64 bits and the evaluator cells, got {primitives}; "
-                f"the evaluator walk takes {MAX_PRIMITIVES}"
-            )
         if not listed and primitives > MAX_PRIMITIVES:
+            way = "64 bits" if settings.precision == 64 else f"the evaluator {settings.evaluator}"
             raise InputError(
-                f"evaluator: expected at most {MAX_PRIMITIVES} primitives for {settings.evaluator}, got {primitives}; "
-                "the evaluator cells has no such limit"
+                f"expected at most {MAX_PRIMITIVES} primitives for {way}, got {primitives}; "
+                "the evaluator cells with 32 bits has no such limit"
             )
         for what, count, size in (
             *([] if listed else [("primitives", primitives, max(48, settings.precision))]),  # materials, or terms.glsl

@@ -30,8 +30,11 @@ ROW = 1024
 
 
 def is_listed(scene: Scene, settings: Settings) -> bool:
-    """Whether rays look for what they meet in the lists of cells (lists.py): where there are many primitives."""
-    return settings.evaluator == "cells" and table(scene).size > FEW
+    """Whether rays look for what they meet in the lists of cells (lists.py): where there are many primitives.
+
+    With 64 bits they never do: the lists' textures hold float32.
+    """
+    return settings.evaluator == "cells" and settings.precision == 32 and table(scene).size > FEW
 
 
 def models(scene: Scene, settings: Settings) -> list[str]:
