@@ -92,7 +92,7 @@ def roth(trees: list[Tree], spheres: int) -> list[str]:
     ]
 
 
-_HOLDS: dict[type[Solid], str] = {Union: "max({}, {})", Intersection: "min({}, {})", Difference: "min({}, -{})"}
+_HOLDS: dict[type[Solid], str] = {Union: "max({}, {})", Intersection: "min({}, {})", Difference: "min({}, {})"}
 _LOGIC: dict[type[Solid], str] = {Union: "{} || {}", Intersection: "{} && {}", Difference: "{} && !{}"}
 
 
@@ -110,10 +110,10 @@ def walk(trees: list[Tree], spheres: int, *, what: bool) -> list[str]:
                 spans.append(f"    real2 s{node} = {roots(node, spheres)};")
                 terms.append(f"holds(s{node}, at)")
             elif isinstance(node, Complement):
-                terms.append(f"-{terms.pop()}")
+                terms.append(_negated(terms.pop()))
             else:
                 b, a = terms.pop(), terms.pop()
-                terms.append(_HOLDS[type(node)].format(a, b))
+                terms.append(_HOLDS[type(node)].format(a, _negated(b) if isinstance(node, Difference) else b))
         holds.append(terms[0])
     objects = range(len(trees))
     least = "abs(v0)"
@@ -147,6 +147,11 @@ def walk(trees: list[Tree], spheres: int, *, what: bool) -> list[str]:
         "    return at;",
         "}",
     ]
+
+
+def _negated(term: str) -> str:
+    """Minus a call, or minus that: `--` would be a decrement."""
+    return term[1:] if term.startswith("-") else f"-{term}"
 
 
 def _owner(trees: list[Tree]) -> list[str]:
