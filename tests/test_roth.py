@@ -9,9 +9,9 @@ import pytest
 
 import raytracer as rt
 from raytracer import glsl, reference
+from raytracer.evaluators import max_hits
 from raytracer.renderer import Renderer
 from raytracer.settings import Evaluator, Settings
-from raytracer.evaluators import max_hits
 
 from . import scenes
 from .test_render import check

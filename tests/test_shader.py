@@ -5,11 +5,11 @@ import re
 import pytest
 
 import raytracer as rt
+from raytracer.evaluators import max_hits
 from raytracer.glsl_source import ShaderError, Source, assemble, shaders_folder
 from raytracer.renderer import Renderer
 from raytracer.scene_file import loads
 from raytracer.settings import Settings
-from raytracer.evaluators import max_hits
 from raytracer.shader import roth_loops, shade_source, visibility_source
 
 from . import scenes

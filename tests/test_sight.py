@@ -1,4 +1,4 @@
-"""Quiet cells: what is said to be quiet is, and the picture drawn by cells is the one drawn by the walk, bit for bit."""
+"""Quiet cells: what is said to be so is, and the picture drawn by cells is the one drawn by the walk, bit for bit."""
 
 from __future__ import annotations
 
