@@ -180,8 +180,9 @@ def _add_settings(parser: argparse.ArgumentParser, samples: int) -> None:
     parser.add_argument(
         "--evaluator",
         choices=get_args(Evaluator),
-        default="walk",
-        help="how CSG is evaluated: walk (fast, the default) or roth (the assignment's hit lists)",
+        default="cells",
+        help="how CSG is evaluated: cells (the default: only what a cell of the picture can see), walk (all of it "
+        "everywhere) or roth (the assignment's hit lists)",
     )
     parser.add_argument(
         "--precision",

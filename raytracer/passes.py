@@ -144,7 +144,8 @@ class Passes:
             self._surface.use(0)
             if self._normal_depth:
                 self._normal_depth.use(1)
-            for program in self._programs[1:]:
+            # Once each: without half-spaces, the quiet cells' program is that of the empty ones.
+            for program in dict.fromkeys(self._programs[1:]):
                 self._render(program)
             self._context.disable(moderngl.BLEND)
             self._context.finish()

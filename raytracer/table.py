@@ -36,6 +36,7 @@ _last: tuple[object, object, Table] | None = None
 def table(scene: Scene) -> Table:
     """The surfaces of `scene`, kept as long as scenes of the same objects are asked for."""
     global _last
+    # A scene makes a new tuple of its materials, but of the same ones: they are quickly compared.
     if _last is None or _last[0] is not scene.objects or _last[1] != scene.materials:
         _last = scene.objects, scene.materials, _table(scene)
     return _last[2]

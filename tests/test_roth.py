@@ -164,14 +164,14 @@ def test_5_solids_of_csg_cast_shadows_and_a_hard_shadow_is_black(renderer: Rende
 def test_6_a_hit_list_carries_the_solids_outward_normals(renderer: Renderer) -> None:
     rays = np.zeros(1, glsl.dtype("Ray"))
     rays["ro"], rays["rd"] = (0, 0, 5), (0, 0, -1)
-    shell = glsl.call("raySphere", rays, (0, 0, 0, 2), (5, 21), 1, defines=HITS, renderer=renderer)
-    core = glsl.call("raySphere", rays, (0, 0, 0, 1), (5, 24), 2, defines=HITS, renderer=renderer)
+    shell = glsl.call("raySphere", rays, (0, 0, 0, 2), (5, 21), 1, 1, defines=HITS, renderer=renderer)
+    core = glsl.call("raySphere", rays, (0, 0, 0, 1), (5, 24), 2, 2, defines=HITS, renderer=renderer)
     hollow = glsl.call("differenceCSG", shell, core, defines=HITS, renderer=renderer)
     assert crossings(hollow) == [[3, 4, 6, 7]]
     np.testing.assert_allclose(hollow["hit"]["normal"][0, :4, 2], [1, -1, 1, -1], atol=1e-6)
     np.testing.assert_array_equal(hollow["hit"]["mat"][0, :4], [1, 2, -2, -1])
     # and so do those of a half-space, whichever way it is met
-    half = glsl.call("rayPlane", rays, (0, 0, 1, 1), -1.0, 3, defines=HITS, renderer=renderer)
+    half = glsl.call("rayPlane", rays, (0, 0, 1, 1), -1.0, 3, 3, defines=HITS, renderer=renderer)
     other = glsl.call("complementCSG", half, defines=HITS, renderer=renderer)
     assert crossings(half) == [[4, INF]] and crossings(other) == [[-INF, 4]]
     np.testing.assert_array_equal(half["hit"]["normal"][0, 0], (0, 0, 1))
