@@ -95,7 +95,8 @@ class Live:
         limit = self._renderer.max_target
         if max(size) > limit:
             raise InputError(f"size: expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}")
-        structure = (scene.objects, len(scene.lights), msgspec.structs.replace(settings, samples=1), show)
+        compiled = msgspec.structs.replace(settings, samples=1, adaptive=None)
+        structure = (scene.objects, len(scene.lights), compiled, show)
         reread, self._reread = self._reread, False
         known = not reread and structure == self._structure
         programs, on_screen = self._programs if known else self._find_programs(scene, settings, show)
@@ -176,7 +177,7 @@ class Live:
         """The picture so far, in the size in which it is drawn."""
         assert self._passes and self.samples
         size = _enlarged(self.size, self.enlarged)
-        return Image(self._passes.read_sum(size) / np.float32(self.samples), metadata=metadata)
+        return Image(self._passes.read_sum((0, 0, *size)) / np.float32(self.samples), metadata=metadata)
 
     def close(self) -> None:
         """Give back everything on the GPU but the renderer's programs."""

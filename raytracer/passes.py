@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer import view_space
-from raytracer.cells import CELL
+from raytracer.cells import BLOCK, CELL
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError
 from raytracer.numbers import Numbers
 from raytracer.sampling import sample_point
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.sight import quiet_cells, runs
+from raytracer.sight import Mask, quiet_cells, runs
 from raytracer.table import table
 
 Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower left pixel of the picture
@@ -38,6 +38,37 @@ class Programs(NamedTuple):
     empty: moderngl.Program | None = None  # empty.frag
 
 
+class Squares:
+    """What one program draws with cells.vert: runs of squares."""
+
+    def __init__(self, context: moderngl.Context, program: moderngl.Program) -> None:
+        self._context = context
+        self._program = program
+        self._buffer: moderngl.Buffer | None = None
+        self._array: moderngl.VertexArray | None = None
+
+    def set(self, runs: NDArray[np.int32]) -> None:
+        """Have an instance for each row of `runs`: (N, 3), or (N, 5) with the `list` of each."""
+        if self._buffer is None or self._buffer.size < runs.nbytes:
+            self.release()
+            self._buffer = self._context.buffer(reserve=max(1024, 2 * runs.nbytes), dynamic=True)
+            layout = ("3i 2i/i", "run", "list") if runs.shape[1] > 3 else ("3i/i", "run")
+            self._array = self._context.vertex_array(self._program, [(self._buffer, *layout)])
+        assert self._array
+        self._buffer.write(np.ascontiguousarray(runs))
+        self._array.instances = len(runs)
+
+    def draw(self) -> None:
+        """Draw them into the framebuffer in use."""
+        if self._array and self._array.instances:
+            self._array.render(moderngl.TRIANGLE_STRIP, 4)
+
+    def release(self) -> None:
+        """Give back everything on the GPU but the program."""
+        if self._array and self._buffer:
+            release(self._context, self._array, self._buffer)
+
+
 class Passes:
     """Targets of `target` (width, height) pixels, and a scene's numbers, on the GPU until closed.
 
@@ -48,13 +79,14 @@ class Passes:
         self._context = context
         self.geometry = geometry
         self._programs: Programs | None = None
-        self._arrays: dict[moderngl.Program, moderngl.VertexArray] = {}
-        self._cells: dict[moderngl.Program, moderngl.Buffer] = {}  # the runs of cells that each program draws
+        self._drawn: dict[moderngl.Program, Mask] = {}  # which cells each program draws
+        self._squares: dict[moderngl.Program, Squares] = {}  # the same on the GPU, or blocks of them
+        self._side = CELL  # of those squares, in pixels
         self._numbers = Numbers(context)
         self._draw_size = _FIRST_DRAW
         self._surface = context.texture(target, 1, dtype="i4")
         self._normal_depth = context.texture(target, 4, dtype="f4") if geometry else None
-        self.radiance = context.texture(target, 4, dtype="f4")  # the sum of the samples
+        self.radiance = context.texture(target, 4, dtype="f4")  # the sums of the samples, and in a of their squares
         self._seen = context.framebuffer([self._surface, *([self._normal_depth] if self._normal_depth else [])])
         self._light = context.framebuffer([self.radiance])
 
@@ -67,7 +99,8 @@ class Passes:
         self._numbers.load(scene, settings, size)
         self._material_index = np.append(table(scene).material, np.int32(-1))  # so also at index -1
         self._programs = programs
-        self._set_cells(programs, scene, settings, size)
+        self._find_cells(programs, scene, settings, size)
+        self.draw_all()
         for program in filter(None, programs):
             set_uniforms(
                 program,
@@ -80,15 +113,15 @@ class Passes:
                 surface=0,
                 normalDepth=1,
                 firstPlane=len(table(scene).radii),
+                side=CELL,
                 tileOrigin=(0, 0),
                 tileSize=(1, 1),
                 samplePoint=(0.0, 0.0),
             )
             self._numbers.attach(program)
 
-    def _set_cells(self, programs: Programs, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
+    def _find_cells(self, programs: Programs, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
         """Say which program draws which cells."""
-        listed = self._numbers.camera_lists()
         busy = np.ones((-(-size[1] // CELL), -(-size[0] // CELL)), bool)
         drawn = {program: busy for program in programs[:2] if program}
         if programs.empty:
@@ -97,34 +130,69 @@ class Passes:
             drawn[programs.empty] = empty
             if programs.quiet:
                 drawn[programs.quiet] = quiet & ~empty
-        for program in self._arrays.keys() - drawn.keys():
-            release(self._context, self._arrays.pop(program), self._cells.pop(program))
-        for program, cells in drawn.items():
-            attributes, data = ("run",), runs(cells)
-            if program is programs.see and listed is not None:
-                rows, columns = np.nonzero(cells)
-                data = np.column_stack([columns, rows, np.ones_like(rows), listed[cells.ravel()]]).astype(np.int32)
-                attributes = "run", "list"
-            self._set_array(program, attributes, data)
+        for program in self._squares.keys() - drawn.keys():
+            self._squares.pop(program).release()
+        for program in drawn.keys() - self._squares.keys():
+            self._squares[program] = Squares(self._context, program)
+        self._drawn = drawn
 
-    def _set_array(self, program: moderngl.Program, attributes: tuple[str, ...], data: NDArray[np.int32]) -> None:
-        """Have the program draw an instance for each row of `data`."""
-        buffer = self._cells.get(program)
-        if buffer is None or buffer.size < data.nbytes:
-            if buffer:
-                release(self._context, self._arrays.pop(program), self._cells.pop(program))
-            buffer = self._cells[program] = self._context.buffer(reserve=max(1024, 2 * data.nbytes), dynamic=True)
-            layout = "3i 2i/i" if len(attributes) > 1 else "3i/i"
-            self._arrays[program] = self._context.vertex_array(program, [(buffer, layout, *attributes)])
-        buffer.write(data.tobytes())
-        self._arrays[program].instances = len(data)
+    def draw_all(self) -> None:
+        """Let the next draws be of all pixels."""
+        self._side = CELL
+        for program, cells in self._drawn.items():
+            self._set_runs(program, cells, (0, 0))
+
+    def draw_only(self, blocks: Mask, corner: tuple[int, int]) -> None:
+        """Let the next draws be only of those blocks that are True: (rows, columns) of them, whole cells, the
+        lowest row first, from the pixel `corner` (x, y) of the picture on, which is a cell's.
+        """
+        self._side = BLOCK
+        per = CELL // BLOCK
+        x, y = corner[0] // CELL, corner[1] // CELL
+        part = slice(y, y + blocks.shape[0] // per), slice(x, x + blocks.shape[1] // per)
+        for program, cells in self._drawn.items():
+            self._set_runs(program, cells[part].repeat(per, axis=0).repeat(per, axis=1) & blocks, (x, y))
+
+    def cells(self, area: Rectangle) -> Mask:
+        """(rows, columns): in which cells of an area, whole ones, something may be seen."""
+        assert self._programs
+        x, y, width, height = area
+        part = slice(y // CELL, -(-(y + height) // CELL)), slice(x // CELL, -(-(x + width) // CELL))
+        if self._programs.empty:
+            return ~self._drawn[self._programs.empty][part]
+        return self._drawn[self._programs.see][part]  # all of them
+
+    def _set_runs(self, program: moderngl.Program, mask: Mask, corner: tuple[int, int]) -> None:
+        """Have the program draw what is True of cells, or of their blocks, from the cell `corner` on."""
+        assert self._programs
+        listed = self._numbers.camera_lists() if program is self._programs.see else None
+        per = CELL // self._side
+        shift = np.multiply(corner, per)
+        if listed is None:
+            data = runs(mask)
+            data[:, :2] += shift
+            self._squares[program].set(data)
+            return
+        # Each cell has a list of its own, so no run goes beyond one.
+        columns = mask.shape[1] // per
+        first, at, length = runs(mask.reshape(-1, per)).T
+        row, column = np.divmod(at, columns)
+        cell = (row // per + corner[1]) * self._drawn[program].shape[1] + column + corner[0]
+        data = np.column_stack([column * per + first + shift[0], row + shift[1], length, listed[cell]])
+        self._squares[program].set(data.astype(np.int32))
 
     def draw(self, tile: Rectangle, k: int, *, anew: bool) -> None:
         """Draw sample k = 0, 1, ... of a tile and wait for it; add it to the sum, or begin one `anew`."""
         assert self._programs
         sx, sy = sample_point(k)
         for program in filter(None, self._programs):
-            set_uniforms(program, tileOrigin=tile[:2], tileSize=tile[2:], samplePoint=(2.0 * sx - 1.0, 1.0 - 2.0 * sy))
+            set_uniforms(
+                program,
+                side=self._side,
+                tileOrigin=tile[:2],
+                tileSize=tile[2:],
+                samplePoint=(2.0 * sx - 1.0, 1.0 - 2.0 * sy),
+            )
         self._numbers.bind()
         for target in (self._seen, self._light):
             target.viewport = (0, 0, *tile[2:])
@@ -135,7 +203,7 @@ class Passes:
             self._seen.use()
             self._seen.scissor = band
             self._context.disable(moderngl.BLEND)
-            self._render(self._programs.see)
+            self._squares[self._programs.see].draw()
             self._light.use()
             self._light.scissor = band
             # Always blending: llvmpipe would compile the shader a second time to draw without.
@@ -146,13 +214,10 @@ class Passes:
                 self._normal_depth.use(1)
             # Once each: without half-spaces, the quiet cells' program is that of the empty ones.
             for program in dict.fromkeys(self._programs[1:]):
-                self._render(program)
+                if program:
+                    self._squares[program].draw()
             self._context.disable(moderngl.BLEND)
             self._context.finish()
-
-    def _render(self, program: moderngl.Program | None) -> None:
-        if program and self._arrays[program].instances:
-            self._arrays[program].render(moderngl.TRIANGLE_STRIP, 4)
 
     def _bands(self, tile: Rectangle) -> Iterator[Rectangle]:
         """The tile in rows of pixels that take long enough to be worth a draw, and no longer."""
@@ -168,11 +233,10 @@ class Passes:
                 self._draw_size = max(_FIRST_DRAW // 16, rows * width // 2)
             y += rows
 
-    def read_sum(self, size: tuple[int, int]) -> NDArray[np.float32]:
-        """(H, W, 3): the sum of the samples, top row first."""
-        width, height = size
-        data = self._light.read((0, 0, width, height), components=3, dtype="f4")
-        return np.frombuffer(data, np.float32).reshape(height, width, 3)[::-1]
+    def read_sum(self, part: Rectangle) -> NDArray[np.float32]:
+        """(H, W, 3): the sum of the samples in a part of the target, top row first."""
+        data = self._light.read(part, components=3, dtype="f4")
+        return np.frombuffer(data, np.float32).reshape(part[3], part[2], 3)[::-1]
 
     def read_geometry(self, image: Image, where: tuple[slice, slice]) -> None:
         """Put what the sample just drawn sees into the other arrays of `image`."""
@@ -190,7 +254,9 @@ class Passes:
     def close(self) -> None:
         """Give back everything on the GPU."""
         targets = (self._surface, self.radiance, *([self._normal_depth] if self._normal_depth else []))
-        release(self._context, *self._arrays.values(), self._seen, self._light, *targets, *self._cells.values())
+        release(self._context, self._seen, self._light, *targets)
+        for squares in self._squares.values():
+            squares.release()
         self._numbers.close()
 
 
