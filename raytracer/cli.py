@@ -30,7 +30,7 @@ _MEMORY_WORTH_MENTION = 2**30
 _EXAMPLES = """\
 examples:
   raytracer render assets/scenes/assignment.toml -o assignment.png
-  raytracer render assignment -o big.png --size 1920x1080 --samples 16
+  raytracer render assignment -o big.png --size 1920x1080 --samples 16 --adaptive 0.01
   raytracer render my.toml -o my.npz --shading blinn --shadows diluted
   raytracer view assets/scenes/assignment.toml
   raytracer extremes -o benchmarks/results
@@ -119,6 +119,13 @@ def _render_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", metavar="OUT", required=True, help=".png (8-bit sRGB) or .npz (float32 arrays)"
     )
     _add_settings(parser, samples=1)
+    parser.add_argument(
+        "--adaptive",
+        metavar="T",
+        type=float,
+        help="more than 4 samples only where a pixel's error is estimated to be above T, in linear radiance: "
+        "--samples 16 --adaptive 0.01 (default: all samples everywhere)",
+    )
     _add_backend(parser)
 
 
@@ -193,9 +200,10 @@ def _add_settings(parser: argparse.ArgumentParser, samples: int) -> None:
     )
 
 
-def _settings(options: argparse.Namespace) -> Settings:
+def _settings(options: argparse.Namespace, adaptive: float | None = None) -> Settings:
     return Settings(
         samples=options.samples,
+        adaptive=adaptive,
         shading=options.shading,
         shadows=options.shadows,
         evaluator=options.evaluator,
@@ -218,7 +226,7 @@ def _whole(text: str) -> int:
 
 def _render(options: argparse.Namespace) -> int:
     # What is wrong is found as early as it can be: most of it before NumPy and OpenGL are loaded.
-    settings = _settings(options)
+    settings = _settings(options, options.adaptive)
     scene = load(options.scene)
 
     # Next to nothing of what an import makes is garbage: it is not looked for, now or when all ends.
@@ -232,7 +240,7 @@ def _render(options: argparse.Namespace) -> int:
     check_size(options.size)
     output = check_output(options.output)
     geometry = output.suffix.lower() == ".npz"
-    _check_memory(host_memory(options.size, geometry), options.size)
+    _check_memory(host_memory(options.size, geometry, settings.adaptive is not None), options.size)
     if warning := precision_warning(scene, settings):
         warnings.warn(f"{options.scene}: {warning}", stacklevel=1)
     renderer = shared_renderer(options.backend)
@@ -242,6 +250,8 @@ def _render(options: argparse.Namespace) -> int:
     image.save(output)
     width, height = options.size
     samples = f"{settings.samples} sample{'s' if settings.samples > 1 else ''} a pixel"
+    if image.samples is not None:
+        samples = f"4 to {samples}, {image.samples.mean():.2f} on average" if settings.samples > 4 else samples
     print(f"wrote {output}: {width}x{height}, {samples}, {time.monotonic() - start:.1f} s")
     return 0
 

@@ -61,13 +61,15 @@ class Image:
     or None if they were not asked for: `depth` (H, W) float32, the distance along the unit ray,
     inf where nothing was hit; `normal` (H, W, 3) float32, unit, world space, towards the viewer's
     side, 0 where nothing was hit; `material` (H, W) int32, index into `Scene.materials`, -1 where
-    nothing was hit. The reference's images are float64. `metadata` goes into PNG files as text.
+    nothing was hit. The reference's images are float64. `samples` (H, W) int32: how many each pixel
+    got, of a picture with adaptive samples, else None. `metadata` goes into PNG files as text.
     """
 
     radiance: NDArray[Any]
     depth: NDArray[Any] | None = None
     normal: NDArray[Any] | None = None
     material: NDArray[np.int32] | None = None
+    samples: NDArray[np.int32] | None = None
     metadata: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
@@ -89,6 +91,8 @@ class Image:
             missing = [name for name, array in arrays.items() if array is None]
             if missing:
                 raise InputError(f"{path}: expected an image rendered with geometry=True, got none of {missing}")
+            if self.samples is not None:
+                arrays["samples"] = self.samples
             with written_whole(path) as file:
                 np.savez(file, **arrays)
         else:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Collection, Iterator, Sequence
-from contextlib import closing
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import ExitStack, closing
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
-from raytracer.cells import CELL
+from raytracer.adaptive import MARGIN, Refinement, surrounded
+from raytracer.cells import BLOCK, CELL
 from raytracer.checks import InputError, shown
 from raytracer.context import backend_name, open_context
 from raytracer.film import Image
@@ -44,6 +47,7 @@ def render(
     size: tuple[int, int] = (1280, 720),
     *,
     samples: int = 1,
+    adaptive: float | None = None,
     shading: Shading | None = None,
     shadows: Shadows = "hard",
     evaluator: Evaluator = "cells",
@@ -54,7 +58,7 @@ def render(
 ) -> Image:
     """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
 
-    See `Settings` for `samples`, `shading`, `shadows`, `evaluator` and `precision`. `geometry=False`
+    See `Settings` for `samples`, `adaptive`, `shading`, `shadows`, `evaluator` and `precision`. `geometry=False`
     leaves out depth, normal and material. `backend` is how OpenGL is reached: "auto" (the default, or
     what the variable RAYTRACER_BACKEND says), "egl", "window" or "osmesa"; the context is kept
     for the next call. `progress(done, total)` is called after each pass.
@@ -65,7 +69,14 @@ def render(
     """
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}")
-    settings = Settings(samples=samples, shading=shading, shadows=shadows, evaluator=evaluator, precision=precision)
+    settings = Settings(
+        samples=samples,
+        adaptive=adaptive,
+        shading=shading,
+        shadows=shadows,
+        evaluator=evaluator,
+        precision=precision,
+    )
     check_size(size)
     if warning := precision_warning(scene, settings):
         warnings.warn(warning, stacklevel=2)
@@ -105,10 +116,10 @@ def metadata(scene: Scene, size: tuple[int, int], settings: Settings) -> dict[st
     }
 
 
-def host_memory(size: tuple[int, int], geometry: bool) -> int:
+def host_memory(size: tuple[int, int], geometry: bool, adaptive: bool = False) -> int:
     """Bytes of host memory that rendering and saving a picture take at most, beside the program itself."""
-    # radiance 12; depth 4, normal 12, material 4 and its index 4
-    return size[0] * size[1] * (12 + 24 * geometry)
+    # radiance 12; depth 4, normal 12, material 4 and its index 4; the number of samples 4
+    return size[0] * size[1] * (12 + 24 * geometry + 4 * adaptive)
 
 
 class Renderer:
@@ -136,32 +147,34 @@ class Renderer:
         """An image of `scene`; `tile` is the side of the largest target in pixels. Else as `render()`."""
         self.check_limits(scene, settings)
         width, height = size
-        tile = min(tile, self.max_target)
+        margin = 0 if settings.adaptive is None else MARGIN
+        tile = min(tile, self.max_target - 2 * margin)
         image = Image(
             radiance=np.empty((height, width, 3), np.float32),
             depth=np.empty((height, width), np.float32) if geometry else None,
             normal=np.empty((height, width, 3), np.float32) if geometry else None,
             material=np.empty((height, width), np.int32) if geometry else None,
+            samples=np.empty((height, width), np.int32) if settings.adaptive is not None else None,
             metadata=metadata(scene, size, settings),
         )
         tiles = list(_tiles(size, tile))
-        target = min(width, tile), min(height, tile)
         if geometry:
-            self._find_geometry(image, scene, settings, tiles, target)
-        with self.context, closing(Passes(self.context, target)) as passes:
+            self._find_geometry(image, scene, settings, tiles, (min(width, tile), min(height, tile)))
+        target = min(width, tile + 2 * margin), min(height, tile + 2 * margin)
+        with self.context, ExitStack() as stack:
+            passes = stack.enter_context(closing(Passes(self.context, target)))
             passes.load(self.programs(scene, settings), scene, settings, size)
+            refinement = self.refinement(settings, target)
+            if refinement:
+                stack.enter_context(closing(refinement))
             for i, rectangle in enumerate(tiles):
-                w, h = rectangle[2:]
-                total: Any = None
-                for k in range(settings.samples):
-                    passes.draw(rectangle, k, anew=k % SUMMED == 0)
-                    if (k + 1) % SUMMED == 0 or k + 1 == settings.samples:
-                        part = passes.read_sum((w, h))
-                        # A second part makes it float64. Until then that would change no bit of the quotient.
-                        total = part if total is None else np.add(total, part, dtype=np.float64)
-                    if progress:
-                        progress(i * settings.samples + k + 1, len(tiles) * settings.samples)
-                np.divide(total, settings.samples, out=image.radiance[_place(rectangle, size)], casting="same_kind")
+                done = partial(_add_progress, progress, i * settings.samples, len(tiles) * settings.samples)
+                total = sum_samples(passes, refinement, rectangle, size, settings.samples, done)
+                where = _place(rectangle, size)
+                count: Any = settings.samples
+                if refinement and image.samples is not None:
+                    image.samples[where], count = refinement.samples_in(rectangle)
+                np.divide(total, count, out=image.radiance[where], casting="same_kind")
         return image
 
     def _find_geometry(
@@ -179,6 +192,13 @@ class Renderer:
             for rectangle in tiles:
                 passes.draw(rectangle, 0, anew=True)
                 passes.read_geometry(image, _place(rectangle, size))
+
+    def refinement(self, settings: Settings, target: tuple[int, int]) -> Refinement | None:
+        """What decides where more samples are needed, if not everywhere. `context` must be current."""
+        if settings.adaptive is None:
+            return None
+        program = self.program(assemble("error.frag", {"BLOCK": BLOCK}), "cells.vert")
+        return Refinement(self.context, program, target, settings.adaptive)
 
     def programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> Programs:
         """What draws `scene`; with `show` None only what each pixel sees. `context` must be current."""
@@ -241,6 +261,41 @@ class Renderer:
             if count * size > self._max_block:
                 limit = self._max_block // size
                 raise InputError(f"expected at most {limit} {what} (this driver's uniform block), got {count}")
+
+
+def sum_samples(
+    passes: Passes,
+    refinement: Refinement | None,
+    tile: Rectangle,
+    size: tuple[int, int],
+    samples: int,
+    progress: Callable[[int], None] = lambda done: None,
+) -> NDArray[Any]:
+    """(H, W, 3): the sum of a tile's samples, top row first; `progress` is told how many there are."""
+    area = tile
+    if refinement:
+        area = surrounded(tile, size)
+        refinement.begin(area, passes)
+    total: Any = None
+    for done in range(1, samples + 1):
+        summed = (done - 1) % SUMMED + 1
+        passes.draw(area, done - 1, anew=summed == 1)
+        last = done == samples
+        if refinement and refinement.add(passes, summed, last):
+            last = True
+        if last or summed == SUMMED:
+            part = passes.read_sum((tile[0] - area[0], tile[1] - area[1], *tile[2:]))
+            # A second part makes it float64. Until then that would change no bit of the quotient.
+            total = part if total is None else np.add(total, part, dtype=np.float64)
+        progress(samples if last else done)
+        if last:
+            break
+    return total
+
+
+def _add_progress(progress: Progress | None, before: int, total: int, done: int) -> None:
+    if progress:
+        progress(before + done, total)
 
 
 def _place(tile: Rectangle, size: tuple[int, int]) -> tuple[slice, slice]:

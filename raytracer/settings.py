@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 import msgspec
 
-from raytracer.checks import MAX_EXPONENT, InputError, Vec3, shown
+from raytracer.checks import MAX_EXPONENT, InputError, Vec3, number, shown
 from raytracer.instances import Instances
 from raytracer.scene import Scene
 from raytracer.solids import MODELS, Material, Solid, Sphere, leaves
@@ -30,6 +30,8 @@ class Settings(msgspec.Struct, frozen=True):
     surroundings can meet), "walk" (at everything) or "roth" (the assignment's hit lists, the readable one);
     their pictures agree. `precision`: bits of the numbers in which rays and
     surfaces are intersected: 32, or 64 for scenes beyond what 32 resolve (needs OpenGL 4.0).
+    `adaptive`: None, or an error in linear radiance, above 0, such as 0.01: only where a pixel's mean is estimated
+    to be off by more do pixels near it get more than 4 samples, up to `samples` (adaptive.py).
     """
 
     samples: int = 1
@@ -37,6 +39,7 @@ class Settings(msgspec.Struct, frozen=True):
     shadows: Shadows = "hard"
     evaluator: Evaluator = "cells"
     precision: Precision = 32
+    adaptive: float | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.samples, bool) or not isinstance(self.samples, int) or not 1 <= self.samples <= MAX_SAMPLES:
@@ -45,6 +48,8 @@ class Settings(msgspec.Struct, frozen=True):
         _check_choice("shadows", self.shadows, get_args(Shadows))
         _check_choice("evaluator", self.evaluator, get_args(Evaluator))
         _check_choice("precision", self.precision, get_args(Precision))
+        if self.adaptive is not None:
+            number(self.adaptive, "adaptive", math.ulp(0.0), expected="a finite number above 0 (linear radiance)")
 
     def shaded(self, material: Material) -> Material:
         """`material` under the shading override.

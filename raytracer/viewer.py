@@ -225,7 +225,7 @@ class Viewer:
 
     def _screenshot(self) -> str:
         state, live = self._drawn or self.state, self.live
-        settings = msgspec.structs.replace(state.settings, samples=live.samples)
+        settings = msgspec.structs.replace(state.settings, samples=live.samples, adaptive=None)
         with written_new(state.scene.name, ".png") as (path, file):
             text = metadata(state.scene, live.size, settings)
             text["Description"] += f", showing {state.show}" if state.show != "picture" else ""

@@ -2,8 +2,8 @@
 
 uniform vec3 background;
 
-out vec4 radiance;
+out vec4 radiance;  // and, in a, its squared length: the sums of both tell their error (error.frag)
 
 void main() {
-    radiance = vec4(background, 1.0);
+    radiance = vec4(background, dot(background, background));
 }

@@ -6,12 +6,13 @@
 
 uniform vec3 background;
 
-out vec4 radiance;
+out vec4 radiance;  // and, in a, its squared length: the sums of both tell their error (error.frag)
 
 void main() {
     Ray view = cameraRay();
     real3 P, N;
     int mat;
     rayCSG(view, P, N, mat);
-    radiance = vec4(mat == 0 ? background : radianceAt(mat, view), 1.0);
+    vec3 c = mat == 0 ? background : radianceAt(mat, view);
+    radiance = vec4(c, dot(c, c));
 }

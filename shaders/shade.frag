@@ -6,9 +6,10 @@
 uniform isampler2D surface;  // from visibility.frag
 uniform vec3 background;
 
-out vec4 radiance;
+out vec4 radiance;  // and, in a, its squared length: the sums of both tell their error (error.frag)
 
 void main() {
     int mat = texelFetch(surface, ivec2(gl_FragCoord.xy), 0).x;
-    radiance = vec4(mat == 0 ? background : radianceAt(mat, cameraRay()), 1.0);
+    vec3 c = mat == 0 ? background : radianceAt(mat, cameraRay());
+    radiance = vec4(c, dot(c, c));
 }
