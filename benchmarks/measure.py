@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import raytracer as rt
 from benchmarks import povray
 from raytracer import reference
-from raytracer.film import srgb8
+from raytracer.film import Image, srgb8
 from raytracer.live import Live
 from raytracer.renderer import Renderer
 from raytracer.solids import leaves
@@ -69,6 +69,7 @@ class Bench:
         self.context: moderngl.Context = renderer.context
         self.software = any(name in self.context.info["GL_RENDERER"] for name in ("llvmpipe", "softpipe"))
         self.size, self.rounds = size, rounds
+        self._renderer = renderer
         self._live = Live(renderer, budget=1.0)
         self._traced: dict[tuple[str, int], tuple[Picture, float]] = {}
 
@@ -96,6 +97,10 @@ class Bench:
         """(H, W, 3): what a frame leaves on the GPU."""
         self.frame(scene, settings, size)
         return self._live.image({}).radiance
+
+    def rendered(self, scene: rt.Scene, settings: rt.Settings) -> Image:
+        """What render() gives: a window's frame has no adaptive samples."""
+        return self._renderer.render(scene, self.size, settings, geometry=False)
 
     def traced(self, scene: rt.Scene, samples: int = 1, *, again: bool = False) -> tuple[Picture, float]:
         """POV-Ray's picture and seconds; of a run before, if there was one and it is not to run `again`."""
