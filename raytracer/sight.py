@@ -28,6 +28,16 @@ Mask = NDArray[np.bool_]
 
 # Cells of a side of a cube's face around a light.
 _GRID = 64
+# How far from a ray towards a light a ball is, in float32: by so much of the distances from the camera and of the
+# ray's length (32 units in the last place, which the point, light, centre, direction and moment share) may it be
+# wrong, however near the light it is.
+_PASSING = 2.0**-19
+# Balls are widened by that for distances so many times as large as a typical one from the light, or from the camera
+# to the light: nothing of those, and beyond them nothing is known to be quiet.
+_REACH, _AWAY = 128.0, 4.0
+# Slopes of a half-space, for each pixel that a picture is wide and high, below which cameraSlope() (camera.glsl) does
+# not give its points to within MARGIN.
+_FLATTEST = 2.0**-27
 
 
 def has_quiet(scene: Scene, settings: Settings) -> bool:
@@ -58,16 +68,20 @@ def quiet_cells(scene: Scene, size: tuple[int, int], settings: Settings) -> tupl
     for n, depth in zip(normals, depths, strict=True):
         # By a margin: a slope of all but 0 has no sign that rounding may not change.
         empty &= ~_any((rays @ n) * np.sign(depth) > -MARGIN * np.linalg.norm(rays, axis=-1))
-    if settings.shadows == "off":
+    if settings.shadows == "off" or not len(found.radii):
         return quiet, empty
     for light in scene.lights:
         place = rotation(scene.camera) @ np.subtract(light.position, scene.camera.position)
-        pairs = cube_faces(centers - place, found.radii, _GRID)
-        occupied = _met(scene, *_in_cone(pairs, _cube_corners(), centers - place, found.radii), 6 * _GRID * _GRID)
+        away = float(np.linalg.norm(place))
+        typical = float(np.median(np.linalg.norm(centers - place, axis=1) + found.radii))
+        reach = max(_REACH * typical, _AWAY * away)
+        radii = found.radii + _PASSING * reach
+        pairs = cube_faces(centers - place, radii, _GRID)
+        occupied = _met(scene, *_in_cone(pairs, _cube_corners(), centers - place, radii), 6 * _GRID * _GRID)
         # Sums over the cells from a face's corner on.
         sums = np.pad(occupied.reshape(6, _GRID, _GRID).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
         for n, depth in zip(normals, depths, strict=True):
-            quiet &= ~_shadowed(rays, n, depth, place, sums)
+            quiet &= ~_shadowed(rays, n, depth, place, sums, reach - away)
     return quiet, empty & quiet
 
 
@@ -118,7 +132,8 @@ def _in_cone(
     corners = corners[:, cell] / np.linalg.norm(corners[:, cell], axis=-1, keepdims=True)
     axis = corners.sum(axis=0)
     axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
-    around = np.arccos(np.clip(np.sum(corners * axis, axis=-1).min(axis=0), -1.0, 1.0))
+    # By the chords: of small angles a cosine says little.
+    around = 2.0 * np.arcsin(np.minimum(np.linalg.norm(corners - axis, axis=-1).max(axis=0) / 2.0, 1.0))
     distance = np.linalg.norm(centers[sphere], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         half = np.arcsin(np.minimum(radii[sphere] * (1.0 + MARGIN) / distance, 1.0))
@@ -136,18 +151,19 @@ def _cube_corners() -> Array:
     return np.concatenate([_corners(face).reshape(4, -1, 3) for face in faces], axis=1)
 
 
-def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[np.int64]) -> Mask:
+def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[np.int64], reach: float) -> Mask:
     """(rows, columns): in which cells shadows of balls may lie on the half-space dot(n, x) <= depth.
 
-    `rays` (rows + 1, columns + 1, 3) go through the cells' corners.
+    `rays` (rows + 1, columns + 1, 3) go through the cells' corners. Balls are those of points within `reach`.
     """
     slope = rays @ n
     ahead = slope * depth > 0.0  # linear, so that a cell sees the face where one of its corners does
-    visible, whole = _any(ahead), _all(ahead)
     with np.errstate(divide="ignore", invalid="ignore"):
         P = np.where(ahead, depth / slope, 0.0)[..., None] * rays
+    steep = np.abs(slope) > _FLATTEST * CELL * sum(rays.shape[:2]) * np.linalg.norm(rays, axis=-1)
+    visible, whole = _any(ahead), _all(ahead & steep & (np.linalg.norm(P, axis=-1) <= reach))
     D = P - light
-    shadowed = visible & ~whole & bool(sums[:, -1, -1].any())  # the horizon's cells: the face goes on without end
+    shadowed = visible & ~whole & bool(sums[:, -1, -1].any())  # to the horizon: the face goes on without end
     # What rounding to float32 may move a point by, seen from the light.
     error = MARGIN * (np.linalg.norm(P, axis=-1) + np.linalg.norm(light))
     for face in range(6):
