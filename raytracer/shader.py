@@ -79,7 +79,7 @@ def quiet_source(scene: Scene, settings: Settings) -> Source:
         return empty_source()
     if len(trees) == 1 and isinstance(trees[0][0], int):
         defines["ONLY"] = trees[0][0]
-    generated = [*_includes(scene, settings), *evaluators.walk(trees, spheres, what=True)]
+    generated = [*_includes(scene, settings, ("Plane",)), *evaluators.walk(trees, spheres, what=True)]
     if scene.lights:
         generated += ['#include "light.glsl"', *_specular(scene, settings)]
     if scene.lights and settings.shadows != "off" and len(trees) > 1:
@@ -115,11 +115,11 @@ def _counts(scene: Scene) -> dict[str, int]:
     return {"SPHERES": spheres, "PLANES": len(found) - spheres, "SURFACES": len(found)}
 
 
-def _includes(scene: Scene, settings: Settings) -> list[str]:
+def _includes(scene: Scene, settings: Settings, kinds: tuple[str, ...] = ("Sphere", "Plane")) -> list[str]:
     counts = _counts(scene)
     most = f"#define MAX_HITS {max(map(evaluators.max_hits, scene.solids()))}"
     return [
-        *(f'#include "{kind.lower()}.glsl"' for kind in ("Sphere", "Plane") if counts[f"{kind.upper()}S"]),
+        *(f'#include "{kind.lower()}.glsl"' for kind in kinds if counts[f"{kind.upper()}S"]),
         '#include "hit.glsl"',
         *([most, '#include "roth.glsl"'] if settings.evaluator == "roth" else ['#include "walk.glsl"']),
     ]
