@@ -25,7 +25,7 @@ class Table(NamedTuple):
     material: NDArray[np.int32]  # (S + P,), index into Scene.materials
 
     @property
-    def count(self) -> int:
+    def count(self) -> int:  # pyright: ignore[reportIncompatibleMethodOverride]
         return len(self.material)
 
 
