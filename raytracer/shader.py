@@ -71,7 +71,8 @@ def quiet_source(scene: Scene, settings: Settings) -> Source:
     defines = _defines(scene, settings) | {"LIGHTS": len(scene.lights), "NO_SPHERES": 1}
     if len(planes) == 1:
         defines["ONLY"] = f"(firstPlane + {planes[0] - spheres})"
-    generated = [*_includes(scene), *evaluators.nearest_plane(planes, spheres, what=True)]
+    generated = ['#include "plane.glsl"', '#include "hit.glsl"']
+    generated += evaluators.nearest_plane(planes, spheres, what=True)
     if scene.lights:
         generated += ['#include "light.glsl"', *_specular(scene, settings)]
     if scene.lights and settings.shadows != "off" and len(planes) > 1:
