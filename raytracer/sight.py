@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.cells import MARGIN, cube_faces, overlaps, tangents
+from raytracer.cells import CELL, MARGIN, cube_faces, overlaps, tangents
 from raytracer.groups import groups, is_bounded
 from raytracer.scene import Scene
 from raytracer.settings import Settings
