@@ -199,7 +199,7 @@ def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[n
     shadowed = visible & ~whole & bool(sums[:, -1, -1].any())  # to the horizon: the face goes on without end
     # What rounding to float32 may move a point by, seen from the light.
     error = MARGIN * (np.linalg.norm(P, axis=-1) + np.linalg.norm(light))
-    for face in range(6):
+    for face in np.flatnonzero(sums[:, -1, -1]):
         axis = face // 2
         main = D[..., axis] * (1.0 - 2.0 * (face % 2))
         front = main > error
@@ -207,10 +207,9 @@ def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[n
         most = _corners(main + error).max(axis=0)
         side = np.delete(D, axis, axis=-1)
         off = error[..., None]
-        beside = (_corners(side - off) > most[..., None]).all(axis=0) | (_corners(side + off) < -most[..., None]).all(
-            axis=0
-        )
-        shadowed |= whole & (most > 0.0) & ~_all(front) & ~beside.any(axis=-1) & bool(sums[face, -1, -1])
+        above, below = _corners(side - off) > most[..., None], _corners(side + off) < -most[..., None]
+        beside = above.all(axis=0) | below.all(axis=0)
+        shadowed |= whole & (most > 0.0) & ~_all(front) & ~beside.any(axis=-1)
         # In front of the face the cell's part of the half-space is a quadrilateral there, inside its bounds.
         with np.errstate(divide="ignore", invalid="ignore"):
             at = np.where(front[..., None], side / main[..., None], 0.0)
