@@ -133,6 +133,24 @@ def test_cameras_anywhere_see_the_same(renderer: Renderer) -> None:
 
 
 @pytest.mark.gl
+@pytest.mark.parametrize("away", [1e3, 1e5, 6e5])
+def test_a_ball_near_its_light_seen_from_afar_is_the_same(renderer: Renderer, away: float) -> None:
+    # Rounding in view space moves the ball before the light by up to its size, and so its shadow by far.
+    rng = np.random.default_rng(int(away))
+    for _ in range(12):
+        height, near = 10.0 ** rng.uniform(1.0, 2.3), 10.0 ** rng.uniform(-3, -1)
+        below = np.array((rng.normal(), -1.5, rng.normal()))
+        below /= np.linalg.norm(below)
+        ball = rt.Sphere(tuple(below * near + (0, height, 0)), near * rng.uniform(0.1, 0.8), scenes.COLORS[0])
+        at = below * height / -below[1] + (0, height, 0)
+        back = np.array((rng.normal(), 1.0, rng.normal()))
+        eye = at + back / np.linalg.norm(back) * away
+        fov = float(np.degrees(2.0 * np.arctan(1.5 * height / away)))
+        camera = rt.Camera(tuple(eye.tolist()), tuple(at.tolist()), vertical_fov=min(fov, 120.0))
+        check(renderer, rt.Scene([ball, FLOOR], [rt.PointLight((0, height, 0))], camera), (320, 180))
+
+
+@pytest.mark.gl
 @pytest.mark.parametrize("fov", [1e-4, 1e-2, 1.0, 60.0, 150.0, 179.0, 179.9])
 def test_any_field_of_view_is_the_same(renderer: Renderer, fov: float) -> None:
     # At an outline, at the ground's horizon, at the edge of the shadow, and at nothing.
