@@ -85,7 +85,8 @@ def test_cameras_and_lights_anywhere_see_the_same(renderer: Renderer, always_lis
     for place in places:
         eye = tuple(scale * c for c in place)
         for light in ((4, 7, 4), (0, 0, 0.3), (1, -2, 1), (0.4, 1.2, -2), (1e4, 2e4, 0)):
-            lights = [rt.PointLight(tuple(scale * c for c in light)), rt.PointLight((0, 9 * scale, scale))]
+            x, y, z = light
+            lights = [rt.PointLight((scale * x, scale * y, scale * z)), rt.PointLight((0, 9 * scale, scale))]
             camera = rt.Camera(eye, (0.1 * scale, 0, -scale), vertical_fov=70)  # pyright: ignore[reportArgumentType]
             check(renderer, rt.Scene(objects, lights, camera), (64, 36), shadows="diluted")
 
