@@ -111,7 +111,7 @@ class Bench:
         if povray.version():
             share = SAME_RAYS if samples == 1 else OTHER_RAYS
             found.compare(picture, self.traced(scene, samples)[0], "POV-Ray's", share)
-        count = sum(len(leaves(solid)) for solid in scene.objects)
+        count = sum(len(leaves(solid)) for solid in scene.solids())
         if count <= _FEW or (not povray.version() and count <= _MANY):
             width, height = self.size
             size = _SMALL if count > _FEW else self.size if samples == 1 else (width // 4, height // 4)

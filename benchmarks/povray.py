@@ -74,7 +74,7 @@ def source(scene: rt.Scene, size: tuple[int, int], settings: rt.Settings) -> str
         f"angle {math.degrees(2.0 * math.atan(tangent)):.17g} look_at {_point(camera.look_at)} }}",
         *(f"light_source {{ {_point(l.position)} rgb {_vector(l.color)}{shadowless} }}" for l in scene.lights),
         *(f"#declare {name} = {_texture(settings.shaded(material))}" for material, name in names.items()),
-        *(_solid(solid, names) for solid in scene.objects),
+        *(_solid(solid, names) for solid in scene.solids()),
     ]
     return "\n".join(lines) + "\n"
 

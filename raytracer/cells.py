@@ -16,6 +16,8 @@ from raytracer.checks import InputError
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# Side of the cells in which a picture is divided, in pixels.
+CELL = 16
 # By how much, relative to a ball's radius and to its bounds, they are widened: it decides whether a
 # grazing ray finds its ball though shaders round both to float32 (2^-24), in up to a few dozen steps.
 MARGIN = 2.0**-18

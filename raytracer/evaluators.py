@@ -9,12 +9,15 @@ from raytracer.solids import Complement, Difference, Intersection, Solid, Sphere
 
 Tree = list[Solid | int]
 
-_RAY_CSG = [
+RAY_CSG = [
     "// The first surface ahead of the ray and nearer than its end: its distance, point, unit normal (on either",
     "// side) and number as in hit.glsl; or the ray's distance, that far point, 0 and 0.",
     "real rayCSG(Ray ray, out real3 P, out real3 N, out int mat) {",
 ]
-_BLOCKED_AT = ["// How far the ray gets: to the first surface, or to its end.", "real blockedAt(Ray ray) {"]
+BLOCKED_AT = [
+    "// How far a ray to a light gets: to the first surface, or to its end.",
+    "real blockedAt(Ray ray, int light) {",
+]
 
 
 def max_hits(solid: Solid) -> int:
@@ -47,7 +50,7 @@ def max_hits(solid: Solid) -> int:
     return most // 2 * 2
 
 
-def roots(index: int, spheres: int) -> str:
+def _roots(index: int, spheres: int) -> str:
     """The call that gives both roots of a surface."""
     return f"{'sphere' if index < spheres else 'plane'}Roots(ray, {index})"
 
@@ -62,9 +65,9 @@ def roth(trees: list[Tree], spheres: int) -> list[str]:
             if isinstance(node, int):
                 ends = f"sameAs({node}), {node + 1}"
                 if node < spheres:
-                    value = f"raySphere(ray, spheres[{node}], sphereTerms(ray, {node}), {ends})"
+                    value = f"raySphere(ray, shapeAt({node}), sphereTerms(ray, {node}), {ends})"
                 else:
-                    value = f"rayPlane(ray, planes[{node - spheres}], planeSlope(ray, {node}), {ends})"
+                    value = f"rayPlane(ray, shapeAt({node}), planeSlope(ray, {node}), {ends})"
             elif isinstance(node, Complement):
                 value = f"complementCSG(r{stack.pop()})"
             else:
@@ -75,7 +78,7 @@ def roth(trees: list[Tree], spheres: int) -> list[str]:
         lines += [f"    return r{stack[0]};", "}", ""]
     return [
         *lines,
-        *_RAY_CSG,
+        *RAY_CSG,
         "    Hit nearest = Hit(ray.distance, real3(0.0), 0);",
         *(f"    firstHit(object{number}(ray), nearest);" for number in range(len(trees))),
         "    P = ray.ro + nearest.t * ray.rd;",
@@ -84,7 +87,7 @@ def roth(trees: list[Tree], spheres: int) -> list[str]:
         "    return nearest.t;",
         "}",
         "",
-        *_BLOCKED_AT,
+        *BLOCKED_AT,
         "    real3 P, N;",
         "    int mat;",
         "    return rayCSG(ray, P, N, mat);",
@@ -92,29 +95,17 @@ def roth(trees: list[Tree], spheres: int) -> list[str]:
     ]
 
 
-_HOLDS: dict[type[Solid], str] = {Union: "max({}, {})", Intersection: "min({}, {})", Difference: "min({}, {})"}
+_HOLDS: dict[type[Solid], str] = {Union: "max({}, {})", Intersection: "min({}, {})", Difference: "min({}, -{})"}
 _LOGIC: dict[type[Solid], str] = {Union: "{} || {}", Intersection: "{} && {}", Difference: "{} && !{}"}
 
 
 def walk(trees: list[Tree], spheres: int, *, what: bool) -> list[str]:
     """By one walk over all objects, to the first root at which one of them changes; `what`: also what is there."""
-    planes = [tree[0] for tree in trees if len(tree) == 1 and isinstance(tree[0], int) and tree[0] >= spheres]
-    if len(planes) == len(trees):
-        return _nearest(planes, spheres, what)
     spans: list[str] = []
     holds: list[str] = []  # of each object, an expression
     for tree in trees:
-        terms: list[str] = []
-        for node in tree:
-            if isinstance(node, int):
-                spans.append(f"    real2 s{node} = {roots(node, spheres)};")
-                terms.append(f"holds(s{node}, at)")
-            elif isinstance(node, Complement):
-                terms.append(_negated(terms.pop()))
-            else:
-                b, a = terms.pop(), terms.pop()
-                terms.append(_HOLDS[type(node)].format(a, _negated(b) if isinstance(node, Difference) else b))
-        holds.append(terms[0])
+        spans += [f"    real2 s{node} = {_roots(node, spheres)};" for node in tree if isinstance(node, int)]
+        holds.append(holds_of(tree, "holds(s{}, at)"))
     objects = range(len(trees))
     least = "abs(v0)"
     for k in objects[1:]:
@@ -135,26 +126,21 @@ def walk(trees: list[Tree], spheres: int, *, what: bool) -> list[str]:
         "    }",
     ]
     if not what:
-        return [*_BLOCKED_AT, *lines, "    return at;", "}"]
+        return [*BLOCKED_AT, *lines, "    return at;", "}"]
     return [
-        *_RAY_CSG,
+        *RAY_CSG,
         "    P = ray.ro + ray.distance * ray.rd;",
         "    N = real3(0.0);",
         "    mat = 0;",
         *lines,
-        *_owner(trees),
+        *owner(trees),
         "    surfaceAt(mat, ray, P, N);",
         "    return at;",
         "}",
     ]
 
 
-def _negated(term: str) -> str:
-    """Minus a call, or minus that: `--` would be a decrement."""
-    return term[1:] if term.startswith("-") else f"-{term}"
-
-
-def _owner(trees: list[Tree]) -> list[str]:
+def owner(trees: list[Tree], offset: str = "") -> list[str]:
     """Whose surface it is at `at`: the first object's that changes, and in it, of an operator's operands the
     first that does."""
     lines, objects = [], []
@@ -164,7 +150,7 @@ def _owner(trees: list[Tree]) -> list[str]:
         for node in tree:
             if isinstance(node, int):
                 lines.append(f"    bool b{k} = isBefore(s{node}, at), a{k} = isInside(s{node}, at);")
-                lines.append(f"    int o{k} = a{k} ? {node + 1} : {-node - 1};")
+                lines.append(f"    int o{k} = a{k} ? {offset}{node + 1} : -({offset}{node + 1});")
             elif isinstance(node, Complement):
                 a = stack.pop()
                 lines.append(f"    bool b{k} = !b{a}, a{k} = !a{a};")
@@ -181,23 +167,22 @@ def _owner(trees: list[Tree]) -> list[str]:
     return [*lines, *(f"    {'else ' if k != objects[0] else ''}if (b{k} != a{k}) mat = o{k};" for k in objects)]
 
 
-def _nearest(planes: list[int], spheres: int, what: bool) -> list[str]:
-    """The walk where every object is one half-space: the nearest root ahead."""
+def nearest_plane(planes: list[int], spheres: int, *, what: bool) -> list[str]:
+    """The walk where every object is one half-space: to the nearest root ahead."""
     lines = ["    real at = ray.distance, root;"]
-    for index in planes:
-        # Ahead of it, a ray enters a half-space that it is not in, and comes out of one that it is in.
-        number = f"planes[{index - spheres}].w > dot(planes[{index - spheres}].xyz, ray.ro) ? {-index - 1} : {index + 1}"
+    for number in planes:
+        index = f"firstPlane + {number - spheres}"
         lines += [
             f"    root = planeRoot(ray, {index});",
             "    if (root > 0.0 && root < at) {",
             "        at = root;",
-            *([f"        mat = {number};"] if what else []),
+            *([f"        mat = planeMat(ray, {index});"] if what else []),
             "    }",
         ]
     if not what:
-        return [*_BLOCKED_AT, *lines, "    return at;", "}"]
+        return [*BLOCKED_AT, *lines, "    return at;", "}"]
     return [
-        *_RAY_CSG,
+        *RAY_CSG,
         "    P = ray.ro + ray.distance * ray.rd;",
         "    N = real3(0.0);",
         "    mat = 0;",
@@ -206,3 +191,17 @@ def _nearest(planes: list[int], spheres: int, what: bool) -> list[str]:
         "    return at;",
         "}",
     ]
+
+
+def holds_of(tree: Tree, leaf: str) -> str:
+    """The expression for how long a tree's value at `at` holds; `leaf` is that of leaf {}."""
+    terms: list[str] = []
+    for node in tree:
+        if isinstance(node, int):
+            terms.append(leaf.format(node))
+        elif isinstance(node, Complement):
+            terms.append(f"(-{terms.pop()})")  # in brackets: -- is another operator
+        else:
+            b, a = terms.pop(), terms.pop()
+            terms.append(_HOLDS[type(node)].format(a, b))
+    return terms[0]

@@ -47,7 +47,9 @@ class Source:
         return _PLACE.sub(name, log)
 
 
-def assemble(top: str, defines: Mapping[str, int] | None = None, generated: Mapping[str, str] | None = None) -> Source:
+def assemble(
+    top: str, defines: Mapping[str, int | str] | None = None, generated: Mapping[str, str] | None = None
+) -> Source:
     """The text of file `top` with everything that it includes, each file once, at its first mention.
 
     `defines` become `#define NAME value`. `generated` holds texts that stand for files, by name.

@@ -13,18 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer import view_space
+from raytracer.cells import CELL
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError
+from raytracer.numbers import Numbers
 from raytracer.sampling import sample_point
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.shader import CELL
 from raytracer.sight import quiet_cells, runs
 from raytracer.table import table
 
 Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower left pixel of the picture
-# Uniform blocks' binding points.
-_BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Materials": 2, "Lights": 3}
 # Seconds that a draw may take for the next one to be larger: an order below what stalls a desktop.
 _SHORT_DRAW = 0.04
 _FIRST_DRAW = 2**16  # pixels
@@ -36,7 +35,7 @@ class Programs(NamedTuple):
     see: moderngl.Program  # visibility.frag
     shade: moderngl.Program | None = None  # shade.frag, or show_*.frag
     quiet: moderngl.Program | None = None  # picture.frag
-    empty: moderngl.Program | None = None  # picture.frag without anything
+    empty: moderngl.Program | None = None  # empty.frag
 
 
 class Passes:
@@ -51,8 +50,7 @@ class Passes:
         self._programs: Programs | None = None
         self._arrays: dict[moderngl.Program, moderngl.VertexArray] = {}
         self._cells: dict[moderngl.Program, moderngl.Buffer] = {}  # the runs of cells that each program draws
-        self._blocks: dict[str, moderngl.Buffer] = {}
-        self._numbers: object = None  # of which scene the buffers are, but for its lights
+        self._numbers = Numbers(context)
         self._draw_size = _FIRST_DRAW
         self._surface = context.texture(target, 1, dtype="i4")
         self._normal_depth = context.texture(target, 4, dtype="f4") if geometry else None
@@ -66,20 +64,8 @@ class Passes:
         Raises ShaderError if a program has a uniform of another type than it should have.
         """
         self._to_world = view_space.rotation(scene.camera).astype(np.float32)
-        precision = settings.precision
-        self._write(self._blocks, "Lights", view_space.lights_block(scene, precision))
-        # Lights move, and then all else is as it was. Equal tuples of the same things are quickly compared.
-        numbers = programs, scene.objects, scene.camera, scene.materials, settings, size
-        if numbers != self._numbers:
-            blocks = {
-                "Surfaces": view_space.surfaces_block(scene, precision),
-                "CameraTerms": view_space.camera_terms_block(scene, size, precision),
-                "Materials": view_space.materials_block(scene, settings),
-            }
-            for name, block in blocks.items():
-                self._write(self._blocks, name, block)
-            self._material_index = np.append(table(scene).material, np.int32(-1))  # so also at index -1
-            self._numbers = numbers
+        self._numbers.load(scene, settings, size)
+        self._material_index = np.append(table(scene).material, np.int32(-1))  # so also at index -1
         self._programs = programs
         self._set_cells(programs, scene, settings, size)
         for program in filter(None, programs):
@@ -93,62 +79,57 @@ class Passes:
                 focus=math.dist(scene.camera.position, scene.camera.look_at),
                 surface=0,
                 normalDepth=1,
+                firstPlane=len(table(scene).radii),
                 tileOrigin=(0, 0),
                 tileSize=(1, 1),
                 samplePoint=(0.0, 0.0),
             )
-            for name in self._blocks:
-                if name in program:
-                    program[name].binding = _BLOCKS[name]  # pyright: ignore[reportAttributeAccessIssue]
+            self._numbers.attach(program)
 
     def _set_cells(self, programs: Programs, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
         """Say which program draws which cells."""
+        listed = self._numbers.camera_lists()
         busy = np.ones((-(-size[1] // CELL), -(-size[0] // CELL)), bool)
         drawn = {program: busy for program in programs[:2] if program}
-        if programs.quiet and programs.empty:
-            quiet, empty = quiet_cells(scene, size, settings)
+        if programs.empty:
+            quiet, empty = quiet_cells(scene, size, settings, self._numbers.met())
             busy[quiet] = False
-            drawn |= {programs.quiet: quiet & ~empty, programs.empty: empty}
+            drawn[programs.empty] = empty
+            if programs.quiet:
+                drawn[programs.quiet] = quiet & ~empty
         for program in self._arrays.keys() - drawn.keys():
             release(self._context, self._arrays.pop(program), self._cells.pop(program))
         for program, cells in drawn.items():
-            before = self._cells.get(program)
-            if cells.any():
-                self._write(self._cells, program, runs(cells).tobytes())
-            elif before:
-                release(self._context, self._arrays.pop(program), self._cells.pop(program))
-            buffer = self._cells.get(program)
-            if buffer and buffer is not before:
-                if program in self._arrays:
-                    release(self._context, self._arrays.pop(program))
-                self._arrays[program] = self._context.vertex_array(program, [(buffer, "3i/i", "run")])
-                self._arrays[program].instances = buffer.size // 12
+            attributes, data = ("run",), runs(cells)
+            if program is programs.see and listed is not None:
+                rows, columns = np.nonzero(cells)
+                data = np.column_stack([columns, rows, np.ones_like(rows), listed[cells.ravel()]]).astype(np.int32)
+                attributes = "run", "list"
+            self._set_array(program, attributes, data)
 
-    def _write(self, buffers: dict[Any, moderngl.Buffer], name: object, data: bytes) -> None:
-        """Bring data to the GPU, into the buffer of that name if there is one of that size."""
-        buffer = buffers.get(name)
-        if buffer and buffer.size == len(data):
-            buffer.write(data)
-            return
-        if buffer:
-            buffers.pop(name).release()
-        if data:
-            buffers[name] = self._context.buffer(data, dynamic=True)
+    def _set_array(self, program: moderngl.Program, attributes: tuple[str, ...], data: NDArray[np.int32]) -> None:
+        """Have the program draw an instance for each row of `data`."""
+        buffer = self._cells.get(program)
+        if buffer is None or buffer.size < data.nbytes:
+            if buffer:
+                release(self._context, self._arrays.pop(program), self._cells.pop(program))
+            buffer = self._cells[program] = self._context.buffer(reserve=max(1024, 2 * data.nbytes), dynamic=True)
+            layout = "3i 2i/i" if len(attributes) > 1 else "3i/i"
+            self._arrays[program] = self._context.vertex_array(program, [(buffer, layout, *attributes)])
+        buffer.write(data.tobytes())
+        self._arrays[program].instances = len(data)
 
     def draw(self, tile: Rectangle, k: int, *, anew: bool) -> None:
         """Draw sample k = 0, 1, ... of a tile and wait for it; add it to the sum, or begin one `anew`."""
         assert self._programs
         sx, sy = sample_point(k)
         for program in filter(None, self._programs):
-            set_uniforms(
-                program, tileOrigin=tile[:2], tileSize=tile[2:], samplePoint=(2.0 * sx - 1.0, 1.0 - 2.0 * sy)
-            )
-        for name, buffer in self._blocks.items():
-            buffer.bind_to_uniform_block(_BLOCKS[name])
+            set_uniforms(program, tileOrigin=tile[:2], tileSize=tile[2:], samplePoint=(2.0 * sx - 1.0, 1.0 - 2.0 * sy))
+        self._numbers.bind()
         for target in (self._seen, self._light):
             target.viewport = (0, 0, *tile[2:])
         if anew:
-            self._light.scissor = None
+            self._light.scissor = (0, 0, *tile[2:])
             self._light.clear()
         for band in self._bands(tile):
             self._seen.use()
@@ -170,7 +151,7 @@ class Passes:
             self._context.finish()
 
     def _render(self, program: moderngl.Program | None) -> None:
-        if program in self._arrays:
+        if program and self._arrays[program].instances:
             self._arrays[program].render(moderngl.TRIANGLE_STRIP, 4)
 
     def _bands(self, tile: Rectangle) -> Iterator[Rectangle]:
@@ -209,8 +190,8 @@ class Passes:
     def close(self) -> None:
         """Give back everything on the GPU."""
         targets = (self._surface, self.radiance, *([self._normal_depth] if self._normal_depth else []))
-        buffers = (*self._blocks.values(), *self._cells.values())
-        release(self._context, *self._arrays.values(), self._seen, self._light, *targets, *buffers)
+        release(self._context, *self._arrays.values(), self._seen, self._light, *targets, *self._cells.values())
+        self._numbers.close()
 
 
 def release(context: moderngl.Context, *things: Any) -> None:

@@ -10,15 +10,17 @@ from typing import TYPE_CHECKING, Any
 import moderngl
 import numpy as np
 
+from raytracer.cells import CELL
 from raytracer.checks import InputError, shown
 from raytracer.context import backend_name, open_context
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
+from raytracer.groups import groups
 from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.progress import Progress
 from raytracer.scene import Scene
 from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
-from raytracer.shader import CELL, Show, empty_source, quiet_source, roth_loops, show_source, visibility_source
+from raytracer.shader import Show, is_listed, quiet_source, roth_loops, show_source, visibility_source
 from raytracer.sight import has_quiet
 from raytracer.table import table
 
@@ -33,7 +35,7 @@ TILE = 2048
 MAX_SIDE = 65536
 # llvmpipe's compile time triples with every two loops in a row: 2 s for 11, 5 s for 13, 16 s for 15.
 MAX_ROTH_LOOPS = 14
-# All trees are written out in one shader: llvmpipe compiles 100 primitives in 5 s, 300 in 34 s.
+# The evaluators walk and roth write all trees out in one shader: llvmpipe compiles 100 primitives in 5 s, 300 in 34 s.
 MAX_PRIMITIVES = 512
 
 
@@ -181,20 +183,22 @@ class Renderer:
     def programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> Programs:
         """What draws `scene`; with `show` None only what each pixel sees. `context` must be current."""
         cells = "cells.vert"
-        see = self.program(visibility_source(scene, settings, geometry=show != "picture"), cells)
+        listed = is_listed(scene, settings)
+        see = self.program(visibility_source(scene, settings, geometry=show != "picture"), cells, listed=listed)
         shade = self.program(show_source(scene, settings, show), cells) if show else None
         if show != "picture" or not has_quiet(scene, settings):
             return Programs(see, shade)
-        return Programs(see, shade, self.program(quiet_source(scene, settings), cells), self.program(empty_source(), cells))
+        quiet = self.program(quiet_source(scene, settings), cells) if groups(scene).planes else None
+        return Programs(see, shade, quiet, self.program(assemble("empty.frag"), cells))
 
-    def program(self, source: Source, vertex: str = "screen.vert") -> moderngl.Program:
+    def program(self, source: Source, vertex: str = "screen.vert", *, listed: bool = False) -> moderngl.Program:
         """The program with this fragment shader and the file `vertex`; `context` must be current.
 
         Raises ShaderError with files and lines.
         """
-        key = vertex, source.text
+        first = assemble(vertex, {"CELL": CELL} | ({"LISTED": 1} if listed else {}))
+        key = first.text, source.text
         if key not in self._programs:
-            first = assemble(vertex, {"CELL": CELL})
             try:
                 program = self.context.program(vertex_shader=first.text, fragment_shader=source.text)
             except moderngl.Error as error:
@@ -222,11 +226,16 @@ class Renderer:
                 f"precision: 64 needs OpenGL 4.0 or later, got {version // 100}.{version // 10 % 10} "
                 f"({self.context.info['GL_RENDERER']}); 32 needs no more than 3.3"
             )
-        primitives = table(scene).count
-        if primitives > MAX_PRIMITIVES:
-            raise InputError(f"expected at most {MAX_PRIMITIVES} primitives, got {primitives}")
+        primitives = table(scene).size
+        listed = is_listed(scene, settings)
+        if not listed and primitives > MAX_PRIMITIVES:
+            way = "64 bits" if settings.precision == 64 else f"the evaluator {settings.evaluator}"
+            raise InputError(
+                f"expected at most {MAX_PRIMITIVES} primitives for {way}, got {primitives}; "
+                "the evaluator cells with 32 bits has no such limit"
+            )
         for what, count, size in (
-            ("primitives", primitives, max(48, settings.precision)),  # their materials, or terms.glsl
+            *([] if listed else [("primitives", primitives, max(48, settings.precision))]),  # materials, or terms.glsl
             ("lights", len(scene.lights), 48 * settings.precision // 32),
         ):
             if count * size > self._max_block:

@@ -11,17 +11,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.cells import MARGIN, cube_faces, overlaps, tangents
+from raytracer.cells import CELL, MARGIN, cube_faces, overlaps, tangents
+from raytracer.groups import groups, is_bounded
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.shader import CELL
+from raytracer.shader import is_listed
 from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, postfix
 from raytracer.table import table
-from raytracer.view_space import rotation, vectors
+from raytracer.view_space import camera_grid, rotation, vectors
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -31,7 +33,7 @@ _GRID = 64
 # How far from a ray towards a light a ball is, in float32: by so much of the distances from the camera and of the
 # ray's length (32 units in the last place, which the point, light, centre, direction and moment share) may it be
 # wrong, however near the light it is.
-_PASSING = 2.0**-19
+PASSING = 2.0**-19
 # Balls are widened by that for distances so many times as large as a typical one from the light, or from the camera
 # to the light: nothing of those, and beyond them nothing is known to be quiet.
 _REACH, _AWAY = 128.0, 4.0
@@ -40,54 +42,82 @@ _REACH, _AWAY = 128.0, 4.0
 _FLATTEST = 2.0**-27
 
 
+class Met(NamedTuple):
+    """In which cells rays may meet other objects than half-spaces."""
+
+    seen: Mask  # of the picture, (cells,), numbered along rows, the lowest first
+    # Of the cube around each light, (6 * grid * grid,), numbered as cube_faces() does; none without shadows.
+    lights: list[Mask]
+
+
 def has_quiet(scene: Scene, settings: Settings) -> bool:
     """Whether pictures of scenes with this structure may have quiet cells."""
-    return settings.evaluator == "cells" and not any(_reaches_far(s) for s in scene.solids() if not isinstance(s, Plane))
+    if settings.evaluator != "cells" or is_listed(scene, settings):
+        return settings.evaluator == "cells"
+    shapes = (tuple(type(node) for node in postfix(solid)) for solid in scene.solids())
+    return all(shape == (Plane,) or is_bounded(shape) for shape in shapes)
 
 
-def quiet_cells(scene: Scene, size: tuple[int, int], settings: Settings) -> tuple[Mask, Mask]:
+def quiet_cells(scene: Scene, size: tuple[int, int], settings: Settings, met: Met | None = None) -> tuple[Mask, Mask]:
     """(rows, columns) each: which cells of a picture of `size` (width, height) are quiet, and which of them are
     empty, where nothing is to be seen. The lowest row comes first.
-    """
-    width, height = size
-    rows, columns = -(-height // CELL), -(-width // CELL)
-    tangent = math.tan(math.radians(scene.camera.vertical_fov) / 2.0)
-    corner, step = (-tangent * width / height, -tangent), 2.0 * tangent * CELL / height
-    x, y = corner[0] + step * np.arange(columns + 1), corner[1] + step * np.arange(rows + 1)
-    rays = np.stack(np.broadcast_arrays(x, y[:, None], -1.0), axis=-1)
-    found = table(scene)
-    centers = vectors(scene)[: len(found.radii)]
 
-    pairs = overlaps(*tangents(centers, found.radii), corner, (step, step), (columns, rows))
-    seen = _met(scene, *_in_cone(pairs, _corners(rays).reshape(4, -1, 3), centers, found.radii), rows * columns)
-    quiet = ~seen.reshape(rows, columns)
-    planes = [solid for solid in scene.solids() if isinstance(solid, Plane)]
+    `met` says where other objects than half-spaces may be met; without it, that is found here.
+    """
+    rays = _corner_rays(scene, size)
+    met = met or _find_met(scene, rays, size, settings)
+    quiet = ~met.seen.reshape(len(rays) - 1, -1)
+    radii = table(scene).radii
+    centers = vectors(scene)[: len(radii)]
+    planes = [table(scene).planes[surface - len(table(scene).radii)] for surface in groups(scene).planes]
     normals = [rotation(scene.camera) @ np.array(plane.unit()[0]) for plane in planes]
     depths = [plane.depth(scene.camera.position) for plane in planes]
     empty = quiet.copy()
     for n, depth in zip(normals, depths, strict=True):
         # By a margin: a slope of all but 0 has no sign that rounding may not change.
         empty &= ~_any((rays @ n) * np.sign(depth) > -MARGIN * np.linalg.norm(rays, axis=-1))
-    if settings.shadows == "off" or not len(found.radii):
+    if settings.shadows == "off" or not len(radii):
         return quiet, empty
-    for light in scene.lights:
+    for light, occupied in zip(scene.lights, met.lights, strict=True):
         place = rotation(scene.camera) @ np.subtract(light.position, scene.camera.position)
-        away = float(np.linalg.norm(place))
-        typical = float(np.median(np.linalg.norm(centers - place, axis=1) + found.radii))
-        reach = max(_REACH * typical, _AWAY * away)
-        radii = found.radii + _PASSING * reach
-        pairs = cube_faces(centers - place, radii, _GRID)
-        occupied = _met(scene, *_in_cone(pairs, _cube_corners(), centers - place, radii), 6 * _GRID * _GRID)
+        grid = math.isqrt(len(occupied) // 6)
+        far = reach(place, centers, radii) - float(np.linalg.norm(place))
         # Sums over the cells from a face's corner on.
-        sums = np.pad(occupied.reshape(6, _GRID, _GRID).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
+        sums = np.pad(occupied.reshape(6, grid, grid).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
         for n, depth in zip(normals, depths, strict=True):
-            quiet &= ~_shadowed(rays, n, depth, place, sums, reach - away)
+            quiet &= ~_shadowed(rays, n, depth, place, sums, far)
     return quiet, empty & quiet
 
 
-def _reaches_far(solid: Solid) -> bool:
-    """Whether the solid may be met by a ray that meets none of its spheres."""
-    return bool(_possible(solid, iter(lambda: np.zeros(1, bool), None))[0])
+def _corner_rays(scene: Scene, size: tuple[int, int]) -> Array:
+    """(rows + 1, columns + 1, 3): directions through the corners of the cells, in view space, z = -1."""
+    corner, step, (columns, rows) = camera_grid(scene.camera, size)
+    x, y = corner[0] + step * np.arange(columns + 1), corner[1] + step * np.arange(rows + 1)
+    return np.stack(np.broadcast_arrays(x, y[:, None], -1.0), axis=-1)
+
+
+def _find_met(scene: Scene, rays: Array, size: tuple[int, int], settings: Settings) -> Met:
+    """For scenes of few primitives."""
+    radii = table(scene).radii
+    centers = vectors(scene)[: len(radii)]
+    corner, step, shape = camera_grid(scene.camera, size)
+    pairs = overlaps(*tangents(centers, radii), corner, (step, step), shape)
+    seen = _met(scene, *_in_cone(pairs, _corners(rays).reshape(4, -1, 3), centers, radii), shape[0] * shape[1])
+    lights = []
+    for light in scene.lights if settings.shadows != "off" else ():
+        place = rotation(scene.camera) @ np.subtract(light.position, scene.camera.position)
+        wide = radii + PASSING * reach(place, centers, radii)
+        pairs = cube_faces(centers - place, wide, _GRID)
+        lights.append(_met(scene, *_in_cone(pairs, _cube_corners(), centers - place, wide), 6 * _GRID * _GRID))
+    return Met(seen, lights)
+
+
+def reach(light: Array, centers: Array, radii: Array) -> float:
+    """How long rays to a light may be for what PASSING says of them."""
+    if not len(radii):
+        return 0.0
+    typical = float(np.median(np.linalg.norm(centers - light, axis=1) + radii))
+    return max(_REACH * typical, _AWAY * float(np.linalg.norm(light)))
 
 
 def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
@@ -110,7 +140,7 @@ def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
 
 
 def _met(scene: Scene, cell: NDArray[np.int64], sphere: NDArray[np.int64], cells: int) -> Mask:
-    """(cells,): where a ray may meet an object other than a half-space, given which spheres it may meet in which cell."""
+    """(cells,): where a ray may meet an object other than a half-space; and which spheres in which cell, is given."""
     inside = np.zeros((len(table(scene).radii), cells), bool)
     inside[sphere, cell] = True
     spheres = iter(inside)
@@ -137,7 +167,9 @@ def _in_cone(
     distance = np.linalg.norm(centers[sphere], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         half = np.arcsin(np.minimum(radii[sphere] * (1.0 + MARGIN) / distance, 1.0))
-        off = np.arctan2(np.linalg.norm(np.cross(axis, centers[sphere]), axis=1), np.sum(axis * centers[sphere], axis=1))
+        off = np.arctan2(
+            np.linalg.norm(np.cross(axis, centers[sphere]), axis=1), np.sum(axis * centers[sphere], axis=1)
+        )
     keep = ~(off > (around + half) * (1.0 + MARGIN)) | (distance <= radii[sphere] * (1.0 + MARGIN))
     return cell[keep], sphere[keep]
 
@@ -163,10 +195,11 @@ def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[n
     steep = np.abs(slope) > _FLATTEST * CELL * sum(rays.shape[:2]) * np.linalg.norm(rays, axis=-1)
     visible, whole = _any(ahead), _all(ahead & steep & (np.linalg.norm(P, axis=-1) <= reach))
     D = P - light
+    grid = sums.shape[1] - 1
     shadowed = visible & ~whole & bool(sums[:, -1, -1].any())  # to the horizon: the face goes on without end
     # What rounding to float32 may move a point by, seen from the light.
     error = MARGIN * (np.linalg.norm(P, axis=-1) + np.linalg.norm(light))
-    for face in range(6):
+    for face in np.flatnonzero(sums[:, -1, -1]):
         axis = face // 2
         main = D[..., axis] * (1.0 - 2.0 * (face % 2))
         front = main > error
@@ -174,14 +207,15 @@ def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[n
         most = _corners(main + error).max(axis=0)
         side = np.delete(D, axis, axis=-1)
         off = error[..., None]
-        beside = (_corners(side - off) > most[..., None]).all(axis=0) | (_corners(side + off) < -most[..., None]).all(axis=0)
-        shadowed |= whole & (most > 0.0) & ~_all(front) & ~beside.any(axis=-1) & bool(sums[face, -1, -1])
+        above, below = _corners(side - off) > most[..., None], _corners(side + off) < -most[..., None]
+        beside = above.all(axis=0) | below.all(axis=0)
+        shadowed |= whole & (most > 0.0) & ~_all(front) & ~beside.any(axis=-1)
         # In front of the face the cell's part of the half-space is a quadrilateral there, inside its bounds.
         with np.errstate(divide="ignore", invalid="ignore"):
             at = np.where(front[..., None], side / main[..., None], 0.0)
             off = np.where(front, error / main, 0.0)[..., None] * (1.0 + np.abs(at))
-        low = np.clip(np.floor((_corners(at - off).min(axis=0) + 1.0) / 2.0 * _GRID), 0, _GRID).astype(int)
-        high = np.clip(np.floor((_corners(at + off).max(axis=0) + 1.0) / 2.0 * _GRID) + 1, 0, _GRID).astype(int)
+        low = np.clip(np.floor((_corners(at - off).min(axis=0) + 1.0) / 2.0 * grid), 0, grid).astype(int)
+        high = np.clip(np.floor((_corners(at + off).max(axis=0) + 1.0) / 2.0 * grid) + 1, 0, grid).astype(int)
         high = np.maximum(high, low)
         (c0, r0), (c1, r1) = np.moveaxis(low, -1, 0), np.moveaxis(high, -1, 0)
         count = sums[face, r1, c1] - sums[face, r0, c1] - sums[face, r1, c0] + sums[face, r0, c0]

@@ -25,7 +25,8 @@ class Table(NamedTuple):
     material: NDArray[np.int32]  # (S + P,), index into Scene.materials
 
     @property
-    def count(self) -> int:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def size(self) -> int:
+        """S + P"""
         return len(self.material)
 
 

@@ -11,7 +11,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from raytracer.cells import CELL
 from raytracer.checks import Vec3
+from raytracer.groups import groups
 from raytracer.scene import Camera, Scene
 from raytracer.settings import Precision, Settings
 from raytracer.solids import MODELS, ROUNDING
@@ -60,7 +62,32 @@ def vectors(scene: Scene) -> NDArray[np.float64]:
 
 
 def camera_terms_block(scene: Scene, size: tuple[int, int], precision: Precision) -> bytes:
-    """The uniform block of terms.glsl: the slopes, the spheres' powers, and which surfaces coincide.
+    """The uniform block CameraTerms of surfaces.glsl."""
+    return np.concatenate(_camera_terms(scene, size, precision)).astype(_REAL[precision]).tobytes()
+
+
+def numbers_texture(scene: Scene, size: tuple[int, int]) -> NDArray[np.float32]:
+    """(4 N, 4): the texels `numbers` of surfaces.glsl."""
+    found = table(scene)
+    texels = np.zeros((found.size, 4, 4), np.float32)
+    texels[:, 0] = _rows(scene)
+    texels[:, 1], texels[:, 2] = _camera_terms(scene, size, 32)
+    texels[len(found.radii) :, 1, 3] = groups(scene).order[len(found.radii) :]
+    texels[:, 3, 0] = found.material
+    return texels.reshape(-1, 4)
+
+
+def materials_texture(scene: Scene, settings: Settings) -> NDArray[np.float32]:
+    """(3 M, 4): the texels `materials` of material.glsl."""
+    shaded = map(settings.shaded, scene.materials)
+    rows = [((*m.ka, m.h), (*m.kd, MODELS.index(m.model)), (*m.ks, 0.0)) for m in shaded]
+    return np.array(rows, np.float32).reshape(-1, 4)
+
+
+def _camera_terms(
+    scene: Scene, size: tuple[int, int], precision: Precision
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(N, 4) each: coarse and fine slopes, with the spheres' powers, and which surfaces coincide.
 
     A slope, dot(vector, direction), is a x + b y + c in half pixels from the picture's centre; each
     coefficient is split into a multiple of `quantum` and the rest. See cameraSlope() in camera.glsl.
@@ -73,12 +100,11 @@ def camera_terms_block(scene: Scene, size: tuple[int, int], precision: Precision
     coarse = np.rint(slopes / quantum) * quantum
 
     found = table(scene)
-    count = found.count
-    rows = np.zeros((2 * count, 4), _REAL[precision])
-    rows[:count, :3], rows[count:, :3] = coarse, slopes - coarse
-    rows[: len(found.radii), 3] = powers(found.centers, found.radii, scene.camera.position)
-    rows[count:, 3] = same_as(scene, precision)
-    return rows.tobytes()
+    count = found.size
+    power = np.zeros(count)
+    power[: len(found.radii)] = powers(found.centers, found.radii, scene.camera.position)
+    same = same_as(scene, precision).astype(float)
+    return np.column_stack([coarse, power]), np.column_stack([slopes - coarse, same])
 
 
 def same_as(scene: Scene, precision: Precision) -> NDArray[np.int64]:
@@ -125,6 +151,13 @@ def _touched(scene: Scene, point: Vec3) -> int | None:
 def pixel_scale(camera: Camera, height: int) -> float:
     """tan(fov / 2) / H: half a pixel on the plane at distance 1."""
     return math.tan(math.radians(camera.vertical_fov) / 2.0) / height
+
+
+def camera_grid(camera: Camera, size: tuple[int, int]) -> tuple[tuple[float, float], float, tuple[int, int]]:
+    """The grid of a picture's cells on the plane at distance 1: its lower left corner, its step, (columns, rows)."""
+    width, height = size
+    scale = pixel_scale(camera, height)
+    return (-scale * width, -scale * height), 2.0 * scale * CELL, (-(-width // CELL), -(-height // CELL))
 
 
 def in_picture(camera: Camera, point: Vec3, size: tuple[int, int], margin: float) -> tuple[float, float, bool]:

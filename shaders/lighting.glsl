@@ -7,8 +7,9 @@
 uniform vec3 ambient;  // Ia
 
 #if LIGHTS > 0
-// What a point P with the outward unit normal n, on the surface `mat`, sends towards V of the light.
-vec3 reflectedOf(Light light, Material m, int mat, real3 P, real3 n, vec3 V) {
+// What a point P with the outward unit normal n, on the surface `mat`, sends towards V of light i.
+vec3 reflectedOf(int i, Material m, int mat, real3 P, real3 n, vec3 V) {
+    Light light = lights[i];
     int index = indexOf(mat);
     // Exactly n or -n, so that N.L > 0 and the shadow ray's own root agree on which side L is.
     real3 N = mat > 0 ? n : -n;
@@ -18,21 +19,21 @@ vec3 reflectedOf(Light light, Material m, int mat, real3 P, real3 n, vec3 V) {
     Contact start = Contact(sameAs(index), n);
     Contact end = Contact(light.on, light.n);
     // A light in the plane itself grazes it: N.L is 0, whatever rounding makes of it.
-    bool grazes = index >= SPHERES && end.surface == start.surface;
+    bool grazes = index >= firstPlane && end.surface == start.surface;
     float NoL = float(dot(N, L));
     // On the surface itself, at distance 0, a light has no direction.
     if (distance == 0.0 || grazes || NoL <= 0.0) return vec3(0.0);
     vec3 I = light.color * (m.kd * NoL + m.ks * specular(m, vec3(N), vec3(L), V));
 #ifdef SHADOWS
-    I *= shadow(Ray(P, L, false, start, end, distance));
+    I *= shadow(Ray(P, L, false, start, end, distance), i);
 #endif
     return I;
 }
 #endif
 
-// The ray meets the surface `mat`, which is not 0 (mat.glsl).
+// The ray meets the surface `mat`, which is not 0 (surfaces.glsl).
 vec3 radianceAt(int mat, Ray view) {
-    Material m = materials[indexOf(mat)];
+    Material m = materialAt(indexOf(mat));
     vec3 I = m.ka * ambient;
 #if LIGHTS > 0
     real3 P, n;
@@ -40,12 +41,12 @@ vec3 radianceAt(int mat, Ray view) {
     vec3 V = vec3(-view.rd);
     // A loop would take llvmpipe a third longer. But Roth's filters twice in a row take it minutes to compile.
 #if LIGHTS == 1 || (LIGHTS == 2 && !defined(MAX_HITS))
-    I += reflectedOf(lights[0], m, mat, P, n, V);
+    I += reflectedOf(0, m, mat, P, n, V);
 #if LIGHTS == 2
-    I += reflectedOf(lights[1], m, mat, P, n, V);
+    I += reflectedOf(1, m, mat, P, n, V);
 #endif
 #else
-    for (int i = 0; i < LIGHTS; i++) I += reflectedOf(lights[i], m, mat, P, n, V);
+    for (int i = 0; i < LIGHTS; i++) I += reflectedOf(i, m, mat, P, n, V);
 #endif
 #endif
     return I;

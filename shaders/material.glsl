@@ -1,7 +1,7 @@
-// Provides struct Material, materials[]: how each surface reflects, one entry a surface.
+// Provides struct Material, materialAt(): how each surface reflects.
 // ka, kd, ks are linear RGB >= 0; h is the exponent of the highlight, >= 0.
 
-#include "mat.glsl"
+#include "surfaces.glsl"
 
 struct Material {
     vec3 ka;
@@ -12,6 +12,22 @@ struct Material {
     int number;  // in the scene's list of materials
 };
 
+#ifdef LISTED
+uniform sampler2D materials;  // 3 texels each
+
+Material materialAt(int index) {
+    int number = int(numberAt(4 * index + 3).x), i = 3 * number;
+    vec4 a = texelFetch(materials, ivec2(i % ROW, i / ROW), 0);
+    vec4 d = texelFetch(materials, ivec2((i + 1) % ROW, (i + 1) / ROW), 0);
+    vec4 s = texelFetch(materials, ivec2((i + 2) % ROW, (i + 2) / ROW), 0);
+    return Material(a.rgb, a.w, d.rgb, int(d.w), s.rgb, number);
+}
+#else
 layout(std140) uniform Materials {
-    Material materials[SURFACES];
+    Material materials[SURFACES];  // one entry a surface
 };
+
+Material materialAt(int index) {
+    return materials[index];
+}
+#endif

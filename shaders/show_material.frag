@@ -14,7 +14,7 @@ void main() {
         return;
     }
     // Hues in steps of the golden section: each new one falls into a widest gap between those before.
-    float hue = fract(0.618034 * float(materials[abs(mat) - 1].number));
+    float hue = fract(0.618034 * float(materialAt(indexOf(mat)).number));
     vec3 c = 0.5 + 0.45 * cos(6.2831853 * (hue - vec3(0.0, 1.0, 2.0) / 3.0));
     radiance = vec4(linearFromSrgb(c), 1.0);
 }

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import raytracer as rt
+from raytracer.cells import CELL
 from raytracer.extremes.comparison import enlarged, moved
 from raytracer.reference import Tracer, camera_rays
 from raytracer.renderer import TILE, Renderer
 from raytracer.settings import Settings
-from raytracer.shader import CELL
 from raytracer.sight import has_quiet, quiet_cells, runs
 from raytracer.solids import Plane, Solid, leaves
 

@@ -1,0 +1,179 @@
+"""The GLSL text of rayCSG() and blockedAt() where there are many primitives: by lists of what rays may meet."""
+
+from __future__ import annotations
+
+from raytracer.evaluators import BLOCKED_AT, RAY_CSG, Tree, holds_of, owner
+
+
+def listed(kinds: list[Tree], depth: int, planes: list[int], spheres: int, *, what: bool, first: bool) -> list[str]:
+    """By lists of what the rays of a cell may meet: see lists.glsl.
+
+    `kinds` are trees over their own leaves, `depth` is that of the deepest program (0 if there is none), `planes`
+    are the objects that are one half-space. With `what`, for the camera's rays; else for rays to a light, and
+    with `first` whatever blocks them, not the nearest.
+    """
+    meet = _meet(bool(kinds), bool(depth), first)
+    lines = [
+        '#include "walk.glsl"',
+        '#include "lists.glsl"',
+        *(_kinds(kinds, what) if kinds else []),
+        *(_programs(depth, what) if depth else []),
+        *meet,
+    ]
+    own = []
+    for number in planes:
+        index = f"firstPlane + {number - spheres}"
+        found = f"Nearest(planeRoot(ray, {index}), planeMat(ray, {index}), planeObject({index}))"
+        own += [
+            f"    found = {found};",
+            "    if (found.t > 0.0 && nearer(found.t, found.object, nearest)) nearest = found;",
+        ]
+    start = ["    Nearest nearest = Nearest(ray.distance, 0, -1), found;", *own]
+    if not what:
+        return [
+            *lines,
+            *BLOCKED_AT,
+            *start,
+            "    int begin = light * (6 * GRID * GRID + 1) + cubeCell(vec3(-ray.rd));",
+            "    meetListed(ray, listAt(begin), listAt(begin + 1), nearest);",
+            "    return nearest.t;",
+            "}",
+        ]
+    return [
+        *lines,
+        "flat in ivec2 listed;  // where the list of this pixel's cell begins and ends",
+        *RAY_CSG,
+        *start,
+        "    meetListed(ray, listed.x, listed.y, nearest);",
+        "    P = ray.ro + nearest.t * ray.rd;",
+        "    N = real3(0.0);",
+        "    mat = nearest.mat;",
+        "    if (mat != 0) surfaceAt(mat, ray, P, N);",
+        "    return nearest.t;",
+        "}",
+    ]
+
+
+def _walk_one(holds: str, owner: str) -> list[str]:
+    """The walk along one object, to where it changes, if that is nearer than `nearest`."""
+    return [
+        "    real at = 0.0;",
+        "    bool inside = false;",
+        "    for (;;) {",
+        f"        real holding = {holds};",
+        "        if (at > 0.0 && (holding > 0.0) != inside) break;",
+        "        real next = abs(holding);",
+        "        if (!nearer(next, object, nearest)) return;",
+        "        inside = holding > 0.0;",
+        "        at = next;",
+        "    }",
+        f"    nearest = Nearest(at, {owner}, object);",
+        "}",
+    ]
+
+
+def _kinds(kinds: list[Tree], what: bool) -> list[str]:
+    most = max(sum(isinstance(node, int) for node in tree) for tree in kinds)
+    spans = [f"s{j}" for j in range(most)]
+    parameters = ", ".join(f"real2 {span}" for span in spans)
+    holds = [holds_of(tree, "holds(s{}, at)") for tree in kinds]
+    choice = "".join(f"kind == {k} ? {text} : " for k, text in enumerate(holds[:-1])) + holds[-1]
+    lines = [f"real kindHolds(int kind, {parameters}, real at) {{", f"    return {choice};", "}"]
+    if what:
+        lines += [f"int kindOwner(int kind, int first, {parameters}, real at) {{", "    int mat = 0;"]
+        for k, tree in enumerate(kinds):
+            lines += [f"    if (kind == {k}) {{", *(f"    {line}" for line in owner([tree], "first + ")), "    }"]
+        lines += ["    return mat;", "}"]
+    return [
+        *lines,
+        "void meetKind(Ray ray, int item, inout Nearest nearest) {",
+        "    vec4 numbers = itemAt(2 * item + 1);",
+        "    int kind = int(numbers.x), first = int(numbers.y), object = int(numbers.z);",
+        *(f"    real2 {span} = sphereRoots(ray, first + {j});" for j, span in enumerate(spans)),
+        *_walk_one(
+            f"kindHolds(kind, {', '.join(spans)}, at)",
+            f"kindOwner(kind, first, {', '.join(spans)}, at)" if what else "1",
+        ),
+    ]
+
+
+def _programs(depth: int, what: bool) -> list[str]:
+    """The machine's stack is as many variables as the deepest program needs: one more is on its way to the top."""
+    return [
+        '#include "program.glsl"',
+        *_machine("real", "Holds", max(depth - 1, 1)),
+        *(_machine("int", "Owner", max(depth - 1, 1)) if what else []),
+        "void meetProgram(Ray ray, int begin, int end, int object, inout Nearest nearest) {",
+        *_walk_one("programHolds(ray, begin, end, at)", "programOwner(ray, begin, end, at) >> 2" if what else "1"),
+    ]
+
+
+def _machine(kind: str, name: str, slots: int) -> list[str]:
+    zero = "0.0" if kind == "real" else "0"
+    push = [f"v{j} = v{j - 1};" for j in range(slots - 1, 0, -1)]
+    pop = [f"v{j} = v{j + 1};" for j in range(1, slots - 1)]
+    return [
+        f"{kind} program{name}(Ray ray, int begin, int end, real at) {{",
+        f"    {kind} {', '.join(f'v{j} = {zero}' for j in range(slots))};",
+        "    for (int k = begin; k < end; k++) {",
+        "        int code = listAt(k), operation = code & 7;",
+        "        bool pushes = operation == PUSH || operation == TRUE, pops = operation == AND || operation == OR;",
+        f"        {kind} leaf = leaf{name}(ray, code, at);",
+        f"        {kind} a = pops ? v{min(1, slots - 1)} : v0, b = pops ? v0 : leaf;",
+        f"        {kind} joined = joined{name}(code, a, b);",
+        *([f"        if (pushes) {{ {' '.join(push)} }}"] if push else []),
+        *([f"        if (pops) {{ {' '.join(pop)} }}"] if pop else []),
+        "        v0 = pushes ? leaf : joined;",
+        "    }",
+        "    return v0;",
+        "}",
+    ]
+
+
+def _meet(kinds: bool, programs: bool, first: bool) -> list[str]:
+    """The walk through a list. The nearest ball is looked for in a loop of its own: pixels that are drawn
+    together look for theirs at once, and then evaluate what they found at once."""
+    candidate = (
+        "entry < 0 || meets(ray, itemAt(2 * entry), nearest.t)"
+        if programs
+        else "meets(ray, itemAt(2 * entry), nearest.t)"
+    )
+    search = [
+        "        int found = NOTHING;",
+        "        while (k < end) {",
+        "            int entry = listAt(k);",
+        "            k++;",
+        f"            if ({candidate}) {{",
+        "                found = entry;",
+        "                break;",
+        "            }",
+        "        }",
+        "        if (found == NOTHING) break;",
+    ]
+    if not kinds:
+        search = ["        if (k >= end) break;", "        int found = listAt(k);", "        k++;"]
+    program = [
+        "meetProgram(ray, k + 1, k - found, listAt(k), nearest);",
+        "k -= found;",
+    ]
+    if kinds and programs:
+        body = [
+            "if (found >= 0) {",
+            "    meetKind(ray, found, nearest);",
+            "} else {",
+            *(f"    {line}" for line in program),
+            "}",
+        ]
+    else:
+        body = ["meetKind(ray, found, nearest);"] if kinds else program
+    return [
+        "void meetListed(Ray ray, int begin, int end, inout Nearest nearest) {",
+        "    const int NOTHING = 0x7fffffff;",
+        "    int k = begin;",
+        "    for (;;) {",
+        *(["        if (nearest.mat != 0) break;"] if first else []),
+        *search,
+        *(f"        {line}" for line in body),
+        "    }",
+        "}",
+    ]

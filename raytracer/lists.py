@@ -1,0 +1,126 @@
+"""What the rays of each cell may meet, as the texture of whole numbers that shaders/lists.glsl walks through.
+
+A cell's list is a row of entries. One that is 0 or more is an object of a kind, by its number in the items'
+texture; -n is followed by the number of another object in the scene, and the n - 1 codes of its program
+(prune.py), whose leaves are surfaces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.cells import by_cell, cube_faces, overlaps, tangents
+from raytracer.groups import balls, groups
+from raytracer.prune import LEAF_SHIFT
+from raytracer.scene import Scene
+from raytracer.shader import GRID
+from raytracer.sight import PASSING, reach
+from raytracer.table import table
+from raytracer.view_space import camera_grid, rotation, vectors
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Lists(NamedTuple):
+    """Cell i's entries are entries[start[i] : start[i + 1]]."""
+
+    start: Ints  # (cells + 1,)
+    entries: NDArray[np.int32]
+
+
+class Items(NamedTuple):
+    """The objects of kinds, in view space; those of kind 0 come first."""
+
+    centers: Array  # (N, 3) and (N,): the balls around them
+    radii: Array
+    kind: Ints
+    first: Ints  # index of their first surface
+    order: Ints  # number in the scene
+
+
+def items(scene: Scene) -> Items:
+    """The objects of kinds of `scene`."""
+    found = table(scene)
+    kinds = groups(scene).kinds
+    around = [balls(group, found.centers, found.radii) for group in kinds]
+    centers = np.concatenate([np.zeros((0, 3)), *(center for center, _ in around)])
+    return Items(
+        (centers - scene.camera.position) @ rotation(scene.camera).T if len(centers) else centers,
+        np.concatenate([np.zeros(0), *(radius for _, radius in around)]),
+        np.repeat(np.arange(len(kinds)), [len(group.first) for group in kinds]),
+        np.concatenate([np.zeros(0, np.int64), *(group.first for group in kinds)]),
+        np.concatenate([np.zeros(0, np.int64), *(group.order for group in kinds)]),
+    )
+
+
+def items_texture(scene: Scene) -> NDArray[np.float32]:
+    """(2 N, 4): the texels `items` of lists.glsl."""
+    found = items(scene)
+    texels = np.zeros((len(found.radii), 2, 4), np.float32)
+    texels[:, 0, :3], texels[:, 0, 3] = found.centers, found.radii
+    texels[:, 1, :3] = np.column_stack([found.kind, found.first, found.order])
+    return texels.reshape(-1, 4)
+
+
+class Lister:
+    """Makes lists for scenes of the same objects, seen by a camera of the same place."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._items = items(scene)
+        self._bigs = groups(scene).bigs
+        self._spheres = len(table(scene).radii)
+        self._centers = vectors(scene)[: self._spheres]
+        self._radii = table(scene).radii
+
+    def of_camera(self, scene: Scene, size: tuple[int, int]) -> Lists:
+        """For the cells of a picture of `size` (width, height): numbered along its rows, the lowest first."""
+        corner, step, shape = camera_grid(scene.camera, size)
+
+        def pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
+            return overlaps(*tangents(centers, radii), corner, (step, step), shape)
+
+        return self._lists(pairs, np.zeros(3), shape[0] * shape[1])
+
+    def of_light(self, scene: Scene, number: int) -> Lists:
+        """For the cells of the cube around a light, numbered as cells.cube_faces() does."""
+        place = np.subtract(scene.lights[number].position, scene.camera.position) @ rotation(scene.camera).T
+
+        wider = PASSING * reach(place, self._centers, self._radii)
+
+        def pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
+            return cube_faces(centers - place, radii + wider, GRID)
+
+        return self._lists(pairs, place, 6 * GRID * GRID)
+
+    def _lists(self, pairs: Callable[[Array, Array], tuple[Ints, Ints]], eye: Array, cells: int) -> Lists:
+        """`pairs(centers, radii)` are all pairs of a cell and a ball that it sees, from `eye`."""
+        # Nearest first: what is behind a hit is not looked at.
+        near = np.linalg.norm(self._items.centers - eye, axis=1) - self._items.radii
+        cell, item = pairs(self._items.centers, self._items.radii)
+        start, item = by_cell(cell, item, cells, near)
+        cell_of, entry = [np.repeat(np.arange(cells), np.diff(start))], [item]
+        for big in self._bigs:
+            sphere = big.surfaces < self._spheres
+            where = big.surfaces[sphere]
+            cell, leaf = pairs(self._centers[where], self._radii[where])
+            everywhere = np.flatnonzero(~sphere)
+            cell = np.concatenate([cell, np.repeat(np.arange(cells), len(everywhere))])
+            leaf = np.concatenate([np.flatnonzero(sphere)[leaf], np.tile(everywhere, cells)])
+            start, leaf = by_cell(cell, leaf, cells, np.arange(len(big.surfaces), dtype=float))
+            start, code = big.pruner.programs(np.repeat(np.arange(cells), np.diff(start)), leaf, cells)
+            count = np.diff(start)
+            some = np.flatnonzero(count)
+            absolute = (big.surfaces[code >> LEAF_SHIFT] << LEAF_SHIFT) | (code & ((1 << LEAF_SHIFT) - 1))
+            cell_of += [some, some, np.repeat(np.arange(cells), count)]
+            entry += [-count[some] - 1, np.full(len(some), big.order), absolute]
+        if len(entry) == 1:
+            return Lists(start, item.astype(np.int32))
+        cell, value = np.concatenate(cell_of), np.concatenate(entry)
+        start = np.zeros(cells + 1, np.int64)
+        np.cumsum(np.bincount(cell, minlength=cells), out=start[1:])
+        return Lists(start, value[np.argsort(cell, kind="stable")].astype(np.int32))

@@ -1,0 +1,134 @@
+"""A scene's numbers on the GPU: in uniform blocks, or in textures where there are many."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer import lists, view_space
+from raytracer.scene import Scene
+from raytracer.settings import Settings
+from raytracer.shader import ROW, is_listed
+from raytracer.sight import Met
+
+# Binding points of uniform blocks, and texture units; 0 and 1 are those of passes.py.
+_BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Materials": 2, "Lights": 3}
+_UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5}
+
+
+class Numbers:
+    """Holds the numbers of one scene at a time, until closed."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._blocks: dict[str, moderngl.Buffer] = {}
+        self._textures: dict[str, moderngl.Texture] = {}
+        self._of: object = None  # which scene, but for its lights
+        self._lister: lists.Lister | None = None
+        self._of_camera: lists.Lists | None = None
+        self._of_lights: list[lists.Lists] = []
+        self._first = 0  # where the camera's lists begin
+
+    def load(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
+        """Take the numbers of `scene` for a picture of `size`."""
+        precision = settings.precision
+        self._write("Lights", view_space.lights_block(scene, precision))
+        # Lights move, and then all else is as it was. Equal tuples of the same things are quickly compared.
+        of = scene.objects, scene.camera, scene.materials, settings, size
+        new, self._of = of != self._of, of
+        if is_listed(scene, settings):
+            self._load_listed(scene, settings, size, new)
+        elif new:
+            self._lister = None
+            blocks = {
+                "Surfaces": view_space.surfaces_block(scene, precision),
+                "CameraTerms": view_space.camera_terms_block(scene, size, precision),
+                "Materials": view_space.materials_block(scene, settings),
+            }
+            for name, block in blocks.items():
+                self._write(name, block)
+
+    def _load_listed(self, scene: Scene, settings: Settings, size: tuple[int, int], new: bool) -> None:
+        if new or self._lister is None:
+            self._texture("numbers", view_space.numbers_texture(scene, size))
+            self._texture("materials", view_space.materials_texture(scene, settings))
+            self._texture("items", lists.items_texture(scene))
+            self._lister = lists.Lister(scene)
+            self._of_camera = self._lister.of_camera(scene, size)
+        shadows = settings.shadows != "off"
+        self._of_lights = [self._lister.of_light(scene, i) for i in range(len(scene.lights) if shadows else 0)]
+        assert self._of_camera
+        # Where the lists begin, and then all lists, the camera's last.
+        starts = sum(len(found.start) for found in self._of_lights)
+        parts: list[Any] = []
+        for found in self._of_lights:
+            parts.append(found.start + starts)
+            starts += len(found.entries)
+        self._first = starts
+        entries = [*(found.entries for found in self._of_lights), self._of_camera.entries]
+        self._texture("lists", np.concatenate([*parts, *entries]).astype(np.int32))
+
+    def camera_lists(self) -> NDArray[np.int32] | None:
+        """(cells, 2): where the list of each cell of the picture begins and ends; None if there are none."""
+        if self._lister is None or self._of_camera is None:
+            return None
+        start = self._of_camera.start + self._first
+        return np.column_stack([start[:-1], start[1:]]).astype(np.int32)
+
+    def met(self) -> Met | None:
+        """In which cells there are lists."""
+        if self._lister is None or self._of_camera is None:
+            return None
+        return Met(np.diff(self._of_camera.start) > 0, [np.diff(found.start) > 0 for found in self._of_lights])
+
+    def attach(self, program: moderngl.Program) -> None:
+        """Say where `program` finds them."""
+        for name in self._blocks:
+            if name in program:
+                program[name].binding = _BLOCKS[name]  # pyright: ignore[reportAttributeAccessIssue]
+        for name, unit in _UNITS.items():
+            if name in program:
+                program[name] = unit
+
+    def bind(self) -> None:
+        """Make them those of the next draws."""
+        for name, buffer in self._blocks.items():
+            buffer.bind_to_uniform_block(_BLOCKS[name])
+        for name, texture in self._textures.items():
+            texture.use(_UNITS[name])
+
+    def _write(self, name: str, data: bytes) -> None:
+        """Bring a uniform block to the GPU, into the buffer that is there if that has the size."""
+        buffer = self._blocks.get(name)
+        if buffer and buffer.size == len(data):
+            buffer.write(data)
+            return
+        if buffer:
+            self._blocks.pop(name).release()
+        if data:
+            self._blocks[name] = self._context.buffer(data, dynamic=True)
+
+    def _texture(self, name: str, data: NDArray[Any]) -> None:
+        """Bring texels to the GPU, ROW to a row: (N, 4) float32 or (N,) int32."""
+        components = data.shape[1] if data.ndim == 2 else 1
+        rows = max(1, -(-len(data) // ROW))
+        texels = np.zeros((rows * ROW, components), data.dtype)
+        texels[: len(data)] = data.reshape(-1, components)
+        texture = self._textures.get(name)
+        # Room to grow: lists change their length with every move.
+        if texture is None or not rows <= texture.height <= 4 * rows:
+            if texture:
+                self._textures.pop(name).release()
+            kind = "f4" if data.dtype == np.float32 else "i4"
+            texture = self._context.texture((ROW, rows + rows // 4), components, dtype=kind)
+            texture.filter = moderngl.NEAREST, moderngl.NEAREST
+            self._textures[name] = texture
+        texture.write(texels, viewport=(0, 0, ROW, rows))
+
+    def close(self) -> None:
+        """Give back everything on the GPU."""
+        for thing in (*self._blocks.values(), *self._textures.values()):
+            thing.release()
