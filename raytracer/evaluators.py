@@ -95,7 +95,7 @@ def roth(trees: list[Tree], spheres: int) -> list[str]:
     ]
 
 
-_HOLDS: dict[type[Solid], str] = {Union: "max({}, {})", Intersection: "min({}, {})", Difference: "min({}, {})"}
+_HOLDS: dict[type[Solid], str] = {Union: "max({}, {})", Intersection: "min({}, {})", Difference: "min({}, -{})"}
 _LOGIC: dict[type[Solid], str] = {Union: "{} || {}", Intersection: "{} && {}", Difference: "{} && !{}"}
 
 

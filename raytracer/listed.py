@@ -14,6 +14,7 @@ def listed(kinds: list[Tree], depth: int, planes: list[int], spheres: int, *, wh
     """
     meet = _meet(bool(kinds), bool(depth), first)
     lines = [
+        '#include "walk.glsl"',
         '#include "lists.glsl"',
         *(_kinds(kinds, what) if kinds else []),
         *(_programs(depth, what) if depth else []),

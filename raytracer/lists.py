@@ -18,6 +18,7 @@ from raytracer.groups import balls, groups
 from raytracer.prune import LEAF_SHIFT
 from raytracer.scene import Scene
 from raytracer.shader import GRID
+from raytracer.sight import PASSING, reach
 from raytracer.table import table
 from raytracer.view_space import camera_grid, rotation, vectors
 
@@ -89,8 +90,10 @@ class Lister:
         """For the cells of the cube around a light, numbered as cells.cube_faces() does."""
         place = np.subtract(scene.lights[number].position, scene.camera.position) @ rotation(scene.camera).T
 
+        wider = PASSING * reach(place, self._centers, self._radii)
+
         def pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
-            return cube_faces(centers - place, radii, GRID)
+            return cube_faces(centers - place, radii + wider, GRID)
 
         return self._lists(pairs, place, 6 * GRID * GRID)
 

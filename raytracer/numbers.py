@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer import lists, view_space
+from raytracer.checks import InputError
 from raytracer.scene import Scene
 from raytracer.settings import Settings
 from raytracer.shader import ROW, is_listed
@@ -122,8 +123,13 @@ class Numbers:
         if texture is None or not rows <= texture.height <= 4 * rows:
             if texture:
                 self._textures.pop(name).release()
+            most = self._context.info["GL_MAX_TEXTURE_SIZE"]
+            if rows > most:
+                what = "entries in the lists of all cells" if name == "lists" else f"texels of {name}"
+                limit = f"{most * ROW} {what} (this driver's textures)"
+                raise InputError(f"objects: expected at most {limit}, got {len(data)}")
             kind = "f4" if data.dtype == np.float32 else "i4"
-            texture = self._context.texture((ROW, rows + rows // 4), components, dtype=kind)
+            texture = self._context.texture((ROW, min(most, rows + rows // 4)), components, dtype=kind)
             texture.filter = moderngl.NEAREST, moderngl.NEAREST
             self._textures[name] = texture
         texture.write(texels, viewport=(0, 0, ROW, rows))

@@ -108,23 +108,37 @@ class Scene(msgspec.Struct, frozen=True):
         if not isinstance(self.camera, Camera):
             raise InputError(f"camera: expected a Camera, got {shown(self.camera)}")
         given = _tuple_of(self.materials, Material, "materials", "Materials")
-        once = [leaves(o.solid if isinstance(o, Instances) else o) for o in objects]
-        copies = [len(o) if isinstance(o, Instances) else 1 for o in objects]
-        count = sum(n * len(found) for n, found in zip(copies, once, strict=True))
-        if count > MAX_SURFACES:
-            raise InputError(f"objects: expected at most {MAX_SURFACES} primitives, got {count}")
         set_fields(
             self,
             objects=objects,
             lights=_tuple_of(self.lights, PointLight, "lights", "PointLights"),
             ambient=color(self.ambient, "ambient"),
             background=color(self.background, "background"),
-            materials=tuple(dict.fromkeys((*given, *(leaf.material for found in once for leaf in found)))),
+            materials=tuple(dict.fromkeys((*given, *_materials(objects)))),
         )
 
     def solids(self) -> tuple[Solid, ...]:
         """All plain solids in order, those of Instances one by one. Surfaces are counted in this order everywhere."""
         return tuple(s for o in self.objects for s in (o.solids() if isinstance(o, Instances) else (o,)))
+
+
+_last: tuple[object, tuple[Material, ...]] = (None, ())
+
+
+def _materials(objects: tuple[Solid | Instances, ...]) -> tuple[Material, ...]:
+    """The materials of all primitives, once each, in order. Raises InputError for more than MAX_SURFACES of these.
+
+    Kept for the next scene of the same objects: in a window lights and cameras make many of them.
+    """
+    global _last
+    if _last[0] is not objects:
+        once = [leaves(o.solid if isinstance(o, Instances) else o) for o in objects]
+        copies = [len(o) if isinstance(o, Instances) else 1 for o in objects]
+        count = sum(n * len(found) for n, found in zip(copies, once, strict=True))
+        if count > MAX_SURFACES:
+            raise InputError(f"objects: expected at most {MAX_SURFACES} primitives, got {count}")
+        _last = objects, tuple(dict.fromkeys(leaf.material for found in once for leaf in found))
+    return _last[1]
 
 
 def _tuple_of(values: Iterable[T], kind: type[T] | UnionType, key: str, expected: str) -> tuple[T, ...]:

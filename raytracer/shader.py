@@ -46,7 +46,7 @@ def models(scene: Scene, settings: Settings) -> list[str]:
 def visibility_source(scene: Scene, settings: Settings, *, geometry: bool = False) -> Source:
     """The fragment shader that finds what each pixel sees; with `geometry`, its distance and normal too."""
     defines = _defines(scene, settings) | ({"GEOMETRY": 1} if geometry else {})
-    generated = [*_includes(scene, settings), "", *_ray_csg(scene, settings)]
+    generated = [*_includes(scene), "", *_ray_csg(scene, settings)]
     return assemble("visibility.frag", defines, {"scene.glsl": "\n".join(generated)})
 
 
@@ -55,7 +55,7 @@ def shade_source(scene: Scene, settings: Settings) -> Source:
     defines = _defines(scene, settings) | {"LIGHTS": len(scene.lights)}
     if not scene.lights:
         return assemble("shade.frag", defines, {"scene.glsl": '#include "camera.glsl"'})
-    generated = [*_includes(scene, settings), '#include "light.glsl"', *_specular(scene, settings)]
+    generated = [*_includes(scene), '#include "light.glsl"', *_specular(scene, settings)]
     if settings.shadows != "off":
         defines["SHADOWS"] = 1
         generated += ["", *_blocked_at(scene, settings), "", f'#include "shadow_{settings.shadows}.glsl"']
@@ -71,7 +71,8 @@ def quiet_source(scene: Scene, settings: Settings) -> Source:
     defines = _defines(scene, settings) | {"LIGHTS": len(scene.lights), "NO_SPHERES": 1}
     if len(planes) == 1:
         defines["ONLY"] = f"(firstPlane + {planes[0] - spheres})"
-    generated = [*_includes(scene, settings), *evaluators.nearest_plane(planes, spheres, what=True)]
+    generated = ['#include "plane.glsl"', '#include "hit.glsl"']
+    generated += evaluators.nearest_plane(planes, spheres, what=True)
     if scene.lights:
         generated += ['#include "light.glsl"', *_specular(scene, settings)]
     if scene.lights and settings.shadows != "off" and len(planes) > 1:
@@ -105,32 +106,38 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
     return defines | {"DOUBLES": 1} if settings.precision == 64 else defines
 
 
-def _includes(scene: Scene, settings: Settings) -> list[str]:
+def _includes(scene: Scene) -> list[str]:
+    """What knows where rays meet the scene's surfaces."""
     found = table(scene)
     lines = ['#include "sphere.glsl"'] if len(found.radii) else []
     lines += ['#include "plane.glsl"'] if found.planes else []
-    lines.append('#include "hit.glsl"')
-    if settings.evaluator != "roth":
-        return [*lines, '#include "walk.glsl"']
-    return [*lines, f"#define MAX_HITS {max(map(evaluators.max_hits, scene.solids()))}", '#include "roth.glsl"']
+    return [*lines, '#include "hit.glsl"']
 
 
 def _ray_csg(scene: Scene, settings: Settings) -> list[str]:
-    spheres = len(table(scene).radii)
     if settings.evaluator == "roth":
-        return evaluators.roth(_numbered(scene), spheres)
+        return _roth(scene)
     if is_listed(scene, settings):
         return _listed(scene, what=True, first=False)
-    return evaluators.walk(_numbered(scene), spheres, what=True)
+    return _walk(scene, what=True)
 
 
 def _blocked_at(scene: Scene, settings: Settings) -> list[str]:
-    spheres = len(table(scene).radii)
     if settings.evaluator == "roth":
-        return evaluators.roth(_numbered(scene), spheres)
+        return _roth(scene)
     if is_listed(scene, settings):
         return _listed(scene, what=False, first=settings.shadows == "hard")
-    return evaluators.walk(_numbered(scene), spheres, what=False)
+    return _walk(scene, what=False)
+
+
+def _roth(scene: Scene) -> list[str]:
+    most = max(map(evaluators.max_hits, scene.solids()))
+    text = evaluators.roth(_numbered(scene), len(table(scene).radii))
+    return [f"#define MAX_HITS {most}", '#include "roth.glsl"', *text]
+
+
+def _walk(scene: Scene, *, what: bool) -> list[str]:
+    return ['#include "walk.glsl"', *evaluators.walk(_numbered(scene), len(table(scene).radii), what=what)]
 
 
 def _listed(scene: Scene, *, what: bool, first: bool) -> list[str]:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.cells import MARGIN, cube_faces, overlaps, tangents
+from raytracer.cells import CELL, MARGIN, cube_faces, overlaps, tangents
 from raytracer.groups import groups, is_bounded
 from raytracer.scene import Scene
 from raytracer.settings import Settings
@@ -30,6 +30,16 @@ Mask = NDArray[np.bool_]
 
 # Cells of a side of a cube's face around a light.
 _GRID = 64
+# How far from a ray towards a light a ball is, in float32: by so much of the distances from the camera and of the
+# ray's length (32 units in the last place, which the point, light, centre, direction and moment share) may it be
+# wrong, however near the light it is.
+PASSING = 2.0**-19
+# Balls are widened by that for distances so many times as large as a typical one from the light, or from the camera
+# to the light: nothing of those, and beyond them nothing is known to be quiet.
+_REACH, _AWAY = 128.0, 4.0
+# Slopes of a half-space, for each pixel that a picture is wide and high, below which cameraSlope() (camera.glsl) does
+# not give its points to within MARGIN.
+_FLATTEST = 2.0**-27
 
 
 class Met(NamedTuple):
@@ -57,6 +67,8 @@ def quiet_cells(scene: Scene, size: tuple[int, int], settings: Settings, met: Me
     rays = _corner_rays(scene, size)
     met = met or _find_met(scene, rays, size, settings)
     quiet = ~met.seen.reshape(len(rays) - 1, -1)
+    radii = table(scene).radii
+    centers = vectors(scene)[: len(radii)]
     planes = [table(scene).planes[surface - len(table(scene).radii)] for surface in groups(scene).planes]
     normals = [rotation(scene.camera) @ np.array(plane.unit()[0]) for plane in planes]
     depths = [plane.depth(scene.camera.position) for plane in planes]
@@ -64,15 +76,16 @@ def quiet_cells(scene: Scene, size: tuple[int, int], settings: Settings, met: Me
     for n, depth in zip(normals, depths, strict=True):
         # By a margin: a slope of all but 0 has no sign that rounding may not change.
         empty &= ~_any((rays @ n) * np.sign(depth) > -MARGIN * np.linalg.norm(rays, axis=-1))
-    if settings.shadows == "off":
+    if settings.shadows == "off" or not len(radii):
         return quiet, empty
     for light, occupied in zip(scene.lights, met.lights, strict=True):
         place = rotation(scene.camera) @ np.subtract(light.position, scene.camera.position)
         grid = math.isqrt(len(occupied) // 6)
+        far = reach(place, centers, radii) - float(np.linalg.norm(place))
         # Sums over the cells from a face's corner on.
         sums = np.pad(occupied.reshape(6, grid, grid).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
         for n, depth in zip(normals, depths, strict=True):
-            quiet &= ~_shadowed(rays, n, depth, place, sums)
+            quiet &= ~_shadowed(rays, n, depth, place, sums, far)
     return quiet, empty & quiet
 
 
@@ -93,9 +106,18 @@ def _find_met(scene: Scene, rays: Array, size: tuple[int, int], settings: Settin
     lights = []
     for light in scene.lights if settings.shadows != "off" else ():
         place = rotation(scene.camera) @ np.subtract(light.position, scene.camera.position)
-        pairs = cube_faces(centers - place, radii, _GRID)
-        lights.append(_met(scene, *_in_cone(pairs, _cube_corners(), centers - place, radii), 6 * _GRID * _GRID))
+        wide = radii + PASSING * reach(place, centers, radii)
+        pairs = cube_faces(centers - place, wide, _GRID)
+        lights.append(_met(scene, *_in_cone(pairs, _cube_corners(), centers - place, wide), 6 * _GRID * _GRID))
     return Met(seen, lights)
+
+
+def reach(light: Array, centers: Array, radii: Array) -> float:
+    """How long rays to a light may be for what PASSING says of them."""
+    if not len(radii):
+        return 0.0
+    typical = float(np.median(np.linalg.norm(centers - light, axis=1) + radii))
+    return max(_REACH * typical, _AWAY * float(np.linalg.norm(light)))
 
 
 def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
@@ -140,7 +162,8 @@ def _in_cone(
     corners = corners[:, cell] / np.linalg.norm(corners[:, cell], axis=-1, keepdims=True)
     axis = corners.sum(axis=0)
     axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
-    around = np.arccos(np.clip(np.sum(corners * axis, axis=-1).min(axis=0), -1.0, 1.0))
+    # By the chords: of small angles a cosine says little.
+    around = 2.0 * np.arcsin(np.minimum(np.linalg.norm(corners - axis, axis=-1).max(axis=0) / 2.0, 1.0))
     distance = np.linalg.norm(centers[sphere], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         half = np.arcsin(np.minimum(radii[sphere] * (1.0 + MARGIN) / distance, 1.0))
@@ -160,22 +183,23 @@ def _cube_corners() -> Array:
     return np.concatenate([_corners(face).reshape(4, -1, 3) for face in faces], axis=1)
 
 
-def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[np.int64]) -> Mask:
+def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[np.int64], reach: float) -> Mask:
     """(rows, columns): in which cells shadows of balls may lie on the half-space dot(n, x) <= depth.
 
-    `rays` (rows + 1, columns + 1, 3) go through the cells' corners.
+    `rays` (rows + 1, columns + 1, 3) go through the cells' corners. Balls are those of points within `reach`.
     """
     slope = rays @ n
     ahead = slope * depth > 0.0  # linear, so that a cell sees the face where one of its corners does
-    visible, whole = _any(ahead), _all(ahead)
     with np.errstate(divide="ignore", invalid="ignore"):
         P = np.where(ahead, depth / slope, 0.0)[..., None] * rays
+    steep = np.abs(slope) > _FLATTEST * CELL * sum(rays.shape[:2]) * np.linalg.norm(rays, axis=-1)
+    visible, whole = _any(ahead), _all(ahead & steep & (np.linalg.norm(P, axis=-1) <= reach))
     D = P - light
     grid = sums.shape[1] - 1
-    shadowed = visible & ~whole & bool(sums[:, -1, -1].any())  # the horizon's cells: the face goes on without end
+    shadowed = visible & ~whole & bool(sums[:, -1, -1].any())  # to the horizon: the face goes on without end
     # What rounding to float32 may move a point by, seen from the light.
     error = MARGIN * (np.linalg.norm(P, axis=-1) + np.linalg.norm(light))
-    for face in range(6):
+    for face in np.flatnonzero(sums[:, -1, -1]):
         axis = face // 2
         main = D[..., axis] * (1.0 - 2.0 * (face % 2))
         front = main > error
@@ -183,10 +207,9 @@ def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[n
         most = _corners(main + error).max(axis=0)
         side = np.delete(D, axis, axis=-1)
         off = error[..., None]
-        beside = (_corners(side - off) > most[..., None]).all(axis=0) | (_corners(side + off) < -most[..., None]).all(
-            axis=0
-        )
-        shadowed |= whole & (most > 0.0) & ~_all(front) & ~beside.any(axis=-1) & bool(sums[face, -1, -1])
+        above, below = _corners(side - off) > most[..., None], _corners(side + off) < -most[..., None]
+        beside = above.all(axis=0) | below.all(axis=0)
+        shadowed |= whole & (most > 0.0) & ~_all(front) & ~beside.any(axis=-1)
         # In front of the face the cell's part of the half-space is a quadrilateral there, inside its bounds.
         with np.errstate(divide="ignore", invalid="ignore"):
             at = np.where(front[..., None], side / main[..., None], 0.0)

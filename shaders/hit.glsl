@@ -1,6 +1,6 @@
 // Provides surfaceAt(): the point that a ray hits.
 //
-// Needs what terms.glsl needs. Where the host knows that rays meet no sphere, it defines NO_SPHERES.
+// Needs what terms.glsl needs.
 
 #include "terms.glsl"
 

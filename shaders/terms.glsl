@@ -1,6 +1,7 @@
 // Provides sphereTerms(), planeSlope(), sphereRoots(), planeRoots(), sameAs(): the roots of a ray with
 // the scene's surfaces, to as many bits as can be had. All camera rays start at one point, so the host
 // knows in float64 what cancels. Needs sphere.glsl if there are spheres, plane.glsl if there are planes.
+// Where the host knows that rays meet no sphere, it defines NO_SPHERES.
 
 #include "surfaces.glsl"
 #include "camera.glsl"
@@ -10,7 +11,7 @@ int sameAs(int index) {
     return int(fineAt(index).w);
 }
 
-#ifdef HAS_SPHERES
+#if defined(HAS_SPHERES) && !defined(NO_SPHERES)
 // For sphereSpan() and sphereNormal().
 real2 sphereTerms(Ray ray, int index) {
     if (ray.ofCamera)

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from raytracer.extremes import ROWS, Finding, fuzz, ledger
 from raytracer.renderer import Renderer
 from raytracer.resolution import resolution
 from raytracer.rounding import UNIT
-from raytracer.settings import Precision, Settings, precision_warning
+from raytracer.settings import Evaluator, Precision, Settings, precision_warning
 
 from . import scenes
 from .test_render import assert_agrees, check
@@ -141,7 +142,7 @@ def test_a_highlight_of_any_exponent_is_1_at_its_middle_and_0_behind(renderer: R
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("evaluator", ["walk", "roth"])
+@pytest.mark.parametrize("evaluator", get_args(Evaluator))
 def test_doubles_make_the_same_picture_more_precisely(renderer: Renderer, evaluator: str) -> None:
     settings = Settings(precision=64, evaluator=evaluator, shadows="diluted", samples=3)  # pyright: ignore[reportArgumentType]
     image = renderer.render(scenes.assignment(), (160, 90), settings)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import msgspec
@@ -15,9 +15,11 @@ from raytracer import glsl_source
 from raytracer.live import Live, Pace
 from raytracer.passes import release
 from raytracer.renderer import Renderer
-from raytracer.settings import Settings
+from raytracer.settings import Evaluator, Settings
 from raytracer.shader import Show
+from raytracer.solids import Primitive, Solid, with_leaves
 from raytracer.turntable import turn_camera, turn_light
+from raytracer.vectors import add
 from raytracer.view_space import in_picture
 
 from . import scenes
@@ -111,6 +113,61 @@ def test_moving_lights_and_the_camera_compiles_nothing_and_reads_no_file(
         monkeypatch.setattr(renderer, "program", never)
 
 
+def changed(scene: rt.Scene) -> Iterator[rt.Scene]:
+    """`scene` with all of its numbers changed, one kind after the other."""
+
+    def with_leaves_of(change: Callable[[Primitive], Solid]) -> rt.Scene:
+        objects = [with_leaves(solid, change) for solid in scene.solids()]
+        return msgspec.structs.replace(scene, objects=objects, materials=())
+
+    def moved(leaf: Primitive) -> Solid:
+        if isinstance(leaf, rt.Sphere):
+            return rt.Sphere(add(leaf.center, (0.1, -0.2, 0.3)), leaf.radius, leaf.material)
+        return rt.Plane(add(leaf.normal, (0.1, 0, 0.2)), leaf.offset - 0.5, leaf.material)
+
+    def scaled(leaf: Primitive) -> Solid:
+        return msgspec.structs.replace(leaf, radius=1.1 * leaf.radius) if isinstance(leaf, rt.Sphere) else leaf
+
+    def painted(leaf: Primitive) -> Solid:
+        material = rt.Material(
+            (0.1, 0, 0), (0.2, 0.7 - leaf.material.kd[0], 0.1), (0.9, 0.1, 0), 7.5, leaf.material.model
+        )
+        return msgspec.structs.replace(leaf, material=material)
+
+    for change in (moved, scaled, painted):
+        scene = with_leaves_of(change)
+        yield scene
+    for change in (
+        {"lights": [rt.PointLight((-4, 5, 3), (0.2, 0.9, 0.4)) for _ in scene.lights]},
+        {"camera": rt.Camera((1, 0.4, -6), (0, 1, 0), (0.1, 1, 0), 80)},
+        {"background": (0.1, 0.2, 0), "ambient": (0.5, 3, 1)},
+        {"lights": [rt.PointLight((0, -5, 0)) for _ in scene.lights]},
+        {"camera": rt.Camera((0, 2, 1), (0, -1, -9), vertical_fov=2)},
+    ):
+        scene = msgspec.structs.replace(scene, **change)
+        yield scene
+
+
+@pytest.mark.parametrize("evaluator", ["cells", "walk"])
+def test_moving_and_recoloring_anything_compiles_nothing(renderer: Renderer, evaluator: Evaluator) -> None:
+    settings = Settings(evaluator=evaluator)
+    scene = scenes.assignment()
+    own = Renderer(renderer.context)
+    live = Live(own, 1e9)
+    drawn(live, own, scene, settings)
+    own.render(scene, SIZE, settings)
+    before = dict(own._programs)
+    for k, other in enumerate(changed(scene)):
+        picture = drawn(live, own, other, settings)
+        assert np.abs(picture - own.render(other, SIZE, settings).srgb8()).max() <= 1
+        assert own._programs == before, k
+        own.render(other, (SIZE[0] + 16 * k, 33), settings)
+        assert own._programs == before, "nor does another size"
+    with renderer.context:
+        live.close()
+        own.forget(())
+
+
 def test_enlarged_pixels_show_a_smaller_picture_and_a_resize_a_larger_one(renderer: Renderer) -> None:
     scene = scenes.assignment()
     live = Live(renderer, budget=1e-9)
@@ -167,8 +224,8 @@ def test_a_place_in_the_picture_is_where_the_camera_ray_of_that_pixel_goes() -> 
 
 # What is wrong, and what the message says. GLSL takes the second and third, but the host does not.
 MISTAKES = [
-    ("shade.frag", "vec3 I = m.ka * ambient;", "vec3 I = m.kb * ambient;", r"shade\.frag:\d+"),
-    ("shade.frag", "uniform vec3 ambient; ", "const vec3 x = vec3(1.0); uniform float ambient;", "uniform ambient"),
+    ("lighting.glsl", "vec3 I = m.ka * ambient;", "vec3 I = m.kb * ambient;", r"lighting\.glsl:\d+"),
+    ("lighting.glsl", "uniform vec3 ambient; ", "const vec3 x = vec3(1.0); uniform float ambient;", "uniform ambient"),
     ("present.frag", "uniform int enlarged;", "uniform ivec2 enlarged;", "uniform enlarged"),
     ("show_depth.frag", "// The distance", "// Die L\xe4nge", "show_depth.frag:1: .*UTF-8"),
     ("camera.glsl", "real2(2.0 * (", "real2(2.0 * nothing * (", r"camera\.glsl:\d+"),
@@ -196,14 +253,15 @@ def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
     file.write_text(good)
     live.reread()
     assert np.array_equal(drawn(live, own, scene, ONE, show), before)
-    assert len(own._programs) == 5, "those of the mistakes are released"
+    # What is shown on the screen has three, a picture of cells four, one of the depth two.
+    assert len(own._programs) == 3 + (4 if show == "picture" else 2), "those of the mistakes are released"
     with renderer.context:
         live.close()
 
 
 def test_a_changed_shader_is_taken_when_told_and_not_before(live: Live, renderer: Renderer, shaders: Path) -> None:
     before = drawn(live, renderer, scenes.assignment(), ONE)
-    file = shaders / "shade.frag"
+    file = shaders / "lighting.glsl"
     file.write_text(file.read_text().replace("vec3 I = m.ka * ambient;", "vec3 I = vec3(0.5);"))
     assert np.array_equal(drawn(live, renderer, scenes.assignment(), ONE), before)
     live.reread()

@@ -7,17 +7,18 @@ import numpy as np
 
 import raytracer as rt
 from raytracer.scene import Scene
-from raytracer.shader import surfaces
-from raytracer.solids import Sphere
+from raytracer.solids import Sphere, leaves
 from raytracer.table import powers, table
 
 from . import scenes
 
 
 def check_order(scene: Scene) -> None:
-    found, expected = table(scene), surfaces(scene)
-    spheres = [leaf for leaf in expected if isinstance(leaf, Sphere)]
-    assert found.count == len(expected)
+    every = [leaf for solid in scene.solids() for leaf in leaves(solid)]
+    spheres = [leaf for leaf in every if isinstance(leaf, Sphere)]
+    expected = [*spheres, *(leaf for leaf in every if not isinstance(leaf, Sphere))]
+    found = table(scene)
+    assert found.size == len(expected)
     np.testing.assert_array_equal(found.centers, np.array([s.center for s in spheres]).reshape(-1, 3))
     np.testing.assert_array_equal(found.radii, [s.radius for s in spheres])
     assert found.planes == expected[len(spheres) :]

@@ -149,7 +149,7 @@ def test_wheel_and_right_button_move_light_and_camera_and_e_writes_what_render_r
 @pytest.mark.window
 def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_line(tmp_path: Path) -> None:
     copy_checkout(tmp_path)
-    file, shader, camera = (tmp_path / name for name in ("ball.toml", "shaders/shade.frag", "shaders/camera.glsl"))
+    file, shader, camera = (tmp_path / name for name in ("ball.toml", "shaders/lighting.glsl", "shaders/camera.glsl"))
     file.write_text(BALL)
     plain = rendered(rt.load(file))
     upper = plain[: SIZE[1] // 4]  # above the message
@@ -172,8 +172,9 @@ def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_li
 
             view.until(shows_both, "the window does not show the mistake and above it the last good picture")
 
+        line = shader.read_text().partition("m.ka * ambient")[0].count("\n") + 1
         saved(shader, "m.ka * ambient", "m.ka * ambience")
-        until_wrong("shade.frag:20: ")
+        until_wrong(f"lighting.glsl:{line}: ")
         saved(shader, "m.ka * ambience", "m.kd * ambient")
         file.write_text(BALL.replace("kd = [0.5, 0.1, 0.1]", "kd = [0.5, 0.1, 0.1]\nka = [0.5, 0.1, 0.1]"))
         bright = rendered(rt.load(file))
@@ -181,7 +182,7 @@ def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_li
         view.until_shown(bright, "mending and changing the shader")
         saved(shader, "m.kd * ambient", "m.ka * ambient")
         view.until_shown(plain, "changing it back")
-        (tmp_path / "shaders" / ".#shade.frag").symlink_to("nowhere")  # what an editor leaves for a while
+        (tmp_path / "shaders" / ".#lighting.glsl").symlink_to("nowhere")  # what an editor leaves for a while
         saved(camera, "halfPixels() {", "halfPixels() { oops;")
         until_wrong("camera.glsl:15: ")
         saved(camera, "halfPixels() { oops;", "halfPixels() {")

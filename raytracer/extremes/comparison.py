@@ -105,7 +105,7 @@ def findings(
     at: str,
     scene: Scene,
     size: tuple[int, int],
-    evaluator: Evaluator = "walk",
+    evaluator: Evaluator = "cells",
     doubt: float = 0.01,
     dark: float = 0.05,
 ) -> Iterator[Finding]:

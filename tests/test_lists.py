@@ -1,0 +1,144 @@
+"""Pictures by lists of what the rays of each cell may meet are those of the walk, which looks at everything."""
+
+from __future__ import annotations
+
+import functools
+import operator
+
+import msgspec
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer import reference
+from raytracer import shader as shader_module
+from raytracer.groups import groups
+from raytracer.renderer import Renderer
+from raytracer.resolution import resolution
+from raytracer.settings import Settings
+from raytracer.shader import is_listed, shade_source, visibility_source
+
+from . import scenes
+
+pytestmark = pytest.mark.gl
+
+SIZE = (128, 72)
+RED, BLUE, GREEN, GREY = scenes.COLORS
+FLOOR = rt.Plane((0, 1, 0), -2.5, GREY)
+
+
+@pytest.fixture
+def always_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So that the walk, whose text grows with a scene, can be compared."""
+    monkeypatch.setattr(shader_module, "FEW", 0)
+
+
+def check(renderer: Renderer, scene: rt.Scene, size: tuple[int, int] = SIZE, **settings: object) -> None:
+    chosen = Settings(**settings)  # pyright: ignore[reportArgumentType]
+    assert is_listed(scene, chosen)
+    cells = renderer.render(scene, size, chosen)
+    walk = renderer.render(scene, size, msgspec.structs.replace(chosen, evaluator="walk"))
+    for name in ("radiance", "depth", "normal", "material"):
+        one, other = getattr(cells, name), getattr(walk, name)
+        if "llvmpipe" in renderer.context.info["GL_RENDERER"]:
+            np.testing.assert_array_equal(one, other, name)
+        else:  # other compilers may contract a product and a sum in one of two programs, and not in the other
+            np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5, err_msg=name)
+
+
+def lens(x: float, y: float, z: float, scale: float = 1.0) -> rt.Solid:
+    a, b, c = ((x + dx * scale, y, z + dz * scale) for dx, dz in ((-0.4, 0), (0.4, 0), (0.1, 0.6)))
+    return (rt.Sphere(a, scale, RED) & rt.Sphere(b, scale, BLUE)) - rt.Sphere(c, 0.7 * scale, GREEN)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_trees_are_the_same(renderer: Renderer, always_listed: None, seed: int) -> None:
+    check(renderer, scenes.random_scene(seed), shadows="diluted" if seed % 2 else "hard", samples=1 + seed % 2)
+
+
+def test_objects_of_several_kinds_and_programs_are_the_same(renderer: Renderer, always_listed: None) -> None:
+    ball, half = rt.Sphere((1.2, 0.5, 1), 0.8, GREEN), rt.Plane((1, 1, 0), 0.3, BLUE)
+    objects = [lens(0, 0, 0), lens(-2, 0.4, -1, 0.7), ball, rt.Sphere((0, 2, 0), 0.5), FLOOR]
+    objects += [rt.Sphere((-1, -1, 1), 0.9, RED) & half, ~rt.Sphere((0, 0, 0), 30, BLUE), rt.Plane((0, 0, -1), 9, RED)]
+    for shadows in ("off", "hard", "diluted"):
+        check(renderer, scenes.of(*objects, eye=(0.5, 1, 6)), shadows=shadows)
+    check(renderer, scenes.of(*objects[:4], eye=(0.5, 1, 6)), shading="blinn")
+    check(renderer, scenes.of(*objects[4:], eye=(0.5, 1, 6)))
+
+
+def test_of_surfaces_that_coincide_the_first_objects_is_seen(renderer: Renderer, always_listed: None) -> None:
+    a, a2, floor = rt.Sphere((0, 0, 0), 1, RED), rt.Sphere((0, 0, 0), 1, BLUE), rt.Plane((0, 1, 0), -2.5, RED)
+    cut = rt.Sphere((0, 0, 0), 1, GREEN) & rt.Plane((0, 0, 1), 2)
+    joined = rt.Sphere((0, 0, 0), 1, GREY) | rt.Sphere((3, 0, 0), 1, GREY)
+    for first in range(4):
+        solids = [a, a2, cut, joined]
+        solids = [*solids[first:], *solids[:first]]
+        check(renderer, scenes.of(*solids, FLOOR, floor))
+        check(renderer, scenes.of(floor, *solids, FLOOR))
+
+
+@pytest.mark.parametrize("scale", [1e-5, 1.0, 1e5])
+def test_cameras_and_lights_anywhere_see_the_same(renderer: Renderer, always_listed: None, scale: float) -> None:
+    objects = [lens(0, 0, 0, scale), lens(1.5 * scale, scale, -2 * scale, 0.3 * scale)]
+    objects += [rt.Plane((0, 1, 0), -2 * scale, GREY), rt.Sphere((0, -1e4 * scale, 0), 9997 * scale, BLUE)]
+    places = [(0.1, 0, 5), (0, 0, 0.2), (0, 0, 0.95), (-1, -2, 4), (0, 1, 900), (0.3, 40, 0.2), (0, 0.7, 1e-3)]
+    for place in places:
+        eye = tuple(scale * c for c in place)
+        for light in ((4, 7, 4), (0, 0, 0.3), (1, -2, 1), (0.4, 1.2, -2), (1e4, 2e4, 0)):
+            x, y, z = light
+            lights = [rt.PointLight((scale * x, scale * y, scale * z)), rt.PointLight((0, 9 * scale, scale))]
+            camera = rt.Camera(eye, (0.1 * scale, 0, -scale), vertical_fov=70)  # pyright: ignore[reportArgumentType]
+            check(renderer, rt.Scene(objects, lights, camera), (64, 36), shadows="diluted")
+
+
+def test_a_chain_and_a_balanced_tree_of_many_holes_are_one_picture(renderer: Renderer) -> None:
+    rng = np.random.default_rng(3)
+    places = rng.normal(size=(300, 3))
+    places /= np.linalg.norm(places, axis=1, keepdims=True)
+    bites = [rt.Sphere(tuple(p), r, GREEN) for p, r in zip(places.tolist(), rng.uniform(0.05, 0.15, 300), strict=True)]
+    ball = rt.Sphere((0, 0, 0), 1, RED)
+    chain = functools.reduce(operator.sub, bites, ball)
+    while len(bites) > 1:
+        bites = [functools.reduce(operator.or_, bites[i : i + 2]) for i in range(0, len(bites), 2)]
+    scene = scenes.of(chain, eye=(0, 0, 3))
+    one = renderer.render(scene, SIZE, Settings())
+    other = renderer.render(scenes.of(ball - bites[0], eye=(0, 0, 3)), SIZE, Settings())
+    np.testing.assert_array_equal(one.radiance, other.radiance)
+    truth = reference.render(scene, (32, 18), Settings(shadows="off"))
+    small = renderer.render(scene, (32, 18), Settings(shadows="off"))
+    assert truth.material is not None and small.material is not None
+    assert (small.material == truth.material).mean() > 0.99 and len(np.unique(truth.material)) == 3
+
+
+def test_many_instances_agree_with_the_reference(renderer: Renderer) -> None:
+    rng = np.random.default_rng(1)
+    many = rt.Instances(lens(0, 0, 0), rng.uniform((-4, -2, -6), (4, 3, 1), (40, 3)), rng.uniform(0.2, 0.6, 40))
+    scene = scenes.of(many, FLOOR, eye=(0, 1, 6))
+    image, truth = renderer.render(scene, (96, 54), Settings()), reference.render(scene, (96, 54), Settings())
+    assert image.material is not None and truth.material is not None
+    resolved = resolution(scene, (96, 54))
+    sure = ~resolved.doubtful
+    assert resolved.doubtful.mean() < 0.01
+    np.testing.assert_array_equal(image.material[sure], truth.material[sure])
+    sure &= ~resolved.unlit
+    np.testing.assert_allclose(image.radiance[sure], truth.radiance[sure], atol=1e-4)
+    plain = msgspec.structs.replace(scene, objects=scene.solids())
+    np.testing.assert_array_equal(renderer.render(plain, (96, 54), Settings()).radiance, image.radiance)
+
+
+def test_scenes_that_differ_in_numbers_share_their_text(renderer: Renderer) -> None:
+    rng = np.random.default_rng(2)
+
+    def many(count: int) -> rt.Scene:
+        return scenes.of(rt.Instances(lens(0, 0, 0), rng.uniform(-3, 3, (count, 3)), 0.2), FLOOR)
+
+    for source in (visibility_source, shade_source):
+        assert source(many(10), Settings()).text == source(many(2000), Settings()).text
+        one, other = (scenes.of(functools.reduce(operator.sub, [lens(x, 0, 0) for x in range(9)])) for _ in range(2))
+        assert source(one, Settings()).text == source(other, Settings()).text
+
+
+def test_a_small_tree_is_a_kind_a_rare_or_large_one_a_program() -> None:
+    found = groups(scenes.of(lens(0, 0, 0), lens(1, 0, 0), FLOOR, lens(0, 0, 0) & FLOOR, ~lens(0, 0, 0)))
+    assert [len(kind.first) for kind in found.kinds] == [2]
+    assert [big.order for big in found.bigs] == [3, 4] and found.planes == [12]
