@@ -90,7 +90,7 @@ class Refinement:
 
     def _find_errors(self, radiance: moderngl.Texture, summed: int) -> NDArray[np.float32]:
         """(rows, columns): the error of each block, 0 in cells that nothing is decided of any more."""
-        rows, columns = self._active.shape
+        rows, columns = np.shape(self._active)
         set_uniforms(
             self._program,
             side=_PER_CELL,
