@@ -68,8 +68,8 @@ class Refinement:
         """Turn to a tile, surrounded(), and have `passes` draw all of it."""
         self._area = area
         self._cells = passes.cells(area)  # the lowest row first, as in all that OpenGL draws
-        self._samples = np.zeros([_PER_CELL * side for side in self._cells.shape], np.int32)
-        self._active = np.ones(self._samples.shape, bool)
+        self._samples: NDArray[np.int32] = np.zeros([_PER_CELL * side for side in self._cells.shape], np.int32)
+        self._active: NDArray[np.bool_] = np.ones(self._samples.shape, bool)
         self._done = 0
         passes.draw_all()
 
@@ -90,7 +90,7 @@ class Refinement:
 
     def _find_errors(self, radiance: moderngl.Texture, summed: int) -> NDArray[np.float32]:
         """(rows, columns): the error of each block, 0 in cells that nothing is decided of any more."""
-        rows, columns = np.shape(self._active)
+        rows, columns = self._active.shape
         set_uniforms(
             self._program,
             side=_PER_CELL,
