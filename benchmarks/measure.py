@@ -100,7 +100,9 @@ class Bench:
 
     def rendered(self, scene: rt.Scene, settings: rt.Settings) -> Image:
         """What render() gives: a window's frame has no adaptive samples."""
-        return self._renderer.render(scene, self.size, settings, geometry=False)
+        image = self._renderer.render(scene, self.size, settings, geometry=False)
+        self.context.__enter__()  # render() leaves no context current; here one is throughout
+        return image
 
     def traced(self, scene: rt.Scene, samples: int = 1, *, again: bool = False) -> tuple[Picture, float]:
         """POV-Ray's picture and seconds; of a run before, if there was one and it is not to run `again`."""
