@@ -94,8 +94,7 @@ class Refinement:
         set_uniforms(
             self._program,
             side=_PER_CELL,
-            tileOrigin=(0, 0),
-            tileSize=(columns, rows),
+            **{"draw.tileOrigin": (0, 0), "draw.tileSize": (columns, rows)},
             radianceSum=0,
             summed=float(summed),
             samples=float(self._done),

@@ -5,9 +5,12 @@ Trees are lists in postfix, with their leaves' surface indices instead of the le
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from raytracer.solids import Complement, Difference, Intersection, Solid, Sphere, Union, postfix
 
 Tree = list[Solid | int]
+NamedPlane = tuple[str, str]  # what a half-space, and its index, are called
 
 RAY_CSG = [
     "// The first surface ahead of the ray and nearer than its end: its distance, point, unit normal (on either",
@@ -50,24 +53,28 @@ def max_hits(solid: Solid) -> int:
     return most // 2 * 2
 
 
-def _roots(index: int, spheres: int) -> str:
+def _roots(index: int, spheres: int, surface: str) -> str:
     """The call that gives both roots of a surface."""
-    return f"{'sphere' if index < spheres else 'plane'}Roots(ray, {index})"
+    return f"{'sphere' if index < spheres else 'plane'}Roots(ray, {surface})"
 
 
-def roth(trees: list[Tree], spheres: int) -> list[str]:
-    """By the assignment's filters: a function for each object, and the nearest of their first hits."""
+def roth(trees: list[Tree], spheres: int, surfaces: Mapping[int, str]) -> list[str]:
+    """By the assignment's filters: a function for each object, and the nearest of their first hits.
+
+    `surfaces` are what they are called.
+    """
     lines = []
     for number, tree in enumerate(trees):
         lines += [f"Roth object{number}(Ray ray) {{"]
         stack: list[int] = []
         for k, node in enumerate(tree):
             if isinstance(node, int):
-                ends = f"sameAs({node}), {node + 1}"
+                s = surfaces[node]
+                ends = f"sameAs({s}), {node + 1}"
                 if node < spheres:
-                    value = f"raySphere(ray, shapeAt({node}), sphereTerms(ray, {node}), {ends})"
+                    value = f"raySphere(ray, {s}.shape, sphereTerms(ray, {s}), {ends})"
                 else:
-                    value = f"rayPlane(ray, shapeAt({node}), planeSlope(ray, {node}), {ends})"
+                    value = f"rayPlane(ray, {s}.shape, planeSlope(ray, {s}), {ends})"
             elif isinstance(node, Complement):
                 value = f"complementCSG(r{stack.pop()})"
             else:
@@ -99,12 +106,17 @@ _HOLDS: dict[type[Solid], str] = {Union: "max({}, {})", Intersection: "min({}, {
 _LOGIC: dict[type[Solid], str] = {Union: "{} || {}", Intersection: "{} && {}", Difference: "{} && !{}"}
 
 
-def walk(trees: list[Tree], spheres: int, *, what: bool) -> list[str]:
-    """By one walk over all objects, to the first root at which one of them changes; `what`: also what is there."""
+def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, what: bool) -> list[str]:
+    """By one walk over all objects, to the first root at which one of them changes; `what`: also what is there.
+
+    `surfaces` are what they are called.
+    """
     spans: list[str] = []
     holds: list[str] = []  # of each object, an expression
     for tree in trees:
-        spans += [f"    real2 s{node} = {_roots(node, spheres)};" for node in tree if isinstance(node, int)]
+        spans += [
+            f"    real2 s{node} = {_roots(node, spheres, surfaces[node])};" for node in tree if isinstance(node, int)
+        ]
         holds.append(holds_of(tree, "holds(s{}, at)"))
     objects = range(len(trees))
     least = "abs(v0)"
@@ -134,7 +146,7 @@ def walk(trees: list[Tree], spheres: int, *, what: bool) -> list[str]:
         "    mat = 0;",
         *lines,
         *owner(trees),
-        "    surfaceAt(mat, ray, P, N);",
+        "    pointAt(mat, ray, P, N);",
         "    return at;",
         "}",
     ]
@@ -167,16 +179,15 @@ def owner(trees: list[Tree], offset: str = "") -> list[str]:
     return [*lines, *(f"    {'else ' if k != objects[0] else ''}if (b{k} != a{k}) mat = o{k};" for k in objects)]
 
 
-def nearest_plane(planes: list[int], spheres: int, *, what: bool) -> list[str]:
+def nearest_plane(planes: list[NamedPlane], *, what: bool) -> list[str]:
     """The walk where every object is one half-space: to the nearest root ahead."""
     lines = ["    real at = ray.distance, root;"]
-    for number in planes:
-        index = f"firstPlane + {number - spheres}"
+    for s, index in planes:
         lines += [
-            f"    root = planeRoot(ray, {index});",
+            f"    root = planeRoot(ray, {s});",
             "    if (root > 0.0 && root < at) {",
             "        at = root;",
-            *([f"        mat = planeMat(ray, {index});"] if what else []),
+            *([f"        mat = planeMat(ray, {s}, {index});"] if what else []),
             "    }",
         ]
     if not what:
@@ -187,7 +198,7 @@ def nearest_plane(planes: list[int], spheres: int, *, what: bool) -> list[str]:
         "    N = real3(0.0);",
         "    mat = 0;",
         *lines,
-        "    if (mat != 0) surfaceAt(mat, ray, P, N);",
+        "    if (mat != 0) pointAt(mat, ray, P, N);",
         "    return at;",
         "}",
     ]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from raytracer.evaluators import BLOCKED_AT, RAY_CSG, Tree, holds_of, owner
+from raytracer.evaluators import BLOCKED_AT, RAY_CSG, NamedPlane, Tree, holds_of, owner
 
 
-def listed(kinds: list[Tree], depth: int, planes: list[int], spheres: int, *, what: bool, first: bool) -> list[str]:
+def listed(kinds: list[Tree], depth: int, planes: list[NamedPlane], *, what: bool, first: bool) -> list[str]:
     """By lists of what the rays of a cell may meet: see lists.glsl.
 
     `kinds` are trees over their own leaves, `depth` is that of the deepest program (0 if there is none), `planes`
@@ -21,9 +21,8 @@ def listed(kinds: list[Tree], depth: int, planes: list[int], spheres: int, *, wh
         *meet,
     ]
     own = []
-    for number in planes:
-        index = f"firstPlane + {number - spheres}"
-        found = f"Nearest(planeRoot(ray, {index}), planeMat(ray, {index}), planeObject({index}))"
+    for s, index in planes:
+        found = f"Nearest(planeRoot(ray, {s}), planeMat(ray, {s}, {index}), planeObject({s}))"
         own += [
             f"    found = {found};",
             "    if (found.t > 0.0 && nearer(found.t, found.object, nearest)) nearest = found;",
@@ -48,7 +47,7 @@ def listed(kinds: list[Tree], depth: int, planes: list[int], spheres: int, *, wh
         "    P = ray.ro + nearest.t * ray.rd;",
         "    N = real3(0.0);",
         "    mat = nearest.mat;",
-        "    if (mat != 0) surfaceAt(mat, ray, P, N);",
+        "    if (mat != 0) pointAt(mat, ray, P, N);",
         "    return nearest.t;",
         "}",
     ]
@@ -89,7 +88,7 @@ def _kinds(kinds: list[Tree], what: bool) -> list[str]:
         "void meetKind(Ray ray, int item, inout Nearest nearest) {",
         "    vec4 numbers = itemAt(2 * item + 1);",
         "    int kind = int(numbers.x), first = int(numbers.y), object = int(numbers.z);",
-        *(f"    real2 {span} = sphereRoots(ray, first + {j});" for j, span in enumerate(spans)),
+        *(f"    real2 {span} = sphereRoots(ray, surfaceOf(first + {j}));" for j, span in enumerate(spans)),
         *_walk_one(
             f"kindHolds(kind, {', '.join(spans)}, at)",
             f"kindOwner(kind, first, {', '.join(spans)}, at)" if what else "1",

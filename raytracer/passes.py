@@ -104,19 +104,17 @@ class Passes:
         for program in filter(None, programs):
             set_uniforms(
                 program,
-                resolution=size,
-                pixelScale=view_space.pixel_scale(scene.camera, size[1]),
-                ambient=scene.ambient,
-                background=scene.background,
+                **{
+                    "draw.resolution": size,
+                    "draw.pixelScale": view_space.pixel_scale(scene.camera, size[1]),
+                    "draw.ambient": scene.ambient,
+                    "draw.background": scene.background,
+                    "draw.firstPlane": len(table(scene).radii),
+                },
                 toWorld=tuple(self._to_world.ravel().tolist()),  # rows of the way there are columns of the way back
                 focus=math.dist(scene.camera.position, scene.camera.look_at),
                 surface=0,
                 normalDepth=1,
-                firstPlane=len(table(scene).radii),
-                side=CELL,
-                tileOrigin=(0, 0),
-                tileSize=(1, 1),
-                samplePoint=(0.0, 0.0),
             )
             self._numbers.attach(program)
 
@@ -189,14 +187,18 @@ class Passes:
             set_uniforms(
                 program,
                 side=self._side,
-                tileOrigin=tile[:2],
-                tileSize=tile[2:],
-                samplePoint=(2.0 * sx - 1.0, 1.0 - 2.0 * sy),
+                **{
+                    "draw.tileOrigin": tile[:2],
+                    "draw.tileSize": tile[2:],
+                    "draw.samplePoint": (2.0 * sx - 1.0, 1.0 - 2.0 * sy),
+                },
             )
         self._numbers.bind()
         for target in (self._seen, self._light):
             target.viewport = (0, 0, *tile[2:])
-        if anew:
+        # All pixels are drawn, so a first sample need neither find 0 there nor be added to it.
+        first = anew and self._side == CELL
+        if anew and not first:
             self._light.scissor = (0, 0, *tile[2:])
             self._light.clear()
         for band in self._bands(tile):
@@ -206,9 +208,9 @@ class Passes:
             self._squares[self._programs.see].draw()
             self._light.use()
             self._light.scissor = band
-            # Always blending: llvmpipe would compile the shader a second time to draw without.
-            self._context.enable(moderngl.BLEND)
-            self._context.blend_func = moderngl.ONE, moderngl.ONE
+            if not first:
+                self._context.enable(moderngl.BLEND)
+                self._context.blend_func = moderngl.ONE, moderngl.ONE
             self._surface.use(0)
             if self._normal_depth:
                 self._normal_depth.use(1)

@@ -23,7 +23,7 @@ from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.progress import Progress
 from raytracer.scene import Scene
 from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
-from raytracer.shader import Show, is_listed, quiet_source, roth_loops, show_source, visibility_source
+from raytracer.shader import Show, is_listed, quiet_source, roth_loops, show_source, vertex_source, visibility_source
 from raytracer.sight import has_quiet
 from raytracer.table import table
 
@@ -197,33 +197,34 @@ class Renderer:
         """What decides where more samples are needed, if not everywhere. `context` must be current."""
         if settings.adaptive is None:
             return None
-        program = self.program(assemble("error.frag", {"BLOCK": BLOCK}), "cells.vert")
+        cells = assemble("cells.vert", generated={"constants.glsl": "void setConstants() {}"})
+        program = self.program(assemble("error.frag", {"BLOCK": BLOCK}), cells)
         return Refinement(self.context, program, target, settings.adaptive)
 
     def programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> Programs:
         """What draws `scene`; with `show` None only what each pixel sees. `context` must be current."""
-        cells = "cells.vert"
-        listed = is_listed(scene, settings)
-        see = self.program(visibility_source(scene, settings, geometry=show != "picture"), cells, listed=listed)
+        cells = vertex_source(scene, settings)
+        see = self.program(visibility_source(scene, settings, geometry=show != "picture"), cells)
         shade = self.program(show_source(scene, settings, show), cells) if show else None
         if show != "picture" or not has_quiet(scene, settings):
             return Programs(see, shade)
         quiet = self.program(quiet_source(scene, settings), cells) if groups(scene).planes else None
         return Programs(see, shade, quiet, self.program(assemble("empty.frag"), cells))
 
-    def program(self, source: Source, vertex: str = "screen.vert", *, listed: bool = False) -> moderngl.Program:
-        """The program with this fragment shader and the file `vertex`; `context` must be current.
+    def program(self, source: Source, vertex: Source | None = None) -> moderngl.Program:
+        """The program with this fragment shader, and screen.vert or another; `context` must be current.
 
         Raises ShaderError with files and lines.
         """
-        first = assemble(vertex, {"CELL": CELL} | ({"LISTED": 1} if listed else {}))
-        key = first.text, source.text
+        vertex = vertex or assemble("screen.vert")
+        key = vertex.text, source.text
         if key not in self._programs:
             try:
-                program = self.context.program(vertex_shader=first.text, fragment_shader=source.text)
+                program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
             except moderngl.Error as error:
-                log = str(error).rpartition("===\n")[2].strip()  # under a heading of moderngl's
-                raise ShaderError(source.explain(log)) from None
+                heading, _, log = str(error).rpartition("===\n")
+                wrong = vertex if "vertex" in heading else source
+                raise ShaderError(wrong.explain(log.strip())) from None
             self._programs[key] = program
         return self._programs[key]
 

@@ -25,6 +25,8 @@ Show = Literal["picture", "normal", "depth", "material"]
 
 # Cells of a side of a cube's face around a light: in a picture of many objects, one covers about a cell.
 GRID = 128
+# Up to so many surfaces, and lights, are handed on by the vertex shader: what OpenGL 3.3 has room for.
+CONSTANTS, CONSTANT_LIGHTS = 6, 2
 # Texels in a row of the textures that hold a scene's numbers, where they are many.
 ROW = 1024
 
@@ -43,10 +45,30 @@ def models(scene: Scene, settings: Settings) -> list[str]:
     return [model for model in MODELS if model in used]
 
 
+def vertex_source(scene: Scene, settings: Settings) -> Source:
+    """The vertex shader of all these programs. It hands them the constants that they declare: see draw.glsl."""
+    constants = [
+        ("Surface", name, f"surfaceOf({_index(scene, settings, k)})") for k, name in _named(scene, settings).items()
+    ]
+    if len(planes := groups(scene).planes) == 1:
+        constants.append(("Material", "onlyMaterial", f"materialAt({_index(scene, settings, planes[0])})"))
+    if len(scene.lights) <= CONSTANT_LIGHTS:
+        constants += [("Light", f"light{i}", f"lights[{i}]") for i in range(len(scene.lights))]
+    lines = [
+        '#include "surfaces.glsl"',
+        '#include "material.glsl"',
+        *(['#include "light.glsl"'] if scene.lights else []),
+    ]
+    lines += [f"flat out {kind} {name};" for kind, name, _ in constants]
+    lines += ["void setConstants() {", *(f"    {name} = {value};" for _, name, value in constants), "}"]
+    defines = _defines(scene, settings) | {"VERTEX": 1, "LIGHTS": len(scene.lights)}
+    return assemble("cells.vert", defines, {"constants.glsl": "\n".join(lines)})
+
+
 def visibility_source(scene: Scene, settings: Settings, *, geometry: bool = False) -> Source:
     """The fragment shader that finds what each pixel sees; with `geometry`, its distance and normal too."""
     defines = _defines(scene, settings) | ({"GEOMETRY": 1} if geometry else {})
-    generated = [*_includes(scene), "", *_ray_csg(scene, settings)]
+    generated = [*_includes(scene, settings), "", *_ray_csg(scene, settings)]
     return assemble("visibility.frag", defines, {"scene.glsl": "\n".join(generated)})
 
 
@@ -55,7 +77,7 @@ def shade_source(scene: Scene, settings: Settings) -> Source:
     defines = _defines(scene, settings) | {"LIGHTS": len(scene.lights)}
     if not scene.lights:
         return assemble("shade.frag", defines, {"scene.glsl": '#include "camera.glsl"'})
-    generated = [*_includes(scene), '#include "light.glsl"', *_specular(scene, settings)]
+    generated = [*_includes(scene, settings), *_lights(scene, settings)]
     if settings.shadows != "off":
         defines["SHADOWS"] = 1
         generated += ["", *_blocked_at(scene, settings), "", f'#include "shadow_{settings.shadows}.glsl"']
@@ -67,17 +89,17 @@ def quiet_source(scene: Scene, settings: Settings) -> Source:
 
     Of a scene that has such objects: see raytracer/sight.py.
     """
-    planes, spheres = groups(scene).planes, len(table(scene).radii)
+    planes = _planes(scene, settings)
     defines = _defines(scene, settings) | {"LIGHTS": len(scene.lights), "NO_SPHERES": 1}
     if len(planes) == 1:
-        defines["ONLY"] = f"(firstPlane + {planes[0] - spheres})"
-    generated = ['#include "plane.glsl"', '#include "hit.glsl"']
-    generated += evaluators.nearest_plane(planes, spheres, what=True)
+        defines["ONLY"] = planes[0][0]
+    generated = ['#include "plane.glsl"', *_declared(scene, settings), '#include "hit.glsl"']
+    generated += evaluators.nearest_plane(planes, what=True)
     if scene.lights:
-        generated += ['#include "light.glsl"', *_specular(scene, settings)]
+        generated += _lights(scene, settings)
     if scene.lights and settings.shadows != "off" and len(planes) > 1:
         defines["SHADOWS"] = 1
-        generated += evaluators.nearest_plane(planes, spheres, what=False)
+        generated += evaluators.nearest_plane(planes, what=False)
         generated += [f'#include "shadow_{settings.shadows}.glsl"']
     return assemble("picture.frag", defines, {"scene.glsl": "\n".join(generated)})
 
@@ -106,45 +128,76 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
     return defines | {"DOUBLES": 1} if settings.precision == 64 else defines
 
 
-def _includes(scene: Scene) -> list[str]:
+def _includes(scene: Scene, settings: Settings) -> list[str]:
     """What knows where rays meet the scene's surfaces."""
     found = table(scene)
     lines = ['#include "sphere.glsl"'] if len(found.radii) else []
     lines += ['#include "plane.glsl"'] if found.planes else []
-    return [*lines, '#include "hit.glsl"']
+    return [*lines, *_declared(scene, settings), '#include "hit.glsl"']
+
+
+def _declared(scene: Scene, settings: Settings) -> list[str]:
+    """The surfaces that a text names, from the vertex shader."""
+    return ['#include "surfaces.glsl"', *(f"flat in Surface {name};" for name in _named(scene, settings).values())]
+
+
+def _named(scene: Scene, settings: Settings) -> dict[int, str]:
+    """The surfaces, by index, that the vertex shader hands to all others, and their names."""
+    found, planes = table(scene), groups(scene).planes
+    if is_listed(scene, settings):
+        names = {k: f"plane{k - len(found.radii)}" for k in planes}
+    else:
+        names = {k: f"surface{k}" for k in (range(found.size) if found.size <= CONSTANTS else planes)}
+    return names if len(names) <= CONSTANTS and settings.precision == 32 else {}
+
+
+def _index(scene: Scene, settings: Settings, surface: int) -> str:
+    return f"firstPlane + {surface - len(table(scene).radii)}" if is_listed(scene, settings) else str(surface)
+
+
+def _called(scene: Scene, settings: Settings) -> dict[int, str]:
+    """What texts call the surfaces that they name."""
+    every = groups(scene).planes if is_listed(scene, settings) else range(table(scene).size)
+    return {k: f"surfaceOf({_index(scene, settings, k)})" for k in every} | _named(scene, settings)
+
+
+def _planes(scene: Scene, settings: Settings) -> list[evaluators.NamedPlane]:
+    called = _called(scene, settings)
+    return [(called[k], _index(scene, settings, k)) for k in groups(scene).planes]
 
 
 def _ray_csg(scene: Scene, settings: Settings) -> list[str]:
     if settings.evaluator == "roth":
-        return _roth(scene)
+        return _roth(scene, settings)
     if is_listed(scene, settings):
-        return _listed(scene, what=True, first=False)
-    return _walk(scene, what=True)
+        return _listed(scene, settings, what=True, first=False)
+    return _walk(scene, settings, what=True)
 
 
 def _blocked_at(scene: Scene, settings: Settings) -> list[str]:
     if settings.evaluator == "roth":
-        return _roth(scene)
+        return _roth(scene, settings)
     if is_listed(scene, settings):
-        return _listed(scene, what=False, first=settings.shadows == "hard")
-    return _walk(scene, what=False)
+        return _listed(scene, settings, what=False, first=settings.shadows == "hard")
+    return _walk(scene, settings, what=False)
 
 
-def _roth(scene: Scene) -> list[str]:
+def _roth(scene: Scene, settings: Settings) -> list[str]:
     most = max(map(evaluators.max_hits, scene.solids()))
-    text = evaluators.roth(_numbered(scene), len(table(scene).radii))
+    text = evaluators.roth(_numbered(scene), len(table(scene).radii), _called(scene, settings))
     return [f"#define MAX_HITS {most}", '#include "roth.glsl"', *text]
 
 
-def _walk(scene: Scene, *, what: bool) -> list[str]:
-    return ['#include "walk.glsl"', *evaluators.walk(_numbered(scene), len(table(scene).radii), what=what)]
+def _walk(scene: Scene, settings: Settings, *, what: bool) -> list[str]:
+    called = _called(scene, settings)
+    return ['#include "walk.glsl"', *evaluators.walk(_numbered(scene), len(table(scene).radii), called, what=what)]
 
 
-def _listed(scene: Scene, *, what: bool, first: bool) -> list[str]:
+def _listed(scene: Scene, settings: Settings, *, what: bool, first: bool) -> list[str]:
     found = groups(scene)
     depth = max((big.pruner.depth for big in found.bigs), default=0)
     trees = [kind.tree for kind in found.kinds]
-    return listed(trees, depth, found.planes, len(table(scene).radii), what=what, first=first)
+    return listed(trees, depth, _planes(scene, settings), what=what, first=first)
 
 
 def _numbered(scene: Scene) -> list[evaluators.Tree]:
@@ -156,12 +209,13 @@ def _numbered(scene: Scene) -> list[evaluators.Tree]:
     return [[numbered(node) for node in postfix(solid)] for solid in scene.solids()]
 
 
-def _specular(scene: Scene, settings: Settings) -> list[str]:
-    """specular(): the material's specular factor, with just the models in use."""
+def _lights(scene: Scene, settings: Settings) -> list[str]:
+    """The lights, and specular(): the material's specular factor, with just the models in use."""
     used = models(scene, settings)
     calls = [f"{model}(N, L, V, m.h)" for model in used]
     choice = " : ".join(f"m.model == {MODELS.index(m)} ? {call}" for m, call in zip(used[:-1], calls, strict=False))
     return [
+        '#include "light.glsl"',
         '#include "material.glsl"',
         *(f'#include "brdf/{model}.glsl"' for model in used),
         "float specular(Material m, vec3 N, vec3 L, vec3 V) {",

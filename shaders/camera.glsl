@@ -6,10 +6,10 @@
 
 #include "ray.glsl"
 
-uniform vec2 resolution;    // W, H of the whole picture in pixels
-uniform vec2 tileOrigin;    // the lower left pixel of the tile being drawn
-uniform real2 samplePoint;  // from the pixel's centre, in half pixels, +y up: within [-1, 1)
-uniform real pixelScale;    // tan(fov/2) / H
+flat in vec2 resolution;    // W, H of the whole picture in pixels
+flat in vec2 tileOrigin;    // the lower left pixel of the tile being drawn
+flat in real2 samplePoint;  // from the pixel's centre, in half pixels, +y up: within [-1, 1)
+flat in real pixelScale;    // tan(fov/2) / H
 
 // The pixel's centre from the picture's, in half pixels: whole numbers, so exact.
 real2 halfPixels() {

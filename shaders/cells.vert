@@ -2,10 +2,11 @@
 // counted from the lower left, and how many cells it is wide. If the host defines LISTED, `list` is where
 // the cell's list begins and ends (lists.glsl).
 
+#include "draw.glsl"
+#include "constants.glsl"
+
 in ivec3 run;
 
-uniform vec2 tileOrigin;  // the lower left pixel of the tile being drawn
-uniform vec2 tileSize;    // in pixels
 uniform int side;
 
 #ifdef LISTED
@@ -14,8 +15,9 @@ flat out ivec2 listed;
 #endif
 
 void main() {
-    ivec2 corner = run.xy + ivec2(gl_VertexID % 2 * run.z, gl_VertexID / 2);
-    gl_Position = vec4(2.0 * (vec2(side * corner) - tileOrigin) / tileSize - 1.0, 0.0, 1.0);
+    gl_Position = placeOf(vec2(side * (run.xy + ivec2(gl_VertexID % 2 * run.z, gl_VertexID / 2))));
+    handOn();
+    setConstants();
 #ifdef LISTED
     listed = list;
 #endif

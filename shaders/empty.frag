@@ -1,6 +1,6 @@
 // The light that reaches the camera where there is nothing to be seen.
 
-uniform vec3 background;
+flat in vec3 background;
 
 out vec4 radiance;  // and, in a, its squared length: the sums of both tell their error (error.frag)
 

@@ -12,3 +12,11 @@ struct Light {
 layout(std140) uniform Lights {
     Light lights[LIGHTS];
 };
+
+// Those that a text names itself it has from the vertex shader (draw.glsl).
+#if !defined(VERTEX) && LIGHTS <= 2
+flat in Light light0;
+#if LIGHTS == 2
+flat in Light light1;
+#endif
+#endif

@@ -4,22 +4,20 @@
 
 #include "material.glsl"
 
-uniform vec3 ambient;  // Ia
+flat in vec3 ambient;  // Ia
 
 #if LIGHTS > 0
-// What a point P with the outward unit normal n, on the surface `mat`, sends towards V of light i.
-vec3 reflectedOf(int i, Material m, int mat, real3 P, real3 n, vec3 V) {
-    Light light = lights[i];
-    int index = indexOf(mat);
+// What a point P with the outward unit normal n, on the surface `mat`, sends towards V of a light, number i.
+vec3 reflectedOf(Light light, int i, Material m, int mat, real3 P, real3 n, vec3 V) {
     // Exactly n or -n, so that N.L > 0 and the shadow ray's own root agree on which side L is.
     real3 N = mat > 0 ? n : -n;
     real3 toLight = light.position - P;
     real distance = length(toLight);
     real3 L = toLight * (1.0 / distance);
-    Contact start = Contact(sameAs(index), n);
+    Contact start = Contact(sameAs(hitSurface(mat)), n);
     Contact end = Contact(light.on, light.n);
     // A light in the plane itself grazes it: N.L is 0, whatever rounding makes of it.
-    bool grazes = index >= firstPlane && end.surface == start.surface;
+    bool grazes = isPlane(mat) && end.surface == start.surface;
     float NoL = float(dot(N, L));
     // On the surface itself, at distance 0, a light has no direction.
     if (distance == 0.0 || grazes || NoL <= 0.0) return vec3(0.0);
@@ -33,20 +31,20 @@ vec3 reflectedOf(int i, Material m, int mat, real3 P, real3 n, vec3 V) {
 
 // The ray meets the surface `mat`, which is not 0 (surfaces.glsl).
 vec3 radianceAt(int mat, Ray view) {
-    Material m = materialAt(indexOf(mat));
+    Material m = hitMaterial(mat);
     vec3 I = m.ka * ambient;
 #if LIGHTS > 0
     real3 P, n;
-    surfaceAt(mat, view, P, n);
+    pointAt(mat, view, P, n);
     vec3 V = vec3(-view.rd);
     // A loop would take llvmpipe a third longer. But Roth's filters twice in a row take it minutes to compile.
 #if LIGHTS == 1 || (LIGHTS == 2 && !defined(MAX_HITS))
-    I += reflectedOf(0, m, mat, P, n, V);
+    I += reflectedOf(light0, 0, m, mat, P, n, V);
 #if LIGHTS == 2
-    I += reflectedOf(1, m, mat, P, n, V);
+    I += reflectedOf(light1, 1, m, mat, P, n, V);
 #endif
 #else
-    for (int i = 0; i < LIGHTS; i++) I += reflectedOf(i, m, mat, P, n, V);
+    for (int i = 0; i < LIGHTS; i++) I += reflectedOf(lights[i], i, m, mat, P, n, V);
 #endif
 #endif
     return I;

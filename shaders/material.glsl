@@ -1,4 +1,4 @@
-// Provides struct Material, materialAt(): how each surface reflects.
+// Provides struct Material, materialAt(), hitMaterial(): how each surface reflects.
 // ka, kd, ks are linear RGB >= 0; h is the exponent of the highlight, >= 0.
 
 #include "surfaces.glsl"
@@ -29,5 +29,19 @@ layout(std140) uniform Materials {
 
 Material materialAt(int index) {
     return materials[index];
+}
+#endif
+
+#ifndef VERTEX
+#ifdef ONLY
+flat in Material onlyMaterial;  // from the vertex shader (draw.glsl)
+#endif
+
+Material hitMaterial(int mat) {
+#ifdef ONLY
+    return onlyMaterial;
+#else
+    return materialAt(indexOf(mat));
+#endif
 }
 #endif

@@ -11,11 +11,11 @@ const int PUSH = 0, AND_LEAF = 1, OR_LEAF = 2, AND = 3, OR = 4, TRUE = 5;
 
 real2 leafRoots(Ray ray, int index) {
 #if defined(HAS_SPHERES) && defined(HAS_PLANES)
-    return index < firstPlane ? sphereRoots(ray, index) : planeRoots(ray, index);
+    return index < firstPlane ? sphereRoots(ray, surfaceOf(index)) : planeRoots(ray, surfaceOf(index));
 #elif defined(HAS_SPHERES)
-    return sphereRoots(ray, index);
+    return sphereRoots(ray, surfaceOf(index));
 #else
-    return planeRoots(ray, index);
+    return planeRoots(ray, surfaceOf(index));
 #endif
 }
 

@@ -4,7 +4,7 @@
 #include "lighting.glsl"
 
 uniform isampler2D surface;  // from visibility.frag
-uniform vec3 background;
+flat in vec3 background;
 
 out vec4 radiance;  // and, in a, its squared length: the sums of both tell their error (error.frag)
 

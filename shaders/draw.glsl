@@ -1,0 +1,46 @@
+// Provides struct Draw, draw, handOn(): what is the same in all of a draw, for the vertex shaders to hand on.
+//
+// Not uniforms of the fragment shaders: llvmpipe loads each number of those anew for every few pixels, some
+// 20 cycles each, a third of a simple picture's time. What a vertex shader hands on flat it keeps in registers.
+
+#include "real.glsl"
+
+struct Draw {
+    vec2 resolution;    // W, H of the whole picture in pixels
+    vec2 tileOrigin;    // the lower left pixel of the tile being drawn
+    vec2 tileSize;      // in pixels
+    real2 samplePoint;  // from the pixel's centre, in half pixels, +y up: within [-1, 1)
+    real pixelScale;    // tan(fov/2) / H
+    vec3 ambient;
+    vec3 background;
+    int firstPlane;     // how many spheres there are (surfaces.glsl)
+};
+
+uniform Draw draw;
+
+flat out vec2 resolution;
+flat out vec2 tileOrigin;
+flat out real2 samplePoint;
+flat out real pixelScale;
+flat out vec3 ambient;
+flat out vec3 background;
+#ifdef LISTED
+flat out int firstPlane;
+#endif
+
+void handOn() {
+    resolution = draw.resolution;
+    tileOrigin = draw.tileOrigin;
+    samplePoint = draw.samplePoint;
+    pixelScale = draw.pixelScale;
+    ambient = draw.ambient;
+    background = draw.background;
+#ifdef LISTED
+    firstPlane = draw.firstPlane;
+#endif
+}
+
+// Where a point of the picture, in pixels from its lower left, is in the tile.
+vec4 placeOf(vec2 pixel) {
+    return vec4(2.0 * (pixel - draw.tileOrigin) / draw.tileSize - 1.0, 0.0, 1.0);
+}
