@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.adaptive import MARGIN, Refinement, surrounded
-from raytracer.cells import BLOCK, CELL
+from raytracer.cells import BLOCK
 from raytracer.checks import InputError, shown
 from raytracer.context import backend_name, open_context
 from raytracer.film import Image

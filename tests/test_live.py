@@ -225,7 +225,7 @@ def test_a_place_in_the_picture_is_where_the_camera_ray_of_that_pixel_goes() -> 
 # What is wrong, and what the message says. GLSL takes the second and third, but the host does not.
 MISTAKES = [
     ("lighting.glsl", "vec3 I = m.ka * ambient;", "vec3 I = m.kb * ambient;", r"lighting\.glsl:\d+"),
-    ("cells.vert", "uniform int side;", "uniform ivec2 side;", "uniform side"),
+    ("draw.glsl", "real pixelScale;    // ", "int pixelScale;  // ", r"uniform draw\.pixelScale"),
     ("present.frag", "uniform int enlarged;", "uniform ivec2 enlarged;", "uniform enlarged"),
     ("show_depth.frag", "// The distance", "// Die L\xe4nge", "show_depth.frag:1: .*UTF-8"),
     ("camera.glsl", "real2(2.0 * (", "real2(2.0 * nothing * (", r"camera\.glsl:\d+"),
