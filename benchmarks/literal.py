@@ -11,7 +11,7 @@ import raytracer as rt
 from benchmarks.measure import Picture, Size
 from raytracer.film import srgb8
 from raytracer.glsl_source import assemble
-from raytracer.passes import release, set_uniforms
+from raytracer.opengl import release, set_uniforms
 
 
 class Literal:

@@ -27,7 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.cells import BLOCK, CELL
-from raytracer.passes import Passes, Rectangle, Squares, release, set_uniforms
+from raytracer.opengl import release, set_uniforms
+from raytracer.passes import Passes, Rectangle, Squares
 from raytracer.sight import runs
 
 # Samples that all pixels get: fewer miss most edges.

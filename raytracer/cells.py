@@ -69,14 +69,8 @@ def overlaps(
     `shape` (columns, rows); a step may be negative. Its number is j * columns + i. Rectangles are
     widened by EDGE. Pairs are sorted by item, then cell. Raises InputError above MAX_PAIRS.
     """
-    size = np.array(shape)
-    at = [(bound - origin) / step for bound in (lo, hi)]
-    down = np.array(step) < 0.0
-    low, high = np.where(down, at[1], at[0]), np.where(down, at[0], at[1])
-    # Clipped before they are integers: bounds may be infinite.
-    first = np.floor(np.clip(low - EDGE * size, 0.0, size)).astype(np.int64)
-    last = np.floor(np.clip(high + EDGE * size, -1.0, size - 1.0)).astype(np.int64)
-    count = np.where(lo <= hi, np.maximum(last - first + 1, 0), 0)
+    first, last = covered(lo, hi, origin, step, shape)
+    count = last - first + 1
     columns, rows = count[:, 0], count[:, 1]
     total = int(columns @ rows)
     if total > MAX_PAIRS:
@@ -86,6 +80,24 @@ def overlaps(
     item, row = _runs(np.arange(len(lo), dtype=np.int64), np.where(columns > 0, rows, 0), first[:, 1])
     row, cell = _runs(np.arange(len(item)), columns[item], row * shape[0] + first[item, 0])
     return cell, item[row]
+
+
+def covered(
+    lo: Array, hi: Array, origin: tuple[float, float], step: tuple[float, float], shape: tuple[int, int]
+) -> tuple[Ints, Ints]:
+    """(first, last), each (N, 2): the columns and rows that overlaps() says of each rectangle.
+
+    last is first - 1 in both where there are none.
+    """
+    size = np.array(shape)
+    at = [(bound - origin) / step for bound in (lo, hi)]
+    down = np.array(step) < 0.0
+    low, high = np.where(down, at[1], at[0]), np.where(down, at[0], at[1])
+    # Clipped before they are integers: bounds may be infinite.
+    first = np.floor(np.clip(low - EDGE * size, 0.0, size)).astype(np.int64)
+    last = np.floor(np.clip(high + EDGE * size, -1.0, size - 1.0)).astype(np.int64)
+    none = np.any((lo > hi) | (last < first), axis=1)
+    return first, np.where(none[:, None], first - 1, last)
 
 
 def _runs(items: Ints, count: Ints, start: Ints) -> tuple[Ints, Ints]:

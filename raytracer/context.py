@@ -90,7 +90,7 @@ def _open_egl() -> moderngl.Context:
             loader = egl.create_context(
                 mode="standalone", glversion=REQUIRED, device_index=index, libgl="libGL.so.1", libegl="libEGL.so.1"
             )
-            return moderngl.create_context(require=REQUIRED, standalone=True, context=loader)
+            return _with(loader, moderngl.create_context(require=REQUIRED, standalone=True, context=loader))
         except Exception as error:
             reason = str(error)
             if "requested device index" not in reason:
@@ -100,6 +100,12 @@ def _open_egl() -> moderngl.Context:
             if "requested device index" in reason or "not loaded" in reason:
                 break
     raise RuntimeError("; ".join(failures))
+
+
+def _with(loader: Any, context: moderngl.Context) -> moderngl.Context:
+    """`context` with what knows OpenGL's functions, for those that moderngl does not call (depth_buffer.py)."""
+    context.extra = loader
+    return context
 
 
 class _GlfwLoader:
@@ -164,7 +170,7 @@ def _open_glfw(
         window = glfw.create_window(*size, title, None, None)
         glfw.make_context_current(window)
         loader: Any = _GlfwLoader(glfw, window, platform)
-        context = moderngl.create_context(require=REQUIRED, context=loader)
+        context = _with(loader, moderngl.create_context(require=REQUIRED, context=loader))
     except Exception:
         _close(glfw, window)
         raise

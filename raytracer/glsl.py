@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from raytracer.glsl_source import ShaderError, Source, assemble, shaders_folder
-from raytracer.passes import release, set_uniforms
+from raytracer.opengl import release, set_uniforms
 from raytracer.renderer import Renderer, shared_renderer
 
 # Words of a row of the data textures: any driver of OpenGL 3.3 takes 1024, llvmpipe 16384.

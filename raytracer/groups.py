@@ -33,8 +33,9 @@ Ints = NDArray[np.int64]
 # Up to so many primitives every ray is tested against all of them: lists cost more than they save. Above, they are
 # also quicker to compile: a second or so for any tree, and no more for the next one.
 FEW = 12
-# Code of so many kinds is compiled; a rarer tree, or one of more leaves, becomes a program.
-KINDS, KIND_LEAVES = 4, 8
+# Code of so many kinds is compiled; a rarer tree, or one of more leaves than a vertex shader can hand on (kinds.vert),
+# becomes a program.
+KINDS, KIND_LEAVES = 4, 4
 
 Shape = tuple[type[Solid], ...]  # a postfix tree, its leaves by type
 

@@ -5,44 +5,19 @@ from __future__ import annotations
 from raytracer.evaluators import BLOCKED_AT, RAY_CSG, NamedPlane, Tree, holds_of, owner
 
 
-def listed(kinds: list[Tree], depth: int, planes: list[NamedPlane], *, what: bool, first: bool) -> list[str]:
-    """By lists of what the rays of a cell may meet: see lists.glsl.
+def seen(depth: int, planes: list[NamedPlane]) -> list[str]:
+    """What of the objects that are no kinds the camera's rays meet first: by lists, see lists.glsl.
 
-    `kinds` are trees over their own leaves, `depth` is that of the deepest program (0 if there is none), `planes`
-    are the objects that are one half-space. With `what`, for the camera's rays; else for rays to a light, and
-    with `first` whatever blocks them, not the nearest.
+    `depth` is that of the deepest program, `planes` are the objects that are one half-space.
     """
-    meet = _meet(bool(kinds), bool(depth), first)
-    lines = [
+    return [
         '#include "walk.glsl"',
         '#include "lists.glsl"',
-        *(_kinds(kinds, what) if kinds else []),
-        *(_programs(depth, what) if depth else []),
-        *meet,
-    ]
-    own = []
-    for s, index in planes:
-        found = f"Nearest(planeRoot(ray, {s}), planeMat(ray, {s}, {index}), planeObject({s}))"
-        own += [
-            f"    found = {found};",
-            "    if (found.t > 0.0 && nearer(found.t, found.object, nearest)) nearest = found;",
-        ]
-    start = ["    Nearest nearest = Nearest(ray.distance, 0, -1), found;", *own]
-    if not what:
-        return [
-            *lines,
-            *BLOCKED_AT,
-            *start,
-            "    int begin = light * (6 * GRID * GRID + 1) + cubeCell(vec3(-ray.rd));",
-            "    meetListed(ray, listAt(begin), listAt(begin + 1), nearest);",
-            "    return nearest.t;",
-            "}",
-        ]
-    return [
-        *lines,
+        *_programs(depth, what=True),
+        *_meet(kinds=False, programs=True, first=False),
         "flat in ivec2 listed;  // where the list of this pixel's cell begins and ends",
         *RAY_CSG,
-        *start,
+        *_nearest_plane(planes),
         "    meetListed(ray, listed.x, listed.y, nearest);",
         "    P = ray.ro + nearest.t * ray.rd;",
         "    N = real3(0.0);",
@@ -51,6 +26,71 @@ def listed(kinds: list[Tree], depth: int, planes: list[NamedPlane], *, what: boo
         "    return nearest.t;",
         "}",
     ]
+
+
+def seen_kinds(kinds: list[Tree]) -> list[str]:
+    """Where the camera's rays meet the object of a kind that the vertex shader (kinds.vert) hands on."""
+    spans = _spans(kinds)
+    arguments = ", ".join(spans)
+    return [
+        '#include "walk.glsl"',
+        '#include "lists.glsl"',
+        "flat in int kind;",
+        "flat in int first;  // index of its first surface",
+        *(f"flat in Surface sphere{j};" for j in range(len(spans))),
+        *_kind_holds(kinds),
+        *_kind_owner(kinds),
+        *RAY_CSG,
+        "    P = N = real3(0.0);",
+        "    mat = 0;",
+        *(f"    real2 {span} = sphereRoots(ray, sphere{j});" for j, span in enumerate(spans)),
+        "    real at = 0.0;",
+        "    bool inside = false;",
+        "    for (;;) {",
+        f"        real holding = kindHolds(kind, {arguments}, at);",
+        "        if (at > 0.0 && (holding > 0.0) != inside) break;",
+        "        real next = abs(holding);",
+        "        if (next >= ray.distance) return ray.distance;",
+        "        inside = holding > 0.0;",
+        "        at = next;",
+        "    }",
+        f"    mat = kindOwner(kind, first, {arguments}, at);",
+        "    pointAt(mat, ray, P, N);",
+        "    return at;",
+        "}",
+    ]
+
+
+def blocked(kinds: list[Tree], depth: int, planes: list[NamedPlane], *, first: bool) -> list[str]:
+    """How far rays to a light get, by lists. With `first`, whatever blocks them will do, not the nearest.
+
+    `kinds` are trees over their own leaves, `depth` is that of the deepest program (0 if there is none), `planes`
+    are the objects that are one half-space.
+    """
+    return [
+        '#include "walk.glsl"',
+        '#include "lists.glsl"',
+        *(_kinds(kinds) if kinds else []),
+        *(_programs(depth, what=False) if depth else []),
+        *_meet(bool(kinds), bool(depth), first),
+        *BLOCKED_AT,
+        *_nearest_plane(planes),
+        "    int begin = light * (6 * GRID * GRID + 1) + cubeCell(vec3(-ray.rd));",
+        "    meetListed(ray, listAt(begin), listAt(begin + 1), nearest);",
+        "    return nearest.t;",
+        "}",
+    ]
+
+
+def _nearest_plane(planes: list[NamedPlane]) -> list[str]:
+    lines = ["    Nearest nearest = Nearest(ray.distance, 0, -1), found;"]
+    for s, index in planes:
+        found = f"Nearest(planeRoot(ray, {s}), planeMat(ray, {s}, {index}), planeObject({s}))"
+        lines += [
+            f"    found = {found};",
+            "    if (found.t > 0.0 && nearer(found.t, found.object, nearest)) nearest = found;",
+        ]
+    return lines
 
 
 def _walk_one(holds: str, owner: str) -> list[str]:
@@ -71,28 +111,34 @@ def _walk_one(holds: str, owner: str) -> list[str]:
     ]
 
 
-def _kinds(kinds: list[Tree], what: bool) -> list[str]:
-    most = max(sum(isinstance(node, int) for node in tree) for tree in kinds)
-    spans = [f"s{j}" for j in range(most)]
-    parameters = ", ".join(f"real2 {span}" for span in spans)
+def _spans(kinds: list[Tree]) -> list[str]:
+    return [f"s{j}" for j in range(max(sum(isinstance(node, int) for node in tree) for tree in kinds))]
+
+
+def _kind_holds(kinds: list[Tree]) -> list[str]:
+    parameters = ", ".join(f"real2 {span}" for span in _spans(kinds))
     holds = [holds_of(tree, "holds(s{}, at)") for tree in kinds]
     choice = "".join(f"kind == {k} ? {text} : " for k, text in enumerate(holds[:-1])) + holds[-1]
-    lines = [f"real kindHolds(int kind, {parameters}, real at) {{", f"    return {choice};", "}"]
-    if what:
-        lines += [f"int kindOwner(int kind, int first, {parameters}, real at) {{", "    int mat = 0;"]
-        for k, tree in enumerate(kinds):
-            lines += [f"    if (kind == {k}) {{", *(f"    {line}" for line in owner([tree], "first + ")), "    }"]
-        lines += ["    return mat;", "}"]
+    return [f"real kindHolds(int kind, {parameters}, real at) {{", f"    return {choice};", "}"]
+
+
+def _kind_owner(kinds: list[Tree]) -> list[str]:
+    parameters = ", ".join(f"real2 {span}" for span in _spans(kinds))
+    lines = [f"int kindOwner(int kind, int first, {parameters}, real at) {{", "    int mat = 0;"]
+    for k, tree in enumerate(kinds):
+        lines += [f"    if (kind == {k}) {{", *(f"    {line}" for line in owner([tree], "first + ")), "    }"]
+    return [*lines, "    return mat;", "}"]
+
+
+def _kinds(kinds: list[Tree]) -> list[str]:
+    spans = _spans(kinds)
     return [
-        *lines,
+        *_kind_holds(kinds),
         "void meetKind(Ray ray, int item, inout Nearest nearest) {",
         "    vec4 numbers = itemAt(2 * item + 1);",
         "    int kind = int(numbers.x), first = int(numbers.y), object = int(numbers.z);",
         *(f"    real2 {span} = sphereRoots(ray, surfaceOf(first + {j}));" for j, span in enumerate(spans)),
-        *_walk_one(
-            f"kindHolds(kind, {', '.join(spans)}, at)",
-            f"kindOwner(kind, first, {', '.join(spans)}, at)" if what else "1",
-        ),
+        *_walk_one(f"kindHolds(kind, {', '.join(spans)}, at)", "1"),
     ]
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.cells import by_cell, cube_faces, overlaps, tangents
+from raytracer.cells import CELL, by_cell, covered, cube_faces, overlaps, tangents
 from raytracer.groups import balls, groups
 from raytracer.prune import LEAF_SHIFT
 from raytracer.scene import Scene
@@ -77,14 +77,30 @@ class Lister:
         self._centers = vectors(scene)[: self._spheres]
         self._radii = table(scene).radii
 
+    def rectangles(self, scene: Scene, size: tuple[int, int]) -> tuple[NDArray[np.int32], float]:
+        """Where the camera may see objects of kinds in a picture of `size`, and more than any distance to them there.
+
+        (N, 8): first column and row of pixels, the lowest row being 0, and behind the last; kind; first surface;
+        number in the scene; 0. In the order of the scene, without those that are not in the picture.
+        """
+        corner, step, _ = camera_grid(scene.camera, size)
+        pixel = step / CELL
+        found = self._items
+        first, last = covered(*tangents(found.centers, found.radii), corner, (pixel, pixel), size)
+        rows = np.column_stack([first, last + 1, found.kind, found.first, found.order, np.zeros_like(found.kind)])
+        rows = rows[last[:, 0] >= first[:, 0]]
+        farthest = np.linalg.norm(found.centers, axis=1) + found.radii
+        return rows[np.argsort(rows[:, 6])].astype(np.int32), 2.0 * float(farthest.max(initial=0.5))
+
     def of_camera(self, scene: Scene, size: tuple[int, int]) -> Lists:
-        """For the cells of a picture of `size` (width, height): numbered along its rows, the lowest first."""
+        """Of objects that are no kinds, for the cells of a picture of `size`: along its rows, the lowest first."""
         corner, step, shape = camera_grid(scene.camera, size)
 
         def pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
             return overlaps(*tangents(centers, radii), corner, (step, step), shape)
 
-        return self._lists(pairs, np.zeros(3), shape[0] * shape[1])
+        cells = shape[0] * shape[1]
+        return self._lists(pairs, cells, np.zeros(cells + 1, np.int64), np.zeros(0, np.int64))
 
     def of_light(self, scene: Scene, number: int) -> Lists:
         """For the cells of the cube around a light, numbered as cells.cube_faces() does."""
@@ -95,14 +111,17 @@ class Lister:
         def pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
             return cube_faces(centers - place, radii + wider, GRID)
 
-        return self._lists(pairs, place, 6 * GRID * GRID)
-
-    def _lists(self, pairs: Callable[[Array, Array], tuple[Ints, Ints]], eye: Array, cells: int) -> Lists:
-        """`pairs(centers, radii)` are all pairs of a cell and a ball that it sees, from `eye`."""
+        cells = 6 * GRID * GRID
         # Nearest first: what is behind a hit is not looked at.
-        near = np.linalg.norm(self._items.centers - eye, axis=1) - self._items.radii
+        near = np.linalg.norm(self._items.centers - place, axis=1) - self._items.radii
         cell, item = pairs(self._items.centers, self._items.radii)
-        start, item = by_cell(cell, item, cells, near)
+        return self._lists(pairs, cells, *by_cell(cell, item, cells, near))
+
+    def _lists(self, pairs: Callable[[Array, Array], tuple[Ints, Ints]], cells: int, start: Ints, item: Ints) -> Lists:
+        """The lists of objects of kinds, cell i's being item[start[i] : start[i + 1]], with those of all others.
+
+        `pairs(centers, radii)` are all pairs of a cell and a ball that it sees.
+        """
         cell_of, entry = [np.repeat(np.arange(cells), np.diff(start))], [item]
         for big in self._bigs:
             sphere = big.surfaces < self._spheres

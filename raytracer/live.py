@@ -15,7 +15,8 @@ from raytracer import view_space
 from raytracer.checks import InputError
 from raytracer.film import Image
 from raytracer.glsl_source import assemble
-from raytracer.passes import Passes, Programs, release, set_uniforms
+from raytracer.opengl import release, set_uniforms
+from raytracer.passes import Passes, Programs
 from raytracer.renderer import Renderer
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings

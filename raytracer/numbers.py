@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer import lists, view_space
+from raytracer.cells import CELL
 from raytracer.checks import InputError
+from raytracer.rectangles import cells_under
 from raytracer.scene import Scene
 from raytracer.settings import Settings
 from raytracer.shader import ROW, is_listed
@@ -17,7 +19,7 @@ from raytracer.sight import Met
 
 # Binding points of uniform blocks, and texture units; 0 and 1 are those of passes.py.
 _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Materials": 2, "Lights": 3}
-_UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5}
+_UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "objects": 6}
 
 
 class Numbers:
@@ -32,6 +34,9 @@ class Numbers:
         self._of_camera: lists.Lists | None = None
         self._of_lights: list[lists.Lists] = []
         self._first = 0  # where the camera's lists begin
+        self.rectangles = np.zeros((0, 8), np.int32)  # of lists.py
+        self.farthest = 1.0  # than any distance to what is in them
+        self._shape = 0, 0  # rows and columns of cells
 
     def load(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
         """Take the numbers of `scene` for a picture of `size`."""
@@ -59,6 +64,9 @@ class Numbers:
             self._texture("items", lists.items_texture(scene))
             self._lister = lists.Lister(scene)
             self._of_camera = self._lister.of_camera(scene, size)
+            self.rectangles, self.farthest = self._lister.rectangles(scene, size)
+            self._texture("objects", self.rectangles.reshape(-1, 4))
+            self._shape = -(-size[1] // CELL), -(-size[0] // CELL)
         shadows = settings.shadows != "off"
         self._of_lights = [self._lister.of_light(scene, i) for i in range(len(scene.lights) if shadows else 0)]
         assert self._of_camera
@@ -83,7 +91,8 @@ class Numbers:
         """In which cells there are lists."""
         if self._lister is None or self._of_camera is None:
             return None
-        return Met(np.diff(self._of_camera.start) > 0, [np.diff(found.start) > 0 for found in self._of_lights])
+        seen = (np.diff(self._of_camera.start) > 0) | cells_under(self.rectangles, self._shape, CELL).ravel()
+        return Met(seen, [np.diff(found.start) > 0 for found in self._of_lights])
 
     def attach(self, program: moderngl.Program) -> None:
         """Say where `program` finds them."""

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-import struct
 import time
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
@@ -15,8 +14,9 @@ from numpy.typing import NDArray
 from raytracer import view_space
 from raytracer.cells import BLOCK, CELL
 from raytracer.film import Image
-from raytracer.glsl_source import ShaderError
 from raytracer.numbers import Numbers
+from raytracer.opengl import release, set_uniforms
+from raytracer.rectangles import Over, Rectangles, which_touch
 from raytracer.sampling import sample_point
 from raytracer.scene import Scene
 from raytracer.settings import Settings
@@ -36,6 +36,7 @@ class Programs(NamedTuple):
     shade: moderngl.Program | None = None  # shade.frag, or show_*.frag
     quiet: moderngl.Program | None = None  # picture.frag
     empty: moderngl.Program | None = None  # empty.frag
+    kinds: moderngl.Program | None = None  # visibility.frag for kinds.vert
 
 
 class Squares:
@@ -84,10 +85,14 @@ class Passes:
         self._side = CELL  # of those squares, in pixels
         self._numbers = Numbers(context)
         self._draw_size = _FIRST_DRAW
+        self._target = target
+        self._rectangles: Rectangles | None = None
+        self._over: Over | None = None
         self._surface = context.texture(target, 1, dtype="i4")
         self._normal_depth = context.texture(target, 4, dtype="f4") if geometry else None
         self.radiance = context.texture(target, 4, dtype="f4")  # the sums of the samples, and in a of their squares
-        self._seen = context.framebuffer([self._surface, *([self._normal_depth] if self._normal_depth else [])])
+        self._colors = [self._surface, *([self._normal_depth] if self._normal_depth else [])]
+        self._seen = context.framebuffer(self._colors)
         self._light = context.framebuffer([self.radiance])
 
     def load(self, programs: Programs, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
@@ -100,6 +105,7 @@ class Passes:
         self._material_index = np.append(table(scene).material, np.int32(-1))  # so also at index -1
         self._programs = programs
         self._find_cells(programs, scene, settings, size)
+        self._find_rectangles(programs)
         self.draw_all()
         for program in filter(None, programs):
             set_uniforms(
@@ -110,11 +116,13 @@ class Passes:
                     "draw.ambient": scene.ambient,
                     "draw.background": scene.background,
                     "draw.firstPlane": len(table(scene).radii),
+                    "draw.depthScale": 2.0 ** -math.frexp(self._numbers.farthest)[1],
                 },
                 toWorld=tuple(self._to_world.ravel().tolist()),  # rows of the way there are columns of the way back
                 focus=math.dist(scene.camera.position, scene.camera.look_at),
                 surface=0,
                 normalDepth=1,
+                others=0,
             )
             self._numbers.attach(program)
 
@@ -134,9 +142,20 @@ class Passes:
             self._squares[program] = Squares(self._context, program)
         self._drawn = drawn
 
+    def _find_rectangles(self, programs: Programs) -> None:
+        """Have what draws objects of kinds, if there are any."""
+        if self._rectangles:
+            self._rectangles.release()
+            self._rectangles = None
+        if programs.kinds:
+            self._rectangles = Rectangles(self._context, programs.kinds)
+            self._over = self._over or Over(self._context, self._target, self._colors)
+
     def draw_all(self) -> None:
         """Let the next draws be of all pixels."""
         self._side = CELL
+        if self._rectangles:
+            self._rectangles.set(self._numbers.rectangles, np.ones(len(self._numbers.rectangles), bool))
         for program, cells in self._drawn.items():
             self._set_runs(program, cells, (0, 0))
 
@@ -148,6 +167,9 @@ class Passes:
         per = CELL // BLOCK
         x, y = corner[0] // CELL, corner[1] // CELL
         part = slice(y, y + blocks.shape[0] // per), slice(x, x + blocks.shape[1] // per)
+        if self._rectangles:
+            rectangles = self._numbers.rectangles
+            self._rectangles.set(rectangles, which_touch(rectangles, blocks, corner, BLOCK))
         for program, cells in self._drawn.items():
             self._set_runs(program, cells[part].repeat(per, axis=0).repeat(per, axis=1) & blocks, (x, y))
 
@@ -163,7 +185,7 @@ class Passes:
     def _set_runs(self, program: moderngl.Program, mask: Mask, corner: tuple[int, int]) -> None:
         """Have the program draw what is True of cells, or of their blocks, from the cell `corner` on."""
         assert self._programs
-        listed = self._numbers.camera_lists() if program is self._programs.see else None
+        listed = self._numbers.camera_lists() if "list" in program else None
         per = CELL // self._side
         shift = np.multiply(corner, per)
         if listed is None:
@@ -194,18 +216,14 @@ class Passes:
                 },
             )
         self._numbers.bind()
-        for target in (self._seen, self._light):
-            target.viewport = (0, 0, *tile[2:])
+        self._light.viewport = (0, 0, *tile[2:])
         # All pixels are drawn, so a first sample need neither find 0 there nor be added to it.
         first = anew and self._side == CELL
         if anew and not first:
             self._light.scissor = (0, 0, *tile[2:])
             self._light.clear()
+        self._see(tile)
         for band in self._bands(tile):
-            self._seen.use()
-            self._seen.scissor = band
-            self._context.disable(moderngl.BLEND)
-            self._squares[self._programs.see].draw()
             self._light.use()
             self._light.scissor = band
             if not first:
@@ -215,11 +233,24 @@ class Passes:
             if self._normal_depth:
                 self._normal_depth.use(1)
             # Once each: without half-spaces, the quiet cells' program is that of the empty ones.
-            for program in dict.fromkeys(self._programs[1:]):
+            for program in dict.fromkeys(self._programs[1:4]):
                 if program:
                     self._squares[program].draw()
             self._context.disable(moderngl.BLEND)
             self._context.finish()
+
+    def _see(self, tile: Rectangle) -> None:
+        """Find what the pixels of a tile see."""
+        assert self._programs
+        seen = self._over.under if self._rectangles and self._over else self._seen
+        seen.use()
+        seen.viewport = (0, 0, *tile[2:])
+        for band in self._bands(tile):
+            seen.scissor = band
+            self._squares[self._programs.see].draw()
+            self._context.finish()
+        if self._rectangles and self._over:
+            self._over.draw(self._rectangles, tile[2:])
 
     def _bands(self, tile: Rectangle) -> Iterator[Rectangle]:
         """The tile in rows of pixels that take long enough to be worth a draw, and no longer."""
@@ -255,31 +286,8 @@ class Passes:
 
     def close(self) -> None:
         """Give back everything on the GPU."""
-        targets = (self._surface, self.radiance, *([self._normal_depth] if self._normal_depth else []))
-        release(self._context, self._seen, self._light, *targets)
-        for squares in self._squares.values():
-            squares.release()
+        release(self._context, self._seen, self._light, *self._colors, self.radiance)
+        for thing in (self._over, self._rectangles, *self._squares.values()):
+            if thing:
+                thing.release()
         self._numbers.close()
-
-
-def release(context: moderngl.Context, *things: Any) -> None:
-    """Release OpenGL objects, framebuffers among them.
-
-    When moderngl makes a framebuffer it binds the one used last again, which must not be gone by then.
-    """
-    context.detect_framebuffer(0).use()
-    for thing in things:
-        thing.release()
-
-
-def set_uniforms(program: moderngl.Program, **values: object) -> None:
-    """Set those of `values` that the program has: a compiler removes uniforms that do nothing.
-
-    Raises ShaderError for one that the shader declares as another type.
-    """
-    for name, value in values.items():
-        if name in program:
-            try:
-                program[name] = value
-            except (struct.error, TypeError, ValueError, moderngl.Error) as error:
-                raise ShaderError(f"uniform {name}: expected a type that takes {value!r}: {error}") from None

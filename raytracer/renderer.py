@@ -23,7 +23,16 @@ from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.progress import Progress
 from raytracer.scene import Scene
 from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
-from raytracer.shader import Show, is_listed, quiet_source, roth_loops, show_source, vertex_source, visibility_source
+from raytracer.shader import (
+    Show,
+    is_listed,
+    kinds_source,
+    quiet_source,
+    roth_loops,
+    show_source,
+    vertex_source,
+    visibility_source,
+)
 from raytracer.sight import has_quiet
 from raytracer.table import table
 
@@ -206,10 +215,14 @@ class Renderer:
         cells = vertex_source(scene, settings)
         see = self.program(visibility_source(scene, settings, geometry=show != "picture"), cells)
         shade = self.program(show_source(scene, settings, show), cells) if show else None
+        kinds = None
+        if is_listed(scene, settings) and groups(scene).kinds:
+            vertex, fragment = kinds_source(scene, settings, geometry=show != "picture")
+            kinds = self.program(fragment, vertex)
         if show != "picture" or not has_quiet(scene, settings):
-            return Programs(see, shade)
+            return Programs(see, shade, kinds=kinds)
         quiet = self.program(quiet_source(scene, settings), cells) if groups(scene).planes else None
-        return Programs(see, shade, quiet, self.program(assemble("empty.frag"), cells))
+        return Programs(see, shade, quiet, self.program(assemble("empty.frag"), cells), kinds)
 
     def program(self, source: Source, vertex: Source | None = None) -> moderngl.Program:
         """The program with this fragment shader, and screen.vert or another; `context` must be current.

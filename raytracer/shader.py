@@ -11,10 +11,9 @@ from __future__ import annotations
 import itertools
 from typing import Literal
 
-from raytracer import evaluators
+from raytracer import evaluators, listed
 from raytracer.glsl_source import Source, assemble
 from raytracer.groups import FEW, groups
-from raytracer.listed import listed
 from raytracer.scene import Scene
 from raytracer.settings import Settings
 from raytracer.solids import MODELS, Complement, Difference, Intersection, Plane, Solid, Sphere, Union, postfix
@@ -68,8 +67,23 @@ def vertex_source(scene: Scene, settings: Settings) -> Source:
 def visibility_source(scene: Scene, settings: Settings, *, geometry: bool = False) -> Source:
     """The fragment shader that finds what each pixel sees; with `geometry`, its distance and normal too."""
     defines = _defines(scene, settings) | ({"GEOMETRY": 1} if geometry else {})
+    if is_listed(scene, settings) and groups(scene).kinds:
+        defines["OTHERS"] = 1
     generated = [*_includes(scene, settings), "", *_ray_csg(scene, settings)]
     return assemble("visibility.frag", defines, {"scene.glsl": "\n".join(generated)})
+
+
+def kinds_source(scene: Scene, settings: Settings, *, geometry: bool = False) -> tuple[Source, Source]:
+    """The vertex and fragment shader that find the same where objects of kinds (groups.py) are seen."""
+    trees = _trees(scene)
+    leaves = max(sum(isinstance(node, int) for node in tree) for tree in trees)
+    defines = _defines(scene, settings)
+    lines = [f"flat out Surface sphere{j};" for j in range(leaves)]
+    lines += ["void setConstants() {", *(f"    sphere{j} = surfaceOf(first + {j});" for j in range(leaves)), "}"]
+    vertex = assemble("kinds.vert", defines | {"VERTEX": 1}, {"constants.glsl": "\n".join(lines)})
+    generated = [*_includes(scene, settings, named=False), "", *listed.seen_kinds(trees)]
+    defines |= {"KINDS": 1} | ({"GEOMETRY": 1} if geometry else {})
+    return vertex, assemble("visibility.frag", defines, {"scene.glsl": "\n".join(generated)})
 
 
 def shade_source(scene: Scene, settings: Settings) -> Source:
@@ -123,17 +137,18 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
     defines: dict[str, int | str] = {"HAS_SPHERES": 1} if spheres else {}
     defines |= {"HAS_PLANES": 1} if planes else {}
     if is_listed(scene, settings):
+        defines |= {"PROGRAMS": 1} if groups(scene).bigs else {}
         return defines | {"LISTED": 1, "ROW": ROW, "GRID": GRID}
     defines |= {"SPHERES": spheres, "SURFACES": found.size}
     return defines | {"DOUBLES": 1} if settings.precision == 64 else defines
 
 
-def _includes(scene: Scene, settings: Settings) -> list[str]:
-    """What knows where rays meet the scene's surfaces."""
+def _includes(scene: Scene, settings: Settings, *, named: bool = True) -> list[str]:
+    """What knows where rays meet the scene's surfaces; `named`: also those that texts name."""
     found = table(scene)
     lines = ['#include "sphere.glsl"'] if len(found.radii) else []
     lines += ['#include "plane.glsl"'] if found.planes else []
-    return [*lines, *_declared(scene, settings), '#include "hit.glsl"']
+    return [*lines, *(_declared(scene, settings) if named else []), '#include "hit.glsl"']
 
 
 def _declared(scene: Scene, settings: Settings) -> list[str]:
@@ -170,7 +185,8 @@ def _ray_csg(scene: Scene, settings: Settings) -> list[str]:
     if settings.evaluator == "roth":
         return _roth(scene, settings)
     if is_listed(scene, settings):
-        return _listed(scene, settings, what=True, first=False)
+        depth, planes = _depth(scene), _planes(scene, settings)
+        return listed.seen(depth, planes) if depth else evaluators.nearest_plane(planes, what=True)
     return _walk(scene, settings, what=True)
 
 
@@ -178,7 +194,8 @@ def _blocked_at(scene: Scene, settings: Settings) -> list[str]:
     if settings.evaluator == "roth":
         return _roth(scene, settings)
     if is_listed(scene, settings):
-        return _listed(scene, settings, what=False, first=settings.shadows == "hard")
+        trees, planes = _trees(scene), _planes(scene, settings)
+        return listed.blocked(trees, _depth(scene), planes, first=settings.shadows == "hard")
     return _walk(scene, settings, what=False)
 
 
@@ -193,11 +210,13 @@ def _walk(scene: Scene, settings: Settings, *, what: bool) -> list[str]:
     return ['#include "walk.glsl"', *evaluators.walk(_numbered(scene), len(table(scene).radii), called, what=what)]
 
 
-def _listed(scene: Scene, settings: Settings, *, what: bool, first: bool) -> list[str]:
-    found = groups(scene)
-    depth = max((big.pruner.depth for big in found.bigs), default=0)
-    trees = [kind.tree for kind in found.kinds]
-    return listed(trees, depth, _planes(scene, settings), what=what, first=first)
+def _depth(scene: Scene) -> int:
+    """The stack that the deepest of a scene's programs needs; 0 for none."""
+    return max((big.pruner.depth for big in groups(scene).bigs), default=0)
+
+
+def _trees(scene: Scene) -> list[evaluators.Tree]:
+    return [kind.tree for kind in groups(scene).kinds]
 
 
 def _numbered(scene: Scene) -> list[evaluators.Tree]:

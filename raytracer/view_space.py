@@ -73,7 +73,7 @@ def numbers_texture(scene: Scene, size: tuple[int, int]) -> NDArray[np.float32]:
     texels[:, 0] = _rows(scene)
     texels[:, 1], texels[:, 2] = _camera_terms(scene, size, 32)
     texels[len(found.radii) :, 1, 3] = groups(scene).order[len(found.radii) :]
-    texels[:, 3, 0] = found.material
+    texels[:, 3, 0], texels[:, 3, 1] = found.material, groups(scene).order
     return texels.reshape(-1, 4)
 
 

@@ -14,6 +14,7 @@ struct Draw {
     vec3 ambient;
     vec3 background;
     int firstPlane;     // how many spheres there are (surfaces.glsl)
+    float depthScale;   // of distances, so that all of objects of kinds (raytracer/groups.py) are below 1
 };
 
 uniform Draw draw;
@@ -26,6 +27,7 @@ flat out vec3 ambient;
 flat out vec3 background;
 #ifdef LISTED
 flat out int firstPlane;
+flat out float depthScale;
 #endif
 
 void handOn() {
@@ -37,6 +39,7 @@ void handOn() {
     background = draw.background;
 #ifdef LISTED
     firstPlane = draw.firstPlane;
+    depthScale = draw.depthScale;
 #endif
 }
 

@@ -17,7 +17,7 @@ struct Surface {
 };
 
 #ifdef LISTED
-uniform sampler2D numbers;  // 4 texels for each surface: shape, coarse, fine, and its material's number
+uniform sampler2D numbers;  // 4 texels for each surface: shape, coarse, fine; numbers of its material and object
 
 vec4 numberAt(int i) {
     return texelFetch(numbers, ivec2(i % ROW, i / ROW), 0);
@@ -25,6 +25,10 @@ vec4 numberAt(int i) {
 
 Surface surfaceOf(int index) {
     return Surface(numberAt(4 * index), numberAt(4 * index + 1), numberAt(4 * index + 2));
+}
+
+float objectOf(int index) {
+    return numberAt(4 * index + 3).y;
 }
 
 #ifndef VERTEX

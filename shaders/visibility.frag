@@ -1,10 +1,24 @@
 // Which surface each pixel sees; if the host defines GEOMETRY, its distance and normal too.
+//
+// Where there are objects of kinds, these are drawn over all others one by one: the host defines KINDS for that
+// draw, of kinds.vert, and OTHERS for the one before. The depth test finds the nearest, drawn in the scene's order.
 
 #include "scene.glsl"
 
-layout(location = 0) out int surface;       // as in hit.glsl, 0 for nothing
+layout(location = 0) out int surface;       // as in surfaces.glsl, 0 for nothing
+#ifdef OTHERS
+layout(location = 1) out vec2 other;        // t, and the number of the object, -1 for nothing
+#define NEXT 2
+#else
+#define NEXT 1
+#endif
 #ifdef GEOMETRY
-layout(location = 1) out vec4 normalDepth;  // unit normal towards the viewer, 0 for nothing; t, INF for nothing
+layout(location = NEXT) out vec4 normalDepth;  // unit normal towards the viewer, 0 for nothing; t, INF for nothing
+#endif
+#ifdef KINDS
+uniform sampler2D others;
+flat in int object;
+flat in float depthScale;
 #endif
 
 void main() {
@@ -13,5 +27,13 @@ void main() {
     real t = rayCSG(ray, P, N, surface);
 #ifdef GEOMETRY
     normalDepth = vec4(dot(N, ray.rd) > 0.0 ? -N : N, t);
+#endif
+#ifdef OTHERS
+    other = vec2(t, surface == 0 ? -1.0 : objectOf(indexOf(surface)));
+#endif
+#ifdef KINDS
+    vec2 other = texelFetch(others, ivec2(gl_FragCoord.xy), 0).xy;
+    // The scale is a power of two, so depths are in the order of t. 1 is not before what the depth is cleared to.
+    gl_FragDepth = nearer(t, object, Nearest(other.x, 0, int(other.y))) ? t * depthScale : 1.0;
 #endif
 }
