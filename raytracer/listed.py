@@ -135,10 +135,10 @@ def _kinds(kinds: list[Tree]) -> list[str]:
     return [
         *_kind_holds(kinds),
         "void meetKind(Ray ray, int item, inout Nearest nearest) {",
-        "    vec4 numbers = itemAt(2 * item + 1);",
-        "    int kind = int(numbers.x), first = int(numbers.y), object = int(numbers.z);",
-        *(f"    real2 {span} = sphereRoots(ray, surfaceOf(first + {j}));" for j, span in enumerate(spans)),
-        *_walk_one(f"kindHolds(kind, {', '.join(spans)}, at)", "1"),
+        "    Item i = itemAt(item);",
+        "    int object = i.object;",
+        *(f"    real2 {span} = sphereRoots(ray, surfaceOf(i, {j}));" for j, span in enumerate(spans)),
+        *_walk_one(f"kindHolds(i.kind, {', '.join(spans)}, at)", "1"),
     ]
 
 
@@ -179,9 +179,7 @@ def _meet(kinds: bool, programs: bool, first: bool) -> list[str]:
     """The walk through a list. The nearest ball is looked for in a loop of its own: pixels that are drawn
     together look for theirs at once, and then evaluate what they found at once."""
     candidate = (
-        "entry < 0 || meets(ray, itemAt(2 * entry), nearest.t)"
-        if programs
-        else "meets(ray, itemAt(2 * entry), nearest.t)"
+        "entry < 0 || meets(ray, ballAt(entry), nearest.t)" if programs else "meets(ray, ballAt(entry), nearest.t)"
     )
     search = [
         "        int found = NOTHING;",

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.cells import CELL, by_cell, covered, cube_faces, overlaps, tangents
-from raytracer.groups import balls, groups
+from raytracer.groups import KIND_LEAVES, balls, groups
 from raytracer.prune import LEAF_SHIFT
 from raytracer.scene import Scene
 from raytracer.shader import GRID
@@ -58,12 +58,15 @@ def items(scene: Scene) -> Items:
     )
 
 
-def items_texture(scene: Scene) -> NDArray[np.float32]:
-    """(2 N, 4): the texels `items` of lists.glsl."""
+def items_texture(scene: Scene, numbers: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(4 N, 4): the texels `items` of lists.glsl; `numbers` are those of surfaces.glsl."""
     found = items(scene)
-    texels = np.zeros((len(found.radii), 2, 4), np.float32)
+    texels = np.zeros((len(found.radii), 4, 4), np.float32)
     texels[:, 0, :3], texels[:, 0, 3] = found.centers, found.radii
     texels[:, 1, :3] = np.column_stack([found.kind, found.first, found.order])
+    # An object of fewer surfaces has numbers of others behind its own: they are not looked at.
+    leaf = np.minimum(found.first[:, None] + np.arange(KIND_LEAVES), len(numbers) // 4 - 1)
+    texels[:, 2], texels[:, 3] = numbers[4 * leaf + 1, 3], numbers[4 * leaf + 2, 3]
     return texels.reshape(-1, 4)
 
 

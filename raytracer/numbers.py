@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from raytracer import lists, view_space
 from raytracer.cells import CELL
 from raytracer.checks import InputError
+from raytracer.opengl import BufferTexture, set_sampler
 from raytracer.rectangles import cells_under
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.shader import ROW, is_listed
+from raytracer.shader import is_listed
 from raytracer.sight import Met
 
 # Binding points of uniform blocks, and texture units; 0 and 1 are those of passes.py.
@@ -28,7 +29,7 @@ class Numbers:
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._blocks: dict[str, moderngl.Buffer] = {}
-        self._textures: dict[str, moderngl.Texture] = {}
+        self._textures: dict[str, BufferTexture] = {}
         self._of: object = None  # which scene, but for its lights
         self._lister: lists.Lister | None = None
         self._of_camera: lists.Lists | None = None
@@ -59,9 +60,10 @@ class Numbers:
 
     def _load_listed(self, scene: Scene, settings: Settings, size: tuple[int, int], new: bool) -> None:
         if new or self._lister is None:
-            self._texture("numbers", view_space.numbers_texture(scene, size))
+            numbers = view_space.numbers_texture(scene, size)
+            self._texture("numbers", numbers)
             self._texture("materials", view_space.materials_texture(scene, settings))
-            self._texture("items", lists.items_texture(scene))
+            self._texture("items", lists.items_texture(scene, numbers))
             self._lister = lists.Lister(scene)
             self._of_camera = self._lister.of_camera(scene, size)
             self.rectangles, self.farthest = self._lister.rectangles(scene, size)
@@ -101,7 +103,7 @@ class Numbers:
                 program[name].binding = _BLOCKS[name]  # pyright: ignore[reportAttributeAccessIssue]
         for name, unit in _UNITS.items():
             if name in program:
-                program[name] = unit
+                set_sampler(self._context, program, name, unit)
 
     def bind(self) -> None:
         """Make them those of the next draws."""
@@ -122,26 +124,15 @@ class Numbers:
             self._blocks[name] = self._context.buffer(data, dynamic=True)
 
     def _texture(self, name: str, data: NDArray[Any]) -> None:
-        """Bring texels to the GPU, ROW to a row: (N, 4) float32 or (N,) int32."""
-        components = data.shape[1] if data.ndim == 2 else 1
-        rows = max(1, -(-len(data) // ROW))
-        texels = np.zeros((rows * ROW, components), data.dtype)
-        texels[: len(data)] = data.reshape(-1, components)
-        texture = self._textures.get(name)
-        # Room to grow: lists change their length with every move.
-        if texture is None or not rows <= texture.height <= 4 * rows:
-            if texture:
-                self._textures.pop(name).release()
-            most = self._context.info["GL_MAX_TEXTURE_SIZE"]
-            if rows > most:
-                what = "entries in the lists of all cells" if name == "lists" else f"texels of {name}"
-                limit = f"{most * ROW} {what} (this driver's textures)"
-                raise InputError(f"objects: expected at most {limit}, got {len(data)}")
-            kind = "f4" if data.dtype == np.float32 else "i4"
-            texture = self._context.texture((ROW, min(most, rows + rows // 4)), components, dtype=kind)
-            texture.filter = moderngl.NEAREST, moderngl.NEAREST
-            self._textures[name] = texture
-        texture.write(texels, viewport=(0, 0, ROW, rows))
+        """Bring texels to the GPU: (N, 4) float32 or int32, or (N,) int32."""
+        most = BufferTexture.most(self._context)
+        if len(data) > most:
+            what = "entries in the lists of all cells" if name == "lists" else f"texels of {name}"
+            limit = f"{most} {what} (this driver's buffer textures)"
+            raise InputError(f"objects: expected at most {limit}, got {len(data)}")
+        if name not in self._textures:
+            self._textures[name] = BufferTexture(self._context)
+        self._textures[name].write(data)
 
     def close(self) -> None:
         """Give back everything on the GPU."""

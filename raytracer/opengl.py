@@ -1,4 +1,7 @@
-"""What several modules do with OpenGL and moderngl leaves to them."""
+"""What several modules do with OpenGL, and what moderngl does not: buffer textures, float depth.
+
+`context` is one that raytracer.context has opened, and current.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +10,17 @@ import struct
 from typing import Any
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 from raytracer.glsl_source import ShaderError
 
+_TEXTURE0, _TEXTURE_BUFFER, _MAX_TEXTURE_BUFFER_SIZE = 0x84C0, 0x8C2A, 0x8C2B
+_RGBA32F, _RGBA32I, _R32I = 0x8814, 0x8D82, 0x8235
 _RENDERBUFFER, _DEPTH_COMPONENT32F = 0x8D41, 0x8CAC
 # OpenGL's calling convention is Windows's own there.
 _FUNCTION: Any = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)
+_Uint, _Int = ctypes.c_uint, ctypes.c_int
 
 
 def release(context: moderngl.Context, *things: Any) -> None:
@@ -39,20 +47,67 @@ def set_uniforms(program: moderngl.Program, **values: object) -> None:
 
 
 def depth_buffer(context: moderngl.Context, size: tuple[int, int]) -> moderngl.Renderbuffer:
-    """A depth buffer of 32-bit floats, of `size` (width, height): moderngl's own have 24 bits.
-
-    `context` must be one that raytracer.context has opened, and current.
-    """
+    """A depth buffer of 32-bit floats, of `size` (width, height): moderngl's own have 24 bits."""
     buffer = context.depth_renderbuffer(size)
-    bind = _FUNCTION(None, ctypes.c_uint, ctypes.c_uint)(_address(context, "glBindRenderbuffer"))
-    storage = _FUNCTION(None, ctypes.c_uint, ctypes.c_uint, ctypes.c_int, ctypes.c_int)(
-        _address(context, "glRenderbufferStorage")
-    )
+    bind = _function(context, "glBindRenderbuffer", _Uint, _Uint)
     bind(_RENDERBUFFER, buffer.glo)
-    storage(_RENDERBUFFER, _DEPTH_COMPONENT32F, *size)
+    _function(context, "glRenderbufferStorage", _Uint, _Uint, _Int, _Int)(_RENDERBUFFER, _DEPTH_COMPONENT32F, *size)
     bind(_RENDERBUFFER, 0)
     return buffer
 
 
-def _address(context: moderngl.Context, name: str) -> int:
-    return context.extra.load_opengl_function(name)
+class BufferTexture:
+    """A long row of texels for a samplerBuffer. To fetch one takes llvmpipe a third of what it takes from a plane."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._buffer: moderngl.Buffer | None = None
+        self._name = _Uint()
+        self._active = _function(context, "glActiveTexture", _Uint)
+        self._bind = _function(context, "glBindTexture", _Uint, _Uint)
+        _function(context, "glGenTextures", _Int, ctypes.POINTER(_Uint))(1, ctypes.byref(self._name))
+
+    @staticmethod
+    def most(context: moderngl.Context) -> int:
+        """How many texels one can have."""
+        found = _Int()
+        get = _function(context, "glGetIntegerv", _Uint, ctypes.POINTER(_Int))
+        get(_MAX_TEXTURE_BUFFER_SIZE, ctypes.byref(found))
+        return found.value
+
+    def write(self, data: NDArray[Any]) -> None:
+        """Hold (N, 4) float32 or int32, or (N,) int32. It must be of the kind that was written before."""
+        data = np.ascontiguousarray(data)
+        if self._buffer is None or not data.nbytes <= self._buffer.size <= 4 * max(data.nbytes, 1024):
+            if self._buffer:
+                self._buffer.release()
+            # Room to grow: lists change their length with every move.
+            self._buffer = self._context.buffer(reserve=max(1024, data.nbytes + data.nbytes // 4), dynamic=True)
+            form = _R32I if data.ndim == 1 else _RGBA32F if data.dtype == np.float32 else _RGBA32I
+            self._bind(_TEXTURE_BUFFER, self._name.value)
+            _function(self._context, "glTexBuffer", _Uint, _Uint, _Uint)(_TEXTURE_BUFFER, form, self._buffer.glo)
+        if data.nbytes:
+            self._buffer.write(data)
+
+    def use(self, unit: int) -> None:
+        """Bind it to a texture unit."""
+        self._active(_TEXTURE0 + unit)
+        self._bind(_TEXTURE_BUFFER, self._name.value)
+
+    def release(self) -> None:
+        """Give it back."""
+        delete = _function(self._context, "glDeleteTextures", _Int, ctypes.POINTER(_Uint))
+        delete(1, ctypes.byref(self._name))
+        if self._buffer:
+            self._buffer.release()
+
+
+def set_sampler(context: moderngl.Context, program: moderngl.Program, name: str, unit: int) -> None:
+    """Say which texture unit a sampler of `program` is on. moderngl does not for a samplerBuffer."""
+    _function(context, "glUseProgram", _Uint)(program.glo)
+    location = program[name].location  # pyright: ignore[reportAttributeAccessIssue]
+    _function(context, "glUniform1i", _Int, _Int)(location, unit)
+
+
+def _function(context: moderngl.Context, name: str, *types: Any) -> Any:
+    return _FUNCTION(None, *types)(context.extra.load_opengl_function(name))

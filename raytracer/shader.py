@@ -23,11 +23,9 @@ from raytracer.table import table
 Show = Literal["picture", "normal", "depth", "material"]
 
 # Cells of a side of a cube's face around a light: in a picture of many objects, one covers about a cell.
-GRID = 128
+GRID = 256
 # Up to so many surfaces, and lights, are handed on by the vertex shader: what OpenGL 3.3 has room for.
 CONSTANTS, CONSTANT_LIGHTS = 6, 2
-# Texels in a row of the textures that hold a scene's numbers, where they are many.
-ROW = 1024
 
 
 def is_listed(scene: Scene, settings: Settings) -> bool:
@@ -138,7 +136,7 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
     defines |= {"HAS_PLANES": 1} if planes else {}
     if is_listed(scene, settings):
         defines |= {"PROGRAMS": 1} if groups(scene).bigs else {}
-        return defines | {"LISTED": 1, "ROW": ROW, "GRID": GRID}
+        return defines | {"LISTED": 1, "GRID": GRID}
     defines |= {"SPHERES": spheres, "SURFACES": found.size}
     return defines | {"DOUBLES": 1} if settings.precision == 64 else defines
 

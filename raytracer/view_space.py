@@ -100,9 +100,7 @@ def _camera_terms(
     coarse = np.rint(slopes / quantum) * quantum
 
     found = table(scene)
-    count = found.size
-    power = np.zeros(count)
-    power[: len(found.radii)] = powers(found.centers, found.radii, scene.camera.position)
+    power = np.pad(powers(found.centers, found.radii, scene.camera.position), (0, len(found.planes)))
     same = same_as(scene, precision).astype(float)
     return np.column_stack([coarse, power]), np.column_stack([slopes - coarse, same])
 

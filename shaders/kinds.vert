@@ -4,7 +4,7 @@
 #include "draw.glsl"
 #include "surfaces.glsl"
 
-uniform isampler2D objects;  // 2 texels each: rectangles() of raytracer/lists.py
+uniform isamplerBuffer objects;  // 2 texels each: rectangles() of raytracer/lists.py
 
 flat out int kind;
 flat out int first;
@@ -13,7 +13,7 @@ flat out int object;
 #include "constants.glsl"
 
 ivec4 objectAt(int i) {
-    return texelFetch(objects, ivec2(i % ROW, i / ROW), 0);
+    return texelFetch(objects, i);
 }
 
 void main() {

@@ -1,20 +1,44 @@
-// Provides listAt(), itemAt(), struct Nearest, nearer(), meets(), cubeCell(): what the generated walk through
+// Provides listAt(), ballAt(), struct Item, itemAt(), surfaceOf(), struct Nearest, nearer(), meets(), cubeCell(): what the generated walk through
 // the list of a cell is made of. raytracer/lists.py says what a list holds.
 //
 // A ray from the camera through a cell of the picture, or one to a light from a cell of the cube around it,
 // can meet only what that cell lists.
 
 #include "ray.glsl"
+#include "surfaces.glsl"
 
-uniform isampler2D lists;  // for each light where its cells' lists begin, and then the lists
-uniform sampler2D items;   // 2 texels for each object of a kind: the ball around it; kind, first surface, number
+uniform isamplerBuffer lists;  // for each light where its cells' lists begin, and then the lists
+uniform samplerBuffer items;   // 4 texels for each object of a kind: see ballAt() and itemAt()
 
 int listAt(int i) {
-    return texelFetch(lists, ivec2(i % ROW, i / ROW), 0).x;
+    return texelFetch(lists, i).x;
 }
 
-vec4 itemAt(int i) {
-    return texelFetch(items, ivec2(i % ROW, i / ROW), 0);
+vec4 itemsAt(int i) {
+    return texelFetch(items, i);
+}
+
+// The ball around an object of a kind.
+vec4 ballAt(int item) {
+    return itemsAt(4 * item);
+}
+
+struct Item {
+    int kind;
+    int first;   // index of its first surface
+    int object;  // its number in the scene
+    vec4 power;  // of its surfaces: coarse.w, and sameAs()
+    vec4 same;
+};
+
+Item itemAt(int item) {
+    vec4 numbers = itemsAt(4 * item + 1);
+    return Item(int(numbers.x), int(numbers.y), int(numbers.z), itemsAt(4 * item + 2), itemsAt(4 * item + 3));
+}
+
+// A surface of it, with what rays other than the camera's need: fewer texels than surfaceOf() of its index.
+Surface surfaceOf(Item i, int leaf) {
+    return Surface(shapeOf(i.first + leaf), vec4(i.power[leaf]), vec4(i.same[leaf]));
 }
 
 // The first surface so far; of several at the same distance that of the first object in the scene.

@@ -17,14 +17,18 @@ struct Surface {
 };
 
 #ifdef LISTED
-uniform sampler2D numbers;  // 4 texels for each surface: shape, coarse, fine; numbers of its material and object
+uniform samplerBuffer numbers;  // 4 texels for each surface: shape, coarse, fine; numbers of its material and object
 
 vec4 numberAt(int i) {
-    return texelFetch(numbers, ivec2(i % ROW, i / ROW), 0);
+    return texelFetch(numbers, i);
+}
+
+vec4 shapeOf(int index) {
+    return numberAt(4 * index);
 }
 
 Surface surfaceOf(int index) {
-    return Surface(numberAt(4 * index), numberAt(4 * index + 1), numberAt(4 * index + 2));
+    return Surface(shapeOf(index), numberAt(4 * index + 1), numberAt(4 * index + 2));
 }
 
 float objectOf(int index) {
