@@ -19,7 +19,7 @@ from raytracer.shader import is_listed
 from raytracer.sight import Met
 
 # Binding points of uniform blocks, and texture units; 0 and 1 are those of passes.py.
-_BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Materials": 2, "Lights": 3}
+_BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2}
 _UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "objects": 6}
 
 
@@ -41,29 +41,27 @@ class Numbers:
 
     def load(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
         """Take the numbers of `scene` for a picture of `size`."""
-        precision = settings.precision
+        precision, listed = settings.precision, is_listed(scene, settings)
         self._write("Lights", view_space.lights_block(scene, precision))
         # Lights move, and then all else is as it was. Equal tuples of the same things are quickly compared.
         of = scene.objects, scene.camera, scene.materials, settings, size
         new, self._of = of != self._of, of
-        if is_listed(scene, settings):
-            self._load_listed(scene, settings, size, new)
-        elif new:
-            self._lister = None
-            blocks = {
-                "Surfaces": view_space.surfaces_block(scene, precision),
-                "CameraTerms": view_space.camera_terms_block(scene, size, precision),
-                "Materials": view_space.materials_block(scene, settings),
-            }
-            for name, block in blocks.items():
-                self._write(name, block)
-
-    def _load_listed(self, scene: Scene, settings: Settings, size: tuple[int, int], new: bool) -> None:
-        if new or self._lister is None:
-            numbers = view_space.numbers_texture(scene, size)
-            self._texture("numbers", numbers)
+        if new:
             self._texture("materials", view_space.materials_texture(scene, settings))
-            self._texture("items", lists.items_texture(scene, numbers))
+            if precision == 64:
+                self._write("Surfaces", view_space.surfaces_block(scene))
+                self._write("CameraTerms", view_space.camera_terms_block(scene, size))
+            else:
+                numbers = view_space.numbers_texture(scene, size)
+                self._texture("numbers", numbers)
+                if listed:
+                    self._texture("items", lists.items_texture(scene, numbers))
+            self._lister = None
+        if listed:
+            self._load_lists(scene, settings, size)
+
+    def _load_lists(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
+        if self._lister is None:
             self._lister = lists.Lister(scene)
             self._of_camera = self._lister.of_camera(scene, size)
             self.rectangles, self.farthest = self._lister.rectangles(scene, size)

@@ -27,6 +27,7 @@ from raytracer.shader import (
     Show,
     is_listed,
     kinds_source,
+    plain_vertex_source,
     quiet_source,
     roth_loops,
     show_source,
@@ -206,8 +207,7 @@ class Renderer:
         """What decides where more samples are needed, if not everywhere. `context` must be current."""
         if settings.adaptive is None:
             return None
-        cells = assemble("cells.vert", generated={"constants.glsl": "void setConstants() {}"})
-        program = self.program(assemble("error.frag", {"BLOCK": BLOCK}), cells)
+        program = self.program(assemble("error.frag", {"BLOCK": BLOCK}), plain_vertex_source())
         return Refinement(self.context, program, target, settings.adaptive)
 
     def programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> Programs:
@@ -222,7 +222,8 @@ class Renderer:
         if show != "picture" or not has_quiet(scene, settings):
             return Programs(see, shade, kinds=kinds)
         quiet = self.program(quiet_source(scene, settings), cells) if groups(scene).planes else None
-        return Programs(see, shade, quiet, self.program(assemble("empty.frag"), cells), kinds)
+        empty = self.program(assemble("empty.frag"), plain_vertex_source())
+        return Programs(see, shade, quiet, empty, kinds)
 
     def program(self, source: Source, vertex: Source | None = None) -> moderngl.Program:
         """The program with this fragment shader, and screen.vert or another; `context` must be current.
@@ -269,7 +270,7 @@ class Renderer:
                 "the evaluator cells with 32 bits has no such limit"
             )
         for what, count, size in (
-            *([] if listed else [("primitives", primitives, max(48, settings.precision))]),  # materials, or terms.glsl
+            *([("primitives of 64 bits", primitives, 64)] if settings.precision == 64 else []),
             ("lights", len(scene.lights), 48 * settings.precision // 32),
         ):
             if count * size > self._max_block:

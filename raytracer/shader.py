@@ -62,6 +62,11 @@ def vertex_source(scene: Scene, settings: Settings) -> Source:
     return assemble("cells.vert", defines, {"constants.glsl": "\n".join(lines)})
 
 
+def plain_vertex_source() -> Source:
+    """The vertex shader for programs that need nothing of a scene."""
+    return assemble("cells.vert", generated={"constants.glsl": "void setConstants() {}"})
+
+
 def visibility_source(scene: Scene, settings: Settings, *, geometry: bool = False) -> Source:
     """The fragment shader that finds what each pixel sees; with `geometry`, its distance and normal too."""
     defines = _defines(scene, settings) | ({"GEOMETRY": 1} if geometry else {})

@@ -19,10 +19,7 @@ from raytracer.settings import Precision, Settings
 from raytracer.solids import MODELS, ROUNDING
 from raytracer.table import powers, table
 
-# std140 layout of struct Material (material.glsl), and of struct Light (light.glsl) at either precision.
-_MATERIAL = np.dtype(
-    [("ka", "f4", 3), ("h", "f4"), ("kd", "f4", 3), ("model", "i4"), ("ks", "f4", 3), ("number", "i4")]
-)
+# std140 layout of struct Light (light.glsl) at either precision.
 _LIGHT = {
     precision: np.dtype(
         {
@@ -43,9 +40,9 @@ def rotation(camera: Camera) -> NDArray[np.float64]:
     return np.array([right, up, np.negative(forward)])
 
 
-def surfaces_block(scene: Scene, precision: Precision) -> bytes:
-    """The uniform block of surfaces.glsl."""
-    return _rows(scene).astype(_REAL[precision]).tobytes()
+def surfaces_block(scene: Scene) -> bytes:
+    """The uniform block Surfaces of surfaces.glsl, of doubles."""
+    return _rows(scene).tobytes()
 
 
 def _rows(scene: Scene) -> NDArray[np.float64]:
@@ -61,9 +58,9 @@ def vectors(scene: Scene) -> NDArray[np.float64]:
     return np.concatenate([found.centers - scene.camera.position, found.normals]) @ rotation(scene.camera).T
 
 
-def camera_terms_block(scene: Scene, size: tuple[int, int], precision: Precision) -> bytes:
-    """The uniform block CameraTerms of surfaces.glsl."""
-    return np.concatenate(_camera_terms(scene, size, precision)).astype(_REAL[precision]).tobytes()
+def camera_terms_block(scene: Scene, size: tuple[int, int]) -> bytes:
+    """The uniform block CameraTerms of surfaces.glsl, of doubles."""
+    return np.concatenate(_camera_terms(scene, size, 64)).tobytes()
 
 
 def numbers_texture(scene: Scene, size: tuple[int, int]) -> NDArray[np.float32]:
@@ -73,15 +70,15 @@ def numbers_texture(scene: Scene, size: tuple[int, int]) -> NDArray[np.float32]:
     texels[:, 0] = _rows(scene)
     texels[:, 1], texels[:, 2] = _camera_terms(scene, size, 32)
     texels[len(found.radii) :, 1, 3] = groups(scene).order[len(found.radii) :]
-    texels[:, 3, 0], texels[:, 3, 1] = found.material, groups(scene).order
+    texels[:, 3, 0] = groups(scene).order
     return texels.reshape(-1, 4)
 
 
 def materials_texture(scene: Scene, settings: Settings) -> NDArray[np.float32]:
-    """(3 M, 4): the texels `materials` of material.glsl."""
+    """(3 N, 4): the texels `materials` of material.glsl."""
     shaded = map(settings.shaded, scene.materials)
-    rows = [((*m.ka, m.h), (*m.kd, MODELS.index(m.model)), (*m.ks, 0.0)) for m in shaded]
-    return np.array(rows, np.float32).reshape(-1, 4)
+    rows = [((*m.ka, m.h), (*m.kd, MODELS.index(m.model)), (*m.ks, number)) for number, m in enumerate(shaded)]
+    return np.array(rows, np.float32)[table(scene).material].reshape(-1, 4)
 
 
 def _camera_terms(
@@ -114,13 +111,6 @@ def same_as(scene: Scene, precision: Precision) -> NDArray[np.int64]:
     planes *= np.sign(planes[np.arange(len(planes)), first])[:, None]
     is_plane = np.arange(len(rows)) >= len(rows) - len(planes)
     return np.unique(np.column_stack([is_plane, rows + 0.0]), axis=0, return_inverse=True)[1].reshape(-1) + 1
-
-
-def materials_block(scene: Scene, settings: Settings) -> bytes:
-    """The uniform block of material.glsl: the material of each surface."""
-    shaded = map(settings.shaded, scene.materials)
-    rows = [(m.ka, m.h, m.kd, MODELS.index(m.model), m.ks, n) for n, m in enumerate(shaded)]
-    return np.array(rows, _MATERIAL)[table(scene).material].tobytes()
 
 
 def lights_block(scene: Scene, precision: Precision) -> bytes:

@@ -12,25 +12,14 @@ struct Material {
     int number;  // in the scene's list of materials
 };
 
-#ifdef LISTED
-uniform samplerBuffer materials;  // 3 texels each
+uniform samplerBuffer materials;  // 3 texels for each surface
 
 Material materialAt(int index) {
-    int number = int(numberAt(4 * index + 3).x), i = 3 * number;
-    vec4 a = texelFetch(materials, i);
-    vec4 d = texelFetch(materials, i + 1);
-    vec4 s = texelFetch(materials, i + 2);
-    return Material(a.rgb, a.w, d.rgb, int(d.w), s.rgb, number);
+    vec4 a = texelFetch(materials, 3 * index);
+    vec4 d = texelFetch(materials, 3 * index + 1);
+    vec4 s = texelFetch(materials, 3 * index + 2);
+    return Material(a.rgb, a.w, d.rgb, int(d.w), s.rgb, int(s.w));
 }
-#else
-layout(std140) uniform Materials {
-    Material materials[SURFACES];  // one entry a surface
-};
-
-Material materialAt(int index) {
-    return materials[index];
-}
-#endif
 
 #ifndef VERTEX
 #ifdef ONLY

@@ -2,8 +2,8 @@
 //
 // A surface's index counts the spheres first, then the planes; firstPlane is how many spheres there are.
 // The host defines HAS_SPHERES and HAS_PLANES if there are any, and SPHERES and SURFACES, how many there are
-// of one and both; or LISTED if they are so many that they are held in a texture. Those few that a text names
-// itself it has from the vertex shader (draw.glsl).
+// of one and both; or LISTED if they are so many that a text does not depend on their number. Those few that a
+// text names itself it has from the vertex shader (draw.glsl).
 //
 // A hit says which surface it is on in one number, `mat`: the surface's index + 1, negative where the ray
 // comes out of the primitive; 0 for no surface. So the hit's root is known again without comparing distances.
@@ -16,29 +16,7 @@ struct Surface {
     real4 fine;    // .xyz for cameraSlope(); .w: sameAs()
 };
 
-#ifdef LISTED
-uniform samplerBuffer numbers;  // 4 texels for each surface: shape, coarse, fine; numbers of its material and object
-
-vec4 numberAt(int i) {
-    return texelFetch(numbers, i);
-}
-
-vec4 shapeOf(int index) {
-    return numberAt(4 * index);
-}
-
-Surface surfaceOf(int index) {
-    return Surface(shapeOf(index), numberAt(4 * index + 1), numberAt(4 * index + 2));
-}
-
-float objectOf(int index) {
-    return numberAt(4 * index + 3).y;
-}
-
-#ifndef VERTEX
-flat in int firstPlane;
-#endif
-#else
+#ifdef DOUBLES
 layout(std140) uniform Surfaces {
     real4 shapes[SURFACES];
 };
@@ -51,8 +29,26 @@ layout(std140) uniform CameraTerms {
 Surface surfaceOf(int index) {
     return Surface(shapes[index], coarse[index], fine[index]);
 }
+#else
+uniform samplerBuffer numbers;  // 4 texels for each surface: shape, coarse, fine, and the number of its object
 
+vec4 shapeOf(int index) {
+    return texelFetch(numbers, 4 * index);
+}
+
+Surface surfaceOf(int index) {
+    return Surface(shapeOf(index), texelFetch(numbers, 4 * index + 1), texelFetch(numbers, 4 * index + 2));
+}
+
+float objectOf(int index) {
+    return texelFetch(numbers, 4 * index + 3).x;
+}
+#endif
+
+#ifndef LISTED
 const int firstPlane = SPHERES;
+#elif !defined(VERTEX)
+flat in int firstPlane;
 #endif
 
 #ifndef VERTEX
