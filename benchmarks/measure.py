@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from contextlib import ExitStack, closing
 from statistics import median
 
 import moderngl
@@ -13,7 +14,8 @@ from benchmarks import povray
 from raytracer import reference
 from raytracer.film import Image, srgb8
 from raytracer.live import Live
-from raytracer.renderer import Renderer
+from raytracer.passes import Passes
+from raytracer.renderer import Renderer, sum_samples
 from raytracer.solids import leaves
 
 Size = tuple[int, int]
@@ -98,8 +100,21 @@ class Bench:
         self.frame(scene, settings, size)
         return self._live.image({}).radiance
 
+    def summed(self, scene: rt.Scene, settings: rt.Settings) -> float:
+        """The seconds in which render() draws all samples and reads their sum: a window has no adaptive ones."""
+        area = (0, 0, *self.size)
+        with ExitStack() as stack:
+            passes = stack.enter_context(closing(Passes(self.context, self.size)))
+            passes.load(self._renderer.programs(scene, settings), scene, settings, self.size)
+            refinement = self._renderer.refinement(settings, self.size)
+            if refinement:
+                stack.enter_context(closing(refinement))
+            begin = time.perf_counter()
+            sum_samples(passes, refinement, area, self.size, settings.samples)
+            return time.perf_counter() - begin
+
     def rendered(self, scene: rt.Scene, settings: rt.Settings) -> Image:
-        """What render() gives: a window's frame has no adaptive samples."""
+        """What render() gives."""
         image = self._renderer.render(scene, self.size, settings, geometry=False)
         self.context.__enter__()  # render() leaves no context current; here one is throughout
         return image

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from raytracer.cells import BLOCK, CELL
 from raytracer.opengl import release, set_uniforms
-from raytracer.passes import Passes, Rectangle, Squares
+from raytracer.passes import Passes, Rectangle, Squares, viewport
 from raytracer.sight import runs
 
 # Samples that all pixels get: fewer miss most edges.
@@ -55,13 +55,18 @@ class Refinement:
     """Decides, for one tile after another, which blocks get more samples. Has a target on the GPU until closed."""
 
     def __init__(
-        self, context: moderngl.Context, program: moderngl.Program, target: tuple[int, int], threshold: float
+        self,
+        context: moderngl.Context,
+        programs: tuple[moderngl.Program, moderngl.Program],
+        target: tuple[int, int],
+        threshold: float,
     ) -> None:
-        """`program` is error.frag, `target` the size of the largest surrounded tile, `threshold` linear radiance."""
+        """`programs` are error.frag with and without the APRON, `target` is the size of the largest surrounded tile,
+        and `threshold` is linear radiance.
+        """
         self._context = context
-        self._program = program
         self._threshold = threshold
-        self._squares = Squares(context, program)
+        self._squares = [Squares(context, program) for program in programs]
         self._errors = context.texture(_blocks(target), 1, dtype="f4")
         self._target = context.framebuffer([self._errors])
 
@@ -92,22 +97,24 @@ class Refinement:
     def _find_errors(self, radiance: moderngl.Texture, summed: int) -> NDArray[np.float32]:
         """(rows, columns): the error of each block, 0 in cells that nothing is decided of any more."""
         rows, columns = self._active.shape
+        port, shown = viewport((0, 0, columns, rows))
+        # Later, pixels around a block may have fewer samples.
+        squares = self._squares[0 if self._done == FIRST else 1]
         set_uniforms(
-            self._program,
+            squares.program,
             side=_PER_CELL,
-            **{"draw.tileOrigin": (0, 0), "draw.tileSize": (columns, rows)},
+            **{"draw.viewport": shown},
             radianceSum=0,
             summed=float(summed),
             samples=float(self._done),
             drawn=self._area[2:],
-            apron=APRON if self._done == FIRST else 0,  # later, pixels around may have fewer samples
         )
-        self._squares.set(runs(self._cells))
+        squares.set(runs(self._cells))
         radiance.use(0)
         self._target.use()
-        self._target.viewport = self._target.scissor = (0, 0, columns, rows)
+        self._target.viewport, self._target.scissor = port, (0, 0, columns, rows)
         self._target.clear()
-        self._squares.draw()
+        squares.draw()
         data = self._target.read((0, 0, columns, rows), components=1, dtype="f4")
         return np.frombuffer(data, np.float32).reshape(rows, columns)
 
@@ -123,7 +130,8 @@ class Refinement:
 
     def close(self) -> None:
         """Give back everything on the GPU but the program."""
-        self._squares.release()
+        for squares in self._squares:
+            squares.release()
         release(self._context, self._target, self._errors)
 
 

@@ -80,10 +80,9 @@ class Numbers:
         entries = [*(found.entries for found in self._of_lights), self._of_camera.entries]
         self._texture("lists", np.concatenate([*parts, *entries]).astype(np.int32))
 
-    def camera_lists(self) -> NDArray[np.int32] | None:
-        """(cells, 2): where the list of each cell of the picture begins and ends; None if there are none."""
-        if self._lister is None or self._of_camera is None:
-            return None
+    def camera_lists(self) -> NDArray[np.int32]:
+        """(cells, 2): where the list of each cell of the picture begins and ends, in a scene that has them."""
+        assert self._of_camera
         start = self._of_camera.start + self._first
         return np.column_stack([start[:-1], start[1:]]).astype(np.int32)
 

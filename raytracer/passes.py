@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -20,13 +20,13 @@ from raytracer.rectangles import Over, Rectangles, which_touch
 from raytracer.sampling import sample_point
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.sight import Mask, quiet_cells, runs
+from raytracer.sight import Mask, quiet_cells, runs, squares
 from raytracer.table import table
 
 Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower left pixel of the picture
-# Seconds that a draw may take for the next one to be larger: an order below what stalls a desktop.
+# Seconds that a draw should take: well below what stalls a desktop.
 _SHORT_DRAW = 0.04
-_FIRST_DRAW = 2**16  # pixels
+_FIRST_DRAW, _LEAST_DRAW = 2**16, 2**12  # pixels
 
 
 class Programs(NamedTuple):
@@ -40,34 +40,55 @@ class Programs(NamedTuple):
 
 
 class Squares:
-    """What one program draws with cells.vert: runs of squares."""
+    """What one program draws with cells.vert."""
 
     def __init__(self, context: moderngl.Context, program: moderngl.Program) -> None:
         self._context = context
-        self._program = program
+        self.program = program
         self._buffer: moderngl.Buffer | None = None
-        self._array: moderngl.VertexArray | None = None
+        self._arrays: tuple[moderngl.VertexArray, ...] = ()  # that draw rectangles, and points
+        self._count, self._points = 0, False
 
-    def set(self, runs: NDArray[np.int32]) -> None:
-        """Have an instance for each row of `runs`: (N, 3), or (N, 5) with the `list` of each."""
-        if self._buffer is None or self._buffer.size < runs.nbytes:
+    def set(self, squares: NDArray[np.integer[Any]], *, points: bool = False) -> None:
+        """Draw all rows of `squares`: a run's column, row, length, and the ends of its list if the program has lists.
+
+        As `points`: all runs being of one square.
+        """
+        data = np.ascontiguousarray(squares, np.int32)
+        if self._buffer is None or self._buffer.size < data.nbytes:
             self.release()
-            self._buffer = self._context.buffer(reserve=max(1024, 2 * runs.nbytes), dynamic=True)
-            layout = ("3i 2i/i", "run", "list") if runs.shape[1] > 3 else ("3i/i", "run")
-            self._array = self._context.vertex_array(self._program, [(self._buffer, *layout)])
-        assert self._array
-        self._buffer.write(np.ascontiguousarray(runs))
-        self._array.instances = len(runs)
+            self._buffer = self._context.buffer(reserve=max(1024, 2 * data.nbytes), dynamic=True)
+            form, names = ("3i 2i", ("run", "list")) if data.shape[1] > 3 else ("3i", ("run",))
+            self._arrays = tuple(
+                self._context.vertex_array(self.program, [(self._buffer, form + each, *names)]) for each in ("/i", "")
+            )
+        self._buffer.write(data)
+        self._count, self._points = len(data), points
 
     def draw(self) -> None:
         """Draw them into the framebuffer in use."""
-        if self._array and self._array.instances:
-            self._array.render(moderngl.TRIANGLE_STRIP, 4)
+        if not self._count:
+            return
+        set_uniforms(self.program, points=self._points)
+        rectangles, points = self._arrays
+        if self._points:
+            self._context.enable(moderngl.PROGRAM_POINT_SIZE)
+            points.render(moderngl.POINTS, self._count)
+        else:
+            rectangles.render(moderngl.TRIANGLE_STRIP, 4, instances=self._count)
 
     def release(self) -> None:
         """Give back everything on the GPU but the program."""
-        if self._array and self._buffer:
-            release(self._context, self._array, self._buffer)
+        if self._buffer:
+            release(self._context, *self._arrays, self._buffer)
+
+
+def viewport(area: Rectangle) -> tuple[Rectangle, Rectangle]:
+    """The viewport for an area of the picture in the lower left of a target, and what of the picture it shows: with
+    a margin, as points with a centre beyond it are not drawn."""
+    x, y, width, height = area
+    size = width + 2 * CELL, height + 2 * CELL
+    return (-CELL, -CELL, *size), (x - CELL, y - CELL, *size)
 
 
 class Passes:
@@ -84,7 +105,7 @@ class Passes:
         self._squares: dict[moderngl.Program, Squares] = {}  # the same on the GPU, or blocks of them
         self._side = CELL  # of those squares, in pixels
         self._numbers = Numbers(context)
-        self._draw_size = _FIRST_DRAW
+        self._draw_size: dict[moderngl.Program, int] = {}  # pixels, as found last time
         self._target = target
         self._rectangles: Rectangles | None = None
         self._over: Over | None = None
@@ -157,7 +178,7 @@ class Passes:
         if self._rectangles:
             self._rectangles.set(self._numbers.rectangles, np.ones(len(self._numbers.rectangles), bool))
         for program, cells in self._drawn.items():
-            self._set_runs(program, cells, (0, 0))
+            self._set_squares(program, cells, (0, 0))
 
     def draw_only(self, blocks: Mask, corner: tuple[int, int]) -> None:
         """Let the next draws be only of those blocks that are True: (rows, columns) of them, whole cells, the
@@ -171,7 +192,7 @@ class Passes:
             rectangles = self._numbers.rectangles
             self._rectangles.set(rectangles, which_touch(rectangles, blocks, corner, BLOCK))
         for program, cells in self._drawn.items():
-            self._set_runs(program, cells[part].repeat(per, axis=0).repeat(per, axis=1) & blocks, (x, y))
+            self._set_squares(program, cells[part].repeat(per, axis=0).repeat(per, axis=1) & blocks, (x, y))
 
     def cells(self, area: Rectangle) -> Mask:
         """(rows, columns): in which cells of an area, whole ones, something may be seen."""
@@ -182,48 +203,43 @@ class Passes:
             return ~self._drawn[self._programs.empty][part]
         return self._drawn[self._programs.see][part]  # all of them
 
-    def _set_runs(self, program: moderngl.Program, mask: Mask, corner: tuple[int, int]) -> None:
+    def _set_squares(self, program: moderngl.Program, mask: Mask, corner: tuple[int, int]) -> None:
         """Have the program draw what is True of cells, or of their blocks, from the cell `corner` on."""
-        assert self._programs
-        listed = self._numbers.camera_lists() if "list" in program else None
         per = CELL // self._side
-        shift = np.multiply(corner, per)
-        if listed is None:
-            data = runs(mask)
-            data[:, :2] += shift
-            self._squares[program].set(data)
-            return
-        # Each cell has a list of its own, so no run goes beyond one.
-        columns = mask.shape[1] // per
-        first, at, length = runs(mask.reshape(-1, per)).T
-        row, column = np.divmod(at, columns)
-        cell = (row // per + corner[1]) * self._drawn[program].shape[1] + column + corner[0]
-        data = np.column_stack([column * per + first + shift[0], row + shift[1], length, listed[cell]])
-        self._squares[program].set(data.astype(np.int32))
+        has_lists = "list" in program
+        points = has_lists or per > 1
+        found = squares(mask) if points else runs(mask)
+        found[:, :2] += np.multiply(corner, per).astype(np.int32)
+        if has_lists:
+            column, row = found[:, :2].T // per
+            lists = self._numbers.camera_lists()[row * self._drawn[program].shape[1] + column]
+            found = np.column_stack([found, lists])
+        self._squares[program].set(found, points=points)
 
     def draw(self, tile: Rectangle, k: int, *, anew: bool) -> None:
         """Draw sample k = 0, 1, ... of a tile and wait for it; add it to the sum, or begin one `anew`."""
         assert self._programs
         sx, sy = sample_point(k)
+        port, shown = viewport(tile)
         for program in filter(None, self._programs):
             set_uniforms(
                 program,
                 side=self._side,
                 **{
                     "draw.tileOrigin": tile[:2],
-                    "draw.tileSize": tile[2:],
+                    "draw.viewport": shown,
                     "draw.samplePoint": (2.0 * sx - 1.0, 1.0 - 2.0 * sy),
                 },
             )
         self._numbers.bind()
-        self._light.viewport = (0, 0, *tile[2:])
+        self._light.viewport = port
         # All pixels are drawn, so a first sample need neither find 0 there nor be added to it.
         first = anew and self._side == CELL
         if anew and not first:
             self._light.scissor = (0, 0, *tile[2:])
             self._light.clear()
         self._see(tile)
-        for band in self._bands(tile):
+        for band in self._bands(tile, self._programs.shade or self._programs.see):
             self._light.use()
             self._light.scissor = band
             if not first:
@@ -244,26 +260,24 @@ class Passes:
         assert self._programs
         seen = self._over.under if self._rectangles and self._over else self._seen
         seen.use()
-        seen.viewport = (0, 0, *tile[2:])
-        for band in self._bands(tile):
+        seen.viewport = viewport(tile)[0]
+        for band in self._bands(tile, self._programs.see):
             seen.scissor = band
             self._squares[self._programs.see].draw()
             self._context.finish()
         if self._rectangles and self._over:
-            self._over.draw(self._rectangles, tile[2:])
+            self._over.draw(self._rectangles, viewport(tile)[0], tile[2:])
 
-    def _bands(self, tile: Rectangle) -> Iterator[Rectangle]:
-        """The tile in rows of pixels that take long enough to be worth a draw, and no longer."""
+    def _bands(self, tile: Rectangle, program: moderngl.Program) -> Iterator[Rectangle]:
+        """The tile in rows of pixels that take `program` long enough to be worth a draw, and no longer."""
         width, height = tile[2:]
         y = 0
         while y < height:
-            rows = min(height - y, -(-self._draw_size // width))
+            rows = min(height - y, -(-self._draw_size.get(program, _FIRST_DRAW) // width))
             begin = time.perf_counter()
             yield 0, y, width, rows
-            if time.perf_counter() - begin < _SHORT_DRAW:
-                self._draw_size = max(self._draw_size, 2 * rows * width)
-            else:
-                self._draw_size = max(_FIRST_DRAW // 16, rows * width // 2)
+            change = _SHORT_DRAW / max(time.perf_counter() - begin, 1e-9)
+            self._draw_size[program] = max(_LEAST_DRAW, int(rows * width * min(max(change, 0.25), 8.0)))
             y += rows
 
     def read_sum(self, part: Rectangle) -> NDArray[np.float32]:

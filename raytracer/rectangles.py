@@ -96,9 +96,10 @@ class Over:
         self._both = context.framebuffer(colors, self._depth)
         self.under = context.framebuffer([colors[0], self._others, *colors[1:]])
 
-    def draw(self, rectangles: Rectangles, size: tuple[int, int]) -> None:
+    def draw(self, rectangles: Rectangles, viewport: tuple[int, int, int, int], size: tuple[int, int]) -> None:
         """Draw and wait for it, in the lower left part of that size."""
-        self._only_depth.scissor = self._both.scissor = self._both.viewport = (0, 0, *size)
+        self._both.viewport = viewport
+        self._only_depth.scissor = self._both.scissor = (0, 0, *size)
         self._only_depth.clear(depth=1.0)
         self._both.use()
         self._others.use(0)

@@ -12,8 +12,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.adaptive import MARGIN, Refinement, surrounded
-from raytracer.cells import BLOCK
+from raytracer.adaptive import APRON, MARGIN, Refinement, surrounded
+from raytracer.cells import BLOCK, CELL
 from raytracer.checks import InputError, shown
 from raytracer.context import backend_name, open_context
 from raytracer.film import Image
@@ -139,7 +139,8 @@ class Renderer:
         self.context = context
         self._programs: dict[tuple[str, str], moderngl.Program] = {}
         info = context.info
-        self.max_target = min(info["GL_MAX_TEXTURE_SIZE"], *info["GL_MAX_VIEWPORT_DIMS"][:2])
+        # A viewport is larger than its target: see viewport() of passes.py.
+        self.max_target = min(info["GL_MAX_TEXTURE_SIZE"], min(info["GL_MAX_VIEWPORT_DIMS"][:2]) - 2 * CELL)
         self._max_block = info["GL_MAX_UNIFORM_BLOCK_SIZE"]
         # Doubles came with OpenGL 4.0.
         self.precisions: tuple[Precision, ...] = (32, 64) if context.version_code >= 400 else (32,)
@@ -207,8 +208,9 @@ class Renderer:
         """What decides where more samples are needed, if not everywhere. `context` must be current."""
         if settings.adaptive is None:
             return None
-        program = self.program(assemble("error.frag", {"BLOCK": BLOCK}), plain_vertex_source())
-        return Refinement(self.context, program, target, settings.adaptive)
+        sources = (assemble("error.frag", {"BLOCK": BLOCK, "APRON": apron}) for apron in (APRON, 0))
+        first, later = (self.program(source, plain_vertex_source()) for source in sources)
+        return Refinement(self.context, (first, later), target, settings.adaptive)
 
     def programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> Programs:
         """What draws `scene`; with `show` None only what each pixel sees. `context` must be current."""

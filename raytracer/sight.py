@@ -242,3 +242,9 @@ def runs(cells: Mask) -> NDArray[np.int32]:
     row, first = np.nonzero(edges == 1)
     _, end = np.nonzero(edges == -1)
     return np.column_stack([first, row, end - first]).astype(np.int32)
+
+
+def squares(cells: Mask) -> NDArray[np.int32]:
+    """(N, 3): column and row of each cell that is True, and 1."""
+    row, column = np.nonzero(cells)
+    return np.column_stack([column, row, np.ones_like(row)]).astype(np.int32)

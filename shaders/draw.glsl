@@ -8,7 +8,8 @@
 struct Draw {
     vec2 resolution;    // W, H of the whole picture in pixels
     vec2 tileOrigin;    // the lower left pixel of the tile being drawn
-    vec2 tileSize;      // in pixels
+    vec4 viewport;      // its lower left pixel, width and height: a tile and a margin, as points with a centre
+                        // beyond it are not drawn
     real2 samplePoint;  // from the pixel's centre, in half pixels, +y up: within [-1, 1)
     real pixelScale;    // tan(fov/2) / H
     vec3 ambient;
@@ -43,7 +44,7 @@ void handOn() {
 #endif
 }
 
-// Where a point of the picture, in pixels from its lower left, is in the tile.
+// Where a point of the picture, in pixels from its lower left, is in the viewport.
 vec4 placeOf(vec2 pixel) {
-    return vec4(2.0 * (pixel - draw.tileOrigin) / draw.tileSize - 1.0, 0.0, 1.0);
+    return vec4(2.0 * (pixel - draw.viewport.xy) / draw.viewport.zw - 1.0, 0.0, 1.0);
 }

@@ -1,5 +1,5 @@
 // How far off the means of the samples of a block of BLOCK x BLOCK pixels may be: the largest of its pixels'
-// estimated standard errors, linear radiance. A pixel here is a block there. With an `apron`, of pixels around
+// estimated standard errors, linear radiance. A pixel here is a block there. With an APRON, of pixels around
 // the block, it is at least what an edge may make that goes unseen between samples. raytracer/adaptive.py says
 // what both mean.
 
@@ -7,18 +7,16 @@ uniform sampler2D radianceSum;  // sums of samples, and in a of their squared le
 uniform float summed;           // how many samples they are of
 uniform float samples;          // how many the mean is of: these, and what was summed before
 uniform ivec2 drawn;            // width and height of what is drawn of radianceSum
-uniform int apron;
 
 out float error;
 
 void main() {
     ivec2 corner = BLOCK * ivec2(gl_FragCoord.xy);
-    ivec2 first = max(corner - apron, ivec2(0)), end = min(corner + BLOCK + apron, drawn);
     float most = 0.0;
     vec3 low = vec3(summed), high = vec3(0.0);
-    for (int y = first.y; y < end.y; ++y) {
-        for (int x = first.x; x < end.x; ++x) {
-            vec4 sum = texelFetch(radianceSum, ivec2(x, y), 0);
+    for (int y = -APRON; y < BLOCK + APRON; ++y) {
+        for (int x = -APRON; x < BLOCK + APRON; ++x) {
+            vec4 sum = texelFetch(radianceSum, clamp(corner + ivec2(x, y), ivec2(0), drawn - 1), 0);
             // sum |c - mean|^2
             float squares = sum.a - dot(sum.rgb, sum.rgb) / summed;
             // No channel of any sample lies further than its root from the mean. All surely above 1: shown alike.
@@ -30,7 +28,7 @@ void main() {
         }
     }
     error = sqrt(most / ((summed - 1.0) * samples));
-    if (apron > 0) {
-        error = max(error, distance(low, high) / summed / (2.0 * samples));
-    }
+#if APRON > 0
+    error = max(error, distance(low, high) / summed / (2.0 * samples));
+#endif
 }
