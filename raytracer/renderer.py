@@ -162,7 +162,7 @@ class Renderer:
             self._find_geometry(image, scene, settings, tiles, (min(width, tile), min(height, tile)))
         target = min(width, tile + 2 * margin), min(height, tile + 2 * margin)
         with self.context, ExitStack() as stack:
-            passes = stack.enter_context(closing(Passes(self.context, target)))
+            passes = stack.enter_context(closing(Passes(self.context, target, once=True)))
             passes.load(self.programs(scene, settings), scene, settings, size)
             refinement = self.refinement(settings, target)
             if refinement:
