@@ -173,7 +173,7 @@ def _process(*arguments: str, variables: Mapping[str, str]) -> float:
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     begin = time.perf_counter()
     done = subprocess.run(
-        (sys.executable, *arguments), cwd=_CHECKOUT, env=environment | variables, capture_output=True, text=True
+        (sys.executable, *arguments), cwd=_CHECKOUT, env={**environment, **variables}, capture_output=True, text=True
     )
     if done.returncode:
         raise UnavailableError(done.stderr.strip().rpartition("\n")[2])

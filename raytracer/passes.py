@@ -105,7 +105,8 @@ class Passes:
         self._to_world = view_space.rotation(scene.camera).astype(np.float32)
         self._numbers.load(scene, settings, size)
         self._material_index = np.append(table(scene).material, np.int32(-1))  # so also at index -1
-        self._background = *scene.background, sum(c * c for c in scene.background)
+        r, g, b = scene.background
+        self._background = r, g, b, r * r + g * g + b * b  # as empty.frag has it
         self._programs = programs
         self._find_cells(programs, scene, settings, size)
         self.draw_all()
@@ -209,9 +210,9 @@ class Passes:
         cleared = first and self._once  # to what is in empty cells
         if anew and (cleared or not first):
             # All of it: a part llvmpipe clears by drawing, with a program to be compiled.
-            self._light.scissor = None
+            self._light.scissor = (0, 0, *self._light.size)
             self._light.use()
-            self._light.clear(*(self._background if cleared else ()))
+            self._light.clear(color=self._background if cleared else (0.0, 0.0, 0.0, 0.0))
         for band in self._bands(tile):
             self._seen.use()
             self._seen.scissor = band
