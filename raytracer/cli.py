@@ -41,6 +41,8 @@ examples:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line with `arguments` (default: sys.argv) and return the exit status."""
+    # NumPy's OpenBLAS starts a thread for each core as it is imported, which takes long. There is no work for them.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("always")

@@ -27,6 +27,9 @@ Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower lef
 # Seconds that a draw should take: well below what stalls a desktop.
 _SHORT_DRAW = 0.04
 _FIRST_DRAW, _LEAST_DRAW = 2**16, 2**12  # pixels
+# GL_COLOR_LOGIC_OP, by default a copy: it changes nothing. But llvmpipe, which compiles a program's fragment shader
+# twice, for blocks of pixels that are covered wholly and for others, does it once where it may need what was there.
+_LOGIC_OP = 0x0BF2
 
 
 class Programs(NamedTuple):
@@ -94,12 +97,16 @@ def viewport(area: Rectangle) -> tuple[Rectangle, Rectangle]:
 class Passes:
     """Targets of `target` (width, height) pixels, and a scene's numbers, on the GPU until closed.
 
-    With `geometry` there are targets for distances and normals, too, for a `see` that gives them.
+    With `geometry` there are targets for distances and normals, too, for a `see` that gives them. For one picture
+    (`once`) what is quicker to draw by a program of its own is not worth compiling that.
     """
 
-    def __init__(self, context: moderngl.Context, target: tuple[int, int], *, geometry: bool = False) -> None:
+    def __init__(
+        self, context: moderngl.Context, target: tuple[int, int], *, geometry: bool = False, once: bool = False
+    ) -> None:
         self._context = context
         self.geometry = geometry
+        self._once = once
         self._programs: Programs | None = None
         self._drawn: dict[moderngl.Program, Mask] = {}  # which cells each program draws
         self._squares: dict[moderngl.Program, Squares] = {}  # the same on the GPU, or blocks of them
@@ -124,6 +131,8 @@ class Passes:
         self._to_world = view_space.rotation(scene.camera).astype(np.float32)
         self._numbers.load(scene, settings, size)
         self._material_index = np.append(table(scene).material, np.int32(-1))  # so also at index -1
+        r, g, b = scene.background
+        self._background = r, g, b, r * r + g * g + b * b  # as empty.frag has it
         self._programs = programs
         self._find_cells(programs, scene, settings, size)
         self._find_rectangles(programs)
@@ -235,25 +244,31 @@ class Passes:
         self._light.viewport = port
         # All pixels are drawn, so a first sample need neither find 0 there nor be added to it.
         first = anew and self._side == CELL
-        if anew and not first:
-            self._light.scissor = (0, 0, *tile[2:])
-            self._light.clear()
+        cleared = first and self._once  # to what is in empty cells
+        if anew and (cleared or not first):
+            # All of it: a part llvmpipe clears by drawing, with a program to be compiled.
+            self._light.scissor = (0, 0, *self._light.size)
+            self._light.use()
+            self._light.clear(color=self._background if cleared else (0.0, 0.0, 0.0, 0.0))
+        self._context.enable_direct(_LOGIC_OP)
         self._see(tile)
+        if not first:
+            self._context.disable_direct(_LOGIC_OP)
+            self._context.enable(moderngl.BLEND)
+            self._context.blend_func = moderngl.ONE, moderngl.ONE
         for band in self._bands(tile, self._programs.shade or self._programs.see):
             self._light.use()
             self._light.scissor = band
-            if not first:
-                self._context.enable(moderngl.BLEND)
-                self._context.blend_func = moderngl.ONE, moderngl.ONE
             self._surface.use(0)
             if self._normal_depth:
                 self._normal_depth.use(1)
             # Once each: without half-spaces, the quiet cells' program is that of the empty ones.
             for program in dict.fromkeys(self._programs[1:4]):
-                if program:
+                if program and not (cleared and program is self._programs.empty):
                     self._squares[program].draw()
-            self._context.disable(moderngl.BLEND)
             self._context.finish()
+        self._context.disable(moderngl.BLEND)
+        self._context.disable_direct(_LOGIC_OP)
 
     def _see(self, tile: Rectangle) -> None:
         """Find what the pixels of a tile see."""

@@ -45,6 +45,8 @@ if TYPE_CHECKING:
 SUMMED = 256
 # Side of a tile in pixels. A tile's targets take 36 bytes a pixel, 151 MB at this size.
 TILE = 2048
+# Pixels of a tile of a picture with 1 sample: rows of cells in the processor's cache.
+_STRIP = 2**18
 MAX_SIDE = 65536
 # llvmpipe's compile time triples with every two loops in a row: 2 s for 11, 5 s for 13, 16 s for 15.
 MAX_ROTH_LOOPS = 14
@@ -168,12 +170,15 @@ class Renderer:
             samples=np.empty((height, width), np.int32) if settings.adaptive is not None else None,
             metadata=metadata(scene, size, settings),
         )
-        tiles = list(_tiles(size, tile))
+        # What is drawn only once costs less than the memory that it is drawn into, the first time that is used.
+        rows = tile if settings.samples > 1 else max(CELL, _STRIP // min(width, tile) // CELL * CELL)
+        shape = min(width, tile), min(height, tile, rows)
+        tiles = list(_tiles(size, shape))
         if geometry:
-            self._find_geometry(image, scene, settings, tiles, (min(width, tile), min(height, tile)))
-        target = min(width, tile + 2 * margin), min(height, tile + 2 * margin)
+            self._find_geometry(image, scene, settings, tiles, shape)
+        target = min(width, shape[0] + 2 * margin), min(height, shape[1] + 2 * margin)
         with self.context, ExitStack() as stack:
-            passes = stack.enter_context(closing(Passes(self.context, target)))
+            passes = stack.enter_context(closing(Passes(self.context, target, once=True)))
             passes.load(self.programs(scene, settings), scene, settings, size)
             refinement = self.refinement(settings, target)
             if refinement:
@@ -321,10 +326,10 @@ def _place(tile: Rectangle, size: tuple[int, int]) -> tuple[slice, slice]:
     return slice(size[1] - y - height, size[1] - y), slice(x, x + width)
 
 
-def _tiles(size: tuple[int, int], side: int) -> Iterator[Rectangle]:
-    """The tiles of a picture, from the top row down."""
+def _tiles(size: tuple[int, int], tile: tuple[int, int]) -> Iterator[Rectangle]:
+    """The tiles of a picture, from the top row down; `tile` is the size of the largest."""
     width, height = size
-    for top in range(0, height, side):
-        h = min(side, height - top)
-        for x in range(0, width, side):
-            yield x, height - top - h, min(side, width - x), h
+    for top in range(0, height, tile[1]):
+        h = min(tile[1], height - top)
+        for x in range(0, width, tile[0]):
+            yield x, height - top - h, min(tile[0], width - x), h

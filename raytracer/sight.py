@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,13 +101,15 @@ def _find_met(scene: Scene, rays: Array, size: tuple[int, int], settings: Settin
     centers = vectors(scene)[: len(radii)]
     corner, step, shape = camera_grid(scene.camera, size)
     pairs = overlaps(*tangents(centers, radii), corner, (step, step), shape)
-    seen = _met(scene, *_in_cone(pairs, _corners(rays).reshape(4, -1, 3), centers, radii), shape[0] * shape[1])
+    corners = _corners(rays).reshape(4, -1, 3)[:, pairs[0]]
+    seen = _met(scene, *_in_cone(pairs, corners, centers, radii), shape[0] * shape[1])
     lights = []
     for light in scene.lights if settings.shadows != "off" else ():
         place = rotation(scene.camera) @ np.subtract(light.position, scene.camera.position)
         wide = radii + PASSING * reach(place, centers, radii)
         pairs = cube_faces(centers - place, wide, _GRID)
-        lights.append(_met(scene, *_in_cone(pairs, _cube_corners(), centers - place, wide), 6 * _GRID * _GRID))
+        kept = _in_cone(pairs, _cube_corners(pairs[0]), centers - place, wide)
+        lights.append(_met(scene, *kept, 6 * _GRID * _GRID))
     return Met(seen, lights)
 
 
@@ -116,7 +117,9 @@ def reach(light: Array, centers: Array, radii: Array) -> float:
     """How long rays to a light may be for what PASSING says of them."""
     if not len(radii):
         return 0.0
-    typical = float(np.median(np.linalg.norm(centers - light, axis=1) + radii))
+    far = np.sort(np.linalg.norm(centers - light, axis=1) + radii)
+    # Their median. np.median() would import numpy.ma, which takes longer than all of this.
+    typical = float(far[(len(far) - 1) // 2] + far[len(far) // 2]) / 2.0
     return max(_REACH * typical, _AWAY * float(np.linalg.norm(light)))
 
 
@@ -156,10 +159,10 @@ def _in_cone(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Of the pairs of a cell and a sphere those where the sphere's cone meets the one around the cell.
 
-    `corners` (4, cells, 3) are directions.
+    `corners` (4, pairs, 3) are directions.
     """
     cell, sphere = pairs
-    corners = corners[:, cell] / np.linalg.norm(corners[:, cell], axis=-1, keepdims=True)
+    corners = corners / np.linalg.norm(corners, axis=-1, keepdims=True)
     axis = corners.sum(axis=0)
     axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
     # By the chords: of small angles a cosine says little.
@@ -174,13 +177,18 @@ def _in_cone(
     return cell[keep], sphere[keep]
 
 
-@cache
-def _cube_corners() -> Array:
-    """(4, 6 * GRID * GRID, 3): the corners of the cells of a cube, numbered as cube_faces() does."""
-    at = np.linspace(-1.0, 1.0, _GRID + 1)
-    b, c = np.meshgrid(at, at)
-    faces = [np.insert(np.stack([b, c], axis=-1), face // 2, 1.0 - 2.0 * (face % 2), axis=-1) for face in range(6)]
-    return np.concatenate([_corners(face).reshape(4, -1, 3) for face in faces], axis=1)
+def _cube_corners(cell: NDArray[np.int64]) -> Array:
+    """(4, N, 3): the corners of N cells of a cube, numbered as cube_faces() does."""
+    face, place = np.divmod(cell, _GRID * _GRID)
+    row, column = np.divmod(place, _GRID)
+    lines = np.linspace(-1.0, 1.0, _GRID + 1)
+    b = lines[np.stack([column, column + 1, column, column + 1])]
+    c = lines[np.stack([row, row, row + 1, row + 1])]
+    axis, a = face // 2, np.broadcast_to(1.0 - 2.0 * (face % 2), b.shape)
+    return np.stack(
+        [np.where(axis == 0, a, b), np.where(axis == 1, a, np.where(axis == 0, b, c)), np.where(axis == 2, a, c)],
+        axis=-1,
+    )
 
 
 def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[np.int64], reach: float) -> Mask:
@@ -204,18 +212,18 @@ def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[n
         main = D[..., axis] * (1.0 - 2.0 * (face % 2))
         front = main > error
         # Partly in front: only where it is not wholly beside the face, beyond one of its sides.
-        most = _corners(main + error).max(axis=0)
+        most = _over(np.maximum, main + error)
         side = np.delete(D, axis, axis=-1)
         off = error[..., None]
-        above, below = _corners(side - off) > most[..., None], _corners(side + off) < -most[..., None]
-        beside = above.all(axis=0) | below.all(axis=0)
+        beside = _over(np.minimum, side - off) > most[..., None]
+        beside |= _over(np.maximum, side + off) < -most[..., None]
         shadowed |= whole & (most > 0.0) & ~_all(front) & ~beside.any(axis=-1)
         # In front of the face the cell's part of the half-space is a quadrilateral there, inside its bounds.
         with np.errstate(divide="ignore", invalid="ignore"):
             at = np.where(front[..., None], side / main[..., None], 0.0)
             off = np.where(front, error / main, 0.0)[..., None] * (1.0 + np.abs(at))
-        low = np.clip(np.floor((_corners(at - off).min(axis=0) + 1.0) / 2.0 * grid), 0, grid).astype(int)
-        high = np.clip(np.floor((_corners(at + off).max(axis=0) + 1.0) / 2.0 * grid) + 1, 0, grid).astype(int)
+        low = np.clip(np.floor((_over(np.minimum, at - off) + 1.0) / 2.0 * grid), 0, grid).astype(int)
+        high = np.clip(np.floor((_over(np.maximum, at + off) + 1.0) / 2.0 * grid) + 1, 0, grid).astype(int)
         high = np.maximum(high, low)
         (c0, r0), (c1, r1) = np.moveaxis(low, -1, 0), np.moveaxis(high, -1, 0)
         count = sums[face, r1, c1] - sums[face, r0, c1] - sums[face, r1, c0] + sums[face, r0, c0]
@@ -228,12 +236,18 @@ def _corners(values: Array) -> Array:
     return np.stack([values[:-1, :-1], values[:-1, 1:], values[1:, :-1], values[1:, 1:]])
 
 
+def _over(combined: np.ufunc, values: NDArray[Any]) -> NDArray[Any]:
+    """(rows, columns, ...): the values at the four corners of each cell, combined."""
+    columns = combined(values[:-1], values[1:])
+    return combined(columns[:, :-1], columns[:, 1:])
+
+
 def _any(corners: Mask) -> Mask:
-    return corners[:-1, :-1] | corners[:-1, 1:] | corners[1:, :-1] | corners[1:, 1:]
+    return _over(np.logical_or, corners)
 
 
 def _all(corners: Mask) -> Mask:
-    return corners[:-1, :-1] & corners[:-1, 1:] & corners[1:, :-1] & corners[1:, 1:]
+    return _over(np.logical_and, corners)
 
 
 def runs(cells: Mask) -> NDArray[np.int32]:
