@@ -5,18 +5,22 @@ from __future__ import annotations
 from raytracer.evaluators import BLOCKED_AT, RAY_CSG, NamedPlane, Tree, holds_of, owner
 
 
-def listed(kinds: list[Tree], depth: int, planes: list[NamedPlane], *, what: bool, first: bool) -> list[str]:
+def listed(
+    kinds: list[Tree], programs: bool, depth: int, planes: list[NamedPlane], *, what: bool, first: bool
+) -> list[str]:
     """By lists of what the rays of a cell may meet: see lists.glsl.
 
-    `kinds` are trees over their own leaves, `depth` is that of the deepest program (0 if there is none), `planes`
-    are the objects that are one half-space. With `what`, for the camera's rays; else for rays to a light, and
-    with `first` whatever blocks them, not the nearest.
+    `kinds` are trees over their own leaves; `programs` is whether there are any, `depth` that of the deepest that
+    may be no chain (0: all are chains); `planes` are the objects that are one half-space. With `what`, for the
+    camera's rays; else for rays to a light, and with `first` whatever blocks them, not the nearest.
     """
-    meet = _meet(bool(kinds), bool(depth), first)
+    meet = _meet(bool(kinds), programs, bool(depth), first)
     lines = [
         '#include "walk.glsl"',
         '#include "lists.glsl"',
         *(_kinds(kinds, what) if kinds else []),
+        *(["#define OWNERS"] if programs and what else []),
+        *(['#include "chain.glsl"'] if programs else []),
         *(_programs(depth, what) if depth else []),
         *meet,
     ]
@@ -116,7 +120,7 @@ def _machine(kind: str, name: str, slots: int) -> list[str]:
         f"    {kind} {', '.join(f'v{j} = {zero}' for j in range(slots))};",
         "    for (int k = begin; k < end; k++) {",
         "        int code = listAt(k), operation = code & 7;",
-        "        bool pushes = operation == PUSH || operation == TRUE, pops = operation == AND || operation == OR;",
+        "        bool pushes = operation == PUSH, pops = operation == AND || operation == OR;",
         f"        {kind} leaf = leaf{name}(ray, code, at);",
         f"        {kind} a = pops ? v{min(1, slots - 1)} : v0, b = pops ? v0 : leaf;",
         f"        {kind} joined = joined{name}(code, a, b);",
@@ -129,7 +133,7 @@ def _machine(kind: str, name: str, slots: int) -> list[str]:
     ]
 
 
-def _meet(kinds: bool, programs: bool, first: bool) -> list[str]:
+def _meet(kinds: bool, programs: bool, trees: bool, first: bool) -> list[str]:
     """The walk through a list. The nearest ball is looked for in a loop of its own: pixels that are drawn
     together look for theirs at once, and then evaluate what they found at once."""
     candidate = (
@@ -151,8 +155,10 @@ def _meet(kinds: bool, programs: bool, first: bool) -> list[str]:
     ]
     if not kinds:
         search = ["        if (k >= end) break;", "        int found = listAt(k);", "        k++;"]
+    call = "meet{}(ray, k + 1, k - found, listAt(k), nearest);"
     program = [
-        "meetProgram(ray, k + 1, k - found, listAt(k), nearest);",
+        *([f"if ((listAt(k + 1) & 7) == PUSH) {call.format('Program')}", "else"] if trees else []),
+        call.format("Chain"),
         "k -= found;",
     ]
     if kinds and programs:

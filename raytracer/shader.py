@@ -27,8 +27,9 @@ Show = Literal["picture", "normal", "depth", "material"]
 GRID = 128
 # Up to so many surfaces, and lights, are handed on by the vertex shader: what OpenGL 3.3 has room for.
 CONSTANTS, CONSTANT_LIGHTS = 6, 2
-# Texels in a row of the textures that hold a scene's numbers, where they are many.
-ROW = 1024
+# Texels in a row of the textures that hold a scene's numbers, where they are many: a power of two.
+ROW_BITS = 10
+ROW = 1 << ROW_BITS
 
 
 def is_listed(scene: Scene, settings: Settings) -> bool:
@@ -123,7 +124,7 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
     defines: dict[str, int | str] = {"HAS_SPHERES": 1} if spheres else {}
     defines |= {"HAS_PLANES": 1} if planes else {}
     if is_listed(scene, settings):
-        return defines | {"LISTED": 1, "ROW": ROW, "GRID": GRID}
+        return defines | {"LISTED": 1, "ROW_BITS": ROW_BITS, "GRID": GRID}
     defines |= {"SPHERES": spheres, "SURFACES": found.size}
     return defines | {"DOUBLES": 1} if settings.precision == 64 else defines
 
@@ -195,9 +196,9 @@ def _walk(scene: Scene, settings: Settings, *, what: bool) -> list[str]:
 
 def _listed(scene: Scene, settings: Settings, *, what: bool, first: bool) -> list[str]:
     found = groups(scene)
-    depth = max((big.pruner.depth for big in found.bigs), default=0)
+    depth = max((big.pruner.depth for big in found.bigs if not big.pruner.is_chain), default=0)
     trees = [kind.tree for kind in found.kinds]
-    return listed(trees, depth, _planes(scene, settings), what=what, first=first)
+    return listed(trees, bool(found.bigs), depth, _planes(scene, settings), what=what, first=first)
 
 
 def _numbered(scene: Scene) -> list[evaluators.Tree]:

@@ -5,16 +5,17 @@
 // can meet only what that cell lists.
 
 #include "ray.glsl"
+#include "surfaces.glsl"
 
 uniform isampler2D lists;  // for each light where its cells' lists begin, and then the lists
 uniform sampler2D items;   // 2 texels for each object of a kind: the ball around it; kind, first surface, number
 
 int listAt(int i) {
-    return texelFetch(lists, ivec2(i % ROW, i / ROW), 0).x;
+    return texelFetch(lists, texel(i), 0).x;
 }
 
 vec4 itemAt(int i) {
-    return texelFetch(items, ivec2(i % ROW, i / ROW), 0);
+    return texelFetch(items, texel(i), 0);
 }
 
 // The first surface so far; of several at the same distance that of the first object in the scene.

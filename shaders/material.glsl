@@ -17,9 +17,9 @@ uniform sampler2D materials;  // 3 texels each
 
 Material materialAt(int index) {
     int number = int(numberAt(4 * index + 3).x), i = 3 * number;
-    vec4 a = texelFetch(materials, ivec2(i % ROW, i / ROW), 0);
-    vec4 d = texelFetch(materials, ivec2((i + 1) % ROW, (i + 1) / ROW), 0);
-    vec4 s = texelFetch(materials, ivec2((i + 2) % ROW, (i + 2) / ROW), 0);
+    vec4 a = texelFetch(materials, texel(i), 0);
+    vec4 d = texelFetch(materials, texel(i + 1), 0);
+    vec4 s = texelFetch(materials, texel(i + 2), 0);
     return Material(a.rgb, a.w, d.rgb, int(d.w), s.rgb, number);
 }
 #else
