@@ -11,21 +11,21 @@
 
 #include "program.glsl"
 
-// Leaves whose roots are kept at a time. Of longer chains, and rays that may meet so many of their leaves, all are
-// looked through again and again until nothing changes.
+// Of so many leaves the roots are kept at a time. Where a ray may meet more, it goes through all of them again until
+// nothing changes.
 const int ROOM = 16;
 
 void meetChain(Ray ray, int begin, int end, int object, inout Nearest nearest) {
     int complement = (listAt(begin) & 7) == OR_LEAF ? 8 : 0;
-    // Rays that start further from the camera than a ball is large may start beside its surface by rounding.
+    // A ray that leaves a ball starts beside its surface by what rounds so distant a point.
     real blur = ray.ofCamera ? 0.0 : SLACK * length(ray.ro);
-    // Where the ray enters the conjunction, 0 if it is inside from there on; where it then leaves it; and the last
-    // distance at which no leaf keeps it out for good.
-    real at = 0.0, until = INF, last = INF;
+    real at = 0.0;      // no leaf that was looked at lets the ray in before
+    real last = INF;    // and from here on one of them keeps it out
+    real until = INF;   // if it starts inside, where the first of them begins to
     real met = 0.0;
     int mat = 0, k = begin;
     int codes[ROOM];
-    real2 spans[ROOM];  // where leaves are False; where they are True, its ends swapped, of those without a complement
+    real2 spans[ROOM];  // where leaves that are complements are False; of others where they are True, its ends swapped
     for (;;) {
         int first = k, count = 0;
         while (k < end && count < ROOM) {
