@@ -8,13 +8,16 @@ from raytracer.evaluators import BLOCKED_AT, RAY_CSG, NamedPlane, Tree, holds_of
 def seen(depth: int, planes: list[NamedPlane]) -> list[str]:
     """What of the objects that are no kinds the camera's rays meet first: by lists, see lists.glsl.
 
-    `depth` is that of the deepest program, `planes` are the objects that are one half-space.
+    `depth` is that of the deepest program that may be no chain (0: all are chains), `planes` are the objects that
+    are one half-space.
     """
     return [
         '#include "walk.glsl"',
         '#include "lists.glsl"',
-        *_programs(depth, what=True),
-        *_meet(kinds=False, programs=True, first=False),
+        "#define OWNERS",
+        '#include "chain.glsl"',
+        *(_programs(depth, what=True) if depth else []),
+        *_meet(kinds=False, programs=True, trees=bool(depth), first=False),
         "flat in ivec2 listed;  // where the list of this pixel's cell begins and ends",
         *RAY_CSG,
         *_nearest_plane(planes),
@@ -61,18 +64,18 @@ def seen_kinds(kinds: list[Tree]) -> list[str]:
     ]
 
 
-def blocked(kinds: list[Tree], depth: int, planes: list[NamedPlane], *, first: bool) -> list[str]:
+def blocked(kinds: list[Tree], programs: bool, depth: int, planes: list[NamedPlane], *, first: bool) -> list[str]:
     """How far rays to a light get, by lists. With `first`, whatever blocks them will do, not the nearest.
 
-    `kinds` are trees over their own leaves, `depth` is that of the deepest program (0 if there is none), `planes`
-    are the objects that are one half-space.
+    `kinds` are trees over their own leaves, `programs` is whether there are any, and else as seen().
     """
     return [
         '#include "walk.glsl"',
         '#include "lists.glsl"',
         *(_kinds(kinds) if kinds else []),
+        *(['#include "chain.glsl"'] if programs else []),
         *(_programs(depth, what=False) if depth else []),
-        *_meet(bool(kinds), bool(depth), first),
+        *_meet(bool(kinds), programs, bool(depth), first),
         *BLOCKED_AT,
         *_nearest_plane(planes),
         "    int begin = light * (6 * GRID * GRID + 1) + cubeCell(vec3(-ray.rd));",
@@ -162,7 +165,7 @@ def _machine(kind: str, name: str, slots: int) -> list[str]:
         f"    {kind} {', '.join(f'v{j} = {zero}' for j in range(slots))};",
         "    for (int k = begin; k < end; k++) {",
         "        int code = listAt(k), operation = code & 7;",
-        "        bool pushes = operation == PUSH || operation == TRUE, pops = operation == AND || operation == OR;",
+        "        bool pushes = operation == PUSH, pops = operation == AND || operation == OR;",
         f"        {kind} leaf = leaf{name}(ray, code, at);",
         f"        {kind} a = pops ? v{min(1, slots - 1)} : v0, b = pops ? v0 : leaf;",
         f"        {kind} joined = joined{name}(code, a, b);",
@@ -175,7 +178,7 @@ def _machine(kind: str, name: str, slots: int) -> list[str]:
     ]
 
 
-def _meet(kinds: bool, programs: bool, first: bool) -> list[str]:
+def _meet(kinds: bool, programs: bool, trees: bool, first: bool) -> list[str]:
     """The walk through a list. The nearest ball is looked for in a loop of its own: pixels that are drawn
     together look for theirs at once, and then evaluate what they found at once."""
     candidate = (
@@ -195,8 +198,10 @@ def _meet(kinds: bool, programs: bool, first: bool) -> list[str]:
     ]
     if not kinds:
         search = ["        if (k >= end) break;", "        int found = listAt(k);", "        k++;"]
+    call = "meet{}(ray, k + 1, k - found, listAt(k), nearest);"
     program = [
-        "meetProgram(ray, k + 1, k - found, listAt(k), nearest);",
+        *([f"if ((listAt(k + 1) & 7) == PUSH) {call.format('Program')}", "else"] if trees else []),
+        call.format("Chain"),
         "k -= found;",
     ]
     if kinds and programs:

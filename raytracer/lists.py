@@ -2,7 +2,7 @@
 
 A cell's list is a row of entries. One that is 0 or more is an object of a kind, by its number in the items'
 texture; -n is followed by the number of another object in the scene, and the n - 1 codes of its program
-(prune.py), whose leaves are surfaces.
+(prune.py; chains begin as such), whose leaves are surfaces. Where an object is all around it is in no list.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.cells import CELL, by_cell, covered, cube_faces, overlaps, tangents
+from raytracer.cells import CELL, by_cell, covered, cube_faces, overlaps, row_starts, tangents
 from raytracer.groups import KIND_LEAVES, balls, groups
-from raytracer.prune import LEAF_SHIFT
+from raytracer.prune import LEAF_SHIFT, TRUE, chains
 from raytracer.scene import Scene
 from raytracer.shader import GRID
 from raytracer.sight import PASSING, reach
@@ -135,10 +135,15 @@ class Lister:
             leaf = np.concatenate([np.flatnonzero(sphere)[leaf], np.tile(everywhere, cells)])
             start, leaf = by_cell(cell, leaf, cells, np.arange(len(big.surfaces), dtype=float))
             start, code = big.pruner.programs(np.repeat(np.arange(cells), np.diff(start)), leaf, cells)
+            cell = np.repeat(np.arange(cells), np.diff(start))
+            surfaces = (code & 7) != TRUE
+            cell, code = cell[surfaces], code[surfaces]
+            start = row_starts(cell, cells)
+            code = chains(start, code)
             count = np.diff(start)
             some = np.flatnonzero(count)
             absolute = (big.surfaces[code >> LEAF_SHIFT] << LEAF_SHIFT) | (code & ((1 << LEAF_SHIFT) - 1))
-            cell_of += [some, some, np.repeat(np.arange(cells), count)]
+            cell_of += [some, some, cell]
             entry += [-count[some] - 1, np.full(len(some), big.order), absolute]
         if len(entry) == 1:
             return Lists(start, item.astype(np.int32))

@@ -10,14 +10,15 @@ A program is a row of int32 codes: leaf << 5 | swapped << 4 | negated << 3 | ope
     2 OR_LEAF    the same
     3 AND        combine the two topmost values, the leaf field is 0
     4 OR         the same
-    5 TRUE       push the constant True; the only code of its program
+    5 TRUE       the constant True; the only code of its program
 
 `negated`: the leaf stands for its complement. `swapped`: the later operand (the leaf, or the top of
 the stack) comes before the other one in the tree. The tree's first operand that changes at a surface
 owns it, and programs do not keep the tree's order: a node's neediest child is evaluated first, then
 those that follow it, and then those that precede it, from the nearest to the first (swapped). What
 is on the stack thus stands for neighbours in the tree, so that "before" and "after" make sense.
-An empty program is the constant False.
+An empty program is the constant False. In a chain, all of whose leaves are combined alike, the first code may say
+AND_LEAF or OR_LEAF too, instead of PUSH: chains() makes it so.
 """
 
 from __future__ import annotations
@@ -132,13 +133,14 @@ class Pruner:
     """A tree, as solids.postfix() gives it, ready to be pruned; its leaves are counted from left to right.
 
     `depth`: how many values a program holds at most: those on the stack, and the leaf that is being
-    combined with its top. A stack of max(depth - 1, 1) will do.
+    combined with its top. A stack of max(depth - 1, 1) will do. `is_chain`: whether all programs are chains.
     """
 
     def __init__(self, nodes: list[Solid]) -> None:
         flat = _flatten(nodes)
         order, empty = _order(flat), _empty(flat)
         self.depth = order.depth
+        self.is_chain = len(flat.children) == 1 or (len(flat.children) == 2 and len(flat.children[0]) == 1)
         self._constant = empty[0]
         # From here on a node's number is its place in the order of evaluation: all below it come
         # just before it, so that pairs sorted by cell and node stay sorted when parents take their places.
@@ -239,3 +241,19 @@ class Pruner:
             parts.append(pairs[leaves] << LEAF_SHIFT | below[leaves])
             joins = below[inner]
         return [part for part in parts if len(part)]
+
+
+def chains(start: Ints, code: NDArray[np.int32]) -> NDArray[np.int32]:
+    """The programs code[start[i] : start[i + 1]], those that are chains beginning with what combines their leaves."""
+    first = start[:-1][np.diff(start) > 0]
+    if not len(first):
+        return code
+    operation = code & 7
+    operation[first] = operation[np.minimum(first + 1, len(code) - 1)]  # of the next one
+    size = np.diff(first, append=len(code))
+    operation[first[size == 1]] = AND_LEAF
+    least, most = np.minimum.reduceat(operation, first), np.maximum.reduceat(operation, first)
+    chain = (least == most) & (least >= AND_LEAF) & (most <= OR_LEAF)
+    code = code.copy()
+    code[first[chain]] |= least[chain]  # PUSH is 0
+    return code

@@ -188,8 +188,10 @@ def _ray_csg(scene: Scene, settings: Settings) -> list[str]:
     if settings.evaluator == "roth":
         return _roth(scene, settings)
     if is_listed(scene, settings):
-        depth, planes = _depth(scene), _planes(scene, settings)
-        return listed.seen(depth, planes) if depth else evaluators.nearest_plane(planes, what=True)
+        planes = _planes(scene, settings)
+        if not groups(scene).bigs:
+            return evaluators.nearest_plane(planes, what=True)
+        return listed.seen(_depth(scene), planes)
     return _walk(scene, settings, what=True)
 
 
@@ -198,7 +200,8 @@ def _blocked_at(scene: Scene, settings: Settings) -> list[str]:
         return _roth(scene, settings)
     if is_listed(scene, settings):
         trees, planes = _trees(scene), _planes(scene, settings)
-        return listed.blocked(trees, _depth(scene), planes, first=settings.shadows == "hard")
+        programs, first = bool(groups(scene).bigs), settings.shadows == "hard"
+        return listed.blocked(trees, programs, _depth(scene), planes, first=first)
     return _walk(scene, settings, what=False)
 
 
@@ -214,8 +217,8 @@ def _walk(scene: Scene, settings: Settings, *, what: bool) -> list[str]:
 
 
 def _depth(scene: Scene) -> int:
-    """The stack that the deepest of a scene's programs needs; 0 for none."""
-    return max((big.pruner.depth for big in groups(scene).bigs), default=0)
+    """The stack that the deepest of a scene's programs needs, chains aside; 0 if they are all chains."""
+    return max((big.pruner.depth for big in groups(scene).bigs if not big.pruner.is_chain), default=0)
 
 
 def _trees(scene: Scene) -> list[evaluators.Tree]:

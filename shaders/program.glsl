@@ -1,5 +1,6 @@
-// Provides leafHolds(), leafOwner(), joinedHolds(), joinedOwner(): what the generated machine for programs is
-// made of. raytracer/prune.py says what the codes mean: leaf << 5 | swapped << 4 | negated << 3 | operation.
+// Provides leafRoots(), mayMeet(), leafHolds(), leafOwner(), joinedHolds(), joinedOwner(): what the generated machine
+// for programs, and chain.glsl, are made of. raytracer/prune.py says what the codes mean:
+// leaf << 5 | swapped << 4 | negated << 3 | operation.
 //
 // One machine finds how long the tree's value at a distance holds (walk.glsl). The other finds whose surface
 // it is there: its values are before | after << 1 | mat << 2, mat being as in surfaces.glsl.
@@ -7,7 +8,7 @@
 #include "terms.glsl"
 #include "walk.glsl"
 
-const int PUSH = 0, AND_LEAF = 1, OR_LEAF = 2, AND = 3, OR = 4, TRUE = 5;
+const int PUSH = 0, AND_LEAF = 1, OR_LEAF = 2, AND = 3, OR = 4;
 
 real2 leafRoots(Ray ray, int index) {
 #if defined(HAS_SPHERES) && defined(HAS_PLANES)
@@ -19,9 +20,24 @@ real2 leafRoots(Ray ray, int index) {
 #endif
 }
 
+// Whether the ray may meet the leaf before the distance `end`, with `blur` more than SLACK.
+bool mayMeet(Ray ray, int index, real blur, real end) {
+#ifdef HAS_SPHERES
+    vec4 shape = shapeOf(index);
+    bool met = meets(ray, vec4(shape.xyz, shape.w + blur), end);
+#else
+    bool met = true;
+#endif
+#ifdef HAS_PLANES
+    return met || index >= firstPlane;
+#else
+    return met;
+#endif
+}
+
 real leafHolds(Ray ray, int code, real at) {
     real held = holds(leafRoots(ray, code >> 5), at);
-    return (code & 7) == TRUE ? INF : (code & 8) != 0 ? -held : held;
+    return (code & 8) != 0 ? -held : held;
 }
 
 real joinedHolds(int code, real a, real b) {
@@ -30,7 +46,6 @@ real joinedHolds(int code, real a, real b) {
 }
 
 int leafOwner(Ray ray, int code, real at) {
-    if ((code & 7) == TRUE) return 3;
     int surface = code >> 5;
     real2 span = leafRoots(ray, surface);
     bool before = isBefore(span, at), after = isInside(span, at);

@@ -110,6 +110,21 @@ def test_a_chain_and_a_balanced_tree_of_many_holes_are_one_picture(renderer: Ren
     assert (small.material == truth.material).mean() > 0.99 and len(np.unique(truth.material)) == 3
 
 
+def test_a_ray_may_meet_more_leaves_of_a_chain_than_are_kept(renderer: Renderer, always_listed: None) -> None:
+    # Balls in a row, each of which touches, overlaps or equals the next one, in an order that leads astray.
+    row = [rt.Sphere((0.05 * (i % 3), 0, 2 - 0.2 * (i * 7 % 20)), 0.25, (RED, BLUE)[i % 2]) for i in range(20)]
+    row += [rt.Sphere((0, 0, -2.5), 0.3, GREEN), rt.Sphere((0, 0, -2.5), 0.3, BLUE), rt.Plane((0, 0, -1), 1.7, GREY)]
+    ball = rt.Sphere((0, 0, 0), 2.5, RED)
+    for solid in (
+        functools.reduce(operator.sub, row, ball),
+        ~functools.reduce(operator.or_, row[:-1]),
+        functools.reduce(operator.and_, [rt.Sphere((0, 0, 0.1 * i), 2, (RED, BLUE)[i % 2]) for i in range(18)]),
+    ):
+        assert groups(scenes.of(solid)).bigs[0].pruner.is_chain
+        for eye in ((0.1, 0.3, 5), (0.01, 0.02, 0.3), (0.5, 0.2, 2.2)):
+            check(renderer, scenes.of(solid, eye=eye), (64, 36), shadows="diluted")
+
+
 def test_many_instances_agree_with_the_reference(renderer: Renderer) -> None:
     rng = np.random.default_rng(1)
     many = rt.Instances(lens(0, 0, 0), rng.uniform((-4, -2, -6), (4, 3, 1), (40, 3)), rng.uniform(0.2, 0.6, 40))

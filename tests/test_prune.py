@@ -139,6 +139,30 @@ def test_codes_are_as_described() -> None:
     assert program((a & b) | (c & d), 0, 1, 2, 3)[-1] == OR
 
 
+def test_chains_say_at_once_how_their_leaves_are_combined() -> None:
+    a, b, c, d = spheres(4)
+
+    def chain(solid: Solid, *listed: int) -> list[int]:
+        leaf = np.array(listed, np.int64)
+        # In the second of three cells; the third sees the last leaf only.
+        cell = np.append(np.ones_like(leaf), 2)
+        start, code = Pruner(postfix(solid)).programs(cell, np.append(leaf, 3), 3)
+        begun = prune.chains(start, code)
+        assert start[1] == 0 and (begun != code).sum() <= 2
+        if start[3] > start[2]:
+            assert begun[start[2] :].tolist() in ([3 << 5 | prune.AND_LEAF], [3 << 5 | prune.NEGATED | prune.AND_LEAF])
+        return (begun[: start[2]] & 7).tolist()
+
+    PUSH, AND_LEAF, OR_LEAF = range(3)
+    assert chain(a | b | c | d, 0, 1, 2, 3) == [OR_LEAF] * 4
+    assert chain((a & b & c) | d, 0, 1, 2) == [AND_LEAF] * 3
+    assert chain((a & b & c) | d, 0, 1, 2, 3) == [PUSH, AND_LEAF, AND_LEAF, OR_LEAF]
+    assert chain((a & b) | (c & d), 0) == []
+    assert chain(a - b - c - d, 1, 2) == []
+    assert all(Pruner(postfix(solid)).is_chain for solid in (a - b - c, a | b | c, ~(a | b), ~a, a & ~(b | c)))
+    assert not any(Pruner(postfix(solid)).is_chain for solid in ((a & b) | c, a - (b & c)))
+
+
 def test_cells_without_a_leaf_are_constant() -> None:
     a, b = spheres(2)
     none = np.zeros(0, np.int64)
