@@ -31,8 +31,19 @@ def seen(depth: int, planes: list[NamedPlane]) -> list[str]:
     ]
 
 
-def seen_kinds(kinds: list[Tree]) -> list[str]:
-    """Where the camera's rays meet the object of a kind that the vertex shader (kinds.vert) hands on."""
+_OTHER_DRAWN = [
+    "uniform sampler2D others;",
+    "Nearest otherAt(Ray ray) {",
+    "    vec2 other = texelFetch(others, ivec2(gl_FragCoord.xy), 0).xy;",
+    "    Nearest nearest = Nearest(other.x, 0, int(other.y));",
+]
+
+
+def seen_kinds(kinds: list[Tree], planes: list[NamedPlane] | None) -> list[str]:
+    """Where the camera's rays meet the object of a kind that the vertex shader (kinds.vert) hands on.
+
+    All others are `planes`; or, for None, what they are was drawn before.
+    """
     spans = _spans(kinds)
     arguments = ", ".join(spans)
     return [
@@ -43,6 +54,10 @@ def seen_kinds(kinds: list[Tree]) -> list[str]:
         *(f"flat in Surface sphere{j};" for j in range(len(spans))),
         *_kind_holds(kinds),
         *_kind_owner(kinds),
+        "// What else the ray meets.",
+        *(_OTHER_DRAWN if planes is None else ["Nearest otherAt(Ray ray) {", *_nearest_plane(planes)]),
+        "    return nearest;",
+        "}",
         *RAY_CSG,
         "    P = N = real3(0.0);",
         "    mat = 0;",

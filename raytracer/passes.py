@@ -16,7 +16,7 @@ from raytracer.cells import BLOCK, CELL
 from raytracer.film import Image
 from raytracer.numbers import Numbers
 from raytracer.opengl import release, set_uniforms
-from raytracer.rectangles import Over, Rectangles, which_touch
+from raytracer.rectangles import MARGIN, Over, Rectangles, which_touch
 from raytracer.sampling import sample_point
 from raytracer.scene import Scene
 from raytracer.settings import Settings
@@ -25,10 +25,11 @@ from raytracer.table import table
 
 Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower left pixel of the picture
 # Seconds that a draw should take: well below what stalls a desktop.
-_SHORT_DRAW = 0.04
+_SHORT_DRAW = 0.05
 _FIRST_DRAW, _LEAST_DRAW = 2**16, 2**12  # pixels
 # GL_COLOR_LOGIC_OP, by default a copy: it changes nothing. But llvmpipe, which compiles a program's fragment shader
-# twice, for blocks of pixels that are covered wholly and for others, does it once where it may need what was there.
+# twice, for blocks of pixels that are covered wholly and for others, does it once where it may need what was there:
+# quicker for a single picture, slower by some percent for each of many.
 _LOGIC_OP = 0x0BF2
 
 
@@ -90,8 +91,8 @@ def viewport(area: Rectangle) -> tuple[Rectangle, Rectangle]:
     """The viewport for an area of the picture in the lower left of a target, and what of the picture it shows: with
     a margin, as points with a centre beyond it are not drawn."""
     x, y, width, height = area
-    size = width + 2 * CELL, height + 2 * CELL
-    return (-CELL, -CELL, *size), (x - CELL, y - CELL, *size)
+    size = width + 2 * MARGIN, height + 2 * MARGIN
+    return (-MARGIN, -MARGIN, *size), (x - MARGIN, y - MARGIN, *size)
 
 
 class Passes:
@@ -179,7 +180,11 @@ class Passes:
             self._rectangles = None
         if programs.kinds:
             self._rectangles = Rectangles(self._context, programs.kinds)
-            self._over = self._over or Over(self._context, self._target, self._colors)
+            others = "others" in programs.kinds
+            if self._over and bool(self._over.others) != others:
+                self._over.release()
+                self._over = None
+            self._over = self._over or Over(self._context, self._target, self._colors, others=others)
 
     def draw_all(self) -> None:
         """Let the next draws be of all pixels."""
@@ -250,7 +255,8 @@ class Passes:
             self._light.scissor = (0, 0, *self._light.size)
             self._light.use()
             self._light.clear(color=self._background if cleared else (0.0, 0.0, 0.0, 0.0))
-        self._context.enable_direct(_LOGIC_OP)
+        if self._once:
+            self._context.enable_direct(_LOGIC_OP)
         self._see(tile)
         if not first:
             self._context.disable_direct(_LOGIC_OP)

@@ -8,10 +8,12 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.opengl import depth_buffer, release
+from raytracer.opengl import depth_buffer, release, set_uniforms
 
 # Pixels in the rectangles of one draw: some 20 ms on two cores.
 _DRAW = 2**20
+# Of a viewport around its tile, in pixels: points with a centre beyond it are not drawn.
+MARGIN = 128
 # What a rectangle costs besides, in pixels.
 _EACH = 64
 # Vertices of its two triangles, of four corners.
@@ -53,8 +55,11 @@ class Rectangles:
 
     def __init__(self, context: moderngl.Context, program: moderngl.Program) -> None:
         self._context = context
+        self._program = program
         self._buffer = context.buffer(reserve=24)
         self._array = context.vertex_array(program, [], index_buffer=self._buffer)
+        self._largest_point = min(2 * MARGIN, int(context.info["GL_POINT_SIZE_RANGE"][1]))
+        self._points = False
         self._ends = np.zeros(0, np.int64)  # sums of their costs
 
     def set(self, rectangles: Ints, kept: Mask) -> None:
@@ -62,17 +67,22 @@ class Rectangles:
         numbers = np.flatnonzero(kept)
         size = rectangles[numbers, 2:4] - rectangles[numbers, :2]
         self._ends = np.cumsum(size[:, 0].astype(np.int64) * size[:, 1] + _EACH)
-        indices = (4 * numbers[:, None] + _CORNERS).astype(np.int32)
+        # Points if they are small: llvmpipe shades what lies along the diagonal of a rectangle twice.
+        self._points = bool(size.max(initial=0) <= self._largest_point)
+        indices = (numbers if self._points else 4 * numbers[:, None] + _CORNERS).astype(np.int32)
         self._buffer.orphan(max(24, indices.nbytes))
         self._buffer.write(indices)
 
     def draw(self) -> Iterator[None]:
         """Draw them, in several draws if they are large, and yield after each."""
+        set_uniforms(self._program, points=self._points)
+        self._context.enable(moderngl.PROGRAM_POINT_SIZE)
+        mode, each = (moderngl.POINTS, 1) if self._points else (moderngl.TRIANGLES, 6)
         at = 0
         while at < len(self._ends):
             done = int(self._ends[at - 1]) if at else 0
             after = max(int(np.searchsorted(self._ends, done + _DRAW)), at + 1)
-            self._array.render(moderngl.TRIANGLES, 6 * (after - at), first=6 * at)
+            self._array.render(mode, each * (after - at), first=each * at)
             yield
             at = after
 
@@ -84,17 +94,25 @@ class Rectangles:
 class Over:
     """The targets with which rectangles are drawn over what all other objects are seen to be, until closed.
 
-    First those others are drawn into `under`; `colors` are the targets for what is seen. The second of `under` is
-    for their distances and the numbers of their objects (visibility.frag).
+    First those others are drawn into `under`; `colors` are the targets for what is seen. With `others` there is one
+    more in `under`, the second, for their distances and the numbers of their objects (visibility.frag).
     """
 
-    def __init__(self, context: moderngl.Context, size: tuple[int, int], colors: Sequence[moderngl.Texture]) -> None:
+    def __init__(
+        self,
+        context: moderngl.Context,
+        size: tuple[int, int],
+        colors: Sequence[moderngl.Texture],
+        *,
+        others: bool,
+    ) -> None:
         self._context = context
-        self._others = context.texture(size, 2, dtype="f4")
+        self.others = context.texture(size, 2, dtype="f4") if others else None
         self._depth = depth_buffer(context, size)
         self._only_depth = context.framebuffer([], self._depth)
         self._both = context.framebuffer(colors, self._depth)
-        self.under = context.framebuffer([colors[0], self._others, *colors[1:]])
+        under = [colors[0], *([self.others] if self.others else []), *colors[1:]]
+        self.under = context.framebuffer(under)
 
     def draw(self, rectangles: Rectangles, viewport: tuple[int, int, int, int], size: tuple[int, int]) -> None:
         """Draw and wait for it, in the lower left part of that size."""
@@ -102,7 +120,8 @@ class Over:
         self._only_depth.scissor = self._both.scissor = (0, 0, *size)
         self._only_depth.clear(depth=1.0)
         self._both.use()
-        self._others.use(0)
+        if self.others:
+            self.others.use(0)
         self._context.enable(moderngl.DEPTH_TEST)
         for _ in rectangles.draw():
             self._context.finish()
@@ -110,4 +129,5 @@ class Over:
 
     def release(self) -> None:
         """Give back everything on the GPU but `colors`."""
-        release(self._context, self._only_depth, self._both, self.under, self._others, self._depth)
+        targets = (self._only_depth, self._both, self.under, self._depth, *([self.others] if self.others else []))
+        release(self._context, *targets)

@@ -21,6 +21,7 @@ from raytracer.glsl_source import ShaderError, Source, assemble
 from raytracer.groups import groups
 from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.progress import Progress
+from raytracer.rectangles import MARGIN as VIEW_MARGIN
 from raytracer.scene import Scene
 from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
 from raytracer.shader import (
@@ -142,7 +143,7 @@ class Renderer:
         self._programs: dict[tuple[str, str], moderngl.Program] = {}
         info = context.info
         # A viewport is larger than its target: see viewport() of passes.py.
-        self.max_target = min(info["GL_MAX_TEXTURE_SIZE"], min(info["GL_MAX_VIEWPORT_DIMS"][:2]) - 2 * CELL)
+        self.max_target = min(info["GL_MAX_TEXTURE_SIZE"], min(info["GL_MAX_VIEWPORT_DIMS"][:2]) - 2 * VIEW_MARGIN)
         self._max_block = info["GL_MAX_UNIFORM_BLOCK_SIZE"]
         # Doubles came with OpenGL 4.0.
         self.precisions: tuple[Precision, ...] = (32, 64) if context.version_code >= 400 else (32,)

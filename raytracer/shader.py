@@ -13,7 +13,7 @@ from typing import Literal
 
 from raytracer import evaluators, listed
 from raytracer.glsl_source import Source, assemble
-from raytracer.groups import FEW, groups
+from raytracer.groups import FEW, KIND_LEAVES, groups
 from raytracer.scene import Scene
 from raytracer.settings import Settings
 from raytracer.solids import MODELS, Complement, Difference, Intersection, Plane, Solid, Sphere, Union, postfix
@@ -70,7 +70,7 @@ def plain_vertex_source() -> Source:
 def visibility_source(scene: Scene, settings: Settings, *, geometry: bool = False) -> Source:
     """The fragment shader that finds what each pixel sees; with `geometry`, its distance and normal too."""
     defines = _defines(scene, settings) | ({"GEOMETRY": 1} if geometry else {})
-    if is_listed(scene, settings) and groups(scene).kinds:
+    if is_listed(scene, settings) and groups(scene).kinds and groups(scene).bigs:
         defines["OTHERS"] = 1
     generated = [*_includes(scene, settings), "", *_ray_csg(scene, settings)]
     return assemble("visibility.frag", defines, {"scene.glsl": "\n".join(generated)})
@@ -81,10 +81,13 @@ def kinds_source(scene: Scene, settings: Settings, *, geometry: bool = False) ->
     trees = _trees(scene)
     leaves = max(sum(isinstance(node, int) for node in tree) for tree in trees)
     defines = _defines(scene, settings)
-    lines = [f"flat out Surface sphere{j};" for j in range(leaves)]
-    lines += ["void setConstants() {", *(f"    sphere{j} = surfaceOf(first + {j});" for j in range(leaves)), "}"]
+    constants = [(f"sphere{j}", f"surfaceOf(first + {j})") for j in range(leaves)]
+    constants += [(name, f"surfaceOf({_index(scene, settings, k)})") for k, name in _named(scene, settings).items()]
+    lines = [f"flat out Surface {name};" for name, _ in constants]
+    lines += ["void setConstants() {", *(f"    {name} = {value};" for name, value in constants), "}"]
     vertex = assemble("kinds.vert", defines | {"VERTEX": 1}, {"constants.glsl": "\n".join(lines)})
-    generated = [*_includes(scene, settings, named=False), "", *listed.seen_kinds(trees)]
+    planes = None if groups(scene).bigs else _planes(scene, settings)
+    generated = [*_includes(scene, settings), "", *listed.seen_kinds(trees, planes)]
     defines |= {"KINDS": 1} | ({"GEOMETRY": 1} if geometry else {})
     return vertex, assemble("visibility.frag", defines, {"scene.glsl": "\n".join(generated)})
 
@@ -146,12 +149,12 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
     return defines | {"DOUBLES": 1} if settings.precision == 64 else defines
 
 
-def _includes(scene: Scene, settings: Settings, *, named: bool = True) -> list[str]:
-    """What knows where rays meet the scene's surfaces; `named`: also those that texts name."""
+def _includes(scene: Scene, settings: Settings) -> list[str]:
+    """What knows where rays meet the scene's surfaces."""
     found = table(scene)
     lines = ['#include "sphere.glsl"'] if len(found.radii) else []
     lines += ['#include "plane.glsl"'] if found.planes else []
-    return [*lines, *(_declared(scene, settings) if named else []), '#include "hit.glsl"']
+    return [*lines, *_declared(scene, settings), '#include "hit.glsl"']
 
 
 def _declared(scene: Scene, settings: Settings) -> list[str]:
@@ -162,10 +165,9 @@ def _declared(scene: Scene, settings: Settings) -> list[str]:
 def _named(scene: Scene, settings: Settings) -> dict[int, str]:
     """The surfaces, by index, that the vertex shader hands to all others, and their names."""
     found, planes = table(scene), groups(scene).planes
-    if is_listed(scene, settings):
-        names = {k: f"plane{k - len(found.radii)}" for k in planes}
-    else:
-        names = {k: f"surface{k}" for k in (range(found.size) if found.size <= CONSTANTS else planes)}
+    if is_listed(scene, settings):  # beside those of an object of a kind
+        return {k: f"plane{k - len(found.radii)}" for k in planes} if len(planes) <= CONSTANTS - KIND_LEAVES else {}
+    names = {k: f"surface{k}" for k in (range(found.size) if found.size <= CONSTANTS else planes)}
     return names if len(names) <= CONSTANTS and settings.precision == 32 else {}
 
 

@@ -1,5 +1,5 @@
 // A rectangle of the picture for each object of a kind, the smallest that holds all pixels that may see it: vertices
-// 4 i to 4 i + 3 are its corners.
+// 4 i to 4 i + 3 are the corners of number i. Or points: vertex i is a square around it (see cells.vert).
 
 #include "draw.glsl"
 #include "surfaces.glsl"
@@ -16,10 +16,14 @@ ivec4 objectAt(int i) {
     return texelFetch(objects, i);
 }
 
+uniform bool points;
+
 void main() {
-    int i = gl_VertexID / 4, corner = gl_VertexID % 4;
+    int i = points ? gl_VertexID : gl_VertexID / 4, corner = gl_VertexID % 4;
     ivec4 bounds = objectAt(2 * i);
-    gl_Position = placeOf(vec2(corner % 2 == 0 ? bounds.x : bounds.z, corner / 2 == 0 ? bounds.y : bounds.w));
+    vec2 at = vec2(corner % 2 == 0 ? bounds.x : bounds.z, corner / 2 == 0 ? bounds.y : bounds.w);
+    gl_Position = placeOf(points ? 0.5 * vec2(bounds.xy + bounds.zw) : at);
+    gl_PointSize = float(max(bounds.z - bounds.x, bounds.w - bounds.y));
     ivec4 numbers = objectAt(2 * i + 1);
     kind = numbers.x;
     first = numbers.y;

@@ -1,7 +1,8 @@
 // Which surface each pixel sees; if the host defines GEOMETRY, its distance and normal too.
 //
-// Where there are objects of kinds, these are drawn over all others one by one: the host defines KINDS for that
-// draw, of kinds.vert, and OTHERS for the one before. The depth test finds the nearest, drawn in the scene's order.
+// Objects of kinds are drawn over all others, one by one: the host defines KINDS for that draw, of kinds.vert. It
+// defines OTHERS for the one before if that is not quickly done again. The depth test finds the nearest, and of several
+// at one distance the first that is drawn, which is in the scene's order.
 
 #include "scene.glsl"
 
@@ -16,7 +17,6 @@ layout(location = 1) out vec2 other;        // t, and the number of the object, 
 layout(location = NEXT) out vec4 normalDepth;  // unit normal towards the viewer, 0 for nothing; t, INF for nothing
 #endif
 #ifdef KINDS
-uniform sampler2D others;
 flat in int object;
 flat in float depthScale;
 #endif
@@ -32,8 +32,7 @@ void main() {
     other = vec2(t, surface == 0 ? -1.0 : objectOf(indexOf(surface)));
 #endif
 #ifdef KINDS
-    vec2 other = texelFetch(others, ivec2(gl_FragCoord.xy), 0).xy;
     // The scale is a power of two, so depths are in the order of t. 1 is not before what the depth is cleared to.
-    gl_FragDepth = nearer(t, object, Nearest(other.x, 0, int(other.y))) ? t * depthScale : 1.0;
+    gl_FragDepth = nearer(t, object, otherAt(ray)) ? t * depthScale : 1.0;
 #endif
 }
