@@ -28,8 +28,8 @@ from numpy.typing import NDArray
 
 from raytracer.cells import BLOCK, CELL
 from raytracer.opengl import release, set_uniforms
-from raytracer.passes import Passes, Rectangle, Squares, viewport
-from raytracer.sight import runs
+from raytracer.passes import Passes
+from raytracer.squares import Rectangle, Squares, runs, viewport
 
 # Samples that all pixels get: fewer miss most edges.
 FIRST = 4

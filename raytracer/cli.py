@@ -234,7 +234,8 @@ def _render(options: argparse.Namespace) -> int:
     # Next to nothing of what an import makes is garbage: it is not looked for, now or when all ends.
     gc.disable()
     from raytracer.film import check_output
-    from raytracer.renderer import check_size, host_memory, shared_renderer
+    from raytracer.limits import check_size, host_memory
+    from raytracer.renderer import shared_renderer
 
     gc.freeze()
     gc.enable()
@@ -262,7 +263,7 @@ def _view(options: argparse.Namespace) -> int:
     settings = _settings(options)
     budget = number(options.budget, "--budget", 0.001, 1e6, "milliseconds in [0.001, 1e6]") / 1000.0
 
-    from raytracer.renderer import check_size
+    from raytracer.limits import check_size
     from raytracer.viewer import view
 
     check_size(options.size)

@@ -80,7 +80,7 @@ def call(function: str, *arguments: ArrayLike, defines: Defines | None = None, r
     source = types.program(function, result, parameters, taken, returned)
     # As many elements at once as fit into a texture, in and out.
     words = max(taken.itemsize, returned.itemsize) // 4
-    step = _WIDTH * renderer.max_target // words
+    step = _WIDTH * renderer.limits.target // words
     parts = [_run(renderer, source, data[i : i + step], returned) for i in range(0, count, step)]
     answer = np.concatenate(parts) if parts else np.zeros(0, returned)
     values = [answer[name].astype(bool) if kind == "bool" else answer[name].copy() for name, kind in results]

@@ -93,7 +93,7 @@ class Live:
         InputError for a scene or size beyond this driver's limits and ShaderError for a mistake in
         `shaders/`; the picture before can then be started again.
         """
-        limit = self._renderer.max_target
+        limit = self._renderer.limits.target
         if max(size) > limit:
             raise InputError(f"size: expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}")
         compiled = msgspec.structs.replace(settings, samples=1, adaptive=None)
@@ -122,7 +122,7 @@ class Live:
     def _find_programs(
         self, scene: Scene, settings: Settings, show: Show
     ) -> tuple[Programs, dict[str, moderngl.Program]]:
-        self._renderer.check_limits(scene, settings)
+        self._renderer.limits.check(scene, settings)
         on_screen = {name: self._renderer.program(assemble(f"{name}.frag")) for name in _ON_SCREEN}
         programs = self._renderer.programs(scene, settings, show)
         for name, uniforms in _ON_SCREEN.items():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
@@ -16,14 +16,14 @@ from raytracer.cells import BLOCK, CELL
 from raytracer.film import Image
 from raytracer.numbers import Numbers
 from raytracer.opengl import release, set_uniforms
-from raytracer.rectangles import MARGIN, Over, Rectangles, which_touch
+from raytracer.rectangles import Over, Rectangles, which_touch
 from raytracer.sampling import sample_point
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.sight import Mask, quiet_cells, runs, squares
+from raytracer.sight import Mask, quiet_cells
+from raytracer.squares import Rectangle, Squares, runs, squares, viewport
 from raytracer.table import table
 
-Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower left pixel of the picture
 # Seconds that a draw should take: well below what stalls a desktop.
 _SHORT_DRAW = 0.05
 _FIRST_DRAW, _LEAST_DRAW = 2**16, 2**12  # pixels
@@ -41,58 +41,6 @@ class Programs(NamedTuple):
     quiet: moderngl.Program | None = None  # picture.frag
     empty: moderngl.Program | None = None  # empty.frag
     kinds: moderngl.Program | None = None  # visibility.frag for kinds.vert
-
-
-class Squares:
-    """What one program draws with cells.vert."""
-
-    def __init__(self, context: moderngl.Context, program: moderngl.Program) -> None:
-        self._context = context
-        self.program = program
-        self._buffer: moderngl.Buffer | None = None
-        self._arrays: tuple[moderngl.VertexArray, ...] = ()  # that draw rectangles, and points
-        self._count, self._points = 0, False
-
-    def set(self, squares: NDArray[np.integer[Any]], *, points: bool = False) -> None:
-        """Draw all rows of `squares`: a run's column, row, length, and the ends of its list if the program has lists.
-
-        As `points`: all runs being of one square.
-        """
-        data = np.ascontiguousarray(squares, np.int32)
-        if self._buffer is None or self._buffer.size < data.nbytes:
-            self.release()
-            self._buffer = self._context.buffer(reserve=max(1024, 2 * data.nbytes), dynamic=True)
-            form, names = ("3i 2i", ("run", "list")) if data.shape[1] > 3 else ("3i", ("run",))
-            self._arrays = tuple(
-                self._context.vertex_array(self.program, [(self._buffer, form + each, *names)]) for each in ("/i", "")
-            )
-        self._buffer.write(data)
-        self._count, self._points = len(data), points
-
-    def draw(self) -> None:
-        """Draw them into the framebuffer in use."""
-        if not self._count:
-            return
-        set_uniforms(self.program, points=self._points)
-        rectangles, points = self._arrays
-        if self._points:
-            self._context.enable(moderngl.PROGRAM_POINT_SIZE)
-            points.render(moderngl.POINTS, self._count)
-        else:
-            rectangles.render(moderngl.TRIANGLE_STRIP, 4, instances=self._count)
-
-    def release(self) -> None:
-        """Give back everything on the GPU but the program."""
-        if self._buffer:
-            release(self._context, *self._arrays, self._buffer)
-
-
-def viewport(area: Rectangle) -> tuple[Rectangle, Rectangle]:
-    """The viewport for an area of the picture in the lower left of a target, and what of the picture it shows: with
-    a margin, as points with a centre beyond it are not drawn."""
-    x, y, width, height = area
-    size = width + 2 * MARGIN, height + 2 * MARGIN
-    return (-MARGIN, -MARGIN, *size), (x - MARGIN, y - MARGIN, *size)
 
 
 class Passes:

@@ -9,18 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.opengl import depth_buffer, release, set_uniforms
+from raytracer.squares import MARGIN, Mask
 
 # Pixels in the rectangles of one draw: some 20 ms on two cores.
 _DRAW = 2**20
-# Of a viewport around its tile, in pixels: points with a centre beyond it are not drawn.
-MARGIN = 128
 # What a rectangle costs besides, in pixels.
 _EACH = 64
 # Vertices of its two triangles, of four corners.
 _CORNERS = np.array([0, 1, 2, 2, 1, 3], np.int32)
 
 Ints = NDArray[np.int32]
-Mask = NDArray[np.bool_]
 
 
 def cells_under(rectangles: Ints, shape: tuple[int, int], side: int) -> Mask:

@@ -19,9 +19,9 @@ from raytracer.context import backend_name, open_context
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
 from raytracer.groups import groups
+from raytracer.limits import Limits, check_size
 from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.progress import Progress
-from raytracer.rectangles import MARGIN as VIEW_MARGIN
 from raytracer.scene import Scene
 from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
 from raytracer.shader import (
@@ -30,13 +30,11 @@ from raytracer.shader import (
     kinds_source,
     plain_vertex_source,
     quiet_source,
-    roth_loops,
     show_source,
     vertex_source,
     visibility_source,
 )
 from raytracer.sight import has_quiet
-from raytracer.table import table
 
 if TYPE_CHECKING:
     from raytracer.context import Backend
@@ -48,11 +46,6 @@ SUMMED = 256
 TILE = 2048
 # Pixels of a tile of a picture with 1 sample: rows of cells in the processor's cache.
 _STRIP = 2**18
-MAX_SIDE = 65536
-# llvmpipe's compile time triples with every two loops in a row: 2 s for 11, 5 s for 13, 16 s for 15.
-MAX_ROTH_LOOPS = 14
-# The evaluators walk and roth write all trees out in one shader: llvmpipe compiles 100 primitives in 5 s, 300 in 34 s.
-MAX_PRIMITIVES = 512
 
 
 def render(
@@ -107,17 +100,6 @@ def shared_renderer(backend: str | None = None) -> Renderer:
     return _shared[name]
 
 
-def check_size(size: Any) -> None:
-    """Raise InputError unless `size` is (width, height) in whole pixels that this renderer makes."""
-    try:
-        width, height = size
-        right = all(isinstance(side, int | np.integer) and 1 <= side <= MAX_SIDE for side in (width, height))
-    except (TypeError, ValueError):
-        right = False
-    if not right:
-        raise InputError(f"size: expected width and height in whole pixels in [1, {MAX_SIDE}], got {shown(size)}")
-
-
 def metadata(scene: Scene, size: tuple[int, int], settings: Settings) -> dict[str, str]:
     """What a picture's file says of it."""
     from raytracer import __version__
@@ -129,24 +111,13 @@ def metadata(scene: Scene, size: tuple[int, int], settings: Settings) -> dict[st
     }
 
 
-def host_memory(size: tuple[int, int], geometry: bool, adaptive: bool = False) -> int:
-    """Bytes of host memory that rendering and saving a picture take at most, beside the program itself."""
-    # radiance 12; depth 4, normal 12, material 4 and its index 4; the number of samples 4
-    return size[0] * size[1] * (12 + 24 * geometry + 4 * adaptive)
-
-
 class Renderer:
     """Renders scenes on one OpenGL context. Programs are kept, by their text."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
         self._programs: dict[tuple[str, str], moderngl.Program] = {}
-        info = context.info
-        # A viewport is larger than its target: see viewport() of passes.py.
-        self.max_target = min(info["GL_MAX_TEXTURE_SIZE"], min(info["GL_MAX_VIEWPORT_DIMS"][:2]) - 2 * VIEW_MARGIN)
-        self._max_block = info["GL_MAX_UNIFORM_BLOCK_SIZE"]
-        # Doubles came with OpenGL 4.0.
-        self.precisions: tuple[Precision, ...] = (32, 64) if context.version_code >= 400 else (32,)
+        self.limits = Limits(context)
 
     def render(
         self,
@@ -159,10 +130,10 @@ class Renderer:
         tile: int = TILE,
     ) -> Image:
         """An image of `scene`; `tile` is the side of the largest target in pixels. Else as `render()`."""
-        self.check_limits(scene, settings)
+        self.limits.check(scene, settings)
         width, height = size
         margin = 0 if settings.adaptive is None else MARGIN
-        tile = min(tile, self.max_target - 2 * margin)
+        tile = min(tile, self.limits.target - 2 * margin)
         image = Image(
             radiance=np.empty((height, width, 3), np.float32),
             depth=np.empty((height, width), np.float32) if geometry else None,
@@ -255,35 +226,6 @@ class Renderer:
         for key, program in list(self._programs.items()):
             if program not in keep:
                 self._programs.pop(key).release()
-
-    def check_limits(self, scene: Scene, settings: Settings) -> None:
-        """Raise InputError if the scene needs more than this driver or the evaluator has."""
-        if settings.evaluator == "roth" and (loops := roth_loops(scene)) > MAX_ROTH_LOOPS:
-            raise InputError(
-                f"evaluator: expected at most {MAX_ROTH_LOOPS} loops for roth (1 an object, |, & or ~, 2 a -), got "
-                f"{loops}; the others have no such limit"
-            )
-        if settings.precision not in self.precisions:
-            version = self.context.version_code
-            raise InputError(
-                f"precision: 64 needs OpenGL 4.0 or later, got {version // 100}.{version // 10 % 10} "
-                f"({self.context.info['GL_RENDERER']}); 32 needs no more than 3.3"
-            )
-        primitives = table(scene).size
-        listed = is_listed(scene, settings)
-        if not listed and primitives > MAX_PRIMITIVES:
-            way = "64 bits" if settings.precision == 64 else f"the evaluator {settings.evaluator}"
-            raise InputError(
-                f"expected at most {MAX_PRIMITIVES} primitives for {way}, got {primitives}; "
-                "the evaluator cells with 32 bits has no such limit"
-            )
-        for what, count, size in (
-            *([("primitives of 64 bits", primitives, 64)] if settings.precision == 64 else []),
-            ("lights", len(scene.lights), 48 * settings.precision // 32),
-        ):
-            if count * size > self._max_block:
-                limit = self._max_block // size
-                raise InputError(f"expected at most {limit} {what} (this driver's uniform block), got {count}")
 
 
 def sum_samples(

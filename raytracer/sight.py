@@ -248,17 +248,3 @@ def _any(corners: Mask) -> Mask:
 
 def _all(corners: Mask) -> Mask:
     return _over(np.logical_and, corners)
-
-
-def runs(cells: Mask) -> NDArray[np.int32]:
-    """(N, 3): column, row and length of each run of cells that are True along a row."""
-    edges = np.diff(np.pad(cells, ((0, 0), (1, 1))).astype(np.int8), axis=1)
-    row, first = np.nonzero(edges == 1)
-    _, end = np.nonzero(edges == -1)
-    return np.column_stack([first, row, end - first]).astype(np.int32)
-
-
-def squares(cells: Mask) -> NDArray[np.int32]:
-    """(N, 3): column and row of each cell that is True, and 1."""
-    row, column = np.nonzero(cells)
-    return np.column_stack([column, row, np.ones_like(row)]).astype(np.int32)

@@ -91,6 +91,11 @@ def test_cameras_and_lights_anywhere_see_the_same(renderer: Renderer, always_lis
             check(renderer, rt.Scene(objects, lights, camera), (64, 36), shadows="diluted")
 
 
+def test_objects_too_large_to_be_points_are_the_same(renderer: Renderer, always_listed: None) -> None:
+    objects = [lens(0, 0, 0, 3), lens(-1.5, 1.5, 2, 0.3), FLOOR, lens(2, 0, 1)]
+    check(renderer, scenes.of(*objects, eye=(0, 0, 6)), (640, 360))
+
+
 def test_a_chain_and_a_balanced_tree_of_many_holes_are_one_picture(renderer: Renderer) -> None:
     rng = np.random.default_rng(3)
     places = rng.normal(size=(300, 3))

@@ -270,7 +270,7 @@ def test_a_changed_shader_is_taken_when_told_and_not_before(live: Live, renderer
 
 def test_a_window_larger_than_the_driver_draws_is_refused(live: Live, renderer: Renderer) -> None:
     with pytest.raises(rt.InputError, match="size: expected a window of at most"), renderer.context:
-        live.start(scenes.assignment(), ONE, "picture", (renderer.max_target + 1, 8), moving=False)
+        live.start(scenes.assignment(), ONE, "picture", (renderer.limits.target + 1, 8), moving=False)
 
 
 def test_pixels_are_enlarged_as_far_as_the_budget_of_a_sample_wants() -> None:

@@ -14,8 +14,9 @@ from raytracer.extremes.comparison import enlarged, moved
 from raytracer.reference import Tracer, camera_rays
 from raytracer.renderer import TILE, Renderer
 from raytracer.settings import Settings
-from raytracer.sight import has_quiet, quiet_cells, runs
+from raytracer.sight import has_quiet, quiet_cells
 from raytracer.solids import Plane, Solid, leaves
+from raytracer.squares import runs
 
 from . import scenes
 
@@ -86,7 +87,7 @@ def test_the_assignment_is_the_same_in_any_setting(renderer: Renderer, shadows: 
 def test_the_assignment_is_the_same_in_doubles_and_in_tiles(renderer: Renderer) -> None:
     for tile in (48, 37):
         check(renderer, scenes.assignment(), (201, 113), Settings(samples=3), tile=tile)
-    if 64 in renderer.precisions:
+    if 64 in renderer.limits.precisions:
         check(renderer, scenes.assignment(), SIZE, Settings(samples=2, precision=64))
 
 

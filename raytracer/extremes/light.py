@@ -30,7 +30,7 @@ def self_shadow(renderer: Renderer, short: bool) -> Iterator[Finding]:
     rays to lights in all directions, near and far. A ball alone never shades what faces a light on its side.
     """
     seeds = 40 if short else 1000
-    for bits in renderer.precisions:
+    for bits in renderer.limits.precisions:
         shaded = rays = 0
         for seed in range(seeds):
             rng = np.random.default_rng(seed)
@@ -77,7 +77,7 @@ def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
             yield Finding("exponent", at, 32, "relative error", float(error.max()), float(bound.max()))
             scene = _highlight_on_a_ball(model, h)
             truth = reference.render(scene, (64, 64)).radiance
-            for bits in renderer.precisions:
+            for bits in renderer.limits.precisions:
                 image = renderer.render(scene, (64, 64), Settings(precision=bits))
                 off = float(np.abs(image.radiance - truth).max())
                 # The functions' own error, and vectors that are off by 16 u in all where a lobe is steepest.
@@ -171,7 +171,7 @@ def valid_scenes(renderer: Renderer, short: bool) -> Iterator[Finding]:
     if short:
         exponents, colors = (1e6,), (0.0, 1e12)
     for model, (where, position) in itertools.product(("phong", "blinn"), lights.items()):
-        for bits in renderer.precisions:
+        for bits in renderer.limits.precisions:
             bad = 0
             for h, color, shadows in itertools.product(exponents, colors, ("off", "hard", "diluted")):
                 c = (color, color, color)

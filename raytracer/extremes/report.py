@@ -32,7 +32,7 @@ def report(renderer: Renderer, folder: Path, short: bool, scenes: int, progress:
             print(f"{at}: {finding.measure}: {shown(finding.found)}, bound {shown(finding.bound)}")
     broken = sum(not finding.kept for finding in findings)
     print(f"{len(findings)} measurements, {broken or 'none'} beyond their bounds")
-    if 64 not in renderer.precisions:
+    if 64 not in renderer.limits.precisions:
         print("nothing is measured with 64 bits: that needs OpenGL 4.0")
     info = renderer.context.info
     form = "in the short form" if short else "in full"

@@ -11,7 +11,8 @@ import numpy as np
 from raytracer.extremes.comparison import MATTE, findings
 from raytracer.extremes.ledger import Finding
 from raytracer.film import Image
-from raytracer.renderer import MAX_ROTH_LOOPS, Renderer
+from raytracer.limits import MAX_ROTH_LOOPS
+from raytracer.renderer import Renderer
 from raytracer.resolution import resolution
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Evaluator, Settings
@@ -44,7 +45,7 @@ def shells(renderer: Renderer, short: bool) -> Iterator[Finding]:
         seen = _scene(inner, outer)
         yield from findings(renderer, "shells", f"which is seen, {at}", seen, SIZE, doubt=doubt, dark=dark)
         inside = Scene([outer - inner], [_LIGHT], Camera((0.2, 0.1, 0.3), (-0.3, -0.1, -1), vertical_fov=100))
-        for bits in renderer.precisions:
+        for bits in renderer.limits.precisions:
             image = renderer.render(inside, SIZE, Settings(precision=bits))
             resolved = resolution(inside, SIZE, bits)
             lit, doubtful = (image.radiance > 0.0).any(axis=2), resolved.unlit | resolved.doubtful
@@ -91,7 +92,7 @@ def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
     """Solids made of parts with common faces, against what they are: the same pixels, bit for bit."""
     what = "coincident faces"
     ties = _ties()
-    for evaluator, bits in itertools.product(EVALUATORS, renderer.precisions):
+    for evaluator, bits in itertools.product(EVALUATORS, renderer.limits.precisions):
         if short and bits != 32:
             continue
         settings = Settings(evaluator=evaluator, precision=bits)

@@ -1,0 +1,59 @@
+"""The rectangles of objects of kinds: on which squares of a picture they lie."""
+
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.opengl import BufferTexture
+from raytracer.rectangles import cells_under, which_touch
+from raytracer.renderer import Renderer
+from raytracer.settings import Settings
+
+from . import scenes
+
+ROWS, COLUMNS, SIDE = 9, 13, 4
+
+
+def random_rectangles(count: int) -> np.ndarray:
+    """(N, 4): first column and row of pixels, and behind the last, in a picture of ROWS x COLUMNS squares."""
+    rng = np.random.default_rng(4)
+    ends = rng.integers(0, (SIDE * COLUMNS, SIDE * ROWS), (2, count, 2))
+    return np.column_stack([ends.min(axis=0), ends.max(axis=0) + 1]).astype(np.int32)
+
+
+def pixels_of(rectangle: np.ndarray) -> np.ndarray:
+    """(rows, columns): which pixels of the picture are in it."""
+    x0, y0, x1, y1 = rectangle
+    y, x = np.mgrid[: SIDE * ROWS, : SIDE * COLUMNS]
+    return (x0 <= x) & (x < x1) & (y0 <= y) & (y < y1)
+
+
+def test_the_cells_under_rectangles_are_those_with_a_pixel_of_one() -> None:
+    for count in (0, 1, 3, 8):
+        rectangles = random_rectangles(count)
+        found = cells_under(rectangles, (ROWS, COLUMNS), SIDE)
+        pixels = np.zeros((SIDE * ROWS, SIDE * COLUMNS), bool)
+        for rectangle in rectangles:
+            pixels |= pixels_of(rectangle)
+        np.testing.assert_array_equal(found, pixels.reshape(ROWS, SIDE, COLUMNS, SIDE).any(axis=(1, 3)))
+
+
+def test_a_rectangle_touches_squares_that_share_a_pixel_with_it() -> None:
+    rng = np.random.default_rng(6)
+    rectangles = random_rectangles(60)
+    for corner in ((0, 0), (8, 16)):
+        rows, columns = ROWS - corner[1] // SIDE - 1, COLUMNS - corner[0] // SIDE - 2
+        squares = rng.random((rows, columns)) < 0.1
+        whole = np.zeros((SIDE * ROWS, SIDE * COLUMNS), bool)
+        drawn = squares.repeat(SIDE, axis=0).repeat(SIDE, axis=1)
+        whole[corner[1] : corner[1] + drawn.shape[0], corner[0] : corner[0] + drawn.shape[1]] = drawn
+        expected = [bool((pixels_of(rectangle) & whole).any()) for rectangle in rectangles]
+        assert which_touch(rectangles, squares, corner, SIDE).tolist() == expected and 0 < sum(expected) < 60
+
+
+@pytest.mark.gl
+def test_more_texels_than_the_driver_has_are_refused(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(BufferTexture, "most", staticmethod(lambda context: 100))
+    solids = [rt.Sphere((i, 0, 0), 0.4) for i in range(20)]
+    with pytest.raises(rt.InputError, match=r"^objects: expected at most 100 .*buffer textures\), got"):
+        renderer.render(scenes.of(*solids), (32, 18), Settings())
