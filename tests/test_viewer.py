@@ -297,15 +297,16 @@ def test_a_moving_picture_has_one_sample_a_frame_with_enlarged_pixels_and_then_s
 
 @pytest.mark.window
 def test_with_time_to_spare_a_picture_gets_more_samples_a_frame_only_when_nothing_moves(
-    opened: Callable[..., Opened],
+    opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(raytracer.viewer, "_STILL", 1e9)
     one = opened(samples=400, size=(16, 9), budget=0.5)
     one.frame()
     one.frame(Press("left"), Cursor(0.1, 0.5))
     for k in range(2, 5):
         one.frame()
         assert one.viewer.live.samples == k, "the next sample of a picture that may move again"
-    time.sleep(0.2)
+    monkeypatch.setattr(raytracer.viewer, "_STILL", 0.0)
     one.frame()
     assert one.viewer.live.samples > 10
 
