@@ -93,8 +93,8 @@ def blocked(kinds: list[Tree], programs: bool, depth: int, planes: list[NamedPla
         *_meet(bool(kinds), programs, bool(depth), first),
         *BLOCKED_AT,
         *_nearest_plane(planes),
-        "    int begin = light * (6 * GRID * GRID + 1) + cubeCell(vec3(-ray.rd));",
-        "    meetListed(ray, listAt(begin), listAt(begin + 1), nearest);",
+        "    ivec2 listed = endsAt(light * (6 * GRID * GRID) + cubeCell(vec3(-ray.rd)));",
+        "    meetListed(ray, listed.x, listed.y, nearest);",
         "    return nearest.t;",
         "}",
     ]

@@ -32,6 +32,10 @@ class Lists(NamedTuple):
     start: Ints  # (cells + 1,)
     entries: NDArray[np.int32]
 
+    def ends(self, first: int) -> NDArray[np.int32]:
+        """(cells, 2): where each cell's entries begin and end in an array in which `entries` come from `first` on."""
+        return np.column_stack([self.start[:-1], self.start[1:]]).astype(np.int32) + np.int32(first)
+
 
 class Items(NamedTuple):
     """The objects of kinds, in view space; those of kind 0 come first."""

@@ -20,7 +20,7 @@ from raytracer.sight import Met
 
 # Binding points of uniform blocks, and texture units; 0 and 1 are those of passes.py.
 _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2}
-_UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "objects": 6}
+_UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7}
 
 
 class Numbers:
@@ -34,6 +34,7 @@ class Numbers:
         self._lister: lists.Lister | None = None
         self._of_camera: lists.Lists | None = None
         self._of_lights: list[lists.Lists] = []
+        self._lit: object = None  # the lights' places of these
         self._first = 0  # where the camera's lists begin
         self.rectangles = np.zeros((0, 8), np.int32)  # of lists.py
         self.farthest = 1.0  # than any distance to what is in them
@@ -67,24 +68,25 @@ class Numbers:
             self.rectangles, self.farthest = self._lister.rectangles(scene, size)
             self._texture("objects", self.rectangles.reshape(-1, 4))
             self._shape = -(-size[1] // CELL), -(-size[0] // CELL)
-        shadows = settings.shadows != "off"
-        self._of_lights = [self._lister.of_light(scene, i) for i in range(len(scene.lights) if shadows else 0)]
+            self._of_lights, self._lit = [], None
+        lit = tuple(light.position for light in scene.lights if settings.shadows != "off")
+        if lit == self._lit:
+            return
+        self._lit = lit
+        self._of_lights = [self._lister.of_light(scene, i) for i in range(len(lit))]
         assert self._of_camera
-        # Where the lists begin, and then all lists, the camera's last.
-        starts = sum(len(found.start) for found in self._of_lights)
-        parts: list[Any] = []
-        for found in self._of_lights:
-            parts.append(found.start + starts)
-            starts += len(found.entries)
-        self._first = starts
+        # All in one texture, the camera's last; and where the list of each cell of a light begins and ends.
         entries = [*(found.entries for found in self._of_lights), self._of_camera.entries]
-        self._texture("lists", np.concatenate([*parts, *entries]).astype(np.int32))
+        first = np.cumsum([0, *map(len, entries)])
+        ends = [found.ends(at) for found, at in zip(self._of_lights, first, strict=False)]
+        self._first = int(first[-2])
+        self._texture("lists", np.concatenate(entries))
+        self._texture("ends", np.concatenate([*ends, np.zeros((0, 2), np.int32)]))
 
     def camera_lists(self) -> NDArray[np.int32]:
         """(cells, 2): where the list of each cell of the picture begins and ends, in a scene that has them."""
         assert self._of_camera
-        start = self._of_camera.start + self._first
-        return np.column_stack([start[:-1], start[1:]]).astype(np.int32)
+        return self._of_camera.ends(self._first)
 
     def met(self) -> Met | None:
         """In which cells there are lists."""
@@ -121,7 +123,7 @@ class Numbers:
             self._blocks[name] = self._context.buffer(data, dynamic=True)
 
     def _texture(self, name: str, data: NDArray[Any]) -> None:
-        """Bring texels to the GPU: (N, 4) float32 or int32, or (N,) int32."""
+        """Bring texels to the GPU: (N, 4) float32 or int32, (N, 2) or (N,) int32."""
         most = BufferTexture.most(self._context)
         if len(data) > most:
             what = "entries in the lists of all cells" if name == "lists" else f"texels of {name}"

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from raytracer.glsl_source import ShaderError
 
 _TEXTURE0, _TEXTURE_BUFFER, _MAX_TEXTURE_BUFFER_SIZE = 0x84C0, 0x8C2A, 0x8C2B
-_RGBA32F, _RGBA32I, _R32I = 0x8814, 0x8D82, 0x8235
+# Internal formats, by what is in a texel.
+_FORMATS = {("f", 4): 0x8814, ("i", 4): 0x8D82, ("i", 2): 0x823B, ("i", 1): 0x8235}
 _RENDERBUFFER, _DEPTH_COMPONENT32F = 0x8D41, 0x8CAC
 # OpenGL's calling convention is Windows's own there.
 _FUNCTION: Any = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)
@@ -76,14 +77,14 @@ class BufferTexture:
         return found.value
 
     def write(self, data: NDArray[Any]) -> None:
-        """Hold (N, 4) float32 or int32, or (N,) int32. It must be of the kind that was written before."""
+        """Hold (N, 4) float32 or int32, (N, 2) or (N,) int32. It must be of the kind that was written before."""
         data = np.ascontiguousarray(data)
         if self._buffer is None or not data.nbytes <= self._buffer.size <= 4 * max(data.nbytes, 1024):
             if self._buffer:
                 self._buffer.release()
             # Room to grow: lists change their length with every move.
             self._buffer = self._context.buffer(reserve=max(1024, data.nbytes + data.nbytes // 4), dynamic=True)
-            form = _R32I if data.ndim == 1 else _RGBA32F if data.dtype == np.float32 else _RGBA32I
+            form = _FORMATS[data.dtype.kind, data.shape[1] if data.ndim > 1 else 1]
             self._bind(_TEXTURE_BUFFER, self._name.value)
             _function(self._context, "glTexBuffer", _Uint, _Uint, _Uint)(_TEXTURE_BUFFER, form, self._buffer.glo)
         if data.nbytes:

@@ -123,11 +123,11 @@ class Passes:
 
     def _find_rectangles(self, programs: Programs) -> None:
         """Have what draws objects of kinds, if there are any."""
-        if self._rectangles:
+        if self._rectangles and self._rectangles.program is not programs.kinds:
             self._rectangles.release()
             self._rectangles = None
         if programs.kinds:
-            self._rectangles = Rectangles(self._context, programs.kinds)
+            self._rectangles = self._rectangles or Rectangles(self._context, programs.kinds)
             others = "others" in programs.kinds
             if self._over and bool(self._over.others) != others:
                 self._over.release()
@@ -138,7 +138,7 @@ class Passes:
         """Let the next draws be of all pixels."""
         self._side = CELL
         if self._rectangles:
-            self._rectangles.set(self._numbers.rectangles, np.ones(len(self._numbers.rectangles), bool))
+            self._rectangles.set(self._numbers.rectangles)
         for program, cells in self._drawn.items():
             self._set_squares(program, cells, (0, 0))
 

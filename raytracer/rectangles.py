@@ -53,16 +53,20 @@ class Rectangles:
 
     def __init__(self, context: moderngl.Context, program: moderngl.Program) -> None:
         self._context = context
-        self._program = program
+        self.program = program
+        self._all: Ints | None = None  # what is drawn, if it is all
         self._buffer = context.buffer(reserve=24)
         self._array = context.vertex_array(program, [], index_buffer=self._buffer)
         self._largest_point = min(2 * MARGIN, int(context.info["GL_POINT_SIZE_RANGE"][1]))
         self._points = False
         self._ends = np.zeros(0, np.int64)  # sums of their costs
 
-    def set(self, rectangles: Ints, kept: Mask) -> None:
-        """Draw those of `rectangles` that are `kept`."""
-        numbers = np.flatnonzero(kept)
+    def set(self, rectangles: Ints, kept: Mask | None = None) -> None:
+        """Draw those of `rectangles` that are `kept`, by default all."""
+        if kept is None and rectangles is self._all:
+            return
+        self._all = rectangles if kept is None else None
+        numbers = np.arange(len(rectangles)) if kept is None else np.flatnonzero(kept)
         size = rectangles[numbers, 2:4] - rectangles[numbers, :2]
         self._ends = np.cumsum(size[:, 0].astype(np.int64) * size[:, 1] + _EACH)
         # Points if they are small: llvmpipe shades what lies along the diagonal of a rectangle twice.
@@ -73,7 +77,7 @@ class Rectangles:
 
     def draw(self) -> Iterator[None]:
         """Draw them, in several draws if they are large, and yield after each."""
-        set_uniforms(self._program, points=self._points)
+        set_uniforms(self.program, points=self._points)
         self._context.enable(moderngl.PROGRAM_POINT_SIZE)
         mode, each = (moderngl.POINTS, 1) if self._points else (moderngl.TRIANGLES, 6)
         at = 0

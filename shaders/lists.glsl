@@ -1,5 +1,5 @@
-// Provides listAt(), ballAt(), struct Item, itemAt(), surfaceOf(), struct Nearest, nearer(), meets(), cubeCell(): what the generated walk through
-// the list of a cell is made of. raytracer/lists.py says what a list holds.
+// Provides endsAt(), listAt(), ballAt(), struct Item, itemAt(), surfaceOf(), struct Nearest, nearer(), meets(),
+// cubeCell(): what the generated walk through the list of a cell is made of. raytracer/lists.py says what a list holds.
 //
 // A ray from the camera through a cell of the picture, or one to a light from a cell of the cube around it,
 // can meet only what that cell lists.
@@ -7,8 +7,13 @@
 #include "ray.glsl"
 #include "surfaces.glsl"
 
-uniform isamplerBuffer lists;  // for each light where its cells' lists begin, and then the lists
+uniform isamplerBuffer lists;  // the entries of all cells' lists
+uniform isamplerBuffer ends;   // where the list of each cell of each light begins and ends
 uniform samplerBuffer items;   // 4 texels for each object of a kind: see ballAt() and itemAt()
+
+ivec2 endsAt(int cell) {
+    return texelFetch(ends, cell).xy;
+}
 
 int listAt(int i) {
     return texelFetch(lists, i).x;
