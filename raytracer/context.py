@@ -103,7 +103,7 @@ def _open_egl() -> moderngl.Context:
 
 
 def _with(loader: Any, context: moderngl.Context) -> moderngl.Context:
-    """`context` with what knows OpenGL's functions, for those that moderngl does not call (depth_buffer.py)."""
+    """`context` with what knows OpenGL's functions, for those that moderngl does not call (opengl.py)."""
     context.extra = loader
     return context
 

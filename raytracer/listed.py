@@ -93,7 +93,7 @@ def blocked(kinds: list[Tree], programs: bool, depth: int, planes: list[NamedPla
         *_meet(bool(kinds), programs, bool(depth), first),
         *BLOCKED_AT,
         *_nearest_plane(planes),
-        "    ivec2 listed = endsAt(light * (6 * GRID * GRID) + cubeCell(vec3(-ray.rd)));",
+        "    ivec2 listed = endsAt(light * (6 * grid * grid) + cubeCell(vec3(-ray.rd)));",
         "    meetListed(ray, listed.x, listed.y, nearest);",
         "    return nearest.t;",
         "}",

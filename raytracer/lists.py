@@ -17,7 +17,6 @@ from raytracer.cells import CELL, by_cell, covered, cube_faces, overlaps, row_st
 from raytracer.groups import KIND_LEAVES, balls, groups
 from raytracer.prune import LEAF_SHIFT, TRUE, chains
 from raytracer.scene import Scene
-from raytracer.shader import GRID
 from raytracer.sight import PASSING, reach
 from raytracer.table import table
 from raytracer.view_space import camera_grid, rotation, vectors
@@ -109,16 +108,16 @@ class Lister:
         cells = shape[0] * shape[1]
         return self._lists(pairs, cells, np.zeros(cells + 1, np.int64), np.zeros(0, np.int64))
 
-    def of_light(self, scene: Scene, number: int) -> Lists:
+    def of_light(self, scene: Scene, number: int, grid: int) -> Lists:
         """For the cells of the cube around a light, numbered as cells.cube_faces() does."""
         place = np.subtract(scene.lights[number].position, scene.camera.position) @ rotation(scene.camera).T
 
         wider = PASSING * reach(place, self._centers, self._radii)
 
         def pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
-            return cube_faces(centers - place, radii + wider, GRID)
+            return cube_faces(centers - place, radii + wider, grid)
 
-        cells = 6 * GRID * GRID
+        cells = 6 * grid * grid
         # Nearest first: what is behind a hit is not looked at.
         near = np.linalg.norm(self._items.centers - place, axis=1) - self._items.radii
         cell, item = pairs(self._items.centers, self._items.radii)

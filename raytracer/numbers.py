@@ -20,6 +20,9 @@ from raytracer.sight import Met
 
 # Binding points of uniform blocks, and texture units; 0 and 1 are those of passes.py.
 _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2}
+# Cells of a side of a cube's face around a light: in a picture of many objects, one of the first covers about a
+# quarter of a cell.
+GRIDS = (256, 128, 64, 32)
 _UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7}
 
 
@@ -38,6 +41,7 @@ class Numbers:
         self._first = 0  # where the camera's lists begin
         self.rectangles = np.zeros((0, 8), np.int32)  # of lists.py
         self.farthest = 1.0  # than any distance to what is in them
+        self.grid = GRIDS[0]  # cells of a side of a cube's face around a light
         self._shape = 0, 0  # rows and columns of cells
 
     def load(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
@@ -46,7 +50,7 @@ class Numbers:
         self._write("Lights", view_space.lights_block(scene, precision))
         # Lights move, and then all else is as it was. Equal tuples of the same things are quickly compared.
         of = scene.objects, scene.camera, scene.materials, settings, size
-        new, self._of = of != self._of, of
+        new, self._of = of != self._of, None  # until all is there
         if new:
             self._texture("materials", view_space.materials_texture(scene, settings))
             if precision == 64:
@@ -60,6 +64,7 @@ class Numbers:
             self._lister = None
         if listed:
             self._load_lists(scene, settings, size)
+        self._of = of
 
     def _load_lists(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
         if self._lister is None:
@@ -72,8 +77,11 @@ class Numbers:
         lit = tuple(light.position for light in scene.lights if settings.shadows != "off")
         if lit == self._lit:
             return
-        self._lit = lit
-        self._of_lights = [self._lister.of_light(scene, i) for i in range(len(lit))]
+        self._lit = None
+        # As fine as there is room for.
+        most = BufferTexture.most(self._context)
+        self.grid = next((grid for grid in GRIDS if 6 * grid * grid * len(lit) <= most), GRIDS[-1])
+        self._of_lights = [self._lister.of_light(scene, i, self.grid) for i in range(len(lit))]
         assert self._of_camera
         # All in one texture, the camera's last; and where the list of each cell of a light begins and ends.
         entries = [*(found.entries for found in self._of_lights), self._of_camera.entries]
@@ -82,6 +90,7 @@ class Numbers:
         self._first = int(first[-2])
         self._texture("lists", np.concatenate(entries))
         self._texture("ends", np.concatenate([*ends, np.zeros((0, 2), np.int32)]))
+        self._lit = lit
 
     def camera_lists(self) -> NDArray[np.int32]:
         """(cells, 2): where the list of each cell of the picture begins and ends, in a scene that has them."""

@@ -13,8 +13,10 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from raytracer.context import ContextError
 from raytracer.glsl_source import ShaderError
 
+_ALIASED_POINT_SIZE_RANGE = 0x846D
 _TEXTURE0, _TEXTURE_BUFFER, _MAX_TEXTURE_BUFFER_SIZE = 0x84C0, 0x8C2A, 0x8C2B
 # Internal formats, by what is in a texel.
 _FORMATS = {("f", 4): 0x8814, ("i", 4): 0x8D82, ("i", 2): 0x823B, ("i", 1): 0x8235}
@@ -55,6 +57,13 @@ def depth_buffer(context: moderngl.Context, size: tuple[int, int]) -> moderngl.R
     _function(context, "glRenderbufferStorage", _Uint, _Uint, _Int, _Int)(_RENDERBUFFER, _DEPTH_COMPONENT32F, *size)
     bind(_RENDERBUFFER, 0)
     return buffer
+
+
+def largest_point(context: moderngl.Context) -> int:
+    """The side of the largest point in pixels."""
+    found = (ctypes.c_float * 2)()
+    _function(context, "glGetFloatv", _Uint, ctypes.POINTER(ctypes.c_float))(_ALIASED_POINT_SIZE_RANGE, found)
+    return int(found[1])
 
 
 class BufferTexture:
@@ -111,4 +120,7 @@ def set_sampler(context: moderngl.Context, program: moderngl.Program, name: str,
 
 
 def _function(context: moderngl.Context, name: str, *types: Any) -> Any:
-    return _FUNCTION(None, *types)(context.extra.load_opengl_function(name))
+    address = context.extra.load_opengl_function(name)
+    if not address:
+        raise ContextError(f"this driver has no {name}, which is in OpenGL 3.3")
+    return _FUNCTION(None, *types)(address)

@@ -16,7 +16,7 @@ from raytracer.cells import BLOCK, CELL
 from raytracer.film import Image
 from raytracer.numbers import Numbers
 from raytracer.opengl import release, set_uniforms
-from raytracer.rectangles import Over, Rectangles, which_touch
+from raytracer.rectangles import Over, Rectangles, touching, which_touch
 from raytracer.sampling import sample_point
 from raytracer.scene import Scene
 from raytracer.settings import Settings
@@ -27,9 +27,9 @@ from raytracer.table import table
 # Seconds that a draw should take: well below what stalls a desktop.
 _SHORT_DRAW = 0.05
 _FIRST_DRAW, _LEAST_DRAW = 2**16, 2**12  # pixels
-# GL_COLOR_LOGIC_OP, by default a copy: it changes nothing. But llvmpipe, which compiles a program's fragment shader
-# twice, for blocks of pixels that are covered wholly and for others, does it once where it may need what was there:
-# quicker for a single picture, slower by some percent for each of many.
+# GL_COLOR_LOGIC_OP, by default a copy: it changes nothing of such targets, though softpipe draws nothing then. But
+# llvmpipe, which compiles a program's fragment shader twice, for blocks of pixels that are covered wholly and for
+# others, does it once where it may need what was there: quicker for one picture, some percent slower for each of many.
 _LOGIC_OP = 0x0BF2
 
 
@@ -56,6 +56,7 @@ class Passes:
         self._context = context
         self.geometry = geometry
         self._once = once
+        self._software = "llvmpipe" in context.info["GL_RENDERER"]
         self._programs: Programs | None = None
         self._drawn: dict[moderngl.Program, Mask] = {}  # which cells each program draws
         self._squares: dict[moderngl.Program, Squares] = {}  # the same on the GPU, or blocks of them
@@ -82,7 +83,7 @@ class Passes:
         self._material_index = np.append(table(scene).material, np.int32(-1))  # so also at index -1
         r, g, b = scene.background
         self._background = r, g, b, r * r + g * g + b * b  # as empty.frag has it
-        self._programs = programs
+        self._programs, self._size = programs, size
         self._find_cells(programs, scene, settings, size)
         self._find_rectangles(programs)
         self.draw_all()
@@ -95,6 +96,7 @@ class Passes:
                     "draw.ambient": scene.ambient,
                     "draw.background": scene.background,
                     "draw.firstPlane": len(table(scene).radii),
+                    "draw.grid": self._numbers.grid,
                     "draw.depthScale": 2.0 ** -math.frexp(self._numbers.farthest)[1],
                 },
                 toWorld=tuple(self._to_world.ravel().tolist()),  # rows of the way there are columns of the way back
@@ -133,6 +135,9 @@ class Passes:
                 self._over.release()
                 self._over = None
             self._over = self._over or Over(self._context, self._target, self._colors, others=others)
+        elif self._over:
+            self._over.release()
+            self._over = None
 
     def draw_all(self) -> None:
         """Let the next draws be of all pixels."""
@@ -182,6 +187,10 @@ class Passes:
         """Draw sample k = 0, 1, ... of a tile and wait for it; add it to the sum, or begin one `anew`."""
         assert self._programs
         sx, sy = sample_point(k)
+        if anew and self._side == CELL and self._rectangles and self._programs.kinds:
+            found = self._numbers.rectangles
+            whole = tile == (0, 0, *self._size)
+            self._rectangles.set(found, None if whole else touching(found, tile))
         port, shown = viewport(tile)
         for program in filter(None, self._programs):
             set_uniforms(
@@ -203,21 +212,25 @@ class Passes:
             self._light.scissor = (0, 0, *self._light.size)
             self._light.use()
             self._light.clear(color=self._background if cleared else (0.0, 0.0, 0.0, 0.0))
-        if self._once:
+        # Also of what a draw that was broken off left.
+        self._context.disable(moderngl.BLEND | moderngl.DEPTH_TEST)
+        if self._once and self._software:
             self._context.enable_direct(_LOGIC_OP)
         self._see(tile)
+        if not self._programs.shade:
+            self._context.disable_direct(_LOGIC_OP)
+            return
         if not first:
             self._context.disable_direct(_LOGIC_OP)
             self._context.enable(moderngl.BLEND)
             self._context.blend_func = moderngl.ONE, moderngl.ONE
-        for band in self._bands(tile, self._programs.shade or self._programs.see):
+        for band in self._bands(tile, self._programs.shade):
             self._light.use()
             self._light.scissor = band
             self._surface.use(0)
             if self._normal_depth:
                 self._normal_depth.use(1)
-            # Once each: without half-spaces, the quiet cells' program is that of the empty ones.
-            for program in dict.fromkeys(self._programs[1:4]):
+            for program in (self._programs.shade, self._programs.quiet, self._programs.empty):
                 if program and not (cleared and program is self._programs.empty):
                     self._squares[program].draw()
             self._context.finish()

@@ -8,8 +8,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.opengl import depth_buffer, release, set_uniforms
-from raytracer.squares import MARGIN, Mask
+from raytracer.opengl import depth_buffer, largest_point, release, set_uniforms
+from raytracer.squares import MARGIN, Mask, Rectangle
 
 # Pixels in the rectangles of one draw: some 20 ms on two cores.
 _DRAW = 2**20
@@ -48,6 +48,13 @@ def which_touch(rectangles: Ints, squares: Mask, corner: tuple[int, int], side: 
     return sums[y1, x1] - sums[y0, x1] - sums[y1, x0] + sums[y0, x0] > 0
 
 
+def touching(rectangles: Ints, area: Rectangle) -> Mask:
+    """(N,): which rectangles share a pixel with an area."""
+    x, y, width, height = area
+    x0, y0, x1, y1 = rectangles[:, :4].T
+    return (x0 < x + width) & (x < x1) & (y0 < y + height) & (y < y1)
+
+
 class Rectangles:
     """What one program draws of a scene's rectangles."""
 
@@ -57,7 +64,7 @@ class Rectangles:
         self._all: Ints | None = None  # what is drawn, if it is all
         self._buffer = context.buffer(reserve=24)
         self._array = context.vertex_array(program, [], index_buffer=self._buffer)
-        self._largest_point = min(2 * MARGIN, int(context.info["GL_POINT_SIZE_RANGE"][1]))
+        self._largest_point = min(2 * MARGIN, largest_point(context))
         self._points = False
         self._ends = np.zeros(0, np.int64)  # sums of their costs
 
@@ -125,6 +132,7 @@ class Over:
         if self.others:
             self.others.use(0)
         self._context.enable(moderngl.DEPTH_TEST)
+        self._context.depth_func = "<"
         for _ in rectangles.draw():
             self._context.finish()
         self._context.disable(moderngl.DEPTH_TEST)

@@ -22,9 +22,8 @@ from raytracer.table import table
 # What the second pass makes of what a pixel sees; all but the picture for looking into it.
 Show = Literal["picture", "normal", "depth", "material"]
 
-# Cells of a side of a cube's face around a light: in a picture of many objects, one covers about a cell.
-GRID = 256
-# Up to so many surfaces, and lights, are handed on by the vertex shader: what OpenGL 3.3 has room for.
+# Up to so many surfaces, and lights, are handed on by the vertex shader. With all else that is up to 120 numbers: more
+# than the 60 that OpenGL 3.3 promises, and what desktop drivers have.
 CONSTANTS, CONSTANT_LIGHTS = 6, 2
 
 
@@ -144,7 +143,7 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
     defines |= {"HAS_PLANES": 1} if planes else {}
     if is_listed(scene, settings):
         defines |= {"PROGRAMS": 1} if groups(scene).bigs else {}
-        return defines | {"LISTED": 1, "GRID": GRID}
+        return defines | {"LISTED": 1}
     defines |= {"SPHERES": spheres, "SURFACES": found.size}
     return defines | {"DOUBLES": 1} if settings.precision == 64 else defines
 

@@ -8,7 +8,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.opengl import release, set_uniforms
+from raytracer.cells import CELL
+from raytracer.opengl import largest_point, release, set_uniforms
 
 Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower left pixel of the picture
 Mask = NDArray[np.bool_]
@@ -55,7 +56,7 @@ class Squares:
                 self._context.vertex_array(self.program, [(self._buffer, form + each, *names)]) for each in ("/i", "")
             )
         self._buffer.write(data)
-        self._count, self._points = len(data), points
+        self._count, self._points = len(data), points and largest_point(self._context) >= CELL
 
     def draw(self) -> None:
         """Draw them into the framebuffer in use."""

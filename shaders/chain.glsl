@@ -39,6 +39,7 @@ void meetChain(Ray ray, int begin, int end, int object, inout Nearest nearest) {
         if (last == 0.0) return;
         for (int j = 0; j < count; j++) {
             real2 span = leafRoots(ray, codes[j] >> 5);
+            if (span.x >= span.y) span = real2(INF, -INF);  // roots that round to one are no surface (walk.glsl)
             bool within = (codes[j] & 8) == 0;
             at = within ? max(at, span.x) : at;
             last = within ? min(last, span.y) : last;

@@ -15,6 +15,7 @@ struct Draw {
     vec3 ambient;
     vec3 background;
     int firstPlane;     // how many spheres there are (surfaces.glsl)
+    int grid;           // cells of a side of a cube's face around a light (lists.glsl)
     float depthScale;   // of distances, so that all of objects of kinds (raytracer/groups.py) are below 1
 };
 
@@ -28,6 +29,7 @@ flat out vec3 ambient;
 flat out vec3 background;
 #ifdef LISTED
 flat out int firstPlane;
+flat out int grid;
 flat out float depthScale;
 #endif
 
@@ -40,6 +42,7 @@ void handOn() {
     background = draw.background;
 #ifdef LISTED
     firstPlane = draw.firstPlane;
+    grid = draw.grid;
     depthScale = draw.depthScale;
 #endif
 }

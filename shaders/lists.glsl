@@ -11,6 +11,8 @@ uniform isamplerBuffer lists;  // the entries of all cells' lists
 uniform isamplerBuffer ends;   // where the list of each cell of each light begins and ends
 uniform samplerBuffer items;   // 4 texels for each object of a kind: see ballAt() and itemAt()
 
+flat in int grid;              // cells of a side of each face of the cube around a light
+
 ivec2 endsAt(int cell) {
     return texelFetch(ends, cell).xy;
 }
@@ -69,13 +71,13 @@ bool meets(Ray ray, vec4 ball, real end) {
     return dot(moment, moment) <= radius * radius && along >= -radius && along - radius <= end;
 }
 
-// The cell, of GRID x GRID on each face of a cube around a light, in direction D from it.
+// The cell, of grid x grid on each face of a cube around a light, in direction D from it.
 int cubeCell(vec3 D) {
     vec3 size = abs(D);
     bool x = size.x >= size.y && size.x >= size.z, y = !x && size.y >= size.z;
     float main = x ? D.x : y ? D.y : D.z;
     vec2 at = (x ? D.yz : y ? D.xz : D.xy) / abs(main);
-    ivec2 cell = clamp(ivec2((at + 1.0) * (0.5 * float(GRID))), ivec2(0), ivec2(GRID - 1));
+    ivec2 cell = clamp(ivec2((at + 1.0) * (0.5 * float(grid))), ivec2(0), ivec2(grid - 1));
     int face = (x ? 0 : y ? 2 : 4) + (main < 0.0 ? 1 : 0);
-    return (face * GRID + cell.y) * GRID + cell.x;
+    return (face * grid + cell.y) * grid + cell.x;
 }

@@ -115,6 +115,18 @@ def test_a_chain_and_a_balanced_tree_of_many_holes_are_one_picture(renderer: Ren
     assert (small.material == truth.material).mean() > 0.99 and len(np.unique(truth.material)) == 3
 
 
+@pytest.mark.parametrize(("distance", "radius"), [(1e4, 2e-4), (1e4, 1e-3), (1e4, 3e-3), (1e2, 1e-6), (1e2, 1e-4)])
+def test_balls_so_far_that_their_roots_round_to_one_are_the_same(
+    renderer: Renderer, distance: float, radius: float
+) -> None:
+    rng = np.random.default_rng(1)
+    places = [(x, y, -distance) for x, y in (radius * rng.uniform(-8, 8, (20, 2))).tolist()]
+    union = functools.reduce(operator.or_, [rt.Sphere(place, radius, RED) for place in places])
+    fov = float(np.degrees(40 * radius / distance))
+    camera = rt.Camera((0, 0, 0), (0, 0, -1), vertical_fov=fov)
+    check(renderer, rt.Scene([union], [rt.PointLight((4, 7, 4))], camera), (96, 64))
+
+
 def test_a_ray_may_meet_more_leaves_of_a_chain_than_are_kept(renderer: Renderer, always_listed: None) -> None:
     # Balls in a row, each of which touches, overlaps or equals the next one, in an order that leads astray.
     row = [rt.Sphere((0.05 * (i % 3), 0, 2 - 0.2 * (i * 7 % 20)), 0.25, (RED, BLUE)[i % 2]) for i in range(20)]

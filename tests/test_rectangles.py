@@ -1,15 +1,8 @@
 """The rectangles of objects of kinds: on which squares of a picture they lie."""
 
 import numpy as np
-import pytest
 
-import raytracer as rt
-from raytracer.opengl import BufferTexture
-from raytracer.rectangles import cells_under, which_touch
-from raytracer.renderer import Renderer
-from raytracer.settings import Settings
-
-from . import scenes
+from raytracer.rectangles import cells_under, touching, which_touch
 
 ROWS, COLUMNS, SIDE = 9, 13, 4
 
@@ -51,9 +44,8 @@ def test_a_rectangle_touches_squares_that_share_a_pixel_with_it() -> None:
         assert which_touch(rectangles, squares, corner, SIDE).tolist() == expected and 0 < sum(expected) < 60
 
 
-@pytest.mark.gl
-def test_more_texels_than_the_driver_has_are_refused(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(BufferTexture, "most", staticmethod(lambda context: 100))
-    solids = [rt.Sphere((i, 0, 0), 0.4) for i in range(20)]
-    with pytest.raises(rt.InputError, match=r"^objects: expected at most 100 .*buffer textures\), got"):
-        renderer.render(scenes.of(*solids), (32, 18), Settings())
+def test_a_rectangle_touches_an_area_if_they_share_a_pixel() -> None:
+    rectangles = random_rectangles(60)
+    for x, y, width, height in ((0, 0, 20, 10), (17, 9, 3, 30), (30, 18, 1, 1)):
+        expected = [bool(pixels_of(rectangle)[y : y + height, x : x + width].any()) for rectangle in rectangles]
+        assert touching(rectangles, (x, y, width, height)).tolist() == expected and 0 < sum(expected) < 60
