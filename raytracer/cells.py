@@ -26,7 +26,7 @@ BLOCK = 4
 MARGIN = 2.0**-18
 # The same for a ray's place in the grid, of the grid's extent: tangents are offset before they are
 # scaled, so near 0 their error is not relative to themselves. A hundredth of a cell or less for
-# grids up to 10,000 wide.
+# grids up to 10,000 wide; of pixels, a sixteenth for pictures of the largest size.
 EDGE = 2.0**-20
 # A tangent above which float64 angles no longer give it to within MARGIN; it counts as infinite.
 _FLAT = 2.0**30

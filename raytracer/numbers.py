@@ -1,4 +1,4 @@
-"""A scene's numbers on the GPU: in uniform blocks, or in textures where there are many."""
+"""A scene's numbers on the GPU: in buffer textures; lights, and doubles, in uniform blocks."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 # Samples summed in float32 on the GPU before the sum goes on in float64 here: rounding of a longer
 # sum would outweigh what more samples gain.
 SUMMED = 256
-# Side of a tile in pixels. A tile's targets take 36 bytes a pixel, 151 MB at this size.
+# Side of a tile in pixels. A tile's targets take up to 48 bytes a pixel, 201 MB at this size.
 TILE = 2048
 # Pixels of a tile of a picture with 1 sample: rows of cells in the processor's cache.
 _STRIP = 2**18

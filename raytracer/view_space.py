@@ -1,4 +1,4 @@
-"""A scene's numbers as the shaders take them: in view space, packed for uniform blocks.
+"""A scene's numbers as the shaders take them: in view space, packed for textures and blocks.
 
 The move to view space (camera at the origin, looking along -z) is done here in float64, before
 anything is rounded to the precision of the shaders.

@@ -11,8 +11,10 @@
 #include "real.glsl"
 
 struct Surface {
-    real4 shape;   // a sphere: center, radius; a plane: unit outward normal, offset: solid where dot(normal, x) <= offset
-    real4 coarse;  // .xyz for cameraSlope(); .w of a sphere: the power of the camera's position; of a plane: its object's number
+    // A sphere: center, radius. A plane: unit outward normal, offset: solid where dot(normal, x) <= offset.
+    real4 shape;
+    // .xyz for cameraSlope(); .w of a sphere: the power of the camera's position; of a plane: its object's number.
+    real4 coarse;
     real4 fine;    // .xyz for cameraSlope(); .w: sameAs()
 };
 
