@@ -129,8 +129,13 @@ def _walk_one(holds: str, owner: str) -> list[str]:
     ]
 
 
+def most_leaves(kinds: list[Tree]) -> int:
+    """How many leaves the largest of these trees has."""
+    return max(sum(isinstance(node, int) for node in tree) for tree in kinds)
+
+
 def _spans(kinds: list[Tree]) -> list[str]:
-    return [f"s{j}" for j in range(max(sum(isinstance(node, int) for node in tree) for tree in kinds))]
+    return [f"s{j}" for j in range(most_leaves(kinds))]
 
 
 def _kind_holds(kinds: list[Tree]) -> list[str]:

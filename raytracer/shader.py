@@ -26,6 +26,7 @@ Show = Literal["picture", "normal", "depth", "material"]
 # Up to so many surfaces, and lights, are handed on by the vertex shader. With all else that is up to 120 numbers: more
 # than the 60 that OpenGL 3.3 promises, and what desktop drivers have.
 CONSTANTS, CONSTANT_LIGHTS = 6, 2
+Constant = tuple[str, str, str]  # type, name, and what it is in the vertex shader
 
 
 def is_listed(scene: Scene, settings: Settings) -> bool:
@@ -44,21 +45,14 @@ def models(scene: Scene, settings: Settings) -> list[str]:
 
 def vertex_source(scene: Scene, settings: Settings) -> Source:
     """The vertex shader of all these programs. It hands them the constants that they declare: see draw.glsl."""
-    constants = [
-        ("Surface", name, f"surfaceOf({_index(scene, settings, k)})") for k, name in _named(scene, settings).items()
-    ]
+    constants = _surface_constants(scene, settings)
     if len(planes := groups(scene).planes) == 1:
         constants.append(("Material", "onlyMaterial", f"materialAt({_index(scene, settings, planes[0])})"))
     if len(scene.lights) <= CONSTANT_LIGHTS:
         constants += [("Light", f"light{i}", f"lights[{i}]") for i in range(len(scene.lights))]
-    lines = [
-        '#include "surfaces.glsl"',
-        '#include "material.glsl"',
-        *(['#include "light.glsl"'] if scene.lights else []),
-    ]
-    lines += [f"flat out {kind} {name};" for kind, name, _ in constants]
-    lines += ["void setConstants() {", *(f"    {name} = {value};" for _, name, value in constants), "}"]
+    includes = ["surfaces.glsl", "material.glsl", *(["light.glsl"] if scene.lights else [])]
     defines = _defines(scene, settings) | {"VERTEX": 1, "LIGHTS": len(scene.lights)}
+    lines = [*(f'#include "{name}"' for name in includes), *_set_constants(constants)]
     return assemble("cells.vert", defines, {"constants.glsl": "\n".join(lines)})
 
 
@@ -79,12 +73,9 @@ def visibility_source(scene: Scene, settings: Settings, *, geometry: bool = Fals
 def kinds_source(scene: Scene, settings: Settings, *, geometry: bool = False) -> tuple[Source, Source]:
     """The vertex and fragment shader that find the same where objects of kinds (groups.py) are seen."""
     trees = _trees(scene)
-    leaves = max(sum(isinstance(node, int) for node in tree) for tree in trees)
     defines = _defines(scene, settings)
-    constants = [(f"sphere{j}", f"surfaceOf(first + {j})") for j in range(leaves)]
-    constants += [(name, f"surfaceOf({_index(scene, settings, k)})") for k, name in _named(scene, settings).items()]
-    lines = [f"flat out Surface {name};" for name, _ in constants]
-    lines += ["void setConstants() {", *(f"    {name} = {value};" for name, value in constants), "}"]
+    spheres = [("Surface", f"sphere{j}", f"surfaceOf(first + {j})") for j in range(listed.most_leaves(trees))]
+    lines = _set_constants(spheres + _surface_constants(scene, settings))
     vertex = assemble("kinds.vert", defines | {"VERTEX": 1}, {"constants.glsl": "\n".join(lines)})
     planes = None if groups(scene).bigs else _planes(scene, settings)
     generated = [*_includes(scene, settings), "", *listed.seen_kinds(trees, planes)]
@@ -169,6 +160,18 @@ def _named(scene: Scene, settings: Settings) -> dict[int, str]:
         return {k: f"plane{k - len(found.radii)}" for k in planes} if len(planes) <= CONSTANTS - KIND_LEAVES else {}
     names = {k: f"surface{k}" for k in (range(found.size) if found.size <= CONSTANTS else planes)}
     return names if len(names) <= CONSTANTS and settings.precision == 32 else {}
+
+
+def _surface_constants(scene: Scene, settings: Settings) -> list[Constant]:
+    return [
+        ("Surface", name, f"surfaceOf({_index(scene, settings, k)})") for k, name in _named(scene, settings).items()
+    ]
+
+
+def _set_constants(constants: list[Constant]) -> list[str]:
+    """The end of a vertex shader's generated text: it hands these on."""
+    lines = [f"flat out {kind} {name};" for kind, name, _ in constants]
+    return [*lines, "void setConstants() {", *(f"    {name} = {value};" for _, name, value in constants), "}"]
 
 
 def _index(scene: Scene, settings: Settings, surface: int) -> str:
