@@ -61,18 +61,6 @@ def items(scene: Scene) -> Items:
     )
 
 
-def items_texture(scene: Scene, numbers: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(4 N, 4): the texels `items` of lists.glsl; `numbers` are those of surfaces.glsl."""
-    found = items(scene)
-    texels = np.zeros((len(found.radii), 4, 4), np.float32)
-    texels[:, 0, :3], texels[:, 0, 3] = found.centers, found.radii
-    texels[:, 1, :3] = np.column_stack([found.kind, found.first, found.order])
-    # An object of fewer surfaces has numbers of others behind its own: they are not looked at.
-    leaf = np.minimum(found.first[:, None] + np.arange(KIND_LEAVES), len(numbers) // 4 - 1)
-    texels[:, 2], texels[:, 3] = numbers[4 * leaf + 1, 3], numbers[4 * leaf + 2, 3]
-    return texels.reshape(-1, 4)
-
-
 class Lister:
     """Makes lists for scenes of the same objects, seen by a camera of the same place."""
 
@@ -82,6 +70,17 @@ class Lister:
         self._spheres = len(table(scene).radii)
         self._centers = vectors(scene)[: self._spheres]
         self._radii = table(scene).radii
+
+    def items_texture(self, numbers: NDArray[np.float32]) -> NDArray[np.float32]:
+        """(4 N, 4): the texels `items` of lists.glsl; `numbers` are those of surfaces.glsl."""
+        found = self._items
+        texels = np.zeros((len(found.radii), 4, 4), np.float32)
+        texels[:, 0, :3], texels[:, 0, 3] = found.centers, found.radii
+        texels[:, 1, :3] = np.column_stack([found.kind, found.first, found.order])
+        # An object of fewer surfaces has numbers of others behind its own: they are not looked at.
+        leaf = np.minimum(found.first[:, None] + np.arange(KIND_LEAVES), len(numbers) // 4 - 1)
+        texels[:, 2], texels[:, 3] = numbers[4 * leaf + 1, 3], numbers[4 * leaf + 2, 3]
+        return texels.reshape(-1, 4)
 
     def rectangles(self, scene: Scene, size: tuple[int, int]) -> tuple[NDArray[np.int32], float]:
         """Where the camera may see objects of kinds in a picture of `size`, and more than any distance to them there.

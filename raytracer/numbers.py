@@ -52,6 +52,7 @@ class Numbers:
         of = scene.objects, scene.camera, scene.materials, settings, size
         new, self._of = of != self._of, None  # until all is there
         if new:
+            self._lister, self._of_camera = lists.Lister(scene) if listed else None, None
             self._texture("materials", view_space.materials_texture(scene, settings))
             if precision == 64:
                 self._write("Surfaces", view_space.surfaces_block(scene))
@@ -59,18 +60,16 @@ class Numbers:
             else:
                 numbers = view_space.numbers_texture(scene, size)
                 self._texture("numbers", numbers)
-                if listed:
-                    self._texture("items", lists.items_texture(scene, numbers))
-            self._lister = None
-        if listed:
-            self._load_lists(scene, settings, size)
+                if self._lister:
+                    self._texture("items", self._lister.items_texture(numbers))
+        if self._lister:
+            self._load_lists(self._lister, scene, settings, size)
         self._of = of
 
-    def _load_lists(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
-        if self._lister is None:
-            self._lister = lists.Lister(scene)
-            self._of_camera = self._lister.of_camera(scene, size)
-            self.rectangles, self.farthest = self._lister.rectangles(scene, size)
+    def _load_lists(self, lister: lists.Lister, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
+        if self._of_camera is None:
+            self._of_camera = lister.of_camera(scene, size)
+            self.rectangles, self.farthest = lister.rectangles(scene, size)
             self._texture("objects", self.rectangles.reshape(-1, 4))
             self._shape = -(-size[1] // CELL), -(-size[0] // CELL)
             self._of_lights, self._lit = [], None
@@ -81,8 +80,7 @@ class Numbers:
         # As fine as there is room for.
         most = BufferTexture.most(self._context)
         self.grid = next((grid for grid in GRIDS if 6 * grid * grid * len(lit) <= most), GRIDS[-1])
-        self._of_lights = [self._lister.of_light(scene, i, self.grid) for i in range(len(lit))]
-        assert self._of_camera
+        self._of_lights = [lister.of_light(scene, i, self.grid) for i in range(len(lit))]
         # All in one texture, the camera's last; and where the list of each cell of a light begins and ends.
         entries = [*(found.entries for found in self._of_lights), self._of_camera.entries]
         first = np.cumsum([0, *map(len, entries)])
@@ -99,7 +97,7 @@ class Numbers:
 
     def met(self) -> Met | None:
         """In which cells there are lists."""
-        if self._lister is None or self._of_camera is None:
+        if self._of_camera is None:
             return None
         seen = (np.diff(self._of_camera.start) > 0) | cells_under(self.rectangles, self._shape, CELL).ravel()
         return Met(seen, [np.diff(found.start) > 0 for found in self._of_lights])
