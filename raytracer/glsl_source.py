@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 # Doubles came with OpenGL 4.0.
 _VERSION, _VERSION_OF_DOUBLES = 330, 400
@@ -30,8 +30,7 @@ def shaders_folder() -> Path:
     return installed if installed.is_dir() else package.parent / "shaders"
 
 
-@dataclass(frozen=True)
-class Source:
+class Source(NamedTuple):
     """A complete text, and the files it came from in the order of their `#line` numbers."""
 
     text: str

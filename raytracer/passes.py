@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import moderngl
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -112,11 +113,13 @@ class Passes:
         busy = np.ones((-(-size[1] // CELL), -(-size[0] // CELL)), bool)
         drawn = {program: busy for program in programs[:2] if program}
         if programs.empty:
+            if not programs.quiet:  # then quiet cells are those that are empty, whatever shadows there are
+                settings = msgspec.structs.replace(settings, shadows="off")
             quiet, empty = quiet_cells(scene, size, settings, self._numbers.met())
-            busy[quiet] = False
             drawn[programs.empty] = empty
             if programs.quiet:
                 drawn[programs.quiet] = quiet & ~empty
+            busy[quiet if programs.quiet else empty] = False
         for program in self._squares.keys() - drawn.keys():
             self._squares.pop(program).release()
         for program in drawn.keys() - self._squares.keys():

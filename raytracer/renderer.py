@@ -44,6 +44,8 @@ if TYPE_CHECKING:
 SUMMED = 256
 # Side of a tile in pixels. A tile's targets take up to 48 bytes a pixel, 201 MB at this size.
 TILE = 2048
+# Samples, of all pixels, from which on a program for quiet cells saves more than it takes to compile.
+_MANY_SAMPLES = 2**20
 # Pixels of a tile of a picture with 1 sample: rows of cells in the processor's cache.
 _STRIP = 2**18
 
@@ -151,7 +153,8 @@ class Renderer:
         target = min(width, shape[0] + 2 * margin), min(height, shape[1] + 2 * margin)
         with self.context, ExitStack() as stack:
             passes = stack.enter_context(closing(Passes(self.context, target, once=True)))
-            passes.load(self.programs(scene, settings), scene, settings, size)
+            many = width * height * settings.samples > _MANY_SAMPLES
+            passes.load(self.programs(scene, settings, quiet=many), scene, settings, size)
             refinement = self.refinement(settings, target)
             if refinement:
                 stack.enter_context(closing(refinement))
@@ -189,8 +192,13 @@ class Renderer:
         first, later = (self.program(source, plain_vertex_source()) for source in sources)
         return Refinement(self.context, (first, later), target, settings.adaptive)
 
-    def programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> Programs:
-        """What draws `scene`; with `show` None only what each pixel sees. `context` must be current."""
+    def programs(
+        self, scene: Scene, settings: Settings, show: Show | None = "picture", *, quiet: bool = True
+    ) -> Programs:
+        """What draws `scene`; with `show` None only what each pixel sees. `context` must be current.
+
+        Without `quiet`, quiet cells that are not empty are drawn as all others are.
+        """
         cells = vertex_source(scene, settings)
         see = self.program(visibility_source(scene, settings, geometry=show != "picture"), cells)
         shade = self.program(show_source(scene, settings, show), cells) if show else None
@@ -200,9 +208,11 @@ class Renderer:
             kinds = self.program(fragment, vertex)
         if show != "picture" or not has_quiet(scene, settings):
             return Programs(see, shade, kinds=kinds)
-        quiet = self.program(quiet_source(scene, settings), cells) if groups(scene).planes else None
         empty = self.program(assemble("empty.frag"), plain_vertex_source())
-        return Programs(see, shade, quiet, empty, kinds)
+        found = Programs(see, shade, None, empty, kinds)
+        if quiet and groups(scene).planes:
+            found = found._replace(quiet=self.program(quiet_source(scene, settings), cells))
+        return found
 
     def program(self, source: Source, vertex: Source | None = None) -> moderngl.Program:
         """The program with this fragment shader, and screen.vert or another; `context` must be current.
