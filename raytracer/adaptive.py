@@ -11,8 +11,8 @@ All pixels get FIRST samples. Then blocks of BLOCK x BLOCK pixels, at fixed plac
 pixel in them, or one that touches them, has an error above the threshold; or if means of two of these
 pixels, shown (clipped to [0, 1]), differ by more than 2 n times the threshold: an edge between the two
 may cut 1 / n off a pixel that no sample of it sees, 1 / (2 n) on average. That compares neighbours as Mitchell
-1987 does, "Generating antialiased images at low sampling densities". After 8, 16, 32, ... samples a block
-stops if no pixel of its own has an error above the threshold. So what is decided on a block depends on
+1987 does, "Generating antialiased images at low sampling densities". After NEXT samples, and twice, 4 times, ...
+as many, a block stops if no pixel of its own has an error above the threshold. So what is decided on a block depends on
 no pixel more than APRON away.
 
 What cannot be seen is what none of the FIRST samples of all these pixels meets: a ball of a quarter of a pixel,
@@ -31,8 +31,11 @@ from raytracer.opengl import release, set_uniforms
 from raytracer.passes import Passes
 from raytracer.squares import Rectangle, Squares, runs, viewport
 
-# Samples that all pixels get: fewer miss most edges.
-FIRST = 4
+# Samples that all pixels get. Of discs with a radius of a quarter of a pixel, 2 samples meet 39 %, 3 meet 59 %,
+# 4 meet 76 %; of those twice as large 3 meet all.
+FIRST = 3
+# A power of two. After fewer, the samples of a pixel on an edge often agree still.
+NEXT = 8
 APRON = 1
 _PER_CELL = CELL // BLOCK
 # The most pixels beyond each of a tile's sides that surrounded() adds to it.
@@ -86,7 +89,8 @@ class Refinement:
         """
         self._samples += self._active
         self._done += 1
-        if last or self._done < FIRST or self._done & (self._done - 1):  # decided at powers of 2
+        decides = self._done == FIRST or (self._done >= NEXT and not self._done & (self._done - 1))
+        if last or not decides:
             return False
         self._active &= self._find_errors(passes.radiance, summed) > self._threshold
         by_cell = self._active.reshape(len(self._cells), _PER_CELL, -1, _PER_CELL)

@@ -125,7 +125,7 @@ def _render_arguments(parser: argparse.ArgumentParser) -> None:
         "--adaptive",
         metavar="T",
         type=float,
-        help="more than 4 samples only where a pixel's error is estimated to be above T, in linear radiance: "
+        help="more than 3 samples only where a pixel's error is estimated to be above T, in linear radiance: "
         "--samples 16 --adaptive 0.01 (default: all samples everywhere)",
     )
     _add_backend(parser)
@@ -254,7 +254,7 @@ def _render(options: argparse.Namespace) -> int:
     width, height = options.size
     samples = f"{settings.samples} sample{'s' if settings.samples > 1 else ''} a pixel"
     if image.samples is not None:
-        samples = f"4 to {samples}, {image.samples.mean():.2f} on average" if settings.samples > 4 else samples
+        samples = f"{image.samples.min()} to {samples}, {image.samples.mean():.2f} on average"
     print(f"wrote {output}: {width}x{height}, {samples}, {time.monotonic() - start:.1f} s")
     return 0
 

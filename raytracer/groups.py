@@ -7,7 +7,8 @@ such as a ground, are met by rays everywhere. All others are evaluated as progra
 from __future__ import annotations
 
 from collections import Counter
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,8 @@ from raytracer.solids import (
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+T = TypeVar("T")
+Operator: TypeAlias = Callable[[T, T], T]
 
 # Up to so many primitives every ray is tested against all of them: lists cost more than they save. Above, they are
 # also quicker to compile: a second or so for any tree, and no more for the next one.
@@ -138,18 +141,27 @@ def is_bounded(shape: Shape) -> bool:
     return stack[0]
 
 
-def balls(group: Group, centers: Array, radii: Array) -> tuple[Array, Array]:
-    """(n, 3) and (n,): balls that hold the objects of a group, close to the smallest, given all spheres' places."""
-    stack: list[tuple[Array, Array]] = []
-    for node in group.tree:
+def combined(tree: list[Solid | int], leaf: Callable[[int], T], common: Operator[T], around: Operator[T]) -> T:
+    """Something that holds a group's objects, given that for its leaves, for what two have in common, and for both."""
+    stack: list[T] = []
+    for node in tree:
         if isinstance(node, int):
-            stack.append((centers[group.first + node], radii[group.first + node]))
+            stack.append(leaf(node))
         elif isinstance(node, Difference):
             stack.pop()
         else:
             b, a = stack.pop(), stack.pop()
-            stack.append(_common(a, b) if isinstance(node, Intersection) else _around(a, b))
+            stack.append(common(a, b) if isinstance(node, Intersection) else around(a, b))
     return stack[0]
+
+
+def balls(group: Group, centers: Array, radii: Array) -> tuple[Array, Array]:
+    """(n, 3) and (n,): balls that hold the objects of a group, close to the smallest, given all spheres' places."""
+
+    def ball(leaf: int) -> tuple[Array, Array]:
+        return centers[group.first + leaf], radii[group.first + leaf]
+
+    return combined(group.tree, ball, _common, _around)
 
 
 def _common(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.cells import CELL, by_cell, covered, cube_faces, overlaps, row_starts, tangents
-from raytracer.groups import KIND_LEAVES, balls, groups
+from raytracer.groups import KIND_LEAVES, balls, combined, groups
 from raytracer.prune import LEAF_SHIFT, TRUE, chains
 from raytracer.scene import Scene
 from raytracer.sight import PASSING, reach
@@ -91,11 +91,27 @@ class Lister:
         corner, step, _ = camera_grid(scene.camera, size)
         pixel = step / CELL
         found = self._items
-        first, last = covered(*tangents(found.centers, found.radii), corner, (pixel, pixel), size)
+        lo, hi = self._bounds(scene)
+        first, last = covered(lo, hi, corner, (pixel, pixel), size)
         rows = np.column_stack([first, last + 1, found.kind, found.first, found.order, np.zeros_like(found.kind)])
         rows = rows[last[:, 0] >= first[:, 0]]
         farthest = np.linalg.norm(found.centers, axis=1) + found.radii
         return rows[np.argsort(rows[:, 6])].astype(np.int32), 2.0 * float(farthest.max(initial=0.5))
+
+    def _bounds(self, scene: Scene) -> tuple[Array, Array]:
+        """tangents() to objects of kinds: what all balls share of which an object is a part."""
+
+        def leaf(number: int) -> tuple[Array, Array]:
+            return tangents(self._centers[group.first + number], self._radii[group.first + number])
+
+        lo, hi = tangents(self._items.centers, self._items.radii)
+        at = 0
+        for group in groups(scene).kinds:
+            found = combined(group.tree, leaf, _common, _around)
+            part = slice(at, at + len(group.first))
+            lo[part], hi[part] = _common((lo[part], hi[part]), found)
+            at = part.stop
+        return lo, hi
 
     def of_camera(self, scene: Scene, size: tuple[int, int]) -> Lists:
         """Of objects that are no kinds, for the cells of a picture of `size`: along its rows, the lowest first."""
@@ -153,3 +169,11 @@ class Lister:
         start = np.zeros(cells + 1, np.int64)
         np.cumsum(np.bincount(cell, minlength=cells), out=start[1:])
         return Lists(start, value[np.argsort(cell, kind="stable")].astype(np.int32))
+
+
+def _common(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+    return np.maximum(a[0], b[0]), np.minimum(a[1], b[1])
+
+
+def _around(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+    return np.minimum(a[0], b[0]), np.maximum(a[1], b[1])

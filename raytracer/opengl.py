@@ -20,6 +20,7 @@ _ALIASED_POINT_SIZE_RANGE = 0x846D
 _TEXTURE0, _TEXTURE_BUFFER, _MAX_TEXTURE_BUFFER_SIZE = 0x84C0, 0x8C2A, 0x8C2B
 # Internal formats, by what is in a texel.
 _FORMATS = {("f", 4): 0x8814, ("i", 4): 0x8D82, ("i", 2): 0x823B, ("i", 1): 0x8235}
+_COLOR = 0x1800
 _RENDERBUFFER, _DEPTH_COMPONENT32F = 0x8D41, 0x8CAC
 # OpenGL's calling convention is Windows's own there.
 _FUNCTION: Any = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)
@@ -42,9 +43,10 @@ def set_uniforms(program: moderngl.Program, **values: object) -> None:
     Raises ShaderError for one that the shader declares as another type.
     """
     for name, value in values.items():
-        if name in program:
+        uniform: Any = program.get(name, None)
+        if uniform is not None:
             try:
-                program[name] = value
+                uniform.value = value
             except (struct.error, TypeError, ValueError, moderngl.Error) as error:
                 raise ShaderError(f"uniform {name}: expected a type that takes {value!r}: {error}") from None
 
@@ -57,6 +59,11 @@ def depth_buffer(context: moderngl.Context, size: tuple[int, int]) -> moderngl.R
     _function(context, "glRenderbufferStorage", _Uint, _Uint, _Int, _Int)(_RENDERBUFFER, _DEPTH_COMPONENT32F, *size)
     bind(_RENDERBUFFER, 0)
     return buffer
+
+
+def clear_integers(context: moderngl.Context) -> None:
+    """Make the first target, of integers, 0 within the scissor of the framebuffer in use."""
+    _function(context, "glClearBufferiv", _Uint, _Int, ctypes.POINTER(_Int))(_COLOR, 0, (_Int * 4)())
 
 
 def largest_point(context: moderngl.Context) -> int:

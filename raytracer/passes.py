@@ -16,7 +16,7 @@ from raytracer import view_space
 from raytracer.cells import BLOCK, CELL
 from raytracer.film import Image
 from raytracer.numbers import Numbers
-from raytracer.opengl import release, set_uniforms
+from raytracer.opengl import clear_integers, release, set_uniforms
 from raytracer.rectangles import Over, Rectangles, touching, which_touch
 from raytracer.sampling import sample_point
 from raytracer.scene import Scene
@@ -37,7 +37,7 @@ _LOGIC_OP = 0x0BF2
 class Programs(NamedTuple):
     """What draws a scene: two passes and, if there may be quiet cells (sight.py), the one pass for these."""
 
-    see: moderngl.Program  # visibility.frag
+    see: moderngl.Program | None  # visibility.frag
     shade: moderngl.Program | None = None  # shade.frag, or show_*.frag
     quiet: moderngl.Program | None = None  # picture.frag
     empty: moderngl.Program | None = None  # empty.frag
@@ -166,12 +166,12 @@ class Passes:
 
     def cells(self, area: Rectangle) -> Mask:
         """(rows, columns): in which cells of an area, whole ones, something may be seen."""
-        assert self._programs
+        assert self._programs and self._programs.shade
         x, y, width, height = area
         part = slice(y // CELL, -(-(y + height) // CELL)), slice(x // CELL, -(-(x + width) // CELL))
         if self._programs.empty:
             return ~self._drawn[self._programs.empty][part]
-        return self._drawn[self._programs.see][part]  # all of them
+        return self._drawn[self._programs.shade][part]  # all of them
 
     def _set_squares(self, program: moderngl.Program, mask: Mask, corner: tuple[int, int]) -> None:
         """Have the program draw what is True of cells, or of their blocks, from the cell `corner` on."""
@@ -195,7 +195,8 @@ class Passes:
             whole = tile == (0, 0, *self._size)
             self._rectangles.set(found, None if whole else touching(found, tile))
         port, shown = viewport(tile)
-        for program in filter(None, self._programs):
+        drawn = [program for program, squares in self._squares.items() if squares.count]
+        for program in (*drawn, *filter(None, (self._programs.kinds,))):
             set_uniforms(
                 program,
                 side=self._side,
@@ -246,10 +247,15 @@ class Passes:
         seen = self._over.under if self._rectangles and self._over else self._seen
         seen.use()
         seen.viewport = viewport(tile)[0]
-        for band in self._bands(tile, self._programs.see):
-            seen.scissor = band
-            self._squares[self._programs.see].draw()
-            self._context.finish()
+        if see := self._programs.see:
+            for band in self._bands(tile, see):
+                seen.scissor = band
+                self._squares[see].draw()
+                self._context.finish()
+        else:
+            seen.scissor = (0, 0, *seen.size)
+            seen.use()
+            clear_integers(self._context)
         if self._rectangles and self._over:
             self._over.draw(self._rectangles, viewport(tile)[0], tile[2:])
 

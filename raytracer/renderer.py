@@ -27,6 +27,7 @@ from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows,
 from raytracer.shader import (
     Show,
     is_listed,
+    is_over_planes,
     kinds_source,
     plain_vertex_source,
     quiet_source,
@@ -200,7 +201,9 @@ class Renderer:
         Without `quiet`, quiet cells that are not empty are drawn as all others are.
         """
         cells = vertex_source(scene, settings)
-        see = self.program(visibility_source(scene, settings, geometry=show != "picture"), cells)
+        see = None
+        if show != "picture" or not is_over_planes(scene, settings):
+            see = self.program(visibility_source(scene, settings, geometry=show != "picture"), cells)
         shade = self.program(show_source(scene, settings, show), cells) if show else None
         kinds = None
         if is_listed(scene, settings) and groups(scene).kinds:

@@ -31,7 +31,7 @@ class Settings(msgspec.Struct, frozen=True):
     their pictures agree. `precision`: bits of the numbers in which rays and
     surfaces are intersected: 32, or 64 for scenes beyond what 32 resolve (needs OpenGL 4.0).
     `adaptive`: None, or an error in linear radiance, above 0, such as 0.01: only where a pixel's mean is estimated
-    to be off by more do pixels near it get more than 4 samples, up to `samples` (adaptive.py).
+    to be off by more do pixels near it get more than 3 samples, up to `samples` (adaptive.py).
     """
 
     samples: int = 1

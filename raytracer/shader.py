@@ -37,6 +37,11 @@ def is_listed(scene: Scene, settings: Settings) -> bool:
     return settings.evaluator == "cells" and settings.precision == 32 and table(scene).size > FEW
 
 
+def is_over_planes(scene: Scene, settings: Settings) -> bool:
+    """Whether besides objects of kinds there are only half-spaces: those the second pass quickly finds itself."""
+    return is_listed(scene, settings) and bool(groups(scene).kinds) and not groups(scene).bigs
+
+
 def models(scene: Scene, settings: Settings) -> list[str]:
     """The specular models in use, in the order of `Material.model`."""
     used = {settings.shaded(scene.materials[i]).model for i in set(table(scene).material.tolist())}
@@ -86,10 +91,16 @@ def kinds_source(scene: Scene, settings: Settings, *, geometry: bool = False) ->
 def shade_source(scene: Scene, settings: Settings) -> Source:
     """The fragment shader that computes the light from what each pixel sees."""
     defines = _defines(scene, settings) | {"LIGHTS": len(scene.lights)}
-    if not scene.lights:
+    over_planes = is_over_planes(scene, settings)
+    if not scene.lights and not over_planes:
         return assemble("shade.frag", defines, {"scene.glsl": '#include "camera.glsl"'})
-    generated = [*_includes(scene, settings), *_lights(scene, settings)]
-    if settings.shadows != "off":
+    generated = _includes(scene, settings)
+    if over_planes:
+        defines["OVER_PLANES"] = 1
+        generated += evaluators.nearest_plane(_planes(scene, settings), what=True)
+    if scene.lights:
+        generated += _lights(scene, settings)
+    if scene.lights and settings.shadows != "off":
         defines["SHADOWS"] = 1
         generated += ["", *_blocked_at(scene, settings), "", f'#include "shadow_{settings.shadows}.glsl"']
     return assemble("shade.frag", defines, {"scene.glsl": "\n".join(generated)})

@@ -40,7 +40,7 @@ class Squares:
         self.program = program
         self._buffer: moderngl.Buffer | None = None
         self._arrays: tuple[moderngl.VertexArray, ...] = ()  # that draw rectangles, and points
-        self._count, self._points = 0, False
+        self.count, self._points = 0, False
 
     def set(self, squares: NDArray[np.integer[Any]], *, points: bool = False) -> None:
         """Draw all rows of `squares`: a run's column, row, length, and the ends of its list if the program has lists.
@@ -56,19 +56,19 @@ class Squares:
                 self._context.vertex_array(self.program, [(self._buffer, form + each, *names)]) for each in ("/i", "")
             )
         self._buffer.write(data)
-        self._count, self._points = len(data), points and largest_point(self._context) >= CELL
+        self.count, self._points = len(data), points and largest_point(self._context) >= CELL
 
     def draw(self) -> None:
         """Draw them into the framebuffer in use."""
-        if not self._count:
+        if not self.count:
             return
         set_uniforms(self.program, points=self._points)
         rectangles, points = self._arrays
         if self._points:
             self._context.enable(moderngl.PROGRAM_POINT_SIZE)
-            points.render(moderngl.POINTS, self._count)
+            points.render(moderngl.POINTS, self.count)
         else:
-            rectangles.render(moderngl.TRIANGLE_STRIP, 4, instances=self._count)
+            rectangles.render(moderngl.TRIANGLE_STRIP, 4, instances=self.count)
 
     def release(self) -> None:
         """Give back everything on the GPU but the program."""

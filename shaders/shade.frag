@@ -1,4 +1,5 @@
-// The light that reaches the camera from what each pixel sees.
+// The light that reaches the camera from what each pixel sees; if the host defines OVER_PLANES, `surface` holds nothing
+// of the half-spaces, and the rest is nearer than they are.
 
 #include "scene.glsl"
 #include "lighting.glsl"
@@ -9,7 +10,14 @@ flat in vec3 background;
 out vec4 radiance;  // and, in a, its squared length: the sums of both tell their error (error.frag)
 
 void main() {
+    Ray view = cameraRay();
     int mat = texelFetch(surface, ivec2(gl_FragCoord.xy), 0).x;
-    vec3 c = mat == 0 ? background : radianceAt(mat, cameraRay());
+#ifdef OVER_PLANES
+    if (mat == 0) {
+        real3 P, N;
+        rayCSG(view, P, N, mat);
+    }
+#endif
+    vec3 c = mat == 0 ? background : radianceAt(mat, view);
     radiance = vec4(c, dot(c, c));
 }

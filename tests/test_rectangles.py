@@ -1,7 +1,11 @@
 """The rectangles of objects of kinds: on which squares of a picture they lie."""
 
+import math
+
 import numpy as np
 
+import raytracer as rt
+from raytracer.lists import Lister
 from raytracer.rectangles import cells_under, touching, which_touch
 
 ROWS, COLUMNS, SIDE = 9, 13, 4
@@ -49,3 +53,13 @@ def test_a_rectangle_touches_an_area_if_they_share_a_pixel() -> None:
     for x, y, width, height in ((0, 0, 20, 10), (17, 9, 3, 30), (30, 18, 1, 1)):
         expected = [bool(pixels_of(rectangle)[y : y + height, x : x + width].any()) for rectangle in rectangles]
         assert touching(rectangles, (x, y, width, height)).tolist() == expected and 0 < sum(expected) < 60
+
+
+def test_a_lens_has_the_rectangle_that_its_balls_share_of_that_around_it() -> None:
+    # Far away, so that tangents are all but orthogonal: the lens is 0.2 wide and 2 sqrt(1 - 0.9^2) high.
+    lens = rt.Sphere((-0.9, 0, 0), 1) & rt.Sphere((0.9, 0, 0), 1)
+    scene = rt.Scene([lens] * 8, [], rt.Camera((0, 0, 1e4), (0, 0, 0), vertical_fov=math.degrees(2e-4)))
+    found, _ = Lister(scene).rectangles(scene, (1000, 1000))  # 500 pixels for 1
+    assert found.shape == (8, 8)
+    half = np.array([0.1, math.sqrt(1 - 0.9**2)])
+    np.testing.assert_allclose(found[:, :4], np.tile(500 + 500 * np.concatenate([-half, half]), (8, 1)), atol=1.1)
