@@ -176,7 +176,8 @@ def owner(trees: list[Tree], offset: str = "") -> list[str]:
             stack.append(k)
             k += 1
         objects.append(stack[0])
-    return [*lines, *(f"    {'else ' if k != objects[0] else ''}if (b{k} != a{k}) mat = o{k};" for k in objects)]
+    # The first object's last: beyond 80 levels of `else` llvmpipe forgets which pixels are in which.
+    return [*lines, *(f"    if (b{k} != a{k}) mat = o{k};" for k in reversed(objects))]
 
 
 def nearest_plane(planes: list[NamedPlane], *, what: bool) -> list[str]:

@@ -56,6 +56,12 @@ def test_random_trees_are_the_same(renderer: Renderer, always_listed: None, seed
     check(renderer, scenes.random_scene(seed), shadows="diluted" if seed % 2 else "hard", samples=1 + seed % 2)
 
 
+def test_the_walk_tells_more_than_80_objects_apart(renderer: Renderer) -> None:
+    # llvmpipe counts to 80 levels of `else`: of 100 objects one after the other the last were taken for others.
+    balls = [rt.Sphere((i % 10 - 4.5, i // 10 - 4.5, 0), 0.4, scenes.COLORS[i % 3]) for i in range(100)]
+    check(renderer, scenes.of(*balls, eye=(0, 0, 12)), (64, 64), shadows="off")
+
+
 def test_objects_of_several_kinds_and_programs_are_the_same(renderer: Renderer, always_listed: None) -> None:
     ball, half = rt.Sphere((1.2, 0.5, 1), 0.8, GREEN), rt.Plane((1, 1, 0), 0.3, BLUE)
     objects = [lens(0, 0, 0), lens(-2, 0.4, -1, 0.7), ball, rt.Sphere((0, 2, 0), 0.5), FLOOR]
