@@ -249,12 +249,12 @@ def _render(options: argparse.Namespace) -> int:
     renderer = shared_renderer(options.backend)
     start = time.monotonic()
     with _named(options.scene), progress_bar(f"rendering {output.name}") as progress:
-        image = renderer.render(scene, options.size, settings, geometry=geometry, progress=progress)
+        image = renderer.render(scene, options.size, settings, geometry=geometry, progress=progress, only=True)
     image.save(output)
     width, height = options.size
     samples = f"{settings.samples} sample{'s' if settings.samples > 1 else ''} a pixel"
-    if image.samples is not None:
-        samples = f"{image.samples.min()} to {samples}, {image.samples.mean():.2f} on average"
+    if image.samples is not None and (fewest := image.samples.min()) < settings.samples:
+        samples = f"{fewest} to {samples}, {image.samples.mean():.2f} on average"
     print(f"wrote {output}: {width}x{height}, {samples}, {time.monotonic() - start:.1f} s")
     return 0
 

@@ -176,7 +176,8 @@ def owner(trees: list[Tree], offset: str = "") -> list[str]:
             stack.append(k)
             k += 1
         objects.append(stack[0])
-    # The first object's last: beyond 80 levels of `else` llvmpipe forgets which pixels are in which.
+    # The last one that is set stays, so the first object comes last. Not by `else`: beyond 80 levels of it llvmpipe
+    # runs branches for pixels that are in others.
     return [*lines, *(f"    if (b{k} != a{k}) mat = o{k};" for k in reversed(objects))]
 
 

@@ -37,7 +37,7 @@ _NEXT_EDGES = np.append(_EDGES32, np.float32(np.inf))[_LEVELS]
 def srgb8(radiance: NDArray[Any]) -> NDArray[np.uint8]:
     """Linear RGB (H, W, 3), clipped to [0, 1], by the sRGB transfer function (IEC 61966-2-1:1999) to 8 bits.
 
-    To the nearest level, for float32 exactly, and without a power for every value.
+    To the nearest level, exactly for float32, to which all else is rounded, and without a power for every value.
     """
     encoded = np.empty(radiance.shape, np.uint8)
     for rows in _blocks(radiance):

@@ -142,7 +142,10 @@ def is_bounded(shape: Shape) -> bool:
 
 
 def combined(tree: list[Solid | int], leaf: Callable[[int], T], common: Operator[T], around: Operator[T]) -> T:
-    """Something that holds a group's objects, given that for its leaves, for what two have in common, and for both."""
+    """Something that holds a tree's solid, given that for each leaf, for what two have in common, and for two together.
+
+    What is left of a difference is held by what holds its first operand.
+    """
     stack: list[T] = []
     for node in tree:
         if isinstance(node, int):

@@ -99,7 +99,7 @@ class Lister:
         return rows[np.argsort(rows[:, 6])].astype(np.int32), 2.0 * float(farthest.max(initial=0.5))
 
     def _bounds(self, scene: Scene) -> tuple[Array, Array]:
-        """tangents() to objects of kinds: what all balls share of which an object is a part."""
+        """tangents() to objects of kinds: to the ball around each, but not beyond those of the spheres in it."""
 
         def leaf(number: int) -> tuple[Array, Array]:
             return tangents(self._centers[group.first + number], self._radii[group.first + number])
@@ -107,9 +107,9 @@ class Lister:
         lo, hi = tangents(self._items.centers, self._items.radii)
         at = 0
         for group in groups(scene).kinds:
-            found = combined(group.tree, leaf, _common, _around)
+            found = combined(group.tree, leaf, _inner, _outer)
             part = slice(at, at + len(group.first))
-            lo[part], hi[part] = _common((lo[part], hi[part]), found)
+            lo[part], hi[part] = _inner((lo[part], hi[part]), found)
             at = part.stop
         return lo, hi
 
@@ -171,9 +171,9 @@ class Lister:
         return Lists(start, value[np.argsort(cell, kind="stable")].astype(np.int32))
 
 
-def _common(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+def _inner(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
     return np.maximum(a[0], b[0]), np.minimum(a[1], b[1])
 
 
-def _around(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+def _outer(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
     return np.minimum(a[0], b[0]), np.maximum(a[1], b[1])

@@ -61,8 +61,10 @@ def depth_buffer(context: moderngl.Context, size: tuple[int, int]) -> moderngl.R
     return buffer
 
 
-def clear_integers(context: moderngl.Context) -> None:
-    """Make the first target, of integers, 0 within the scissor of the framebuffer in use."""
+def clear_integers(context: moderngl.Context, framebuffer: moderngl.Framebuffer) -> None:
+    """Make all of a framebuffer's first target, of integers, 0, and leave it in use."""
+    framebuffer.scissor = (0, 0, *framebuffer.size)
+    framebuffer.use()
     _function(context, "glClearBufferiv", _Uint, _Int, ctypes.POINTER(_Int))(_COLOR, 0, (_Int * 4)())
 
 

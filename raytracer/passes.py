@@ -37,7 +37,7 @@ _LOGIC_OP = 0x0BF2
 class Programs(NamedTuple):
     """What draws a scene: two passes and, if there may be quiet cells (sight.py), the one pass for these."""
 
-    see: moderngl.Program | None  # visibility.frag
+    see: moderngl.Program | None  # visibility.frag, unless `shade` finds all that is under objects of kinds
     shade: moderngl.Program | None = None  # shade.frag, or show_*.frag
     quiet: moderngl.Program | None = None  # picture.frag
     empty: moderngl.Program | None = None  # empty.frag
@@ -113,7 +113,7 @@ class Passes:
         busy = np.ones((-(-size[1] // CELL), -(-size[0] // CELL)), bool)
         drawn = {program: busy for program in programs[:2] if program}
         if programs.empty:
-            if not programs.quiet:  # then quiet cells are those that are empty, whatever shadows there are
+            if not programs.quiet:  # then just the empty cells are looked for, and no shadow is seen in these
                 settings = msgspec.structs.replace(settings, shadows="off")
             quiet, empty = quiet_cells(scene, size, settings, self._numbers.met())
             drawn[programs.empty] = empty
@@ -252,10 +252,8 @@ class Passes:
                 seen.scissor = band
                 self._squares[see].draw()
                 self._context.finish()
-        else:
-            seen.scissor = (0, 0, *seen.size)
-            seen.use()
-            clear_integers(self._context)
+        else:  # nothing, all over: see draw()
+            clear_integers(self._context, seen)
         if self._rectangles and self._over:
             self._over.draw(self._rectangles, viewport(tile)[0], tile[2:])
 

@@ -45,8 +45,9 @@ if TYPE_CHECKING:
 SUMMED = 256
 # Side of a tile in pixels. A tile's targets take up to 48 bytes a pixel, 201 MB at this size.
 TILE = 2048
-# Samples, of all pixels, from which on a program for quiet cells saves more than it takes to compile.
-_MANY_SAMPLES = 2**20
+# Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
+# quiet cells than it takes to compile.
+_WORTH_QUIET = 2**20
 # Pixels of a tile of a picture with 1 sample: rows of cells in the processor's cache.
 _STRIP = 2**18
 
@@ -131,8 +132,12 @@ class Renderer:
         geometry: bool = True,
         progress: Progress | None = None,
         tile: int = TILE,
+        only: bool = False,
     ) -> Image:
-        """An image of `scene`; `tile` is the side of the largest target in pixels. Else as `render()`."""
+        """An image of `scene`; `tile` is the side of the largest target in pixels. Else as `render()`.
+
+        `only`: it is the process's only one, so programs that take longer to compile than they save are done without.
+        """
         self.limits.check(scene, settings)
         width, height = size
         margin = 0 if settings.adaptive is None else MARGIN
@@ -154,8 +159,8 @@ class Renderer:
         target = min(width, shape[0] + 2 * margin), min(height, shape[1] + 2 * margin)
         with self.context, ExitStack() as stack:
             passes = stack.enter_context(closing(Passes(self.context, target, once=True)))
-            many = width * height * settings.samples > _MANY_SAMPLES
-            passes.load(self.programs(scene, settings, quiet=many), scene, settings, size)
+            quiet = not only or width * height * settings.samples >= _WORTH_QUIET
+            passes.load(self.programs(scene, settings, quiet=quiet), scene, settings, size)
             refinement = self.refinement(settings, target)
             if refinement:
                 stack.enter_context(closing(refinement))

@@ -38,7 +38,7 @@ def is_listed(scene: Scene, settings: Settings) -> bool:
 
 
 def is_over_planes(scene: Scene, settings: Settings) -> bool:
-    """Whether besides objects of kinds there are only half-spaces: those the second pass quickly finds itself."""
+    """Whether besides objects of kinds there are at most half-spaces, which the second pass quickly finds itself."""
     return is_listed(scene, settings) and bool(groups(scene).kinds) and not groups(scene).bigs
 
 

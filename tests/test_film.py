@@ -18,6 +18,7 @@ def test_srgb_is_the_nearest_level_on_both_sides_of_every_edge() -> None:
     nearest = np.rint(curve * 255)
     assert {tuple(levels) for levels in (nearest - np.arange(255)).T} <= {(0, 0, 1), (0, 1, 1)}
     np.testing.assert_array_equal(srgb8(np.stack([values] * 3, -1))[..., 0], nearest)
+    assert (np.diff(at.view(np.int32) >> 16) > 0).all()  # what srgb8() builds on
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 5), (7, 1), (640, 200), (50_000, 2)])
