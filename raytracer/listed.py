@@ -62,16 +62,7 @@ def seen_kinds(kinds: list[Tree], planes: list[NamedPlane] | None) -> list[str]:
         "    P = N = real3(0.0);",
         "    mat = 0;",
         *(f"    real2 {span} = sphereRoots(ray, sphere{j});" for j, span in enumerate(spans)),
-        "    real at = 0.0;",
-        "    bool inside = false;",
-        "    for (;;) {",
-        f"        real holding = kindHolds(kind, {arguments}, at);",
-        "        if (at > 0.0 && (holding > 0.0) != inside) break;",
-        "        real next = abs(holding);",
-        "        if (next >= ray.distance) return ray.distance;",
-        "        inside = holding > 0.0;",
-        "        at = next;",
-        "    }",
+        *_to_change(f"kindHolds(kind, {arguments}, at)", "if (next >= ray.distance) return ray.distance;"),
         f"    mat = kindOwner(kind, first, {arguments}, at);",
         "    pointAt(mat, ray, P, N);",
         "    return at;",
@@ -111,8 +102,8 @@ def _nearest_plane(planes: list[NamedPlane]) -> list[str]:
     return lines
 
 
-def _walk_one(holds: str, owner: str) -> list[str]:
-    """The walk along one object, to where it changes, if that is nearer than `nearest`."""
+def _to_change(holds: str, end: str) -> list[str]:
+    """The walk along one object to `at`, where it changes; `end` leaves it where `next` is too far."""
     return [
         "    real at = 0.0;",
         "    bool inside = false;",
@@ -120,10 +111,17 @@ def _walk_one(holds: str, owner: str) -> list[str]:
         f"        real holding = {holds};",
         "        if (at > 0.0 && (holding > 0.0) != inside) break;",
         "        real next = abs(holding);",
-        "        if (!nearer(next, object, nearest)) return;",
+        f"        {end}",
         "        inside = holding > 0.0;",
         "        at = next;",
         "    }",
+    ]
+
+
+def _walk_one(holds: str, owner: str) -> list[str]:
+    """The walk along one object, to where it changes, if that is nearer than `nearest`."""
+    return [
+        *_to_change(holds, "if (!nearer(next, object, nearest)) return;"),
         f"    nearest = Nearest(at, {owner}, object);",
         "}",
     ]

@@ -196,7 +196,9 @@ class Passes:
             self._rectangles.set(found, None if whole else touching(found, tile))
         port, shown = viewport(tile)
         drawn = [program for program, squares in self._squares.items() if squares.count]
-        for program in (*drawn, *filter(None, (self._programs.kinds,))):
+        if self._programs.kinds:
+            drawn.append(self._programs.kinds)
+        for program in drawn:
             set_uniforms(
                 program,
                 side=self._side,
@@ -244,9 +246,10 @@ class Passes:
     def _see(self, tile: Rectangle) -> None:
         """Find what the pixels of a tile see."""
         assert self._programs
-        seen = self._over.under if self._rectangles and self._over else self._seen
+        port, _ = viewport(tile)
+        seen = self._over.under if self._over else self._seen
         seen.use()
-        seen.viewport = viewport(tile)[0]
+        seen.viewport = port
         if see := self._programs.see:
             for band in self._bands(tile, see):
                 seen.scissor = band
@@ -255,7 +258,7 @@ class Passes:
         else:  # nothing, all over: see draw()
             clear_integers(self._context, seen)
         if self._rectangles and self._over:
-            self._over.draw(self._rectangles, viewport(tile)[0], tile[2:])
+            self._over.draw(self._rectangles, port, tile[2:])
 
     def _bands(self, tile: Rectangle, program: moderngl.Program) -> Iterator[Rectangle]:
         """The tile in rows of pixels that take `program` long enough to be worth a draw, and no longer."""

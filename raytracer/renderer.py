@@ -216,11 +216,9 @@ class Renderer:
             kinds = self.program(fragment, vertex)
         if show != "picture" or not has_quiet(scene, settings):
             return Programs(see, shade, kinds=kinds)
+        picture = self.program(quiet_source(scene, settings), cells) if quiet and groups(scene).planes else None
         empty = self.program(assemble("empty.frag"), plain_vertex_source())
-        found = Programs(see, shade, None, empty, kinds)
-        if quiet and groups(scene).planes:
-            found = found._replace(quiet=self.program(quiet_source(scene, settings), cells))
-        return found
+        return Programs(see, shade, picture, empty, kinds)
 
     def program(self, source: Source, vertex: Source | None = None) -> moderngl.Program:
         """The program with this fragment shader, and screen.vert or another; `context` must be current.

@@ -41,6 +41,7 @@ class Squares:
         self._buffer: moderngl.Buffer | None = None
         self._arrays: tuple[moderngl.VertexArray, ...] = ()  # that draw rectangles, and points
         self.count, self._points = 0, False
+        self._has_points = largest_point(context) >= CELL
 
     def set(self, squares: NDArray[np.integer[Any]], *, points: bool = False) -> None:
         """Draw all rows of `squares`: a run's column, row, length, and the ends of its list if the program has lists.
@@ -56,7 +57,7 @@ class Squares:
                 self._context.vertex_array(self.program, [(self._buffer, form + each, *names)]) for each in ("/i", "")
             )
         self._buffer.write(data)
-        self.count, self._points = len(data), points and largest_point(self._context) >= CELL
+        self.count, self._points = len(data), points and self._has_points
 
     def draw(self) -> None:
         """Draw them into the framebuffer in use."""
