@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 from raytracer.checks import InputError
 from raytracer.instances import Instances
+from raytracer.material import Material
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.scene_file import load
 from raytracer.settings import Settings
-from raytracer.solids import Complement, Difference, Intersection, Material, Plane, Solid, Sphere, Union
+from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union
 
 if TYPE_CHECKING:
     from raytracer.context import ContextError

@@ -44,20 +44,27 @@ _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 Defines = Mapping[str, int]
 
 
-def call(function: str, *arguments: ArrayLike, defines: Defines | None = None, renderer: Renderer | None = None) -> Any:
+def call(
+    function: str,
+    *arguments: ArrayLike,
+    defines: Defines | None = None,
+    renderer: Renderer | None = None,
+    generated: Mapping[str, str] | None = None,
+    file: str | None = None,
+) -> Any:
     """What `function` gives for each of N elements.
 
     An argument for each `in` and `inout` parameter: N elements of its type in an array, or one
     for all. Returns an array of N elements of the function's type; if there are `out` or `inout`
     parameters, a tuple of it (unless void) and of theirs in order. `defines` set constants such
-    as MAX_HITS. Scalars throughout mean N = 1.
+    as MAX_HITS. Scalars throughout mean N = 1. `generated` are texts that stand for files, by name; `file` is
+    the one that has the function, if none of shaders/ does.
 
     Raises ShaderError if shaders/ has no such function, TypeError for a wrong number of
     arguments, ValueError if one does not fit its parameter.
     """
     renderer = renderer or shared_renderer()
-    file = _file_of(function)
-    types = _Types(file, defines)
+    types = _Types(file or _file_of(function), defines, generated)
     result, parameters = types.signature(function)
     given = [p for p in parameters if p.direction != "out"]
     if len(arguments) != len(given):
@@ -92,6 +99,11 @@ def dtype(struct: str, defines: Defines | None = None) -> np.dtype[Any]:
     return _Types(_file_of(struct), defines).dtype(struct)
 
 
+def struct_dtype(struct: str, file: str, generated: Mapping[str, str]) -> np.dtype[Any]:
+    """The same of a struct in a generated file."""
+    return _Types(file, None, generated).dtype(struct)
+
+
 @cache
 def _definitions() -> dict[str, list[str]]:
     """The files that define each function and struct."""
@@ -122,9 +134,9 @@ class _Parameter:
 class _Types:
     """The structs and signatures in the text of one file and its includes."""
 
-    def __init__(self, file: str, defines: Defines | None) -> None:
-        self._file, self._defines = file, defines
-        self._text = _COMMENT.sub("", assemble(file, defines).text)
+    def __init__(self, file: str, defines: Defines | None, generated: Mapping[str, str] | None = None) -> None:
+        self._file, self._defines, self._generated = file, defines, dict(generated or {})
+        self._text = _COMMENT.sub("", assemble(file, defines, generated).text)
         self._constants = {**{k: int(v) for k, v in _DEFINE.findall(self._text)}, **(defines or {})}
         self._structs = {name: _MEMBER.findall(body) for name, body in _STRUCT.findall(self._text)}
 
@@ -183,7 +195,7 @@ class _Types:
             f"    word = words[(int(gl_FragCoord.y) * {_WIDTH} + int(gl_FragCoord.x)) % {words_out}];",
             "}",
         ]
-        return assemble("call", self._defines, {"call": "\n".join(text)})
+        return assemble("call", self._defines, self._generated | {"call": "\n".join(text)})
 
     def _words(self, kind: str, lvalue: str, offset: int, lines: list[str], form: str) -> int:
         """Append a line of `form` for each word of a value of type `kind`; the next word's offset."""

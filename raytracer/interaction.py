@@ -17,7 +17,7 @@ import msgspec
 from raytracer import turntable
 from raytracer.scene import Scene
 from raytracer.settings import Settings, Shading, Shadows
-from raytracer.shader import Show, models
+from raytracer.shader import Show, material_layout
 
 T = TypeVar("T")
 
@@ -188,19 +188,19 @@ def _reloaded(state: State, scene: Scene) -> State:
     return _set(state, loaded=scene, scene=msgspec.structs.replace(scene, camera=camera, lights=lights), light=light)
 
 
-def _next(choices: Sequence[T], now: T) -> T:
-    return choices[(choices.index(now) + 1 if now in choices else 1) % len(choices)]
+def _next(choices: Sequence[T], now: T, by: int = 1) -> T:
+    return choices[(choices.index(now) + by if now in choices else 1) % len(choices)]
 
 
 def _with_settings(state: State, **fields: object) -> State:
     return _set(state, settings=msgspec.structs.replace(state.settings, **fields))
 
 
-def _shading(state: State) -> State:
+def _shading(state: State, by: int = 1) -> State:
     """To the next shading that differs: None is like "phong" where all materials are phong."""
-    own = models(state.loaded, Settings())
+    own = material_layout(state.loaded, Settings()).models
     choices = [None, *(shading for shading in get_args(Shading) if own != [shading])]
-    return _with_settings(state, shading=_next(choices, state.settings.shading))
+    return _with_settings(state, shading=_next(choices, state.settings.shading, by))
 
 
 def _shadows(state: State) -> State:
@@ -245,7 +245,8 @@ CONTROLS = (
     Control("Right drag", "turn the camera around what it looks at, also from below"),
     Control("Shift+wheel", "the camera's distance from there: up for nearer, down for farther"),
     Control("Home", "put the camera back where the scene file has it", _camera_back),
-    Control("B", f"shading: as the scene says, {', '.join(get_args(Shading))}, where they differ", _shading),
+    Control("B", "shading: as the scene says, phong, blinn, and all other models for all materials", _shading),
+    Control("V", "the shading before", lambda state: _shading(state, -1)),
     Control("S", f"shadows: {', '.join(get_args(Shadows))}", _shadows),
     Control(
         "A", f"antialiasing: off, {', '.join(map(str, _ANTIALIASING[1:]))}, or all samples (--samples)", _antialiasing
@@ -274,7 +275,7 @@ def command(state: State, size: tuple[int, int], path: str) -> str:
 def title(state: State, samples: int, milliseconds: float) -> str:
     """The window's title: time of a frame, `samples` so far, and what is on."""
     settings = state.settings
-    shading = settings.shading or " and ".join(models(state.scene, settings))
+    shading = settings.shading or " and ".join(material_layout(state.scene, settings).models)
     shadows = "no shadows" if settings.shadows == "off" else f"{settings.shadows} shadows"
     lights = len(state.scene.lights)
     parts = (

@@ -62,14 +62,15 @@ class Lobe(msgspec.Struct, frozen=True, repr_omit_defaults=True):
     scale: Any = (1.0, 1.0, 1.0)
 
 
-# Parts of models that a scene's shader has just in the forms that its materials choose: what the GLSL functions of
-# a choice give and take besides the Material. That of "schlick" in "fresnel" is schlickFresnel(), by `Fresnel`.
-Signature = tuple[str, str, str]  # type, the name's end, and parameters
-FUNCTIONS: dict[str, tuple[Signature, ...]] = {
-    "fresnel": (("vec3", "Fresnel", "float VoH"),),
-    "masking": (("float", "Masking", "float l, float v, float NoL, float NoV"),),
-    "distribution": (("float", "D", "vec3 N, vec3 S"), ("float", "Slope", "float mu")),
-    "form": (("float", "Form", "vec3 N, vec3 L, vec3 V"),),
+# Parts of models that a scene's shader has just in the forms that its materials choose. Of each: type, name, and
+# parameters besides the Material. With "fresnel", fresnel() calls schlickFresnel() of brdf/fresnel_schlick.glsl, or
+# that of another form.
+Function = tuple[str, str, str]
+FUNCTIONS: dict[str, tuple[Function, ...]] = {
+    "fresnel": (("vec3", "fresnel", "float VoH"),),
+    "masking": (("float", "masking", "float l, float v, float NoL, float NoV"),),
+    "distribution": (("float", "D", "vec3 N, vec3 S"), ("float", "slope", "float mu")),
+    "form": (("float", "form", "vec3 N, vec3 L, vec3 V"),),
 }
 
 
@@ -145,7 +146,8 @@ def _fresnel(f0: float) -> tuple[Parameter, ...]:
 def _v_cavity(m: str) -> tuple[Parameter, ...]:
     """What the models with V-shaped cavities have in common."""
     return (
-        _color("ks", 1.0, "scales all of it", unit="linear RGB"),
+        _color("rho", 0.0, "albedo of a diffuse part", unit="linear RGB"),
+        _color("ks", 1.0, "scales all but that", unit="linear RGB"),
         _number("m", 0.3, 1e-4, 3.0, m),
         *_fresnel(0.8),
         _choice(
@@ -192,7 +194,7 @@ MODELS: dict[str, Model] = {
         "Lambert and any number of generalised cosine lobes",
         "Lafortune et al. 1997",
         msgspec.structs.replace(_RHO, default=(0.2,) * 3),
-        Parameter("lobes", "lobes", (Lobe(-1.0, 1.0, 20.0),), "the lobes"),
+        Parameter("lobes", "lobes", (Lobe((-1.0,) * 3, (1.0,) * 3, (20.0,) * 3, (-1.0,) * 3),), "the lobes"),
         Parameter(
             "tangent",
             "direction",

@@ -9,13 +9,13 @@ world's, the origin is the camera: far from the world's own origin float64 runs 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.film import Image
+from raytracer.reference_brdf import reflected
 from raytracer.sampling import sample_point
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
@@ -239,7 +239,7 @@ def _radiance(
     surface: NDArray[np.int32],
     normal: Array,
 ) -> Array:
-    """The lecture's I = ka Ia + sum of S (kd Il max(N.L, 0) + ks Il spec), (R, 3)."""
+    """The light along each ray, Le + ka Ia + sum of S Il f cos(theta_i), (R, 3)."""
     result = np.empty(rd.shape)
     result[...] = scene.background
     hit = surface >= 0
@@ -249,24 +249,17 @@ def _radiance(
     V = -rd
 
     materials = [settings.shaded(leaf.material) for leaf in tracer.leaves]
-
-    def of_surface(value: Callable[[Any], Any]) -> Array:
-        return np.array([value(material) for material in materials], float)[surface]
-
-    I = of_surface(lambda m: m.ka) * np.array(scene.ambient)
-    kd, ks, h = of_surface(lambda m: m.kd), of_surface(lambda m: m.ks), of_surface(lambda m: m.h)
-    is_phong = of_surface(lambda m: m.model == "phong") == 1.0
+    groups = {
+        m: np.isin(surface, [k for k, other in enumerate(materials) if other == m]) for m in dict.fromkeys(materials)
+    }
+    I = np.zeros(P.shape)
+    for material, on in groups.items():
+        I[on] = np.multiply(material.ka, scene.ambient) + np.array(material.le)
     for light in scene.lights:
         to_light = np.subtract(light.position, scene.camera.position) - P
         distance = np.linalg.norm(to_light, axis=1)
         L = to_light / np.where(distance == 0.0, 1.0, distance)[:, None]
         NoL = dot(N, L)
-        R = 2.0 * NoL[:, None] * N - L
-        H = L + V
-        H /= np.maximum(np.linalg.norm(H, axis=1, keepdims=True), np.finfo(float).tiny)
-        cosine = np.where(is_phong, dot(R, V), dot(N, H))
-        with np.errstate(under="ignore"):
-            spec = np.maximum(cosine, 0.0) ** h
         S = np.ones(len(P))
         if settings.shadows != "off":
             blocked_at, _ = tracer.first(P, L, surface, n, light, distance)
@@ -278,6 +271,8 @@ def _radiance(
         grazes = np.any(tracer.coincide & on, axis=1)[surface]
         lit = (NoL > 0.0) & (distance > 0.0) & ~grazes
         light_in = (S * lit)[:, None] * np.array(light.color)
-        I += light_in * (kd * NoL[:, None] + ks * spec[:, None])
+        for material, on in groups.items():
+            on = on & lit
+            I[on] += light_in[on] * reflected(material, N[on], L[on], V[on])
     result[hit] = I
     return result

@@ -146,13 +146,17 @@ class _Analysis:
         for roots in found:
             low, high = interval(roots)
             doubt |= np.any((high >= end[0]) & (low <= end[1]), axis=0)
-        # A cosine is as wrong as its vectors; a lobe at most sqrt(h) times that, for h from 1; Blinn's H
-        # by as much more as L + V is short.
+        # Of the lecture's models: a cosine is as wrong as its vectors; a lobe at most sqrt(h) times that, for h from
+        # 1; Blinn's H by as much more as L + V is short.
         vectors = normal + L_error + FEW * UNIT[32]
         materials = [leaf.material for leaf in self._leaves]
         kd, ks, h = (
             np.array([value(m) for m in materials])[surface]
-            for value in (lambda m: max(m.kd), lambda m: max(m.ks), lambda m: m.h)
+            for value in (
+                lambda m: max(m.get("kd", (np.inf,))),
+                lambda m: max(m.get("ks", (0.0,))),
+                lambda m: m.get("h", 0.0),
+            )
         )
         halfway = np.maximum(np.linalg.norm(L - world @ self._R.T, axis=1) / 2.0, np.finfo(float).tiny)
         blinn = np.array([m.model == "blinn" for m in materials])[surface]

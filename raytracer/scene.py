@@ -25,7 +25,8 @@ from raytracer.checks import (
     shown,
 )
 from raytracer.instances import Instances
-from raytracer.solids import MAX_SURFACES, Material, Solid, leaves
+from raytracer.material import Material
+from raytracer.solids import MAX_SURFACES, Solid, leaves
 from raytracer.vectors import cross, divided, dot, scaled, sub
 
 T = TypeVar("T")

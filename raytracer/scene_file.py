@@ -21,8 +21,10 @@ from raytracer import expression
 from raytracer.checks import InputError, Vec3, shown
 from raytracer.instance_file import is_plain, read_instances
 from raytracer.instances import Instances
+from raytracer.material import Material
+from raytracer.models import MODELS
 from raytracer.scene import Camera, PointLight, Scene
-from raytracer.solids import Material, Plane, Primitive, Solid, Sphere, leaves
+from raytracer.solids import Plane, Primitive, Solid, Sphere, leaves
 
 MAX_BYTES = 4 * 1024 * 1024
 # tomllib takes time that is quadratic in the parts of a dotted key: a.b.c.
@@ -239,9 +241,18 @@ def _known(names: Iterable[str]) -> str:
 
 
 def _material(value: Any, name: str) -> Material:
+    key = f"materials.{name}"
+    if not isinstance(value, dict):
+        raise InputError(f"{key}: expected a table, got {shown(value)}")
     # The label is the table's own name, so `name` is no key of it.
-    keys = tuple(field for field in Material.__struct_fields__ if field != "name")
-    return msgspec.structs.replace(_convert(value, Material, f"materials.{name}", keys), name=name)
+    if (model := value.get("model", "phong")) in MODELS:
+        keys = "model", *MODELS[model].parameters
+        if unknown := [name for name in value if name not in keys]:
+            raise InputError(f"{key}: unknown key `{unknown[0]}` ({_known(keys)})")
+    try:
+        return Material(**value, name=name)
+    except InputError as error:
+        raise InputError(f"{key}.{error}") from None
 
 
 def _shape(value: Any, name: str, materials: dict[str, Material]) -> Primitive:

@@ -7,13 +7,35 @@ from typing import Literal, get_args
 
 import msgspec
 
-from raytracer.checks import MAX_EXPONENT, InputError, Vec3, number, shown
+from raytracer.checks import InputError, Vec3, number, shown
 from raytracer.instances import Instances
+from raytracer.material import Material
 from raytracer.scene import Scene
-from raytracer.solids import MODELS, Material, Solid, Sphere, leaves
+from raytracer.solids import Solid, Sphere, leaves
+from raytracer.translate import translated
 
 Shadows = Literal["off", "hard", "diluted"]
-Shading = Literal["phong", "blinn"]
+# All models but those that need more than numbers.
+Shading = Literal[
+    "phong",
+    "blinn",
+    "lambert",
+    "minnaert",
+    "phong_normalized",
+    "blinn_normalized",
+    "strauss",
+    "lafortune",
+    "oren_nayar",
+    "eon",
+    "torrance_sparrow",
+    "cook_torrance",
+    "ggx",
+    "beckmann",
+    "split",
+    "diffuse_microfacet",
+    "he",
+    "mirror",
+]
 Evaluator = Literal["cells", "walk", "roth"]
 Precision = Literal[32, 64]
 
@@ -25,7 +47,7 @@ class Settings(msgspec.Struct, frozen=True):
 
     `samples` a pixel, 1 to 65536. `shadows`: "off", "hard" (a blocked light gives nothing) or
     "diluted" (it gives the share dist(P, Q) / dist(P, light), Q the first blocking point).
-    `shading`: None for each material's own model, or "phong" or "blinn" for all. `evaluator`
+    `shading`: None for each material's own model, or the name of a model for all (translate.py). `evaluator`
     finds where a ray meets a CSG tree: "cells" (looks only at what a cell of the picture or of a light's
     surroundings can meet), "walk" (at everything) or "roth" (the assignment's hit lists, the readable one);
     their pictures agree. `precision`: bits of the numbers in which rays and
@@ -52,19 +74,8 @@ class Settings(msgspec.Struct, frozen=True):
             number(self.adaptive, "adaptive", math.ulp(0.0), expected="a finite number above 0 (linear radiance)")
 
     def shaded(self, material: Material) -> Material:
-        """`material` under the shading override.
-
-        Blinn's highlight with 4 h has the size of Phong's with h (the lecture, after Blinn 1977),
-        so a material that changes its model changes its exponent too. Raises InputError where 4 h
-        is above 1e6.
-        """
-        if self.shading is None or self.shading == material.model:
-            return material
-        h = material.h * 4.0 if self.shading == "blinn" else material.h / 4.0
-        if h > MAX_EXPONENT:
-            expected = f"exponents h of at most {MAX_EXPONENT / 4:g}, which blinn takes times 4"
-            raise InputError(f"shading: expected {expected}, got {material.h:g}")
-        return msgspec.structs.replace(material, model=self.shading, h=h)
+        """`material` under the shading override. Raises InputError if that would take an exponent above 1e6."""
+        return material if self.shading is None else translated(material, self.shading)
 
 
 # In float32 a point at distance d is known to about 4 x 2^-24 d. Once that is 1 % of a sphere's
@@ -119,6 +130,3 @@ def _reach_of_many(instances: Instances, eye: Vec3) -> tuple[float, float]:
 def _check_choice(key: str, value: object, choices: tuple[str | int | None, ...]) -> None:
     if value not in choices:
         raise InputError(f"{key}: expected one of {', '.join(map(str, choices))}, got {shown(value)}")
-
-
-assert get_args(Shading) == MODELS

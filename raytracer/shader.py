@@ -12,12 +12,13 @@ from __future__ import annotations
 import itertools
 from typing import Literal
 
-from raytracer import evaluators, listed
+from raytracer import evaluators, listed, reflectance
 from raytracer.glsl_source import Source, assemble
 from raytracer.groups import FEW, KIND_LEAVES, groups
+from raytracer.material import Material
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.solids import MODELS, Complement, Difference, Intersection, Plane, Solid, Sphere, Union, postfix
+from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union, postfix
 from raytracer.table import table
 
 # What the second pass makes of what a pixel sees; all but the picture for looking into it.
@@ -42,23 +43,29 @@ def is_over_planes(scene: Scene, settings: Settings) -> bool:
     return is_listed(scene, settings) and bool(groups(scene).kinds) and not groups(scene).bigs
 
 
-def models(scene: Scene, settings: Settings) -> list[str]:
-    """The specular models in use, in the order of `Material.model`."""
-    used = {settings.shaded(scene.materials[i]).model for i in set(table(scene).material.tolist())}
-    return [model for model in MODELS if model in used]
+def shaded_materials(scene: Scene, settings: Settings) -> list[Material]:
+    """The scene's materials as they are shaded, in order."""
+    return [settings.shaded(material) for material in scene.materials]
+
+
+def material_layout(scene: Scene, settings: Settings) -> reflectance.Layout:
+    """What the shaders hold of those materials that surfaces have."""
+    materials = shaded_materials(scene, settings)
+    return reflectance.layout([materials[i] for i in table(scene).used])
 
 
 def vertex_source(scene: Scene, settings: Settings) -> Source:
     """The vertex shader of all these programs. It hands them the constants that they declare: see draw.glsl."""
     constants = _surface_constants(scene, settings)
-    if len(planes := groups(scene).planes) == 1:
+    if len(planes := groups(scene).planes) == 1 and material_layout(scene, settings).is_small:
         constants.append(("Material", "onlyMaterial", f"materialAt({_index(scene, settings, planes[0])})"))
     if len(scene.lights) <= CONSTANT_LIGHTS:
         constants += [("Light", f"light{i}", f"lights[{i}]") for i in range(len(scene.lights))]
-    includes = ["surfaces.glsl", "material.glsl", *(["light.glsl"] if scene.lights else [])]
+    includes = ["surfaces.glsl", "materials.glsl", *(["light.glsl"] if scene.lights else [])]
     defines = _defines(scene, settings) | {"VERTEX": 1, "LIGHTS": len(scene.lights)}
     lines = [*(f'#include "{name}"' for name in includes), *_set_constants(constants)]
-    return assemble("cells.vert", defines, {"constants.glsl": "\n".join(lines)})
+    generated = {"constants.glsl": "\n".join(lines)}
+    return assemble("cells.vert", defines, generated | _materials(scene, settings))
 
 
 def plain_vertex_source() -> Source:
@@ -93,7 +100,7 @@ def shade_source(scene: Scene, settings: Settings) -> Source:
     defines = _defines(scene, settings) | {"LIGHTS": len(scene.lights)}
     over_planes = is_over_planes(scene, settings)
     if not scene.lights and not over_planes:
-        return assemble("shade.frag", defines, {"scene.glsl": '#include "camera.glsl"'})
+        return assemble("shade.frag", defines, {"scene.glsl": '#include "camera.glsl"'} | _materials(scene, settings))
     generated = _includes(scene, settings)
     if over_planes:
         defines["OVER_PLANES"] = 1
@@ -103,7 +110,7 @@ def shade_source(scene: Scene, settings: Settings) -> Source:
     if scene.lights and settings.shadows != "off":
         defines["SHADOWS"] = 1
         generated += ["", *_blocked_at(scene, settings), "", f'#include "shadow_{settings.shadows}.glsl"']
-    return assemble("shade.frag", defines, {"scene.glsl": "\n".join(generated)})
+    return assemble("shade.frag", defines, {"scene.glsl": "\n".join(generated)} | _materials(scene, settings))
 
 
 def quiet_source(scene: Scene, settings: Settings) -> Source:
@@ -115,6 +122,7 @@ def quiet_source(scene: Scene, settings: Settings) -> Source:
     defines = _defines(scene, settings) | {"LIGHTS": len(scene.lights), "NO_SPHERES": 1}
     if len(planes) == 1:
         defines["ONLY"] = planes[0][0]
+        defines |= {"ONLY_MATERIAL": 1} if material_layout(scene, settings).is_small else {}
     generated = ['#include "plane.glsl"', *_declared(scene, settings), '#include "hit.glsl"']
     generated += evaluators.nearest_plane(planes, what=True)
     if scene.lights:
@@ -123,14 +131,14 @@ def quiet_source(scene: Scene, settings: Settings) -> Source:
         defines["SHADOWS"] = 1
         generated += evaluators.nearest_plane(planes, what=False)
         generated += [f'#include "shadow_{settings.shadows}.glsl"']
-    return assemble("picture.frag", defines, {"scene.glsl": "\n".join(generated)})
+    return assemble("picture.frag", defines, {"scene.glsl": "\n".join(generated)} | _materials(scene, settings))
 
 
 def show_source(scene: Scene, settings: Settings, show: Show) -> Source:
     """The fragment shader of the second pass."""
     if show == "picture":
         return shade_source(scene, settings)
-    return assemble(f"show_{show}.frag", _defines(scene, settings))
+    return assemble(f"show_{show}.frag", _defines(scene, settings), _materials(scene, settings))
 
 
 def roth_loops(scene: Scene) -> int:
@@ -250,16 +258,14 @@ def _numbered(scene: Scene) -> list[evaluators.Tree]:
     return [[numbered(node) for node in postfix(solid)] for solid in scene.solids()]
 
 
+def _materials(scene: Scene, settings: Settings) -> dict[str, str]:
+    return {"materials.glsl": reflectance.material_text(material_layout(scene, settings))}
+
+
 def _lights(scene: Scene, settings: Settings) -> list[str]:
-    """The lights, and specular(): the material's specular factor, with just the models in use."""
-    used = models(scene, settings)
-    calls = [f"{model}(N, L, V, m.h)" for model in used]
-    choice = " : ".join(f"m.model == {MODELS.index(m)} ? {call}" for m, call in zip(used[:-1], calls, strict=False))
+    """The lights, and reflected(), with just the models in use."""
     return [
         '#include "light.glsl"',
         '#include "material.glsl"',
-        *(f'#include "brdf/{model}.glsl"' for model in used),
-        "float specular(Material m, vec3 N, vec3 L, vec3 V) {",
-        f"    return {choice + ' : ' if choice else ''}{calls[-1]};",
-        "}",
+        *reflectance.reflected_text(material_layout(scene, settings)),
     ]

@@ -1,4 +1,4 @@
-"""Materials, and solids made of them: spheres and half-spaces, and trees of these by `|` `&` `-` `~`.
+"""Solids: spheres and half-spaces, and trees of these by `|` `&` `-` `~`.
 
 Part of `scene.py`, which says what holds for all of it.
 """
@@ -13,18 +13,17 @@ from typing import Any
 import msgspec
 
 from raytracer.checks import (
-    MAX_EXPONENT,
     MAX_LENGTH,
     MIN_RADIUS,
     InputError,
     Vec3,
-    color,
     direction,
     number,
     point,
     set_fields,
     shown,
 )
+from raytracer.material import Material
 
 # Leaves of one solid. Sub-solids may be shared in Python, so a short program can describe a tree
 # of astronomical size; no evaluator comes near this many.
@@ -34,37 +33,6 @@ MAX_LEAVES = 65536
 MAX_SURFACES = 1048576
 # Of the largest number in a sum: how far from 0 the roundings of a handful of numbers to float64 take it.
 ROUNDING = 8.0 * 2.0**-53
-
-
-class Material(msgspec.Struct, frozen=True, repr_omit_defaults=True):
-    """How a surface reflects: ambient, diffuse and specular factors, the highlight's exponent.
-
-    `ka`, `kd`, `ks` are linear RGB in [0, 1e12], `h` is in [0, 1e6], `model` is "phong"
-    (Phong 1975) or "blinn" (Blinn 1977). `name` is only a label.
-    """
-
-    ka: Vec3 = (0.1, 0.1, 0.1)
-    kd: Vec3 = (0.8, 0.8, 0.8)
-    ks: Vec3 = (0.5, 0.5, 0.5)
-    h: float = 32.0
-    model: str = "phong"
-    name: str = ""
-
-    def __post_init__(self) -> None:
-        if self.model not in MODELS:
-            raise InputError(f"model: expected {' or '.join(map(repr, MODELS))}, got {shown(self.model)}")
-        if not isinstance(self.name, str):
-            raise InputError(f"name: expected a string, got {shown(self.name)}")
-        set_fields(
-            self,
-            ka=color(self.ka, "ka"),
-            kd=color(self.kd, "kd"),
-            ks=color(self.ks, "ks"),
-            h=number(self.h, "h", 0.0, MAX_EXPONENT, f"a number in [0, {MAX_EXPONENT:g}]"),
-        )
-
-
-MODELS = ("phong", "blinn")
 
 
 class Solid(msgspec.Struct, frozen=True):

@@ -23,6 +23,7 @@ class Table(NamedTuple):
     planes: list[Plane]
     normals: Array  # (P, 3), unit
     material: NDArray[np.int32]  # (S + P,), index into Scene.materials
+    used: list[int]  # those of them that occur
 
     @property
     def size(self) -> int:
@@ -66,12 +67,14 @@ def _table(scene: Scene) -> Table:
             own = [leaf for solid in placed for leaf in leaves(solid) if isinstance(leaf, Plane)]
             planes += own
             of_planes += [order[plane.material] for plane in own]
+    material = np.concatenate([*materials, np.array(of_planes, np.int32)])
     return Table(
         np.concatenate(centers),
         np.concatenate(radii),
         planes,
         np.array([plane.unit()[0] for plane in planes]).reshape(-1, 3),
-        np.concatenate([*materials, np.array(of_planes, np.int32)]),
+        material,
+        np.unique(material).tolist(),
     )
 
 

@@ -11,12 +11,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from raytracer import reflectance
 from raytracer.cells import CELL
 from raytracer.checks import Vec3
 from raytracer.groups import groups
 from raytracer.scene import Camera, Scene
 from raytracer.settings import Precision, Settings
-from raytracer.solids import MODELS, ROUNDING
+from raytracer.shader import material_layout, shaded_materials
+from raytracer.solids import ROUNDING
 from raytracer.table import powers, table
 
 # std140 layout of struct Light (light.glsl) at either precision.
@@ -75,10 +77,10 @@ def numbers_texture(scene: Scene, size: tuple[int, int]) -> NDArray[np.float32]:
 
 
 def materials_texture(scene: Scene, settings: Settings) -> NDArray[np.float32]:
-    """(3 N, 4): the texels `materials` of material.glsl."""
-    shaded = map(settings.shaded, scene.materials)
-    rows = [((*m.ka, m.h), (*m.kd, MODELS.index(m.model)), (*m.ks, number)) for number, m in enumerate(shaded)]
-    return np.array(rows, np.float32)[table(scene).material].reshape(-1, 4)
+    """(texels N, 4): the texels `materials` of the generated materials.glsl."""
+    found = material_layout(scene, settings)
+    index = table(scene).material
+    return reflectance.packed(found, shaded_materials(scene, settings), rotation(scene.camera))[index].reshape(-1, 4)
 
 
 def _camera_terms(

@@ -1,6 +1,6 @@
-// Provides radianceAt(): the light that a surface sends back along a ray, the lecture's
-// I = ka Ia + sum over lights of S (kd Il max(N.L, 0) + ks Il spec), spec = 0 where N.L <= 0.
-// Needs what the generated scene.glsl provides: specular(), and shadow() if the host defines SHADOWS.
+// Provides radianceAt(): the light that a surface sends back along a ray,
+// Le + ka Ia + sum over lights of S Il f cos(theta_i); with f cos(theta_i) = kd N.L + ks spec the lecture's formula.
+// Needs what the generated scene.glsl provides: reflected(), and shadow() if the host defines SHADOWS.
 
 #include "material.glsl"
 
@@ -21,7 +21,7 @@ vec3 reflectedOf(Light light, int i, Material m, int mat, real3 P, real3 n, vec3
     float NoL = float(dot(N, L));
     // On the surface itself, at distance 0, a light has no direction.
     if (distance == 0.0 || grazes || NoL <= 0.0) return vec3(0.0);
-    vec3 I = light.color * (m.kd * NoL + m.ks * specular(m, vec3(N), vec3(L), V));
+    vec3 I = light.color * reflected(m, vec3(N), vec3(L), V);
 #ifdef SHADOWS
     I *= shadow(Ray(P, L, false, start, end, distance), i);
 #endif
@@ -32,7 +32,13 @@ vec3 reflectedOf(Light light, int i, Material m, int mat, real3 P, real3 n, vec3
 // The ray meets the surface `mat`, which is not 0 (surfaces.glsl).
 vec3 radianceAt(int mat, Ray view) {
     Material m = hitMaterial(mat);
-    vec3 I = m.ka * ambient;
+    vec3 I = vec3(0.0);
+#ifdef AMBIENT
+    I += m.ka * ambient;
+#endif
+#ifdef EMISSION
+    I += m.le;
+#endif
 #if LIGHTS > 0
     real3 P, n;
     pointAt(mat, view, P, n);

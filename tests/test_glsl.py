@@ -69,6 +69,6 @@ def test_phong_and_blinn_are_the_lectures_formulas(renderer: Renderer) -> None:
     R = 2 * np.sum(N * L, axis=1, keepdims=True) * N - L
     H = (L + V) / np.linalg.norm(L + V, axis=1, keepdims=True)
     for h in (0.0, 1.0, 32.0):
-        phong, blinn = (glsl.call(model, N, L, V, h, renderer=renderer) for model in ("phong", "blinn"))
+        phong, blinn = (glsl.call(model, N, L, V, h, renderer=renderer) for model in ("mirrorLobe", "halfwayLobe"))
         np.testing.assert_allclose(phong, np.maximum(np.sum(R * V, axis=1), 0) ** h, atol=2e-5)
         np.testing.assert_allclose(blinn, np.maximum(np.sum(N * H, axis=1), 0) ** h, atol=2e-5)

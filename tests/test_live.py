@@ -129,9 +129,8 @@ def changed(scene: rt.Scene) -> Iterator[rt.Scene]:
         return msgspec.structs.replace(leaf, radius=1.1 * leaf.radius) if isinstance(leaf, rt.Sphere) else leaf
 
     def painted(leaf: Primitive) -> Solid:
-        material = rt.Material(
-            (0.1, 0, 0), (0.2, 0.7 - leaf.material.kd[0], 0.1), (0.9, 0.1, 0), 7.5, leaf.material.model
-        )
+        kd = (0.2, 0.7 - leaf.material.kd[0], 0.1)
+        material = leaf.material.replace(ka=(0.1, 0, 0), kd=kd, ks=(0.9, 0.1, 0), h=7.5)
         return msgspec.structs.replace(leaf, material=material)
 
     for change in (moved, scaled, painted):
@@ -224,7 +223,7 @@ def test_a_place_in_the_picture_is_where_the_camera_ray_of_that_pixel_goes() -> 
 
 # What is wrong, and what the message says. GLSL takes the second and third, but the host does not.
 MISTAKES = [
-    ("lighting.glsl", "vec3 I = m.ka * ambient;", "vec3 I = m.kb * ambient;", r"lighting\.glsl:\d+"),
+    ("lighting.glsl", "I += m.ka * ambient;", "I += m.kb * ambient;", r"lighting\.glsl:\d+"),
     ("draw.glsl", "real pixelScale;    // ", "int pixelScale;  // ", r"uniform draw\.pixelScale"),
     ("present.frag", "uniform int enlarged;", "uniform ivec2 enlarged;", "uniform enlarged"),
     ("show_depth.frag", "// The distance", "// Die L\xe4nge", "show_depth.frag:1: .*UTF-8"),
@@ -262,7 +261,7 @@ def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
 def test_a_changed_shader_is_taken_when_told_and_not_before(live: Live, renderer: Renderer, shaders: Path) -> None:
     before = drawn(live, renderer, scenes.assignment(), ONE)
     file = shaders / "lighting.glsl"
-    file.write_text(file.read_text().replace("vec3 I = m.ka * ambient;", "vec3 I = vec3(0.5);"))
+    file.write_text(file.read_text().replace("I += m.ka * ambient;", "I += vec3(0.5);"))
     assert np.array_equal(drawn(live, renderer, scenes.assignment(), ONE), before)
     live.reread()
     assert not np.array_equal(drawn(live, renderer, scenes.assignment(), ONE), before)

@@ -91,7 +91,7 @@ wrong: Any = rt  # where types are wrong on purpose
         (lambda: wrong.Plane((0, 1e-8, 0), 1e6), "offset"),
         (lambda: wrong.Material(kd=(-0.1, 0, 0)), "kd"),
         (lambda: wrong.Material(h=-1), "h"),
-        (lambda: wrong.Material(model="lambert"), "model: expected 'phong' or 'blinn'"),
+        (lambda: wrong.Material(model="gouraud"), "model: expected one of phong, blinn"),
         (lambda: wrong.PointLight((0, 0, 0), (0, -1, 0)), "color"),
         (lambda: wrong.Camera((0, 0, 0), (0, 0, 0)), "look_at"),
         (lambda: wrong.Camera((0, 0, 0), (0, 2, 0)), "up: expected a direction not parallel to the view"),

@@ -65,7 +65,7 @@ END = 'one = "a - b"'
 BAD = [
     ("background", "backgroud", "unknown key `backgroud` (known: camera"),
     ("[objects]", "[object]", "unknown key `object` (known: camera"),
-    ("kd = ", 'name = "rot"\nkd = ', "materials.red: unknown key `name` (known: ka, kd, ks, h, model)"),
+    ("kd = ", 'name = "rot"\nkd = ', "materials.red: unknown key `name` (known: model, ka, kd, ks, h, le)"),
     ("look_at = [0, 2, 0]", "look_at = [0, 2, 0]\nzoom = 2", "camera: unknown key `zoom`"),
     ("kd = ", "diffuse = ", "materials.red: unknown key `diffuse`"),
     ("radius = 1.5", "radius = 1.5, hole = 1", "shapes.a.sphere: unknown key `hole` (known: center, radius)"),

@@ -92,7 +92,7 @@ def test_roth_loops_counts_what_is_compiled_in_a_row() -> None:
 _SPHERE_WORDS = ("sphereSpan", "sphereRoots", "sphereNormal", "sphereEnds", "HAS_SPHERES")
 _PLANE_WORDS = ("planeSpan", "planeRoots", "planeEnds", "HAS_PLANES")
 _SHADOW_WORDS = ("shadow", "blockedAt", "SHADOWS")
-_LIGHT_WORDS = (*_SHADOW_WORDS, "struct Light", "specular", "phong", "blinn", "reflectedOf", "pointAt(mat, view")
+_LIGHT_WORDS = (*_SHADOW_WORDS, "struct Light", "reflected(", "phong", "blinn", "reflectedOf", "pointAt(mat, view")
 SHINY = rt.Sphere((0, 1, 0), 1, rt.Material(model="blinn"))
 UNUSED: dict[str, tuple[list[rt.Solid], int, Settings, tuple[str, ...]]] = {
     "no half-spaces": ([A - B], 2, Settings(), _PLANE_WORDS),
@@ -155,7 +155,7 @@ def test_a_shadow_ray_computes_no_normal_and_no_material(shadows: Shadows) -> No
         shade = programs_of(objects, 2, Settings(shadows=shadows))["shade"]
         reached = called(shade, "blockedAt")
         assert reached & {"sphereRoots", "planeRoots", "planeRoot"}
-        assert not reached & {"pointAt", "sphereNormal", "indexOf", "specular", "rayCSG", "isBefore"}
+        assert not reached & {"pointAt", "sphereNormal", "indexOf", "reflected", "rayCSG", "isBefore"}
         assert "pointAt" in called(shade, "main") and "normal" not in "".join(reached).lower()
         body = code(shade).partition("real blockedAt(Ray ray) {")[2].partition("\n}")[0]
         assert "mat" not in body and "N" not in re.findall(r"\w+", body)

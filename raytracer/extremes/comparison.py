@@ -15,11 +15,12 @@ from raytracer.checks import Vec3
 from raytracer.extremes.ledger import Finding
 from raytracer.film import Image
 from raytracer.instances import Instances
+from raytracer.material import Material
 from raytracer.renderer import Renderer
 from raytracer.resolution import resolution
 from raytracer.scene import PointLight, Scene
 from raytracer.settings import Evaluator, Settings
-from raytracer.solids import Material, Plane, Primitive, Solid, Sphere, with_leaves
+from raytracer.solids import Plane, Primitive, Solid, Sphere, with_leaves
 from raytracer.vectors import add, dot, scaled
 
 # Without ambient light or highlights: black where no light reaches, and only there.

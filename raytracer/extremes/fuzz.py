@@ -12,11 +12,12 @@ from raytracer import reference
 from raytracer.checks import InputError, Vec3
 from raytracer.extremes.comparison import compare, unit
 from raytracer.extremes.ledger import Finding, worst
+from raytracer.material import Material
 from raytracer.renderer import Renderer
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Precision, Settings
 from raytracer.shader import roth_loops
-from raytracer.solids import Material, Plane, Solid, Sphere
+from raytracer.solids import Plane, Solid, Sphere
 
 SIZE = (40, 30)
 # So many scenes in a row have one structure, and so one program.
@@ -51,7 +52,7 @@ def _draw(structure: np.random.Generator, rng: np.random.Generator) -> Scene:
     origin = rng.normal(size=3) * scale * _log(rng, 0, 6)
     models = structure.choice(("phong", "blinn"), 3)
     materials = [
-        Material((0, 0, 0), _color(rng), _color(rng), float(rng.choice((0.0, _log(rng, -2, 6)))), m)
+        Material(m, ka=0, kd=_color(rng), ks=_color(rng), h=float(rng.choice((0.0, _log(rng, -2, 6)))))
         for m in models.tolist()
     ]
     # Each ball overlaps the first, or touches it all but.

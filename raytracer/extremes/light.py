@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from raytracer import glsl, reference
 from raytracer.extremes.comparison import MATTE, findings, invalid, unit
 from raytracer.extremes.ledger import Finding
+from raytracer.material import Material
 from raytracer.renderer import Renderer
 from raytracer.rounding import UNIT
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
-from raytracer.solids import Material, Plane, Solid, Sphere
+from raytracer.solids import Plane, Solid, Sphere
 
 Array = NDArray[np.float64]
 _RED, _BLUE, _GREEN, _GREY = MATTE
@@ -65,7 +66,7 @@ def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
         for model in ("phong", "blinn"):
             at = f"{model}, h = {h:g}"
             N, L, V = _near_highlight(model, h, 4000)
-            value = glsl.call(model, N, L, V, h, renderer=renderer)
+            value = glsl.call("mirrorLobe" if model == "phong" else "halfwayLobe", N, L, V, h, renderer=renderer)
             n, l, v = (unit(given.astype(float)) for given in (N, L, V))
             a, b = (2.0 * _dot(n, l)[:, None] * n - l, v) if model == "phong" else (n, l + v)
             tangent = np.linalg.norm(np.cross(a, b), axis=1) / _dot(a, b)
@@ -106,7 +107,7 @@ def _near_highlight(model: str, h: float, count: int) -> list[NDArray[np.float32
 
 def _highlight_on_a_ball(model: str, h: float) -> Scene:
     """A picture of nothing but a highlight, about twice as wide as it is."""
-    material = Material((0, 0, 0), (0, 0, 0), (1, 1, 1), h, model)
+    material = Material(model, ka=0, kd=0, ks=1, h=h)
     P, N, eye = np.array((0.0, 0.0, 1.0)), np.array((0.0, 0.0, 1.0)), np.array((0.3, 0.4, 5.0))
     V = unit(eye - P)
     light = P + 6.0 * (2.0 * float(N @ V) * N - V)

@@ -1,8 +1,9 @@
-// Provides blinn(): the specular factor max(N.H, 0)^h, H halfway between L and V (Blinn 1977).
-// N, L, V are unit, N.L > 0, h >= 0. L = -V has no halfway vector; N.H is then taken as 0.
+// Provides blinn(): the lecture's kd N.L + ks max(N.H, 0)^h, H halfway between L and V (Blinn 1977).
+// As a reflectance it is kd + ks (N.H)^h / N.L: neither reciprocal nor bounded.
 
-#include "brdf/cosine_lobe.glsl"
+#include "brdf/lobes.glsl"
+#include "materials.glsl"
 
-float blinn(vec3 N, vec3 L, vec3 V, float h) {
-    return cosineLobe(N, L + V, h);
+vec3 blinn(Material m, vec3 N, vec3 L, vec3 V) {
+    return m.kd * dot(N, L) + m.ks * halfwayLobe(N, L, V, m.h);
 }

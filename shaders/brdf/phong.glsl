@@ -1,8 +1,9 @@
-// Provides phong(): the specular factor max(R.V, 0)^h, R the mirror direction of L (Phong 1975).
-// N, L, V are unit, N.L > 0, h >= 0.
+// Provides phong(): the lecture's kd N.L + ks max(R.V, 0)^h, R the mirror direction of L (Phong 1975).
+// As a reflectance it is kd + ks (R.V)^h / N.L: neither reciprocal nor bounded.
 
-#include "brdf/cosine_lobe.glsl"
+#include "brdf/lobes.glsl"
+#include "materials.glsl"
 
-float phong(vec3 N, vec3 L, vec3 V, float h) {
-    return cosineLobe(reflect(-L, N), V, h);
+vec3 phong(Material m, vec3 N, vec3 L, vec3 V) {
+    return m.kd * dot(N, L) + m.ks * mirrorLobe(N, L, V, m.h);
 }

@@ -1,0 +1,51 @@
+"""Reflectance by itself: what the shaders that render answer for any two directions."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from raytracer import glsl, reflectance
+from raytracer.checks import InputError
+from raytracer.material import Material
+from raytracer.renderer import Renderer
+
+_TOP = "reflectance.glsl"
+
+
+def evaluate(
+    material: Material, wi: ArrayLike, wo: ArrayLike, *, renderer: Renderer | None = None
+) -> NDArray[np.float32]:
+    """f cos(theta_i) of a material for light from `wi` and a viewer at `wo`, as the GPU computes it when it renders.
+
+    `wi` and `wo` are unit directions (N, 3), or one (3,) for all, in a frame whose normal is +z and whose x
+    is Lafortune's tangent; they are rounded to float32. Returns (N, 3) float32, RGB in 1/sr; 0 where one of the two is
+    not above the horizon. What an ideal mirror reflects is not in it. Raises InputError for directions that
+    are not finite or not unit.
+    """
+    directions = [_directions(value, name) for value, name in ((wi, "wi"), (wo, "wo"))]
+    found = reflectance.layout([material])
+    generated = {
+        "materials.glsl": reflectance.material_text(found),
+        _TOP: "\n".join(['#include "materials.glsl"', *reflectance.reflected_text(found), *_EVALUATE]),
+    }
+    data = reflectance.struct(found, material, glsl.struct_dtype("Material", _TOP, generated))
+    return glsl.call("evaluate", data, *directions, renderer=renderer, generated=generated, file=_TOP)
+
+
+_EVALUATE = [
+    "vec3 evaluate(Material m, vec3 L, vec3 V) {",
+    "    return L.z > 0.0 && V.z > 0.0 ? reflected(m, vec3(0.0, 0.0, 1.0), L, V) : vec3(0.0);",
+    "}",
+]
+# Of a direction's length, squared: what float32 numbers make of a unit vector, and a user's rounding to 4 digits.
+_OFF_UNIT = 1e-3
+
+
+def _directions(value: ArrayLike, name: str) -> NDArray[np.float32]:
+    found = np.asarray(value, np.float32)
+    if found.ndim not in (1, 2) or found.shape[-1] != 3:
+        raise InputError(f"{name}: expected unit directions (N, 3), got an array of shape {found.shape}")
+    if not (np.abs(np.sum(found.astype(float) ** 2, axis=-1) - 1.0) <= _OFF_UNIT).all():
+        raise InputError(f"{name}: expected unit directions, got one whose length is not 1")
+    return np.atleast_2d(found)

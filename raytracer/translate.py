@@ -1,0 +1,80 @@
+"""A material as another model would have it, for the shading override: as like as that model can be made.
+
+Parameters that both models have stay. Of the others a model's colours, and the width of its highlight, become those
+of the other by what they mean; where the other's range ends, they end.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from raytracer.checks import MAX_EXPONENT, InputError
+from raytracer.material import Material
+from raytracer.models import MODELS, Lobe
+
+# What says how much is reflected diffusely, and as a highlight; the first that a material has counts.
+_DIFFUSE, _SPECULAR = ("kd", "rho", "color"), ("ks", "f0", "color")
+# Needs a file.
+UNTRANSLATED = ("merl",)
+
+
+def translated(material: Material, model: str) -> Material:
+    """`material` as the `model` has it.
+
+    Between "phong" and "blinn" as in the lecture: Blinn's highlight with 4 h has the size of Phong's with h. Raises
+    InputError where 4 h is above 1e6.
+    """
+    if material.model == model:
+        return material
+    h = _exponent(material)
+    if model == "blinn" and material.model == "phong" and 4.0 * h > MAX_EXPONENT:
+        expected = f"exponents h of at most {MAX_EXPONENT / 4:g}, which blinn takes times 4"
+        raise InputError(f"shading: expected {expected}, got {h:g}")
+    meant: dict[str, Any] = {name: _first(material, _DIFFUSE) for name in _DIFFUSE}
+    meant |= {name: _first(material, _SPECULAR) for name in ("ks", "f0")}
+    meant |= material.parameters
+    meant |= _widths(model, h)
+    if model == "lafortune":
+        meant["lobes"] = (Lobe((-1.0,) * 3, (1.0,) * 3, (h,) * 3, (-1.0,) * 3, meant["ks"]),)
+    given: dict[str, Any] = {}
+    for name, parameter in MODELS[model].parameters.items():
+        value = meant.get(name)
+        if value is None or (parameter.when and meant.get(parameter.when[0], parameter.when[1]) != parameter.when[1]):
+            continue  # also not what belongs to another choice than the one that stays
+        match parameter.kind:
+            case "color":
+                given[name] = tuple(min(max(part, parameter.low), parameter.high) for part in value)
+            case "number":
+                given[name] = min(max(value, parameter.low), parameter.high)
+            case _:
+                given[name] = value
+    return Material(model, name=material.name, **given)
+
+
+def _first(material: Material, names: tuple[str, ...]) -> Any:
+    return next((material.get(name) for name in names if material.get(name) is not None), None)
+
+
+def _exponent(material: Material) -> float:
+    """Phong's exponent for a highlight of the size of this material's; the default's if it has none."""
+    if (h := material.get("h")) is not None:
+        return h / 4.0 if material.model.startswith("blinn") else h
+    if (alpha := material.get("alpha", material.get("m"))) is not None:
+        return max(0.0, (2.0 / alpha**2 - 2.0) / 4.0)
+    if (smoothness := material.get("smoothness")) is not None:
+        return 3.0 / (1.0 - smoothness)
+    if lobes := material.get("lobes"):
+        return lobes[0].n[1]
+    return MODELS["phong"].parameters["h"].default
+
+
+def _widths(model: str, h: float) -> dict[str, float]:
+    """The parameters that say how wide a highlight is, for Phong's exponent; by Walter (2007) for microfacets."""
+    alpha = math.sqrt(2.0 / (4.0 * h + 2.0))
+    return {
+        "h": 4.0 * h if model.startswith("blinn") else h,
+        "alpha": alpha,
+        "m": alpha,
+        "smoothness": 1.0 - 3.0 / h if h > 3.0 else 0.0,
+    }

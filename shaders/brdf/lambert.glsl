@@ -1,0 +1,7 @@
+// Provides lambert(): the same radiance in all directions, f = rho / pi (Lambert 1760).
+
+#include "materials.glsl"
+
+vec3 lambert(Material m, vec3 N, vec3 L, vec3 V) {
+    return m.rho * (0.31830989 * dot(N, L));
+}
