@@ -1,7 +1,8 @@
 // Provides lambert(): the same radiance in all directions, f = rho / pi (Lambert 1760).
 
+#include "brdf/numbers.glsl"
 #include "materials.glsl"
 
 vec3 lambert(Material m, vec3 N, vec3 L, vec3 V) {
-    return m.rho * (0.31830989 * dot(N, L));
+    return m.rho * (dot(N, L) / PI);
 }

@@ -1,0 +1,22 @@
+// Provides conductorFresnel(): what a smooth metal of complex index n + i k, per channel, reflects of unpolarised
+// light (Fresnel 1823; Born and Wolf, section 14.2).
+//
+// With a + i b the square root of (n + i k)^2 - sin^2: of its two parts the one that does not cancel is computed, and
+// the other from a b = n k. Metals have k > n, where the usual form for a loses most of its bits.
+
+#include "materials.glsl"
+
+vec3 conductorFresnel(Material m, float VoH) {
+    float c = clamp(VoH, 0.0, 1.0), s2 = (1.0 - c) * (1.0 + c);
+    vec3 n = m.n, k = m.extinction;
+    vec3 real = (n - k) * (n + k) - s2, product = n * k;
+    // The larger of |a| and |b|; the least is what a vacuum would have, whose sine is 0 too.
+    vec3 large = sqrt(max(0.5 * (sqrt(real * real + 4.0 * product * product) + abs(real)), 1e-30));
+    vec3 small = product / large;
+    vec3 a = mix(small, large, greaterThanEqual(real, vec3(0.0))), b = mix(large, small, greaterThanEqual(real, vec3(0.0)));
+    vec3 b2 = b * b;
+    vec3 s = ((a - c) * (a - c) + b2) / ((a + c) * (a + c) + b2);
+    vec3 less = a * c - s2, more = a * c + s2;
+    vec3 p = s * (less * less + b2 * c * c) / max(more * more + b2 * c * c, 1e-30);
+    return 0.5 * (s + p);
+}

@@ -1,0 +1,16 @@
+// Provides dielectricFresnel(): what a smooth surface reflects of unpolarised light, between media whose indices of
+// refraction are as 1 to ior (Fresnel 1823; form of Cook and Torrance 1982). 1 for total internal reflection.
+//
+// The amplitudes (g - c) / (g + c) and (ior^2 c - g) / (ior^2 c + g), g^2 = ior^2 - 1 + c^2, with their differences
+// multiplied out, so that nothing cancels for an ior near 1.
+
+#include "materials.glsl"
+
+vec3 dielectricFresnel(Material m, float VoH) {
+    float c = min(VoH, 1.0);
+    float n2 = m.ior * m.ior, change = (m.ior - 1.0) * (m.ior + 1.0);
+    float g = sqrt(max(change + c * c, 0.0));
+    float s = change / ((g + c) * (g + c));
+    float p = change * ((n2 + 1.0) * c * c - 1.0) / ((n2 * c + g) * (n2 * c + g));
+    return vec3(g > 0.0 ? 0.5 * (s * s + p * p) : 1.0);
+}

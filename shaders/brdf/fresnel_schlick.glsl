@@ -1,0 +1,8 @@
+// Provides schlickFresnel(): f0 + (1 - f0) (1 - V.H)^5 (Schlick 1994).
+
+#include "materials.glsl"
+
+vec3 schlickFresnel(Material m, float VoH) {
+    float c = clamp(1.0 - VoH, 0.0, 1.0), c2 = c * c;
+    return m.f0 + (1.0 - m.f0) * (c2 * c2 * c);
+}

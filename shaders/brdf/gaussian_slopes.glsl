@@ -1,0 +1,15 @@
+// Provides gaussianSlopes(): the distribution of facets' normals whose slopes are Gaussian, alpha^2 / 2 in variance
+// along each axis (Beckmann 1963), at the direction S, which need not be unit: exp(-tan^2 / alpha^2) / (pi alpha^2 cos^4).
+
+#include "brdf/numbers.glsl"
+
+// Beyond, it is 0 in float32 times any power of the cosine.
+const float LARGEST_EXPONENT = 87.0;
+
+float gaussianSlopes(float alpha, vec3 N, vec3 S) {
+    vec3 x = cross(N, S);
+    float c = dot(N, S), c2 = max(c * c, 1e-30);
+    float t = dot(x, x) / (c2 * alpha * alpha);
+    float q = dot(S, S) / c2;
+    return c > 0.0 && t < LARGEST_EXPONENT ? exp(-t) * q * q / (PI * alpha * alpha) : 0.0;
+}

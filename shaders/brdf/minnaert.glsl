@@ -1,0 +1,12 @@
+// Provides minnaert(): f = rho (k + 1) / (2 pi) (N.L N.V)^(k - 1) (Minnaert 1941, "The reciprocity principle in lunar
+// photometry"). k = 1 is Lambert. Below, it grows without bound as N.V goes to 0, and reflects more than it gets.
+
+#include "brdf/numbers.glsl"
+#include "materials.glsl"
+
+vec3 minnaert(Material m, vec3 N, vec3 L, vec3 V) {
+    float NoL = dot(N, L), NoV = max(dot(N, V), GRAZING);
+    float k = m.darkening;
+    // Powers one by one: their product underflows later.
+    return m.rho * ((k + 1.0) / (2.0 * PI) * pow(NoL, k) * pow(NoV, k - 1.0));
+}

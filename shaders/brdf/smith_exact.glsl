@@ -1,0 +1,11 @@
+// Provides exactSmith(): mu (1 + Lambda) of Beckmann's distribution for a direction with the cosine mu (Smith 1967):
+// with a = 1 / (alpha tan), mu (1 + erf a) / 2 + alpha sin exp(-a^2) / (2 sqrt(pi)), in which nothing cancels.
+
+#include "brdf/erfc.glsl"
+#include "materials.glsl"
+
+float exactSmith(Material m, float mu) {
+    float width = m.alpha * sqrt(max((1.0 - mu) * (1.0 + mu), 0.0));
+    float a = min(mu / max(width, 1e-20), 10.0);  // erf is 1 by then
+    return mu * (1.0 - 0.5 * erfcOf(a)) + 0.28209479 * width * exp(-a * a);
+}

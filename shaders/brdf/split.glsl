@@ -1,0 +1,17 @@
+// Provides split(): what facets do not reflect is diffuse: f = (1 - F) (1 - metalness) rho / pi + F D G / (4 N.L N.V),
+// F = f0 + (1 - f0) (1 - V.H)^5, f0 going to rho with metalness (the cheat sheet's kd f_lambert + ks f_microfacet
+// with ks = F, but F once: f_microfacet has it; Karis 2013). Needs D(), slope(), masking().
+// 1 - F is Schlick's at V.H, not what is transmitted in and out again.
+
+#include "brdf/numbers.glsl"
+#include "materials.glsl"
+
+vec3 split(Material m, vec3 N, vec3 L, vec3 V) {
+    float NoL = dot(N, L), NoV = max(dot(N, V), GRAZING);
+    vec3 S = L + V;
+    float c = max(1.0 - 0.5 * length(S), 0.0), c2 = c * c;
+    vec3 f0 = mix(m.f0, m.rho, m.metalness);
+    vec3 F = f0 + (1.0 - f0) * (c2 * c2 * c);
+    float facets = D(m, N, S) * masking(m, slope(m, NoL), slope(m, NoV), NoL, NoV);
+    return ((1.0 - F) * (1.0 - m.metalness) * m.rho / PI + F * (0.25 * facets)) * NoL;
+}

@@ -1,0 +1,16 @@
+// Provides torrance_sparrow(): f = rho / pi + ks constant F D G / (N.L N.V), D = c exp(-(angle / m)^2) of the angle
+// between N and H, with V-shaped cavities (Torrance and Sparrow 1967). Needs fresnel().
+// c is free there; 0 stands for 1 / (pi m^2), which makes the integral over D cos 1 for small m.
+
+#include "brdf/angle.glsl"
+#include "brdf/numbers.glsl"
+#include "brdf/v_cavity.glsl"
+#include "materials.glsl"
+
+vec3 torrance_sparrow(Material m, vec3 N, vec3 L, vec3 V) {
+    float NoL = dot(N, L), NoV = max(dot(N, V), GRAZING);
+    vec3 S = L + V;
+    float x = angle(N, S) / m.m;
+    float D = (m.c > 0.0 ? m.c : 1.0 / (PI * m.m * m.m)) * exp(-x * x);
+    return m.rho * (NoL / PI) + m.ks * fresnel(m, 0.5 * length(S)) * (m.constant * D * vCavity(N, S, NoL, NoV));
+}
