@@ -145,6 +145,7 @@ def _fresnel(f0: float) -> tuple[Parameter, ...]:
 def _v_cavity(m: str) -> tuple[Parameter, ...]:
     """What the models with V-shaped cavities have in common."""
     return (
+        _color("rho", 0.0, "albedo of a diffuse part", unit="linear RGB"),
         _color("ks", 1.0, "scales all of it", unit="linear RGB"),
         _number("m", 0.3, 1e-4, 3.0, m),
         *_fresnel(0.8),
