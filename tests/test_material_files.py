@@ -85,11 +85,12 @@ def test_lafortune_clay_is_that_of_pbrt():
     }
 
 
-def test_ngan_nickel_is_as_published():
+def test_ngan_nickel_is_as_published_times_the_channels_factors():
+    # Published: .0342 .0256 .014 and .16 .124 .0798.
     assert ENTRIES["ngan/nickel"] == {
         "model": "cook_torrance",
-        "rho": [0.0342, 0.0256, 0.014],
-        "ks": [0.16, 0.124, 0.0798],
+        "rho": [0.0342, 0.02944, 0.02324],
+        "ks": [0.16, 0.1426, 0.132468],
         "f0": [0.733, 0.733, 0.733],
         "m": 0.0424,
         "constant": "cook",
@@ -100,7 +101,7 @@ def test_ngan_lafortune_lobes_are_the_published_ones_rewritten():
     # Published: rho .475 .27 .0681, Cxy -.596, Cz .537, n 12.8. A port of pbrt (Joo-Haeng Lee 2007) has the factor
     # rho (n + 2) / (2 pi max^n) inside: Cxy -1.00881, -.96526, -.866779 and Cz .908947, .869705, .780974.
     (lobe,) = ENTRIES["ngan-lafortune/gold-metallic-paint"]["lobes"]
-    inside = [s ** (1.0 / lobe["n"]) for s in lobe["scale"]]
+    inside = [(s / c) ** (1.0 / lobe["n"]) for s, c in zip(lobe["scale"], (1.0, 1.15, 1.66), strict=True)]
     assert [lobe["cx"] * f for f in inside] == pytest.approx([-1.00881, -0.96526, -0.866779], rel=1e-5)
     assert [lobe["cz"] * f for f in inside] == pytest.approx([0.908947, 0.869705, 0.780974], rel=1e-5)
 
