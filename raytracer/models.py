@@ -136,12 +136,12 @@ def _fresnel(f0: float) -> tuple[Parameter, ...]:
         _number("ior", 1.5, 0.1, 10.0, "index of refraction, over that outside", when=("fresnel", "dielectric")),
         # Gold at 650, 550 and 450 nm (Johnson and Christy 1972).
         Parameter(
-            "n", "color", (0.16, 0.42, 1.45), "real part of the index", 0.0, 100.0, when=("fresnel", "conductor")
+            "n", "color", (0.156, 0.424, 1.383), "real part of the index", 0.0, 100.0, when=("fresnel", "conductor")
         ),
         Parameter(
             "k",
             "color",
-            (3.48, 2.35, 1.88),
+            (3.602, 2.472, 1.915),
             "imaginary part of the index",
             0.0,
             100.0,

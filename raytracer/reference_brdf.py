@@ -5,6 +5,7 @@ Each model's function gives f cos(theta_i), (R, 3), for unit vectors N, L, V of 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -55,8 +56,130 @@ def _lambert(m: Material, N: Array, L: Array, V: Array) -> Array:
     return np.array(m.rho) / np.pi * _column(dot(N, L))
 
 
-MODELS: dict[str, Callable[[Material, Array, Array, Array], Array]] = {
-    "phong": _phong,
-    "blinn": _blinn,
-    "lambert": _lambert,
-}
+def _minnaert(m: Material, N: Array, L: Array, V: Array) -> Array:
+    NoL, NoV = dot(N, L), dot(N, V)
+    return np.array(m.rho) * _column((m.k + 1.0) / (2.0 * np.pi) * (NoL * NoV) ** (m.k - 1.0) * NoL)
+
+
+def _phong_normalized(m: Material, N: Array, L: Array, V: Array) -> Array:
+    lobe = (m.h + 2.0) / (2.0 * np.pi) * _power(dot(_mirrored(N, L), V), m.h)
+    return (np.array(m.kd) / np.pi + np.array(m.ks) * _column(lobe)) * _column(dot(N, L))
+
+
+def _blinn_normalized(m: Material, N: Array, L: Array, V: Array) -> Array:
+    constant = (m.h + 2.0) * (m.h + 4.0) / (8.0 * np.pi * (2.0 ** (-m.h / 2.0) + m.h))
+    lobe = constant * _power(dot(N, _halfway(L, V)), m.h)
+    return (np.array(m.kd) / np.pi + np.array(m.ks) * _column(lobe)) * _column(dot(N, L))
+
+
+def _mirror(m: Material, N: Array, L: Array, V: Array) -> Array:
+    return np.zeros(N.shape)
+
+
+def _schlick(f0: Array, c: Array) -> Array:
+    return f0 + (1.0 - f0) * _column(1.0 - c) ** 5
+
+
+def fresnel(m: Material, c: Array) -> Array:
+    """What a facet reflects, (R, 3), by the cosine (R,) of the angle to it."""
+    if m.fresnel == "schlick":
+        return _schlick(np.array(m.f0), c)
+    # Amplitudes for a complex index, as Born and Wolf have them; a dielectric's is real.
+    index = np.array(m.n) + 1j * np.array(m.k) if m.fresnel == "conductor" else np.array([m.ior] * 3, complex)
+    c3 = _column(c)
+    inside = np.sqrt(index**2 - 1.0 + c3**2)
+    s = (c3 - inside) / (c3 + inside)
+    p = (index**2 * c3 - inside) / (index**2 * c3 + inside)
+    return (np.abs(s) ** 2 + np.abs(p) ** 2) / 2.0
+
+
+def distribution(m: Material, kind: str, cosine: Array, alpha: float | None = None) -> Array:
+    """D of the facets' normals, (R,), by the cosine of their angle with N."""
+    a2 = (m.alpha if alpha is None else alpha) ** 2
+    tan2 = (1.0 - cosine**2) / cosine**2
+    if kind == "ggx":
+        return 1.0 / (np.pi * a2 * cosine**4 * (1.0 + tan2 / a2) ** 2)
+    return np.exp(-tan2 / a2) / (np.pi * a2 * cosine**4)
+
+
+def smith_lambda(m: Material, kind: str, cosine: Array) -> Array:
+    """Smith's Lambda of a direction, (R,), by its cosine."""
+    tan = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) / cosine
+    if kind == "ggx":
+        return (np.sqrt(1.0 + (m.alpha * tan) ** 2) - 1.0) / 2.0
+    a = 1.0 / np.maximum(m.alpha * tan, 1e-300)
+    if m.smith == "rational":
+        g1 = np.where(a < 1.6, (3.535 * a + 2.181 * a**2) / (1.0 + 2.276 * a + 2.577 * a**2), 1.0)
+        return 1.0 / g1 - 1.0
+    erfc = np.array([math.erfc(x) for x in a.ravel()]).reshape(a.shape)
+    return np.exp(-(a**2)) / (2.0 * a * math.sqrt(np.pi)) - erfc / 2.0
+
+
+def masking(m: Material, kind: str, NoL: Array, NoV: Array) -> Array:
+    """G, (R,)."""
+    l, v = smith_lambda(m, kind, NoL), smith_lambda(m, kind, NoV)
+    return 1.0 / ((1.0 + l) * (1.0 + v) if m.masking == "separable" else 1.0 + l + v)
+
+
+def _facets(m: Material, kind: str, N: Array, L: Array, V: Array) -> Array:
+    """D G / (4 N.V), (R,)."""
+    NoV = dot(N, V)
+    return distribution(m, kind, dot(N, _halfway(L, V))) * masking(m, kind, dot(N, L), NoV) / (4.0 * NoV)
+
+
+def _ggx(m: Material, N: Array, L: Array, V: Array) -> Array:
+    return fresnel(m, dot(V, _halfway(L, V))) * _column(_facets(m, "ggx", N, L, V))
+
+
+def _beckmann(m: Material, N: Array, L: Array, V: Array) -> Array:
+    return fresnel(m, dot(V, _halfway(L, V))) * _column(_facets(m, "beckmann", N, L, V))
+
+
+def _split(m: Material, N: Array, L: Array, V: Array) -> Array:
+    f0 = (1.0 - m.metalness) * np.array(m.f0) + m.metalness * np.array(m.rho)
+    F = _schlick(f0, dot(V, _halfway(L, V)))
+    diffuse = (1.0 - F) * (1.0 - m.metalness) * _lambert(m, N, L, V)
+    return diffuse + F * _column(_facets(m, m.distribution, N, L, V))
+
+
+CONSTANTS = {"modern": 0.25, "cook": 1.0 / np.pi, "unnormalized": 1.0}
+
+
+def _v_cavities(m: Material, D: Array, N: Array, L: Array, V: Array) -> Array:
+    H = _halfway(L, V)
+    NoL, NoV, NoH, VoH = dot(N, L), dot(N, V), dot(N, H), dot(V, H)
+    G = np.minimum(1.0, np.minimum(2.0 * NoH * NoV / VoH, 2.0 * NoH * NoL / VoH))
+    specular = np.array(m.ks) * fresnel(m, VoH) * _column(CONSTANTS[m.constant] * D * G / NoV)
+    return _lambert(m, N, L, V) + specular
+
+
+def _cook_torrance(m: Material, N: Array, L: Array, V: Array) -> Array:
+    return _v_cavities(m, distribution(m, "beckmann", dot(N, _halfway(L, V)), m.m), N, L, V)
+
+
+def _torrance_sparrow(m: Material, N: Array, L: Array, V: Array) -> Array:
+    H = _halfway(L, V)
+    angle = np.arctan2(np.linalg.norm(np.cross(N, H), axis=-1), dot(N, H))
+    c = m.c or 1.0 / (np.pi * m.m**2)
+    return _v_cavities(m, c * np.exp(-((angle / m.m) ** 2)), N, L, V)
+
+
+def _functions() -> dict[str, Callable[[Material, Array, Array, Array], Array]]:
+    own = (
+        _phong,
+        _blinn,
+        _lambert,
+        _minnaert,
+        _phong_normalized,
+        _blinn_normalized,
+        _torrance_sparrow,
+        _cook_torrance,
+        _ggx,
+        _beckmann,
+        _split,
+        _mirror,
+    )
+    return {function.__name__[1:]: function for function in own}
+
+
+MODELS = _functions()

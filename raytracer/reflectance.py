@@ -129,9 +129,10 @@ def _place(found: Layout, number: int) -> tuple[int, int]:
 def reflected_text(found: Layout) -> list[str]:
     """reflected(): f cos(theta_i) by each material's own model; and the forms that these choose."""
     lines: list[str] = []
-    for name, options in found.choices.items():
+    for name, functions in FUNCTIONS.items():  # in this order: one may call those before
+        options = found.choices.get(name, [])
         lines += [f'#include "brdf/{name}_{option}.glsl"' for option in options]
-        for kind, function, parameters in FUNCTIONS[name]:
+        for kind, function, parameters in functions if options else ():
             given = ", ".join(["m", *(p.split()[1] for p in parameters.split(", "))])
             calls = [f"{option}{function[0].upper()}{function[1:]}({given})" for option in options]
             choice = _chosen(f"m.{name}", calls)
