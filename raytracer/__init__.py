@@ -16,12 +16,14 @@ from typing import TYPE_CHECKING, Any
 from raytracer.checks import InputError
 from raytracer.instances import Instances
 from raytracer.material import Material
+from raytracer.published import published
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.scene_file import load
 from raytracer.settings import Settings
 from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union
 
 if TYPE_CHECKING:
+    from raytracer import brdf
     from raytracer.context import ContextError
     from raytracer.film import Image
     from raytracer.glsl_source import ShaderError
@@ -47,7 +49,9 @@ __all__ = [
     "Solid",
     "Sphere",
     "Union",
+    "brdf",
     "load",
+    "published",
     "render",
 ]
 
@@ -56,10 +60,12 @@ _LAZY = {"ContextError": "context", "Image": "film", "ShaderError": "glsl_source
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _LAZY:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
+    if name == "brdf":
+        return import_module("raytracer.brdf")
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f"raytracer.{_LAZY[name]}"), name)
     globals()[name] = value
     return value

@@ -1,6 +1,8 @@
 """The reflectance models in float64 NumPy, from their definitions: the oracle for the files of `shaders/brdf/`.
 
 Each model's function gives f cos(theta_i), (R, 3), for unit vectors N, L, V of shape (R, 3) with N.L > 0 and N.V > 0.
+Vectors that were rounded to float32 are not unit any more, which tells where L and V are nearly opposite, or a lobe
+is narrow. So what counts is their directions and sum: H = (L + V) / |L + V|, V.H = |L + V| / 2.
 """
 
 from __future__ import annotations
@@ -36,20 +38,26 @@ def _halfway(L: Array, V: Array) -> Array:
     return H / np.maximum(np.linalg.norm(H, axis=-1, keepdims=True), np.finfo(float).tiny)
 
 
-def _mirrored(N: Array, L: Array) -> Array:
-    return 2.0 * _column(dot(N, L)) * N - L
+def _facet_cosine(L: Array, V: Array) -> Array:
+    """V.H"""
+    return np.linalg.norm(L + V, axis=-1) / 2.0
 
 
-def _power(cosine: Array, h: float) -> Array:
-    return np.maximum(cosine, 0.0) ** h
+def _mirror_lobe(N: Array, L: Array, V: Array, h: float) -> Array:
+    R = 2.0 * _column(dot(N, L)) * N - L
+    return np.maximum(dot(R, V) / np.linalg.norm(R, axis=-1) / np.linalg.norm(V, axis=-1), 0.0) ** h
+
+
+def _halfway_lobe(N: Array, L: Array, V: Array, h: float) -> Array:
+    return np.maximum(dot(N, _halfway(L, V)), 0.0) ** h
 
 
 def _phong(m: Material, N: Array, L: Array, V: Array) -> Array:
-    return np.array(m.kd) * _column(dot(N, L)) + np.array(m.ks) * _column(_power(dot(_mirrored(N, L), V), m.h))
+    return np.array(m.kd) * _column(dot(N, L)) + np.array(m.ks) * _column(_mirror_lobe(N, L, V, m.h))
 
 
 def _blinn(m: Material, N: Array, L: Array, V: Array) -> Array:
-    return np.array(m.kd) * _column(dot(N, L)) + np.array(m.ks) * _column(_power(dot(N, _halfway(L, V)), m.h))
+    return np.array(m.kd) * _column(dot(N, L)) + np.array(m.ks) * _column(_halfway_lobe(N, L, V, m.h))
 
 
 def _lambert(m: Material, N: Array, L: Array, V: Array) -> Array:
@@ -62,13 +70,13 @@ def _minnaert(m: Material, N: Array, L: Array, V: Array) -> Array:
 
 
 def _phong_normalized(m: Material, N: Array, L: Array, V: Array) -> Array:
-    lobe = (m.h + 2.0) / (2.0 * np.pi) * _power(dot(_mirrored(N, L), V), m.h)
+    lobe = (m.h + 2.0) / (2.0 * np.pi) * _mirror_lobe(N, L, V, m.h)
     return (np.array(m.kd) / np.pi + np.array(m.ks) * _column(lobe)) * _column(dot(N, L))
 
 
 def _blinn_normalized(m: Material, N: Array, L: Array, V: Array) -> Array:
     constant = (m.h + 2.0) * (m.h + 4.0) / (8.0 * np.pi * (2.0 ** (-m.h / 2.0) + m.h))
-    lobe = constant * _power(dot(N, _halfway(L, V)), m.h)
+    lobe = constant * _halfway_lobe(N, L, V, m.h)
     return (np.array(m.kd) / np.pi + np.array(m.ks) * _column(lobe)) * _column(dot(N, L))
 
 
@@ -128,16 +136,16 @@ def _facets(m: Material, kind: str, N: Array, L: Array, V: Array) -> Array:
 
 
 def _ggx(m: Material, N: Array, L: Array, V: Array) -> Array:
-    return fresnel(m, dot(V, _halfway(L, V))) * _column(_facets(m, "ggx", N, L, V))
+    return fresnel(m, _facet_cosine(L, V)) * _column(_facets(m, "ggx", N, L, V))
 
 
 def _beckmann(m: Material, N: Array, L: Array, V: Array) -> Array:
-    return fresnel(m, dot(V, _halfway(L, V))) * _column(_facets(m, "beckmann", N, L, V))
+    return fresnel(m, _facet_cosine(L, V)) * _column(_facets(m, "beckmann", N, L, V))
 
 
 def _split(m: Material, N: Array, L: Array, V: Array) -> Array:
     f0 = (1.0 - m.metalness) * np.array(m.f0) + m.metalness * np.array(m.rho)
-    F = _schlick(f0, dot(V, _halfway(L, V)))
+    F = _schlick(f0, _facet_cosine(L, V))
     diffuse = (1.0 - F) * (1.0 - m.metalness) * _lambert(m, N, L, V)
     return diffuse + F * _column(_facets(m, m.distribution, N, L, V))
 
@@ -147,7 +155,7 @@ CONSTANTS = {"modern": 0.25, "cook": 1.0 / np.pi, "unnormalized": 1.0}
 
 def _v_cavities(m: Material, D: Array, N: Array, L: Array, V: Array) -> Array:
     H = _halfway(L, V)
-    NoL, NoV, NoH, VoH = dot(N, L), dot(N, V), dot(N, H), dot(V, H)
+    NoL, NoV, NoH, VoH = dot(N, L), dot(N, V), dot(N, H), _facet_cosine(L, V)
     G = np.minimum(1.0, np.minimum(2.0 * NoH * NoV / VoH, 2.0 * NoH * NoL / VoH))
     specular = np.array(m.ks) * fresnel(m, VoH) * _column(CONSTANTS[m.constant] * D * G / NoV)
     return _lambert(m, N, L, V) + specular

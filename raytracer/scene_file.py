@@ -260,10 +260,7 @@ def _shape(value: Any, name: str, materials: dict[str, Material]) -> Primitive:
     if not expression.is_name(name):
         raise InputError(f'{key}: expected a name of letters, digits and "_" that begins with no digit')
     table = _convert(value, _ShapeTable, key)
-    if table.material not in materials:
-        raise InputError(
-            f"{key}.material: expected the name of a material, got {table.material[:40]!r} ({_known(materials)})"
-        )
+    material = _material_of(table.material, f"{key}.material", materials)
     tables = {"sphere": (table.sphere, _SphereTable, Sphere), "plane": (table.plane, _PlaneTable, Plane)}
     given = [name for name, (value, _, _) in tables.items() if value is not None]
     if len(given) != 1:
@@ -271,9 +268,23 @@ def _shape(value: Any, name: str, materials: dict[str, Material]) -> Primitive:
     value, kind, primitive = tables[given[0]]
     numbers = msgspec.structs.asdict(_convert(value, kind, f"{key}.{given[0]}"))
     try:
-        return primitive(**numbers, material=materials[table.material])
+        return primitive(**numbers, material=material)
     except InputError as error:
         raise InputError(f"{key}.{given[0]}.{error}") from None
+
+
+def _material_of(name: str, key: str, materials: dict[str, Material]) -> Material:
+    """The file's own material of that name, or a published one."""
+    if name in materials:
+        return materials[name]
+    if "/" not in name:
+        raise InputError(f"{key}: expected the name of a material, got {name[:40]!r} ({_known(materials)})")
+    from raytracer.published import published
+
+    try:
+        return published(name)
+    except InputError as error:
+        raise InputError(f"{key}: {error}") from None
 
 
 def _object(text: Any, key: str, shapes: dict[str, Primitive], objects: dict[str, Any]) -> Solid:

@@ -1,0 +1,42 @@
+"""Materials that others have measured and published, by name: `lafortune/clay` is [clay] of materials/lafortune.toml."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from raytracer.checks import InputError, shown
+from raytracer.material import Material
+
+
+def folder() -> Path:
+    """Inside the package where it is installed from a wheel, beside it in a checkout."""
+    package = Path(__file__).parent
+    installed = package / "materials"
+    return installed if installed.is_dir() else package.parent / "assets" / "materials"
+
+
+def collections() -> list[str]:
+    """The names before the slash."""
+    return sorted(path.stem for path in folder().glob("*.toml"))
+
+
+@cache
+def tables(collection: str) -> dict[str, dict[str, Any]]:
+    """The tables of a collection, one of `collections()`; each with `source`, who published it."""
+    text = (folder() / f"{collection}.toml").read_text(encoding="utf-8")
+    return {key: value for key, value in tomllib.loads(text).items() if isinstance(value, dict)}
+
+
+def published(name: str) -> Material:
+    """The material of that name, such as "lafortune/clay". Raises InputError if there is none."""
+    collection, _, key = name.partition("/")
+    known = collections()
+    if collection not in known:
+        raise InputError(f"expected a published material as {'/..., '.join(known)}/..., got {shown(name)}")
+    if key not in tables(collection):
+        names = ", ".join(list(tables(collection))[:8])
+        raise InputError(f"expected a material of {collection} (such as {names}), got {shown(key)}")
+    return Material(**{k: v for k, v in tables(collection)[key].items() if k != "source"}, name=name)
