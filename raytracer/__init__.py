@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from raytracer.checks import InputError
 from raytracer.instances import Instances
+from raytracer.library import published
 from raytracer.material import Material
-from raytracer.published import published
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.scene_file import load
 from raytracer.settings import Settings

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from raytracer import glsl, reflectance
 from raytracer.checks import InputError
 from raytracer.material import Material
+from raytracer.merl import SHAPE, Measured, directions
 from raytracer.renderer import Renderer
 
 _TOP = "reflectance.glsl"
@@ -23,14 +24,36 @@ def evaluate(
     not above the horizon. What an ideal mirror reflects is not in it. Raises InputError for directions that
     are not finite or not unit.
     """
-    directions = [_directions(value, name) for value, name in ((wi, "wi"), (wo, "wo"))]
+    given = [_directions(value, name) for value, name in ((wi, "wi"), (wo, "wo"))]
     found = reflectance.layout([material])
     generated = {
         "materials.glsl": reflectance.material_text(found),
         _TOP: "\n".join(['#include "materials.glsl"', *reflectance.reflected_text(found), *_EVALUATE]),
     }
     data = reflectance.struct(found, material, glsl.struct_dtype("Material", _TOP, generated))
-    return glsl.call("evaluate", data, *directions, renderer=renderer, generated=generated, file=_TOP)
+    table = material.get("file")
+    volumes = {"measured": table.values} if table else {}
+    return glsl.call("evaluate", data, *given, renderer=renderer, generated=generated, file=_TOP, volumes=volumes)
+
+
+def bake(material: Material, *, renderer: Renderer | None = None) -> Measured:
+    """The table of an isotropic material in MERL's format: f in the middle of each of its cells.
+
+    Cells below the horizon, which those above are interpolated with, hold what is just above it. Raises InputError for an anisotropic material.
+    """
+    if reflectance.layout([material]).turned:
+        raise InputError("lobes: expected cx and cy to be the same: MERL's format is for isotropic materials")
+    wi, wo = (_above(part.reshape(-1, 3)) for part in directions())
+    f = evaluate(material, wi, wo, renderer=renderer) / wi[:, 2:]
+    return Measured(f.reshape(*SHAPE, 3))
+
+
+def _above(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Those below half a cell above the horizon, half a degree, brought up there."""
+    least = np.sin(np.radians(0.5))
+    x, y, z = directions.T
+    scale = np.where(z < least, np.sqrt((1.0 - least**2) / np.maximum(x**2 + y**2, 1e-30)), 1.0)
+    return np.stack([x * scale, y * scale, np.maximum(z, least)], -1)
 
 
 _EVALUATE = [

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from raytracer.glsl_source import ShaderError, Source, assemble, shaders_folder
-from raytracer.opengl import release, set_uniforms
+from raytracer.opengl import release, set_uniforms, volume_texture
 from raytracer.renderer import Renderer, shared_renderer
 
 # Words of a row of the data textures: any driver of OpenGL 3.3 takes 1024, llvmpipe 16384.
@@ -51,6 +51,7 @@ def call(
     renderer: Renderer | None = None,
     generated: Mapping[str, str] | None = None,
     file: str | None = None,
+    volumes: Mapping[str, NDArray[np.float32]] | None = None,
 ) -> Any:
     """What `function` gives for each of N elements.
 
@@ -58,7 +59,7 @@ def call(
     for all. Returns an array of N elements of the function's type; if there are `out` or `inout`
     parameters, a tuple of it (unless void) and of theirs in order. `defines` set constants such
     as MAX_HITS. Scalars throughout mean N = 1. `generated` are texts that stand for files, by name; `file` is
-    the one that has the function, if none of shaders/ does.
+    the one that has the function, if none of shaders/ does; `volumes` are what is in each sampler3D, (D, H, W, 3).
 
     Raises ShaderError if shaders/ has no such function, TypeError for a wrong number of
     arguments, ValueError if one does not fit its parameter.
@@ -88,7 +89,7 @@ def call(
     # As many elements at once as fit into a texture, in and out.
     words = max(taken.itemsize, returned.itemsize) // 4
     step = _WIDTH * renderer.limits.target // words
-    parts = [_run(renderer, source, data[i : i + step], returned) for i in range(0, count, step)]
+    parts = [_run(renderer, source, data[i : i + step], returned, volumes or {}) for i in range(0, count, step)]
     answer = np.concatenate(parts) if parts else np.zeros(0, returned)
     values = [answer[name].astype(bool) if kind == "bool" else answer[name].copy() for name, kind in results]
     return values[0] if len(values) == 1 else tuple(values)
@@ -229,7 +230,13 @@ def _elements(value: ArrayLike, kind: np.dtype[Any], name: str) -> NDArray[Any]:
     return array
 
 
-def _run(renderer: Renderer, source: Source, data: NDArray[Any], returned: np.dtype[Any]) -> NDArray[Any]:
+def _run(
+    renderer: Renderer,
+    source: Source,
+    data: NDArray[Any],
+    returned: np.dtype[Any],
+    volumes: Mapping[str, NDArray[np.float32]],
+) -> NDArray[Any]:
     context = renderer.context
     words = np.ascontiguousarray(data).view(np.int32).ravel() if data.dtype.itemsize else np.zeros(0, np.int32)
     padded = np.zeros((max(1, -(-len(words) // _WIDTH)), _WIDTH), np.int32)
@@ -244,7 +251,11 @@ def _run(renderer: Renderer, source: Source, data: NDArray[Any], returned: np.dt
         framebuffer.use()
         texture.use(0)
         set_uniforms(program, data=0)
+        textures = [volume_texture(context, values) for values in volumes.values()]
+        for unit, (name, volume) in enumerate(zip(volumes, textures, strict=True), start=1):
+            volume.use(unit)
+            set_uniforms(program, **{name: unit})
         array.render(moderngl.TRIANGLES, 3)
         answer = np.frombuffer(framebuffer.read(components=1, dtype="i4"), np.int32)[:total]
-        release(context, array, framebuffer, target, texture)
+        release(context, array, framebuffer, target, texture, *textures)
     return answer.view(returned)

@@ -8,14 +8,15 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer import lists, view_space
+from raytracer import lists, reflectance, view_space
 from raytracer.cells import CELL
 from raytracer.checks import InputError
-from raytracer.opengl import BufferTexture, set_sampler
+from raytracer.merl import SHAPE, Measured
+from raytracer.opengl import BufferTexture, set_sampler, volume_texture
 from raytracer.rectangles import cells_under
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.shader import is_listed
+from raytracer.shader import is_listed, shaded_materials
 from raytracer.sight import Met
 
 # Binding points of uniform blocks, and texture units; 0 and 1 are those of passes.py.
@@ -23,7 +24,7 @@ _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2}
 # Cells of a side of a cube's face around a light: in a picture of many objects, one of the first covers about a
 # quarter of a cell.
 GRIDS = (256, 128, 64, 32)
-_UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7}
+_UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7, "measured": 8}
 
 
 class Numbers:
@@ -33,6 +34,8 @@ class Numbers:
         self._context = context
         self._blocks: dict[str, moderngl.Buffer] = {}
         self._textures: dict[str, BufferTexture] = {}
+        self._measured: moderngl.Texture3D | None = None
+        self._measured_tables: list[Measured] = []
         self._of: object = None  # which scene, but for its lights
         self._lister: lists.Lister | None = None
         self._of_camera: lists.Lists | None = None
@@ -54,6 +57,7 @@ class Numbers:
         if new:
             self._lister, self._of_camera = lists.Lister(scene) if listed else None, None
             self._texture("materials", view_space.materials_texture(scene, settings))
+            self._load_measured(reflectance.measured(shaded_materials(scene, settings).values()))
             if precision == 64:
                 self._write("Surfaces", view_space.surfaces_block(scene))
                 self._write("CameraTerms", view_space.camera_terms_block(scene, size))
@@ -65,6 +69,20 @@ class Numbers:
         if self._lister:
             self._load_lists(self._lister, scene, settings, size)
         self._of = of
+
+    def _load_measured(self, tables: list[Measured]) -> None:
+        """Bring the tables of measured materials to the GPU, one on another."""
+        if tables == self._measured_tables:
+            return
+        if self._measured:
+            self._measured.release()
+            self._measured = None
+        if tables:
+            most = self._context.info["GL_MAX_3D_TEXTURE_SIZE"] // SHAPE[0]
+            if len(tables) > most:
+                raise InputError(f"materials: expected at most {most} measured ones on this driver, got {len(tables)}")
+            self._measured = volume_texture(self._context, np.concatenate([table.values for table in tables]))
+        self._measured_tables = tables
 
     def _load_lists(self, lister: lists.Lister, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
         if self._of_camera is None:
@@ -117,6 +135,8 @@ class Numbers:
             buffer.bind_to_uniform_block(_BLOCKS[name])
         for name, texture in self._textures.items():
             texture.use(_UNITS[name])
+        if self._measured:
+            self._measured.use(_UNITS["measured"])
 
     def _write(self, name: str, data: bytes) -> None:
         """Bring a uniform block to the GPU, into the buffer that is there if that has the size."""
@@ -142,5 +162,6 @@ class Numbers:
 
     def close(self) -> None:
         """Give back everything on the GPU."""
-        for thing in (*self._blocks.values(), *self._textures.values()):
-            thing.release()
+        for thing in (*self._blocks.values(), *self._textures.values(), self._measured):
+            if thing:
+                thing.release()

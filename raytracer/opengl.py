@@ -75,6 +75,12 @@ def largest_point(context: moderngl.Context) -> int:
     return int(found[1])
 
 
+def volume_texture(context: moderngl.Context, values: NDArray[np.float32]) -> moderngl.Texture3D:
+    """A texture for a sampler3D of (D, H, W, 3) float32."""
+    depth, height, width, components = values.shape
+    return context.texture3d((width, height, depth), components, np.ascontiguousarray(values), dtype="f4")
+
+
 class BufferTexture:
     """A long row of texels for a samplerBuffer. To fetch one takes llvmpipe a third of what it takes from a plane."""
 

@@ -7,7 +7,7 @@ The models themselves are in `shaders/brdf/`, one file each, with one signature:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.material import Material, peak
+from raytracer.merl import Measured
 from raytracer.models import FUNCTIONS, MODELS, Parameter
 
 # Parameters that are 0 in all materials are in no shader: few scenes have them.
@@ -60,7 +61,7 @@ def layout(materials: Sequence[Material]) -> Layout:
                 case "color" | "direction":
                     if name not in _OFTEN_ZERO or any(value):
                         colors[_member(parameter)] = None
-                case "number" | "whole":
+                case "number" | "whole" | "measured":
                     numbers[_member(parameter)] = None
                 case "choice" if parameter.values:
                     numbers[_member(parameter)] = None
@@ -152,30 +153,52 @@ def _chosen(member: str, calls: list[str]) -> str:
     return "".join(f"{member} == {i} ? {call} : " for i, call in enumerate(calls[:-1])) + calls[-1]
 
 
-def packed(found: Layout, materials: Sequence[Material], to_view: NDArray[np.float64]) -> NDArray[np.float32]:
-    """(N, texels, 4): the materials' numbers, as material_text() fetches them; number i is i.
+def packed(found: Layout, materials: Mapping[int, Material], to_view: NDArray[np.float64]) -> NDArray[np.float32]:
+    """(N, texels, 4): the numbers of materials, each with the member `number`, as material_text() fetches them.
 
     `to_view` (3, 3) turns directions into the axes of the shaders.
     """
     result = np.zeros((len(materials), found.texels, 4))
-    for row, material, number in zip(result, materials, range(len(materials)), strict=True):
-        counted = {"model": found.models.index(material.model), "number": number}
-        values = {_member(MODELS[material.model].parameters[k]): v for k, v in material.parameters.items()}
+    tables = measured(materials.values())
+    for row, (number, material) in zip(result, materials.items(), strict=True):
+        values = _members(found, material, tables) | {"number": number}
+        if "tangent" in values:
+            values["tangent"] = to_view @ values["tangent"]
         for i, name in enumerate(found.colors):
-            row[i, :3] = to_view @ values[name] if name == "tangent" and name in values else values.get(name, 0.0)
+            row[i, :3] = values.get(name, 0.0)
         for i, name in enumerate(found.numbers):
-            row[_place(found, i)] = (
-                _as_number(material, name, values, found) if name in values else counted.get(name, 0)
-            )
+            row[_place(found, i)] = values.get(name, 0.0)
         lobes = row[found.texels - len(_LOBE) * found.lobes :].reshape(found.lobes, len(_LOBE), 4)
         for place, lobe in zip(lobes, material.get("lobes", ()), strict=False):
             place[:, :3] = _normalized(lobe)
     return result.astype(np.float32)
 
 
+def _members(found: Layout, material: Material, tables: list[Measured]) -> dict[str, Any]:
+    """What a material has for the members of struct Material, but for lobes."""
+    values: dict[str, Any] = {"model": found.models.index(material.model)}
+    for name, value in material.parameters.items():
+        parameter = MODELS[material.model].parameters[name]
+        if parameter.kind == "measured":
+            value = tables.index(value)
+        elif parameter.kind == "choice":
+            value = (
+                parameter.values[parameter.choices.index(value)]
+                if parameter.values
+                else found.choices[name].index(value)
+            )
+        values[_member(parameter)] = value
+    return values
+
+
+def measured(materials: Iterable[Material]) -> list[Measured]:
+    """The tables of measured materials, once each, in the order in which struct Material counts them."""
+    return list(dict.fromkeys(material.file for material in materials if material.get("file")))
+
+
 def struct(found: Layout, material: Material, dtype: np.dtype[Any]) -> NDArray[Any]:
     """A material as an element of struct Material; its axes are those of the shaders."""
-    texels = packed(found, [material], np.eye(3))[0]
+    texels = packed(found, {0: material}, np.eye(3))[0]
     result = np.zeros((), dtype)
     for i, name in enumerate(found.colors):
         result[name] = texels[i, :3]
@@ -186,18 +209,6 @@ def struct(found: Layout, material: Material, dtype: np.dtype[Any]) -> NDArray[A
         for k, part in enumerate(_LOBE):
             result["lobes"][part] = lobes[:, k, :3]
     return result
-
-
-def _as_number(material: Material, name: str, values: dict[str, Any], found: Layout) -> float:
-    value = values[name]
-    if not isinstance(value, str):
-        return value
-    parameter = MODELS[material.model].parameters[name]
-    return (
-        dict(zip(parameter.choices, parameter.values, strict=True))[value]
-        if parameter.values
-        else float(found.choices[name].index(value))
-    )
 
 
 def _normalized(lobe: Any) -> NDArray[np.float64]:

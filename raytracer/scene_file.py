@@ -279,7 +279,7 @@ def _material_of(name: str, key: str, materials: dict[str, Material]) -> Materia
         return materials[name]
     if "/" not in name:
         raise InputError(f"{key}: expected the name of a material, got {name[:40]!r} ({_known(materials)})")
-    from raytracer.published import published
+    from raytracer.library import published
 
     try:
         return published(name)

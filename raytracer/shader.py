@@ -43,15 +43,14 @@ def is_over_planes(scene: Scene, settings: Settings) -> bool:
     return is_listed(scene, settings) and bool(groups(scene).kinds) and not groups(scene).bigs
 
 
-def shaded_materials(scene: Scene, settings: Settings) -> list[Material]:
-    """The scene's materials as they are shaded, in order."""
-    return [settings.shaded(material) for material in scene.materials]
+def shaded_materials(scene: Scene, settings: Settings) -> dict[int, Material]:
+    """The materials that surfaces have, as they are shaded, by their index in the scene's."""
+    return {i: settings.shaded(scene.materials[i]) for i in table(scene).used}
 
 
 def material_layout(scene: Scene, settings: Settings) -> reflectance.Layout:
-    """What the shaders hold of those materials that surfaces have."""
-    materials = shaded_materials(scene, settings)
-    return reflectance.layout([materials[i] for i in table(scene).used])
+    """What the shaders hold of them."""
+    return reflectance.layout([*shaded_materials(scene, settings).values()])
 
 
 def vertex_source(scene: Scene, settings: Settings) -> Source:

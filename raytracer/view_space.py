@@ -79,8 +79,8 @@ def numbers_texture(scene: Scene, size: tuple[int, int]) -> NDArray[np.float32]:
 def materials_texture(scene: Scene, settings: Settings) -> NDArray[np.float32]:
     """(texels N, 4): the texels `materials` of the generated materials.glsl."""
     found = material_layout(scene, settings)
-    index = table(scene).material
-    return reflectance.packed(found, shaded_materials(scene, settings), rotation(scene.camera))[index].reshape(-1, 4)
+    rows = reflectance.packed(found, shaded_materials(scene, settings), rotation(scene.camera))
+    return rows[np.searchsorted(table(scene).used, table(scene).material)].reshape(-1, 4)
 
 
 def _camera_terms(

@@ -1,4 +1,4 @@
-"""Materials that others have measured and published, by name: `lafortune/clay` is [clay] of materials/lafortune.toml."""
+"""Materials that others have published, by name: `lafortune/clay` is [clay] of materials/lafortune.toml."""
 
 from __future__ import annotations
 
