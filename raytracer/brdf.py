@@ -39,7 +39,8 @@ def evaluate(
 def bake(material: Material, *, renderer: Renderer | None = None) -> Measured:
     """The table of an isotropic material in MERL's format: f in the middle of each of its cells.
 
-    Cells below the horizon, which those above are interpolated with, hold what is just above it. Raises InputError for an anisotropic material.
+    Cells below the horizon, which those above are interpolated with, hold what is just above it. Raises InputError
+    for an anisotropic material.
     """
     if reflectance.layout([material]).turned:
         raise InputError("lobes: expected cx and cy to be the same: MERL's format is for isotropic materials")

@@ -77,7 +77,7 @@ def write(measured: Measured, file: IO[bytes]) -> None:
     """Write a table as a `.binary` file."""
     file.write(np.array(SHAPE, "<i4").tobytes())
     for channel, scale in enumerate(SCALES):
-        file.write((measured.values[..., channel] / scale).astype("<f8").tobytes())
+        file.write((measured.values[..., channel].astype("<f8") / scale).tobytes())
 
 
 def directions() -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -182,11 +182,8 @@ def _members(found: Layout, material: Material, tables: list[Measured]) -> dict[
         if parameter.kind == "measured":
             value = tables.index(value)
         elif parameter.kind == "choice":
-            value = (
-                parameter.values[parameter.choices.index(value)]
-                if parameter.values
-                else found.choices[name].index(value)
-            )
+            options = parameter.choices if parameter.values else found.choices[name]
+            value = parameter.values[options.index(value)] if parameter.values else options.index(value)
         values[_member(parameter)] = value
     return values
 
