@@ -184,7 +184,13 @@ def _add_settings(parser: argparse.ArgumentParser, samples: int) -> None:
     parser.add_argument(
         "--samples", metavar="N", type=_whole, default=samples, help=f"rays a pixel (default: {samples})"
     )
-    parser.add_argument("--shading", choices=get_args(Shading), help="for all materials (default: each one's own)")
+    parser.add_argument(
+        "--shading",
+        metavar="MODEL",
+        choices=get_args(Shading),
+        help="a model for all materials, as like theirs as it can be (default: each one's own): "
+        + ", ".join(get_args(Shading)),
+    )
     parser.add_argument("--shadows", choices=get_args(Shadows), default="hard", help="default: hard")
     parser.add_argument(
         "--evaluator",
@@ -200,6 +206,13 @@ def _add_settings(parser: argparse.ArgumentParser, samples: int) -> None:
         default=32,
         help="bits of the numbers in which rays meet surfaces (default: 32; 64 needs OpenGL 4.0)",
     )
+    parser.add_argument(
+        "--bounces",
+        metavar="N",
+        type=_whole,
+        default=8,
+        help="mirrors in a row that light is followed through (default: 8)",
+    )
 
 
 def _settings(options: argparse.Namespace, adaptive: float | None = None) -> Settings:
@@ -210,6 +223,7 @@ def _settings(options: argparse.Namespace, adaptive: float | None = None) -> Set
         shadows=options.shadows,
         evaluator=options.evaluator,
         precision=options.precision,
+        bounces=options.bounces,
     )
 
 

@@ -51,14 +51,14 @@ def read_instances(solid: Solid, folder: Path, name: str) -> Instances:
         raise InputError(f"{name}:{between}{error}") from None
 
 
-def is_plain(name: str) -> bool:
-    """Whether `name` can only be that of a `.csv` or `.npz` file in a folder, on any system."""
+def is_plain(name: str, suffixes: Sequence[str] = (".csv", ".npz")) -> bool:
+    """Whether `name` can only be that of a file with one of the suffixes in a folder, on any system."""
     plain = PureWindowsPath(name).name == name and ":" not in name and name.isprintable()
-    return plain and PureWindowsPath(name).suffix.lower() in (".csv", ".npz")
+    return plain and PureWindowsPath(name).suffix.lower() in suffixes
 
 
 def copied(file: Path, folder: Path) -> None:
-    """Put a copy of a file of instances into `folder`, unless it is there. Raises RuntimeError if that fails."""
+    """Put a copy of a file that a scene names into `folder`, unless it is there. Raises RuntimeError if that fails."""
     try:
         data = _read(file, file.name)
         target = folder / file.name

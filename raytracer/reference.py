@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.film import Image
-from raytracer.reference_brdf import reflected
+from raytracer.models import MODELS
+from raytracer.reference_brdf import mirrored, reflected
 from raytracer.sampling import sample_point
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
@@ -48,7 +49,7 @@ def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None
             ro = np.zeros(rd.shape)
             t, surface = tracer.first(ro, rd)
             normal = tracer.normals(np.where(np.isfinite(t), t, 0.0)[:, None] * rd, surface)
-            image.radiance[rows] += _radiance(scene, settings, tracer, rd, t, surface, normal).reshape(*shape, 3)
+            image.radiance[rows] += _radiance(scene, settings, tracer, ro, rd, t, surface, normal).reshape(*shape, 3)
             if k == 0:
                 assert image.depth is not None and image.normal is not None and image.material is not None
                 facing = -np.sign(dot(normal, rd))[:, None] * normal
@@ -234,17 +235,19 @@ def _radiance(
     scene: Scene,
     settings: Settings,
     tracer: Tracer,
+    ro: Array,
     rd: Array,
     t: Array,
     surface: NDArray[np.int32],
     normal: Array,
+    bounce: int = 0,
 ) -> Array:
-    """The light along each ray, Le + ka Ia + sum of S Il f cos(theta_i), (R, 3)."""
+    """The light along each ray, Le + ka Ia + sum of S Il f cos(theta_i), (R, 3), and what mirrors reflect."""
     result = np.empty(rd.shape)
     result[...] = scene.background
     hit = surface >= 0
-    rd, t, surface, n = rd[hit], t[hit], surface[hit], normal[hit]
-    P = t[:, None] * rd
+    ro, rd, t, surface, n = ro[hit], rd[hit], t[hit], surface[hit], normal[hit]
+    P = ro + t[:, None] * rd
     N = -np.sign(dot(n, rd))[:, None] * n
     V = -rd
 
@@ -274,5 +277,12 @@ def _radiance(
         for material, on in groups.items():
             on = on & lit
             I[on] += light_in[on] * reflected(material, N[on], L[on], V[on])
+    for material, on in groups.items():
+        if MODELS[material.model].mirrors and bounce < settings.bounces and on.any():
+            start, R = P[on], rd[on] - 2.0 * dot(rd[on], N[on])[:, None] * N[on]
+            t, met = tracer.first(start, R, surface[on], n[on])
+            normals = tracer.normals(start + np.where(np.isfinite(t), t, 0.0)[:, None] * R, met)
+            seen = _radiance(scene, settings, tracer, start, R, t, met, normals, bounce + 1)
+            I[on] += mirrored(material, N[on], V[on]) * seen
     result[hit] = I
     return result

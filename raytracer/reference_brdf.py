@@ -24,6 +24,11 @@ def reflected(m: Material, N: Array, L: Array, V: Array) -> Array:
         return MODELS[m.model](m, N, L, V)
 
 
+def mirrored(m: Material, N: Array, V: Array) -> Array:
+    """Which share, (R, 3), a material sends towards V of the light from the mirror direction."""
+    return fresnel(m, np.clip(dot(N, V), 0.0, 1.0))
+
+
 def dot(a: Array, b: Array) -> Array:
     """The scalar products of vectors (..., 3)."""
     return np.sum(a * b, axis=-1)

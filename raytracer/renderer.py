@@ -62,13 +62,14 @@ def render(
     shadows: Shadows = "hard",
     evaluator: Evaluator = "cells",
     precision: Precision = 32,
+    bounces: int = 8,
     geometry: bool = True,
     backend: Backend | None = None,
     progress: Progress | None = None,
 ) -> Image:
     """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
 
-    See `Settings` for `samples`, `adaptive`, `shading`, `shadows`, `evaluator` and `precision`. `geometry=False`
+    See `Settings` for `samples` to `bounces`. `geometry=False`
     leaves out depth, normal and material. `backend` is how OpenGL is reached: "auto" (the default, or
     what the variable RAYTRACER_BACKEND says), "egl", "window" or "osmesa"; the context is kept
     for the next call. `progress(done, total)` is called after each pass.
@@ -86,6 +87,7 @@ def render(
         shadows=shadows,
         evaluator=evaluator,
         precision=precision,
+        bounces=bounces,
     )
     check_size(size)
     if warning := precision_warning(scene, settings):

@@ -30,6 +30,9 @@ MAX_BYTES = 4 * 1024 * 1024
 # tomllib takes time that is quadratic in the parts of a dotted key: a.b.c.
 _LONG_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
 
+# Of the files that a scene file names.
+_SUFFIXES = (".csv", ".npz", ".binary")
+
 T = TypeVar("T")
 
 
@@ -132,12 +135,13 @@ def loads(text: str, name: str = "scene") -> Scene:
     return scene
 
 
-def instance_files(path: Path, text: str) -> list[Path]:
-    """The files of instances that the text of file `path` names, there or not. Raises InputError if it is no TOML."""
-    tables = _toml(text).get("instances")
-    entries = tables.values() if isinstance(tables, dict) else ()
-    names = (entry.get("file") for entry in entries if isinstance(entry, dict))
-    return [path.parent / name for name in names if isinstance(name, str) and is_plain(name)]
+def named_files(path: Path, text: str) -> list[Path]:
+    """The other files that the text of file `path` names, there or not. Raises InputError if it is no TOML."""
+    document = _toml(text)
+    tables = [table for key in ("instances", "materials") if isinstance(table := document.get(key), dict)]
+    entries = [entry for table in tables for entry in table.values() if isinstance(entry, dict)]
+    names = (entry.get("file") for entry in entries)
+    return [path.parent / name for name in names if isinstance(name, str) and is_plain(name, _SUFFIXES)]
 
 
 def moved(text: str, scene: Scene, folder: Path | None = None) -> str:
@@ -182,7 +186,7 @@ def _toml(text: str) -> dict[str, Any]:
 def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, str]:
     """The scene, and a warning or "". `folder`: where its files of instances are; None if it can have none."""
     table = _convert(_toml(text), _SceneTable, "")
-    materials = {key: _material(value, key) for key, value in table.materials.items()}
+    materials = {key: _material(value, key, folder) for key, value in table.materials.items()}
     shapes = {key: _shape(value, key, materials) for key, value in table.shapes.items()}
     solids = {key: _object(text, key, shapes, table.objects) for key, text in table.objects.items()}
     objects = solids | {key: _instances(value, key, solids, folder) for key, value in table.instances.items()}
@@ -240,7 +244,7 @@ def _known(names: Iterable[str]) -> str:
     return f"known: {shown}" if len(shown) <= 120 else f"known: {shown[:120]}..."
 
 
-def _material(value: Any, name: str) -> Material:
+def _material(value: Any, name: str, folder: Path | None) -> Material:
     key = f"materials.{name}"
     if not isinstance(value, dict):
         raise InputError(f"{key}: expected a table, got {shown(value)}")
@@ -250,9 +254,21 @@ def _material(value: Any, name: str) -> Material:
         if unknown := [name for name in value if name not in keys]:
             raise InputError(f"{key}: unknown key `{unknown[0]}` ({_known(keys)})")
     try:
+        if "file" in value:
+            value = value | {"file": _measured_file(value["file"], folder)}
         return Material(**value, name=name)
     except InputError as error:
         raise InputError(f"{key}.{error}") from None
+
+
+def _measured_file(name: Any, folder: Path | None) -> Path:
+    if not isinstance(name, str) or not is_plain(name, (".binary",)):
+        raise InputError(
+            f"file: expected the plain name of a .binary file in the scene file's folder, got {shown(name)}"
+        )
+    if folder is None:
+        raise InputError("file: a text is in no folder; load() the scene's file instead")
+    return folder / name
 
 
 def _shape(value: Any, name: str, materials: dict[str, Material]) -> Primitive:

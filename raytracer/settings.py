@@ -40,6 +40,7 @@ Evaluator = Literal["cells", "walk", "roth"]
 Precision = Literal[32, 64]
 
 MAX_SAMPLES = 65536
+MAX_BOUNCES = 64
 
 
 class Settings(msgspec.Struct, frozen=True):
@@ -54,6 +55,7 @@ class Settings(msgspec.Struct, frozen=True):
     surfaces are intersected: 32, or 64 for scenes beyond what 32 resolve (needs OpenGL 4.0).
     `adaptive`: None, or an error in linear radiance, above 0, such as 0.01: only where a pixel's mean is estimated
     to be off by more do pixels near it get more than 3 samples, up to `samples` (adaptive.py).
+    `bounces`: how many mirrors in a row light is followed through, 0 to 64; what comes after is left out.
     """
 
     samples: int = 1
@@ -62,10 +64,13 @@ class Settings(msgspec.Struct, frozen=True):
     evaluator: Evaluator = "cells"
     precision: Precision = 32
     adaptive: float | None = None
+    bounces: int = 8
 
     def __post_init__(self) -> None:
         if isinstance(self.samples, bool) or not isinstance(self.samples, int) or not 1 <= self.samples <= MAX_SAMPLES:
             raise InputError(f"samples: expected a whole number in [1, {MAX_SAMPLES}], got {shown(self.samples)}")
+        if isinstance(self.bounces, bool) or not isinstance(self.bounces, int) or not 0 <= self.bounces <= MAX_BOUNCES:
+            raise InputError(f"bounces: expected a whole number in [0, {MAX_BOUNCES}], got {shown(self.bounces)}")
         _check_choice("shading", self.shading, (None, *get_args(Shading)))
         _check_choice("shadows", self.shadows, get_args(Shadows))
         _check_choice("evaluator", self.evaluator, get_args(Evaluator))

@@ -16,6 +16,7 @@ from raytracer import evaluators, listed, reflectance
 from raytracer.glsl_source import Source, assemble
 from raytracer.groups import FEW, KIND_LEAVES, groups
 from raytracer.material import Material
+from raytracer.models import MODELS
 from raytracer.scene import Scene
 from raytracer.settings import Settings
 from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union, postfix
@@ -35,7 +36,15 @@ def is_listed(scene: Scene, settings: Settings) -> bool:
 
     With 64 bits they never do: the lists' textures hold float32.
     """
-    return settings.evaluator == "cells" and settings.precision == 32 and table(scene).size > FEW
+    many = settings.evaluator == "cells" and settings.precision == 32 and table(scene).size > FEW
+    return many and not has_mirrors(scene, settings)  # whose rays go everywhere
+
+
+def has_mirrors(scene: Scene, settings: Settings) -> bool:
+    """Whether the light of some material comes from other surfaces, too."""
+    return settings.bounces > 0 and any(
+        MODELS[material.model].mirrors for material in shaded_materials(scene, settings).values()
+    )
 
 
 def is_over_planes(scene: Scene, settings: Settings) -> bool:
@@ -98,17 +107,23 @@ def shade_source(scene: Scene, settings: Settings) -> Source:
     """The fragment shader that computes the light from what each pixel sees."""
     defines = _defines(scene, settings) | {"LIGHTS": len(scene.lights)}
     over_planes = is_over_planes(scene, settings)
-    if not scene.lights and not over_planes:
+    mirrors = has_mirrors(scene, settings)
+    if not scene.lights and not over_planes and not mirrors:
         return assemble("shade.frag", defines, {"scene.glsl": '#include "camera.glsl"'} | _materials(scene, settings))
     generated = _includes(scene, settings)
     if over_planes:
         defines["OVER_PLANES"] = 1
         generated += evaluators.nearest_plane(_planes(scene, settings), what=True)
-    if scene.lights:
+    if mirrors:
+        defines |= {"BOUNCES": settings.bounces}
+        generated += _ray_csg(scene, settings)
+    if scene.lights or mirrors:
         generated += _lights(scene, settings)
     if scene.lights and settings.shadows != "off":
         defines["SHADOWS"] = 1
-        generated += ["", *_blocked_at(scene, settings), "", f'#include "shadow_{settings.shadows}.glsl"']
+        written = mirrors and settings.evaluator == "roth"
+        generated += [] if written else ["", *_blocked_at(scene, settings)]
+        generated += ["", f'#include "shadow_{settings.shadows}.glsl"']
     return assemble("shade.frag", defines, {"scene.glsl": "\n".join(generated)} | _materials(scene, settings))
 
 
@@ -264,7 +279,7 @@ def _materials(scene: Scene, settings: Settings) -> dict[str, str]:
 def _lights(scene: Scene, settings: Settings) -> list[str]:
     """The lights, and reflected(), with just the models in use."""
     return [
-        '#include "light.glsl"',
+        *(['#include "light.glsl"'] if scene.lights else []),
         '#include "material.glsl"',
         *reflectance.reflected_text(material_layout(scene, settings)),
     ]

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from raytracer.cells import CELL, MARGIN, cube_faces, overlaps, tangents
 from raytracer.groups import groups, is_bounded
+from raytracer.models import MODELS
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.shader import is_listed
+from raytracer.shader import has_mirrors, is_listed
 from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, postfix
 from raytracer.table import table
 from raytracer.view_space import camera_grid, rotation, vectors
@@ -51,10 +52,18 @@ class Met(NamedTuple):
 
 def has_quiet(scene: Scene, settings: Settings) -> bool:
     """Whether pictures of scenes with this structure may have quiet cells."""
+    if has_mirrors(scene, settings) and any(_reflects(scene, settings, plane) for plane in groups(scene).planes):
+        return False
     if settings.evaluator != "cells" or is_listed(scene, settings):
         return settings.evaluator == "cells"
     shapes = (tuple(type(node) for node in postfix(solid)) for solid in scene.solids())
     return all(shape == (Plane,) or is_bounded(shape) for shape in shapes)
+
+
+def _reflects(scene: Scene, settings: Settings, surface: int) -> bool:
+    """Whether a surface is a mirror, in which anything may be seen."""
+    material = scene.materials[table(scene).material[surface]]
+    return MODELS[settings.shaded(material).model].mirrors
 
 
 def quiet_cells(scene: Scene, size: tuple[int, int], settings: Settings, met: Met | None = None) -> tuple[Mask, Mask]:

@@ -41,7 +41,7 @@ from raytracer.interaction import (
 from raytracer.live import Live
 from raytracer.overlay import panels
 from raytracer.renderer import Renderer, metadata
-from raytracer.scene_file import instance_files, moved, parse, read
+from raytracer.scene_file import moved, named_files, parse, read
 from raytracer.settings import Settings
 from raytracer.watch import Files
 
@@ -239,8 +239,8 @@ class Viewer:
             raise RuntimeError(f"{self._files.scene}: {error}") from None
         with written_new(self.state.scene.name, ".toml") as (path, file):
             file.write(text.encode())
-            for instances in instance_files(self._files.scene, text):
-                copied(instances, path.parent)
+            for other in named_files(self._files.scene, text):
+                copied(other, path.parent)
         return f"wrote {path}; to render its picture: {command(self.state, self.live.size, str(path))}"
 
     def _tell_terminal(self, error: str) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from raytracer.checks import InputError
 from raytracer.glsl_source import shaders_folder
-from raytracer.scene_file import instance_files, read
+from raytracer.scene_file import named_files, read
 
 _SHADERS = (".glsl", ".frag", ".vert")
 
@@ -33,7 +33,7 @@ class Files:
             self._look_at(self.scene)
             if self._seen.get(self.scene) != before.get(self.scene):
                 with suppress(InputError):  # while it is wrong, it has the instances that it had
-                    self._instances = instance_files(*read(self.scene))
+                    self._instances = named_files(*read(self.scene))
         shaders = (path for path in shaders_folder().rglob("[!.]*") if path.suffix in _SHADERS)
         for path in (*self._instances, *shaders):
             self._look_at(path)

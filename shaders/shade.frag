@@ -3,6 +3,9 @@
 
 #include "scene.glsl"
 #include "lighting.glsl"
+#ifdef BOUNCES
+#include "mirrors.glsl"
+#endif
 
 uniform isampler2D surface;  // from visibility.frag
 flat in vec3 background;
@@ -18,6 +21,10 @@ void main() {
         rayCSG(view, P, N, mat);
     }
 #endif
+#ifdef BOUNCES
+    vec3 c = radianceByMirrors(mat, view, background);
+#else
     vec3 c = mat == 0 ? background : radianceAt(mat, view);
+#endif
     radiance = vec4(c, dot(c, c));
 }
