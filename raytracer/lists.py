@@ -123,6 +123,15 @@ class Lister:
         cells = shape[0] * shape[1]
         return self._lists(pairs, cells, np.zeros(cells + 1, np.int64), np.zeros(0, np.int64))
 
+    def of_everything(self) -> Lists:
+        """Of all objects, for rays that come from anywhere: one list."""
+
+        def pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
+            return np.zeros(len(radii), np.int64), np.arange(len(radii))
+
+        every = np.arange(len(self._items.radii))
+        return self._lists(pairs, 1, np.array([0, len(every)]), every)
+
     def of_light(self, scene: Scene, number: int, grid: int) -> Lists:
         """For the cells of the cube around a light, numbered as cells.cube_faces() does."""
         place = np.subtract(scene.lights[number].position, scene.camera.position) @ rotation(scene.camera).T

@@ -16,7 +16,7 @@ from raytracer.opengl import BufferTexture, set_sampler, volume_texture
 from raytracer.rectangles import cells_under
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.shader import is_listed, shaded_materials
+from raytracer.shader import has_mirrors, is_listed, shaded_materials
 from raytracer.sight import Met
 
 # Binding points of uniform blocks, and texture units; 0 and 1 are those of passes.py.
@@ -43,6 +43,7 @@ class Numbers:
         self._lit: object = None  # the lights' places of these
         self._first = 0  # where the camera's lists begin
         self.rectangles = np.zeros((0, 8), np.int32)  # of lists.py
+        self.everything = 0, 0  # where the list of all objects begins and ends, if reflection rays need it
         self.farthest = 1.0  # than any distance to what is in them
         self.grid = GRIDS[0]  # cells of a side of a cube's face around a light
         self._shape = 0, 0  # rows and columns of cells
@@ -100,8 +101,10 @@ class Numbers:
         self.grid = next((grid for grid in GRIDS if 6 * grid * grid * len(lit) <= most), GRIDS[-1])
         self._of_lights = [lister.of_light(scene, i, self.grid) for i in range(len(lit))]
         # All in one texture, the camera's last; and where the list of each cell of a light begins and ends.
-        entries = [*(found.entries for found in self._of_lights), self._of_camera.entries]
+        everything = lister.of_everything().entries if has_mirrors(scene, settings) else np.zeros(0, np.int32)
+        entries = [*(found.entries for found in self._of_lights), everything, self._of_camera.entries]
         first = np.cumsum([0, *map(len, entries)])
+        self.everything = int(first[-3]), int(first[-2])
         ends = [found.ends(at) for found, at in zip(self._of_lights, first, strict=False)]
         self._first = int(first[-2])
         self._texture("lists", np.concatenate(entries))

@@ -102,6 +102,7 @@ class Passes:
                 },
                 toWorld=tuple(self._to_world.ravel().tolist()),  # rows of the way there are columns of the way back
                 focus=math.dist(scene.camera.position, scene.camera.look_at),
+                everything=self._numbers.everything,
                 surface=0,
                 normalDepth=1,
                 others=0,

@@ -36,8 +36,7 @@ def is_listed(scene: Scene, settings: Settings) -> bool:
 
     With 64 bits they never do: the lists' textures hold float32.
     """
-    many = settings.evaluator == "cells" and settings.precision == 32 and table(scene).size > FEW
-    return many and not has_mirrors(scene, settings)  # whose rays go everywhere
+    return settings.evaluator == "cells" and settings.precision == 32 and table(scene).size > FEW
 
 
 def has_mirrors(scene: Scene, settings: Settings) -> bool:
@@ -49,7 +48,8 @@ def has_mirrors(scene: Scene, settings: Settings) -> bool:
 
 def is_over_planes(scene: Scene, settings: Settings) -> bool:
     """Whether besides objects of kinds there are at most half-spaces, which the second pass quickly finds itself."""
-    return is_listed(scene, settings) and bool(groups(scene).kinds) and not groups(scene).bigs
+    only = is_listed(scene, settings) and bool(groups(scene).kinds) and not groups(scene).bigs
+    return only and not has_mirrors(scene, settings)
 
 
 def shaded_materials(scene: Scene, settings: Settings) -> dict[int, Material]:
@@ -116,12 +116,12 @@ def shade_source(scene: Scene, settings: Settings) -> Source:
         generated += evaluators.nearest_plane(_planes(scene, settings), what=True)
     if mirrors:
         defines |= {"BOUNCES": settings.bounces}
-        generated += _ray_csg(scene, settings)
+        generated += _ray_anywhere(scene, settings)
     if scene.lights or mirrors:
         generated += _lights(scene, settings)
     if scene.lights and settings.shadows != "off":
         defines["SHADOWS"] = 1
-        written = mirrors and settings.evaluator == "roth"
+        written = mirrors and (settings.evaluator == "roth" or is_listed(scene, settings))
         generated += [] if written else ["", *_blocked_at(scene, settings)]
         generated += ["", f'#include "shadow_{settings.shadows}.glsl"']
     if mirrors:
@@ -235,13 +235,21 @@ def _ray_csg(scene: Scene, settings: Settings) -> list[str]:
     return _walk(scene, settings, what=True)
 
 
+def _ray_anywhere(scene: Scene, settings: Settings) -> list[str]:
+    """rayCSG() for rays that do not come from the camera; for some evaluators with blockedAt()."""
+    if not is_listed(scene, settings):
+        return _ray_csg(scene, settings)
+    return [*_blocked_at(scene, settings), *listed.anywhere(_planes(scene, settings))]
+
+
 def _blocked_at(scene: Scene, settings: Settings) -> list[str]:
     if settings.evaluator == "roth":
         return _roth(scene, settings)
     if is_listed(scene, settings):
         trees, planes = _trees(scene), _planes(scene, settings)
-        programs, first = bool(groups(scene).bigs), settings.shadows == "hard"
-        return listed.blocked(trees, programs, _depth(scene), planes, first=first)
+        programs, mirrors = bool(groups(scene).bigs), has_mirrors(scene, settings)
+        first = settings.shadows == "hard" and not mirrors
+        return listed.blocked(trees, programs, _depth(scene), planes, first=first, what=mirrors)
     return _walk(scene, settings, what=False)
 
 
