@@ -8,14 +8,16 @@ world's, the origin is the camera: far from the world's own origin float64 runs 
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.film import Image
+from raytracer.light_rays import ends_on, light_rays
 from raytracer.sampling import sample_point
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
@@ -27,8 +29,11 @@ Mask = NDArray[np.bool_]
 _ROWS = 64  # of pixels traced at once
 
 
-def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None) -> Image:
-    """The image of `scene` at `size` (width, height), as `raytracer.render` makes it but in float64."""
+def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None, *, rays: int = 8) -> Image:
+    """The image of `scene` at `size` (width, height), as `raytracer.render` makes it but in float64.
+
+    Under soft shadows each sample looks at each light that has a radius along `rays` x `rays` rays.
+    """
     settings = settings or Settings()
     width, height = size
     image = Image(
@@ -39,16 +44,17 @@ def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None
     )
     tracer = Tracer(scene)
     for k in range(settings.samples):
-        rays = camera_rays(scene.camera, size, sample_point(k))
+        directions = camera_rays(scene.camera, size, sample_point(k))
         for top in range(0, height, _ROWS):
             rows = slice(top, min(top + _ROWS, height))
-            rd = rays[rows]
+            rd = directions[rows]
             shape = rd.shape[:2]
             rd = rd.reshape(-1, 3)
             ro = np.zeros(rd.shape)
             t, surface = tracer.first(ro, rd)
             normal = tracer.normals(np.where(np.isfinite(t), t, 0.0)[:, None] * rd, surface)
-            image.radiance[rows] += _radiance(scene, settings, tracer, rd, t, surface, normal).reshape(*shape, 3)
+            seen = _radiance(scene, settings, tracer, rd, t, surface, normal, rays)
+            image.radiance[rows] += seen.reshape(*shape, 3)
             if k == 0:
                 assert image.depth is not None and image.normal is not None and image.material is not None
                 facing = -np.sign(dot(normal, rd))[:, None] * normal
@@ -121,12 +127,12 @@ class Tracer:
 
         For rays that start on a surface, `start` is its number and `n` its outward normal: there
         the root at the start is 0 by definition, not by computation. So it is `distance` for surfaces
-        that the `light` lies on, at which such rays end. All others start at the camera.
+        that the `light` lies on, or that are its own, at which such rays end. All others start at the camera.
         """
         result = []
         for k, leaf in enumerate(self.leaves):
             on = self.coincide[k][start] if start is not None else np.zeros(len(rd), bool)
-            lit = distance if light and leaf.touches(light.position) else None
+            lit = distance if light and ends_on(leaf, light) else None
             if isinstance(leaf, Sphere):
                 to_center = np.subtract(leaf.center, self._eye) - ro
                 along = dot(to_center, rd)
@@ -144,7 +150,10 @@ class Tracer:
                 entry = np.where(square > 0, np.minimum(inner, outer), np.inf)
                 exit = np.where(square > 0, np.maximum(inner, outer), -np.inf)
                 if light and lit is not None:
-                    chord = -2.0 * (rd @ np.subtract(light.position, leaf.center))
+                    outward: Any = np.subtract(light.position, leaf.center)
+                    if light.radius:
+                        outward = ro + lit[:, None] * rd - np.subtract(leaf.center, self._eye)
+                    chord = -2.0 * dot(rd, outward)
                     entry, exit = lit + np.minimum(chord, 0.0), lit + np.maximum(chord, 0.0)
                     entry, exit = np.where(on, 0.0, entry), np.where(on, lit, exit)
                 elif n is not None:
@@ -238,8 +247,9 @@ def _radiance(
     t: Array,
     surface: NDArray[np.int32],
     normal: Array,
+    rays: int,
 ) -> Array:
-    """The lecture's I = ka Ia + sum of S (kd Il max(N.L, 0) + ks Il spec), (R, 3)."""
+    """The lecture's I = ka Ia + sum of S (kd Il max(N.L, 0) + ks Il spec), (R, 3), over all rays to all lights."""
     result = np.empty(rd.shape)
     result[...] = scene.background
     hit = surface >= 0
@@ -256,10 +266,13 @@ def _radiance(
     I = of_surface(lambda m: m.ka) * np.array(scene.ambient)
     kd, ks, h = of_surface(lambda m: m.kd), of_surface(lambda m: m.ks), of_surface(lambda m: m.h)
     is_phong = of_surface(lambda m: m.model == "phong") == 1.0
-    for light in scene.lights:
-        to_light = np.subtract(light.position, scene.camera.position) - P
-        distance = np.linalg.norm(to_light, axis=1)
-        L = to_light / np.where(distance == 0.0, 1.0, distance)[:, None]
+
+    def rays_to(light: PointLight) -> Iterator[tuple[PointLight, Array, Array, Array]]:
+        own = np.array([light.radius > 0.0 and ends_on(leaf, light) for leaf in tracer.leaves])[surface]
+        place = np.subtract(light.position, scene.camera.position)
+        return ((light, *ray) for ray in light_rays(light, place - P, own, n, rays))
+
+    for light, L, distance, irradiance in itertools.chain.from_iterable(map(rays_to, map(settings.cast, scene.lights))):
         NoL = dot(N, L)
         R = 2.0 * NoL[:, None] * N - L
         H = L + V
@@ -274,10 +287,10 @@ def _radiance(
             diluted = np.divide(blocked_at, distance, out=np.zeros(len(P)), where=blocked)
             S = np.where(blocked, diluted if settings.shadows == "diluted" else 0.0, 1.0)
         # A light in the plane itself grazes it: N.L is 0, whatever rounding makes of it.
-        on = np.array([leaf.touches(light.position) and not isinstance(leaf, Sphere) for leaf in tracer.leaves])
+        on = np.array([ends_on(leaf, light) and not isinstance(leaf, Sphere) for leaf in tracer.leaves])
         grazes = np.any(tracer.coincide & on, axis=1)[surface]
         lit = (NoL > 0.0) & (distance > 0.0) & ~grazes
-        light_in = (S * lit)[:, None] * np.array(light.color)
+        light_in = (S * lit)[:, None] * irradiance
         I += light_in * (kd * NoL[:, None] + ks * spec[:, None])
     result[hit] = I
     return result

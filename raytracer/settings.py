@@ -9,10 +9,10 @@ import msgspec
 
 from raytracer.checks import MAX_EXPONENT, InputError, Vec3, number, shown
 from raytracer.instances import Instances
-from raytracer.scene import Scene
+from raytracer.scene import PointLight, Scene
 from raytracer.solids import MODELS, Material, Solid, Sphere, leaves
 
-Shadows = Literal["off", "hard", "diluted"]
+Shadows = Literal["off", "hard", "diluted", "soft"]
 Shading = Literal["phong", "blinn"]
 Evaluator = Literal["cells", "walk", "roth"]
 Precision = Literal[32, 64]
@@ -23,8 +23,9 @@ MAX_SAMPLES = 65536
 class Settings(msgspec.Struct, frozen=True):
     """How to render.
 
-    `samples` a pixel, 1 to 65536. `shadows`: "off", "hard" (a blocked light gives nothing) or
-    "diluted" (it gives the share dist(P, Q) / dist(P, light), Q the first blocking point).
+    `samples` a pixel, 1 to 65536. `shadows`: "off", "hard" (a blocked light gives nothing),
+    "diluted" (it gives the share dist(P, Q) / dist(P, light), Q the first blocking point) or "soft" (each sample
+    looks at one point of each light that has a radius; under all others a light is its centre).
     `shading`: None for each material's own model, or "phong" or "blinn" for all. `evaluator`
     finds where a ray meets a CSG tree: "cells" (looks only at what a cell of the picture or of a light's
     surroundings can meet), "walk" (at everything) or "roth" (the assignment's hit lists, the readable one);
@@ -65,6 +66,10 @@ class Settings(msgspec.Struct, frozen=True):
             expected = f"exponents h of at most {MAX_EXPONENT / 4:g}, which blinn takes times 4"
             raise InputError(f"shading: expected {expected}, got {material.h:g}")
         return msgspec.structs.replace(material, model=self.shading, h=h)
+
+    def cast(self, light: PointLight) -> PointLight:
+        """`light` under these shadows: its centre, unless they are soft."""
+        return light if self.shadows == "soft" else msgspec.structs.replace(light, radius=0.0)
 
 
 # In float32 a point at distance d is known to about 4 x 2^-24 d. Once that is 1 % of a sphere's
