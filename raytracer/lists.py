@@ -125,7 +125,7 @@ class Lister:
 
     def finest_grid(self, scene: Scene, light: PointLight) -> float:
         """How many cells a side of a cube's face around a light should at most have."""
-        return finest_grid(_place(scene, light), light.radius, self._centers, self._radii)
+        return finest_grid(_place(scene, light), light.radius, self._centers)
 
     def of_light(self, scene: Scene, light: PointLight, grid: int) -> Lists:
         """For the cells of the cube around a light, numbered as cells.cube_faces() does."""

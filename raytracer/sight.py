@@ -36,8 +36,9 @@ PASSING = 2.0**-19
 # Balls are widened by that for distances so many times as large as a typical one from the light, or from the camera
 # to the light: nothing of those, and beyond them nothing is known to be quiet.
 _REACH, _AWAY = 128.0, 4.0
-# So many cells of a cube's face should a light's radius cover at a typical distance, at most.
-_CELLS_OF_LIGHT = 4.0
+# In so many cells of the cube around a light a ball may be listed for no more than the light's radius, on average:
+# in smaller ones the same lists would come over and over.
+_LISTED_FOR_RADIUS = 16.0
 # Slopes of a half-space, for each pixel that a picture is wide and high, below which cameraSlope() (camera.glsl) does
 # not give its points to within MARGIN.
 _FLATTEST = 2.0**-27
@@ -108,7 +109,7 @@ def _find_met(scene: Scene, rays: Array, size: tuple[int, int], settings: Settin
     lights = []
     for light in map(settings.cast, scene.lights) if settings.shadows != "off" else ():
         place = rotation(scene.camera) @ np.subtract(light.position, scene.camera.position)
-        grid = int(min(_GRID, finest_grid(place, light.radius, centers, radii)))
+        grid = int(min(_GRID, finest_grid(place, light.radius, centers)))
         wide = radii + widening(place, light.radius, centers, radii)
         pairs = cube_faces(centers - place, wide, grid)
         kept = _in_cone(pairs, _cube_corners(pairs[0], grid), centers - place, wide)
@@ -120,14 +121,10 @@ def reach(light: Array, centers: Array, radii: Array) -> float:
     """How long rays to a light may be for what PASSING says of them."""
     if not len(radii):
         return 0.0
-    return max(_REACH * _typical(light, centers, radii), _AWAY * float(np.linalg.norm(light)))
-
-
-def _typical(light: Array, centers: Array, radii: Array) -> float:
-    """A typical distance of balls, of which there are some, from a light."""
     far = np.sort(np.linalg.norm(centers - light, axis=1) + radii)
     # Their median. np.median() would import numpy.ma, which takes longer than all of this.
-    return float(far[(len(far) - 1) // 2] + far[len(far) // 2]) / 2.0
+    typical = float(far[(len(far) - 1) // 2] + far[len(far) // 2]) / 2.0
+    return max(_REACH * typical, _AWAY * float(np.linalg.norm(light)))
 
 
 def widening(light: Array, radius: float, centers: Array, radii: Array) -> float:
@@ -140,14 +137,16 @@ def widening(light: Array, radius: float, centers: Array, radii: Array) -> float
     return radius * (1.0 + MARGIN) + 2.0 * passing if radius else passing
 
 
-def finest_grid(light: Array, radius: float, centers: Array, radii: Array) -> float:
+def finest_grid(light: Array, radius: float, centers: Array) -> float:
     """How many cells a side of a cube's face around a light should at most have; at least 1.
 
-    Balls look larger by the light's radius: cells much smaller than that would list the same over and over.
+    By the share of all directions in which balls are listed for no more than the light's radius.
     """
-    if not radius or not len(radii):
+    if not radius or not len(centers):
         return math.inf
-    return max(1.0, _CELLS_OF_LIGHT * _typical(light, centers, radii) / radius)
+    distance = np.maximum(np.linalg.norm(centers - light, axis=1), radius)
+    share = float(np.mean((radius / distance) ** 2)) / 4.0
+    return max(1.0, math.sqrt(_LISTED_FOR_RADIUS / (6.0 * share))) if share else math.inf
 
 
 def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:

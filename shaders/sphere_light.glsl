@@ -2,14 +2,14 @@
 //
 // Its direction is uniformly distributed over the solid angle in which the light is seen from P (Shirley, Wang and
 // Zimmerman 1996, "Monte Carlo techniques for direct lighting calculations"): a cone, or all directions where P is
-// inside. With c the cosine of half the cone's angle, its sine being r / d, the light's radiance is I d^2 / (pi r^2) so
-// that a surface facing it, if nothing is between, gets I; and I / pi inside, as on the sphere. A ray
-// stands for the radiance times the solid angle 2 pi (1 - c), over pi as reflectances are counted: `weight` is
-// 2 (1 - c) d^2 / r^2 = 2 / (1 + c), or 4 inside. A light of radius 0 would have its centre's ray, and weight 1.
+// inside. The sine of half the cone's angle is r / d, and c its cosine. The light's radiance is I d^2 / (pi r^2), so
+// that a surface which faces it, with nothing between, gets I; and I / pi inside, as on the sphere. A ray stands for
+// that times the solid angle 2 pi (1 - c), divided by pi as reflectances are: `weight`, of I, is 2 (1 - c) d^2 / r^2,
+// which is 2 / (1 + c), or 4 inside. As the radius tends to 0 it tends to 1, and the ray to the centre's.
 //
-// 1 - c is computed without subtracting, so it has all its bits for a light however small; below r / d = 1e-19 its square
-// underflows, and the ray goes to the centre. Where P is on a sphere that is the light's own (light.on), that it is
-// there is known, and not computed.
+// 1 - c is computed without subtracting, so it has all its bits however small the light looks; below r / d = 1e-15
+// squares may underflow: rays then go to the centre, and end.n is shorter than 1. Where P is on a sphere that is the
+// light's own (light.on), that it is there is known, and not computed.
 
 #include "ray.glsl"
 #include "light.glsl"

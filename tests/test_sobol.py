@@ -7,6 +7,7 @@ import operator
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from raytracer import glsl
 from raytracer.renderer import Renderer
@@ -15,7 +16,7 @@ from raytracer.sampling import sample_point
 pytestmark = pytest.mark.gl
 
 
-def points(renderer: Renderer, pixel: object, light: object, index: object) -> np.ndarray:
+def points(renderer: Renderer, pixel: ArrayLike, light: ArrayLike, index: ArrayLike) -> np.ndarray:
     return glsl.call("sobolPoint", pixel, light, index, renderer=renderer).astype(float)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import reference
+from raytracer import glsl, reference
 from raytracer.renderer import Renderer
 from raytracer.settings import Evaluator, Settings
 from raytracer.shader import quiet_source, shade_source, vertex_source
@@ -40,6 +40,40 @@ def irradiance(renderer: Renderer, scene: rt.Scene, settings: Settings) -> float
     mean = float(image.radiance[..., 0].mean(dtype=np.float64))
     assert mean == pytest.approx(truth, rel=2e-3, abs=1e-6)
     return mean
+
+
+def test_rays_are_unit_end_on_the_side_towards_them_and_stay_within_the_cone(renderer: Renderer) -> None:
+    rng = np.random.default_rng(4)
+    defines = {"SPHERE_LIGHTS": 1, "FALLOFF": 1, "LIGHTS": 3}
+    count, u = 20_000, 2.0**-24
+    light = np.zeros(count, glsl.dtype("Light", defines))
+    light["position"], light["radius"] = rng.normal(size=(count, 3)), 10.0 ** rng.uniform(-12, 6, count)
+    P = (light["position"] + rng.normal(size=(count, 3)) * 10.0 ** rng.uniform(-9, 9, (count, 1))).astype(np.float32)
+    start = np.zeros(1, glsl.dtype("Contact"))
+    start["surface"] = 1
+    point = (rng.integers(0, 2**24, (count, 2)) * 2.0**-24).astype(np.float32)
+    point[:4] = (0, 0), (0, 1 - u), (1 - u, 0), (1 - u, 1 - u)
+    ray = glsl.call("lightRay", light, P, start, point, defines=defines, renderer=renderer)
+    L, t, n = (ray[name].astype(float) for name in ("L", "distance", "weight"))
+    n = ray["end"]["n"].astype(float)
+    to_center, r = light["position"].astype(float) - P, light["radius"].astype(float)
+    d = np.linalg.norm(to_center, axis=1)
+    given = np.abs(P).max(axis=1) + np.abs(light["position"]).max(axis=1) + r
+    np.testing.assert_allclose(np.linalg.norm(L, axis=1), 1.0, atol=8 * u)
+    assert (np.abs(np.linalg.norm(t[:, None] * L - to_center, axis=1) - r) <= 8 * u * given).all()
+    clear = np.abs(d - r) > 8 * u * given
+    out, within = clear & (d > r), clear & (d < r)
+    assert out.sum() > 2000 and within.sum() > 2000
+    slope = np.sum(n * L, axis=1)
+    known = clear & (r > 1e-15 * d)
+    assert (slope[out & known] < 0.0).all() and (slope[within] >= -8 * u).all()
+    np.testing.assert_allclose(np.linalg.norm(n, axis=1)[known & ~within], 1.0, atol=16 * u)
+    sine = np.linalg.norm(np.cross(L, to_center), axis=1)[out] / d[out]
+    assert (sine <= r[out] / d[out] + 8 * u * given[out] / d[out]).all()
+    expected = np.where(d < r, 4.0, 2.0 / (1.0 + np.sqrt(np.maximum(1.0 - (r / d) ** 2, 0.0))))
+    np.testing.assert_allclose(ray["weight"][clear], expected[clear], rtol=1e-3)
+    far = out & (d > 2 * r) & (d > 1e-3)  # where P's own rounding does not count
+    np.testing.assert_allclose(ray["weight"][far], expected[far], rtol=4e-7)
 
 
 @pytest.mark.parametrize("precision", [32, 64])
@@ -108,7 +142,9 @@ def test_inverse_square_divides_by_the_square_of_the_distance(renderer: Renderer
 @pytest.mark.parametrize("color", [0.0, 1e-12, 1e12])
 def test_nothing_overflows_however_near_a_light_is(renderer: Renderer, height: float, color: float) -> None:
     bright = msgspec.structs.replace(WHITE, kd=(1e12,) * 3)
-    lights = [rt.PointLight((0, height, 0), (color,) * 3, radius, "inverse_square") for radius in (0.0, 1e-12, 1e12)]
+    lights = [
+        rt.PointLight((0, height, 0), (color, color, color), radius, "inverse_square") for radius in (0.0, 1e-12, 1e12)
+    ]
     camera = rt.Camera((0, 1, 1), (0, 0, 0), vertical_fov=60)
     scene = rt.Scene([rt.Plane((0, 1, 0), 0, bright), rt.Sphere((0, 0, 0), 0.1, bright)], lights, camera)
     for settings in (Settings(), soft(4), soft(4, precision=64)):

@@ -96,9 +96,11 @@ def test_lights_that_differ_only_in_radius_get_lists_of_their_own(renderer: Rend
 def test_large_lights_have_few_cells(renderer: Renderer) -> None:
     assert GRIDS[-1] == 1, "so that there is always one that is not too fine"
     rng = np.random.default_rng(1)
-    many = rt.Instances(test_lists.lens(0, 0, 0), rng.uniform(-40, 40, (20_000, 3)), 0.2)
-    scene = rt.Scene([many], [rt.PointLight((0, 60, 0), radius=100.0)], rt.Camera((0, 0, 100), (0, 0, 0)))
-    assert np.isfinite(renderer.render(scene, (32, 18), soft(), geometry=False).radiance).all()
+    near, far = rng.uniform(-40, 40, (20_000, 3)), rng.uniform(-1e5, 1e5, (30_000, 3))
+    for places in (near, np.concatenate([near, far])):
+        many = rt.Instances(test_lists.lens(0, 0, 0), places, 0.2)
+        scene = rt.Scene([many], [rt.PointLight((0, 60, 0), radius=100.0)], rt.Camera((0, 0, 100), (0, 0, 0)))
+        assert np.isfinite(renderer.render(scene, (32, 18), soft(), geometry=False).radiance).all()
 
 
 def test_quiet_cells_are_fewer_under_spheres_and_not_none() -> None:
