@@ -66,13 +66,15 @@ def seen_kinds(kinds: list[Tree], planes: list[NamedPlane] | None) -> list[str]:
 
 
 def blocked(
-    kinds: list[Tree], programs: bool, depth: int, planes: list[NamedPlane], *, first: bool, what: bool
+    kinds: list[Tree], programs: bool, depth: int, planes: list[NamedPlane], *, first: bool, what: bool, beside: bool
 ) -> list[str]:
     """How far rays to a light get, by lists. With `first`, whatever blocks them will do, not the nearest; with `what`
     meetListed() says what it is, for anywhere().
 
-    `kinds` are trees over their own leaves, `programs` is whether there are any, and else as seen().
+    `kinds` are trees over their own leaves, `programs` is whether there are any, and else as seen(). With `beside`,
+    rays may end beside a light's centre, and the cell is the one in which their origin is seen from there.
     """
+    origin = "ray.ro - lights[light].position" if beside else "-ray.rd"
     return [
         '#include "walk.glsl"',
         '#include "lists.glsl"',
@@ -83,7 +85,7 @@ def blocked(
         *_meet(bool(kinds), programs, bool(depth), first),
         *BLOCKED_AT,
         *_nearest_plane(planes),
-        "    ivec2 listed = endsAt(light * (6 * grid * grid) + cubeCell(vec3(-ray.rd)));",
+        f"    ivec2 listed = endsAt(light * (6 * grid * grid) + cubeCell(vec3({origin})));",
         "    meetListed(ray, listed.x, listed.y, nearest);",
         "    return nearest.t;",
         "}",

@@ -207,6 +207,7 @@ class Passes:
                     "draw.tileOrigin": tile[:2],
                     "draw.viewport": shown,
                     "draw.samplePoint": (2.0 * sx - 1.0, 1.0 - 2.0 * sy),
+                    "draw.sampleIndex": k,
                 },
             )
         self._numbers.bind()
