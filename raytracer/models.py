@@ -70,7 +70,7 @@ FUNCTIONS: dict[str, tuple[Function, ...]] = {
     "fresnel": (("vec3", "fresnel", "float VoH"),),
     "masking": (("float", "masking", "float l, float v, float NoL, float NoV"),),
     "distribution": (("float", "D", "vec3 N, vec3 S"), ("float", "slope", "float mu")),
-    "form": (("float", "form", "vec3 N, vec3 L, vec3 V"),),
+    "form": (("vec3", "form", "vec3 N, vec3 L, vec3 V"),),
 }
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from raytracer import reference_rough
 from raytracer.material import Material
 
 Array = NDArray[np.float64]
@@ -59,4 +60,8 @@ MODELS: dict[str, Callable[[Material, Array, Array, Array], Array]] = {
     "phong": _phong,
     "blinn": _blinn,
     "lambert": _lambert,
+    "strauss": reference_rough.strauss,
+    "lafortune": reference_rough.lafortune,
+    "oren_nayar": reference_rough.oren_nayar,
+    "eon": reference_rough.eon,
 }
