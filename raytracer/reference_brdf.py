@@ -64,4 +64,6 @@ MODELS: dict[str, Callable[[Material, Array, Array, Array], Array]] = {
     "lafortune": reference_rough.lafortune,
     "oren_nayar": reference_rough.oren_nayar,
     "eon": reference_rough.eon,
+    "diffuse_microfacet": reference_rough.diffuse_microfacet,
+    "he": reference_rough.he,
 }
