@@ -70,7 +70,7 @@ def test_rays_are_unit_end_on_the_side_towards_them_and_stay_within_the_cone(ren
     np.testing.assert_allclose(np.linalg.norm(n, axis=1)[known & ~within], 1.0, atol=16 * u)
     sine = np.linalg.norm(np.cross(L, to_center), axis=1)[out] / d[out]
     assert (sine <= r[out] / d[out] + 8 * u * given[out] / d[out]).all()
-    expected = np.where(d < r, 4.0, 2.0 / (1.0 + np.sqrt(np.maximum(1.0 - (r / d) ** 2, 0.0))))
+    expected = np.where(d < r, 4.0, 2.0 / (1.0 + np.sqrt(1.0 - (r / np.maximum(d, r)) ** 2)))
     np.testing.assert_allclose(ray["weight"][clear], expected[clear], rtol=1e-3)
     far = out & (d > 2 * r) & (d > 1e-3)  # where P's own rounding does not count
     np.testing.assert_allclose(ray["weight"][far], expected[far], rtol=4e-7)
