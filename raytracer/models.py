@@ -69,7 +69,11 @@ Function = tuple[str, str, str]
 FUNCTIONS: dict[str, tuple[Function, ...]] = {
     "fresnel": (("vec3", "fresnel", "float VoH"),),
     "masking": (("float", "masking", "float l, float v, float NoL, float NoV"),),
-    "distribution": (("float", "D", "vec3 N, vec3 S"), ("float", "slope", "float mu"), ("vec2", "extent", "float alpha")),
+    "distribution": (
+        ("float", "D", "vec3 N, vec3 S"),
+        ("float", "slope", "float mu"),
+        ("vec2", "extent", "float alpha"),
+    ),
     "form": (("vec3", "form", "vec3 N, vec3 L, vec3 V"),),
 }
 
