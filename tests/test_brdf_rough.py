@@ -434,3 +434,26 @@ def test_what_he_does_not_mirror_he_scatters(sigma0: float) -> None:
     m = Material("he", sigma0=sigma0, tau=5, f0=1, wavelength=0.55)
     together = mirrored(m, np.array([1.0]))[0, 0] + albedo(m, 1.0, 60)[0]
     assert together == pytest.approx(1, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "m",
+    [*EMPIRICAL[14:-2], *ROUGH, *WAVES[:7], material("diffuse_microfacet"), material("diffuse_microfacet", alpha=1e-3)],
+    ids=repr,
+)
+def test_the_gpu_agrees_for_any_normal(m: Material) -> None:
+    """Where the frame's axes are not the vectors' axes, parts in the surface are differences, off by a rounding."""
+    wi, wo = pairs(300)
+    axes, _ = np.linalg.qr(np.random.default_rng(5).normal(size=(len(wi), 3, 3)))
+    N, L, V = (rounded(np.einsum("nij,nj->ni", axes, np.broadcast_to(w, wi.shape))) for w in (NORMAL, wi, wo))
+    expected = reflected(m, N, L, V)
+    found = call(m.model, m, "m", *(w.astype(np.float32) for w in (N, L, V)))
+    assert np.isfinite(found).all() and (found >= 0).all()
+    of = (np.minimum(np.sum(N * L, axis=-1), np.sum(N * V, axis=-1))[:, None] > 1e-2) & (expected > 1e-9)
+    error = np.abs(found - expected)[of] / expected[of]
+    assert np.median(error) <= MEDIAN and error.max() <= MOST
+
+    # A viewer below the horizon by what rounding does.
+    below = rounded(V - (np.sum(N * V, axis=-1) + 1e-7)[:, None] * N).astype(np.float32)
+    found = call(m.model, m, "m", N.astype(np.float32), L.astype(np.float32), below)
+    assert np.isfinite(found).all() and (found >= 0).all()
