@@ -438,11 +438,19 @@ def test_what_he_does_not_mirror_he_scatters(sigma0: float) -> None:
 
 @pytest.mark.parametrize(
     "m",
-    [*EMPIRICAL[14:-2], *ROUGH, *WAVES[:7], material("diffuse_microfacet"), material("diffuse_microfacet", alpha=1e-3)],
+    [
+        *EMPIRICAL[14:18],
+        *ROUGH,
+        *(m for m in WAVES[:7] if m.tau < 50),
+        material("diffuse_microfacet"),
+        material("diffuse_microfacet", alpha=1e-3),
+    ],
     ids=repr,
 )
 def test_the_gpu_agrees_for_any_normal(m: Material) -> None:
-    """Where the frame's axes are not the vectors' axes, parts in the surface are differences, off by a rounding."""
+    """Where the normal is no axis, parts in the surface are differences, off by a rounding: of a lobe narrower than
+    0.01 rad, which is not here, that is more (median 3e-6, most 3e-4 for an exponent of 1e6).
+    """
     wi, wo = pairs(300)
     axes, _ = np.linalg.qr(np.random.default_rng(5).normal(size=(len(wi), 3, 3)))
     N, L, V = (rounded(np.einsum("nij,nj->ni", axes, np.broadcast_to(w, wi.shape))) for w in (NORMAL, wi, wo))
