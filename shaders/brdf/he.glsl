@@ -37,9 +37,10 @@ float heShadowing(Material m, float mu, float sine) {
 
 // 1 + W. Newton's steps for log(w) + w = log(z) (Iacono and Boyd 2017) are exact after the third.
 float heShadowed(Material m, vec2 mu, vec2 sine) {
+    const float LEAST = 1e-18; // of a cosine: the square of its reciprocal is finite
     float z = 0.0;
     for (int i = 0; i < 2; i++)
-        z += sine[i] / max(mu[i], 1e-18) * erfc(heSteepness(m, mu[i], sine[i]));
+        z += sine[i] / max(mu[i], LEAST) * erfc(heSteepness(m, mu[i], sine[i]));
     z *= z / (8.0 * HE_PI);
     float w = log(1.0 + z);
     for (int i = 0; i < 4; i++)
@@ -56,7 +57,7 @@ float heStirling(float m) {
 
 // Poisson's probability of m = g + d.
 float hePoisson(float g, float d, float m) {
-    const float CLOSE = 0.1; // of v, whose series' next term is v^10 / 11 of it
+    const float CLOSE = 0.2; // below, the series' next term is v^9 / 11 < 1e-7 of it
     float v = d / (g + m), v2 = v * v;
     float series = d * v + 2.0 * m * v * v2 * (1.0 / 3.0 + v2 * (1.0 / 5.0 + v2 * (1.0 / 7.0 + v2 / 9.0)));
     float deviance = abs(v) < CLOSE ? series : m * log(m / g) - d;
