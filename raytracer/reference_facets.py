@@ -48,7 +48,7 @@ def smith_lambda(m: Material, kind: str, cosine: Array) -> Array:
     tan = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) / cosine
     if kind == "ggx":
         return (np.sqrt(1.0 + (m.alpha * tan) ** 2) - 1.0) / 2.0
-    a = 1.0 / np.maximum(m.alpha * tan, 1e-300)
+    a = 1.0 / np.maximum(m.alpha * tan, 1e-100)
     if m.smith == "rational":
         g1 = np.where(a < 1.6, (3.535 * a + 2.181 * a**2) / (1.0 + 2.276 * a + 2.577 * a**2), 1.0)
         return 1.0 / g1 - 1.0
