@@ -113,9 +113,8 @@ def test_hes_sum_is_as_good_as_its_terms_are_many(renderer: Renderer, sigma0: fl
     wi, wo = pairs(2000, least=0.05)
     up = np.broadcast_to((0.0, 0.0, 1.0), wi.shape)
     wave = (0.625, 0.5625, 0.4375)
-    series = reference_brdf.reflected(
-        rt.Material("he", sigma0=sigma0, wavelength=wave), up, wi.astype(float), wo.astype(float)
-    )
+    material = rt.Material("he", sigma0=sigma0, wavelength=wave)
+    series = reference_brdf.reflected(material, up, wi.astype(float), wo.astype(float))
     counts = series > 1e-8 * series.max()
     for terms, bound in ((16, 0.3), (24, 2e-2), (32, 1e-3), (64, 1e-5), (1024, 1e-5)):
         found = rt.brdf.evaluate(material.replace(terms=terms), wi, wo, renderer=renderer)
