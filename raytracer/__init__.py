@@ -17,6 +17,7 @@ from raytracer.checks import InputError
 from raytracer.instances import Instances
 from raytracer.library import published
 from raytracer.material import Material
+from raytracer.models import Lobe
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.scene_file import load
 from raytracer.settings import Settings
@@ -40,6 +41,7 @@ __all__ = [
     "InputError",
     "Instances",
     "Intersection",
+    "Lobe",
     "Material",
     "Plane",
     "PointLight",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -25,15 +27,21 @@ def evaluate(
     are not finite or not unit.
     """
     given = [_directions(value, name) for value, name in ((wi, "wi"), (wo, "wo"))]
+    return call("evaluate", material, *given, renderer=renderer)
+
+
+def call(function: str, material: Material, *arguments: ArrayLike, renderer: Renderer | None = None) -> NDArray[Any]:
+    """What a GLSL function of a Material and N more arguments answers, in a shader that has what `material` needs.
+
+    Such as ggxD() of shaders/brdf/distribution_ggx.glsl for a material of the model ggx. As raytracer.glsl.call().
+    """
     found = reflectance.layout([material])
-    generated = {
-        "materials.glsl": reflectance.material_text(found),
-        _TOP: "\n".join(['#include "materials.glsl"', *reflectance.reflected_text(found), *_EVALUATE]),
-    }
+    lines = ['#include "materials.glsl"', *reflectance.reflected_text(found), *_EVALUATE]
+    generated = {"materials.glsl": reflectance.material_text(found), _TOP: "\n".join(lines)}
     data = reflectance.struct(found, material, glsl.struct_dtype("Material", _TOP, generated))
     table = material.get("file")
     volumes = {"measured": table.values} if table else {}
-    return glsl.call("evaluate", data, *given, renderer=renderer, generated=generated, file=_TOP, volumes=volumes)
+    return glsl.call(function, data, *arguments, renderer=renderer, generated=generated, file=_TOP, volumes=volumes)
 
 
 def bake(material: Material, *, renderer: Renderer | None = None) -> Measured:

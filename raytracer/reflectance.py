@@ -42,11 +42,6 @@ class Layout(msgspec.Struct, frozen=True):
         return len(self.colors) + -(-rest // 4) + len(_LOBE) * self.lobes
 
     @property
-    def mirrors(self) -> bool:
-        """Whether reflection rays are needed."""
-        return any(MODELS[model].mirrors for model in self.models)
-
-    @property
     def is_small(self) -> bool:
         """Whether the vertex shader may hand on such a material."""
         return not self.lobes and self.texels <= _FEW_TEXELS
@@ -132,10 +127,10 @@ def _place(found: Layout, number: int) -> tuple[int, int]:
     return len(found.colors) + texel, part
 
 
-def reflected_text(found: Layout) -> list[str]:
+def reflected_text(found: Layout, *, mirrors: bool = False) -> list[str]:
     """reflected(): f cos(theta_i) by each material's own model; and the forms that these choose.
 
-    Where some are mirrors also mirrored(): the share of the light from the mirror direction.
+    With `mirrors` also mirrored(): the share of the light from the mirror direction.
     """
     lines: list[str] = []
     for name, functions in FUNCTIONS.items():  # in this order: one may call those before
@@ -148,7 +143,7 @@ def reflected_text(found: Layout) -> list[str]:
             lines.append(f"{kind} {function}(Material m, {parameters}) {{ return {choice}; }}")
     lines += [f'#include "brdf/{model}.glsl"' for model in found.models]
     calls = [f"{model}(m, N, L, V)" for model in found.models]
-    if found.mirrors:
+    if mirrors:
         mirrored = [f"{model}Mirrored(m, N, V)" if MODELS[model].mirrors else "vec3(0.0)" for model in found.models]
         lines.append(f"vec3 mirrored(Material m, vec3 N, vec3 V) {{ return {_chosen('m.model', mirrored)}; }}")
     return [

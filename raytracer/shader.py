@@ -124,6 +124,8 @@ def shade_source(scene: Scene, settings: Settings) -> Source:
         written = mirrors and settings.evaluator == "roth"
         generated += [] if written else ["", *_blocked_at(scene, settings)]
         generated += ["", f'#include "shadow_{settings.shadows}.glsl"']
+    if mirrors:
+        generated.append('#include "mirrors.glsl"')
     return assemble("shade.frag", defines, {"scene.glsl": "\n".join(generated)} | _materials(scene, settings))
 
 
@@ -281,5 +283,5 @@ def _lights(scene: Scene, settings: Settings) -> list[str]:
     return [
         *(['#include "light.glsl"'] if scene.lights else []),
         '#include "material.glsl"',
-        *reflectance.reflected_text(material_layout(scene, settings)),
+        *reflectance.reflected_text(material_layout(scene, settings), mirrors=has_mirrors(scene, settings)),
     ]

@@ -14,7 +14,8 @@ from raytracer.material import Material
 from raytracer.models import MODELS, Lobe
 
 # What says how much is reflected diffusely, and as a highlight; the first that a material has counts.
-_DIFFUSE, _SPECULAR = ("kd", "rho", "color"), ("ks", "f0", "color")
+_DIFFUSE, _SPECULAR = ("kd", "rho", "color"), ("ks", "f0")
+_BLACK = (0.0, 0.0, 0.0)
 # Needs a file.
 UNTRANSLATED = ("merl",)
 
@@ -31,16 +32,15 @@ def translated(material: Material, model: str) -> Material:
     if model == "blinn" and material.model == "phong" and 4.0 * h > MAX_EXPONENT:
         expected = f"exponents h of at most {MAX_EXPONENT / 4:g}, which blinn takes times 4"
         raise InputError(f"shading: expected {expected}, got {h:g}")
-    meant: dict[str, Any] = {name: _first(material, _DIFFUSE) for name in _DIFFUSE}
-    meant |= {name: _first(material, _SPECULAR) for name in ("ks", "f0")}
-    meant |= material.parameters
-    meant |= _widths(model, h)
+    meant = {**_colors(material, model), **_widths(model, h), **_shared(material, model)}
     if model == "lafortune":
-        meant["lobes"] = (Lobe((-1.0,) * 3, (1.0,) * 3, (h,) * 3, (-1.0,) * 3, meant["ks"]),)
+        meant["lobes"] = (Lobe((-1.0,) * 3, (1.0,) * 3, (h,) * 3, (-1.0,) * 3, _colors(material, "phong")["ks"]),)
+    known = MODELS[model].parameters
+    meant = {name: parameter.default for name, parameter in known.items() if parameter.kind == "choice"} | meant
     given: dict[str, Any] = {}
-    for name, parameter in MODELS[model].parameters.items():
+    for name, parameter in known.items():
         value = meant.get(name)
-        if value is None or (parameter.when and meant.get(parameter.when[0], parameter.when[1]) != parameter.when[1]):
+        if value is None or (parameter.when and meant[parameter.when[0]] != parameter.when[1]):
             continue  # also not what belongs to another choice than the one that stays
         match parameter.kind:
             case "color":
@@ -52,8 +52,31 @@ def translated(material: Material, model: str) -> Material:
     return Material(model, name=material.name, **given)
 
 
-def _first(material: Material, names: tuple[str, ...]) -> Any:
-    return next((material.get(name) for name in names if material.get(name) is not None), None)
+def _shared(material: Material, model: str) -> dict[str, Any]:
+    """The parameters that mean the same in both models."""
+    own, other = MODELS[material.model].parameters, MODELS[model].parameters
+    same = {n: v for n, v in material.parameters.items() if n in other and own[n].member == other[n].member}
+    if material.model.startswith("blinn") != model.startswith("blinn"):
+        same.pop("h", None)
+    # Colours are shared out anew where one of the models has others.
+    other_colors = {*_DIFFUSE, *_SPECULAR} & (own.keys() ^ other.keys())
+    return {n: v for n, v in same.items() if not (other_colors and n in (*_DIFFUSE, *_SPECULAR))}
+
+
+def _colors(material: Material, model: str) -> dict[str, Any]:
+    """The colours that say how much is reflected diffusely, and as a highlight, for a model that has some of these."""
+    wanted = MODELS[model].parameters.keys()
+    diffuse, specular = (next((c for n in names if (c := material.get(n))), _BLACK) for names in (_DIFFUSE, _SPECULAR))
+    if lobes := material.get("lobes"):
+        specular = lobes[0].scale
+    if not wanted & {*_DIFFUSE}:
+        # A model of mirror facets only: these get the material's colour.
+        specular = diffuse if any(diffuse) else specular
+    elif not wanted & {*_SPECULAR}:
+        diffuse = diffuse if any(diffuse) else specular
+    colors = dict.fromkeys(_DIFFUSE, diffuse) | dict.fromkeys(("ks", "f0"), specular)
+    # Where both are there, ks scales what f0 reflects.
+    return colors | ({"ks": (1.0, 1.0, 1.0)} if {"ks", "f0"} <= wanted else {})
 
 
 def _exponent(material: Material) -> float:

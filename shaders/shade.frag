@@ -3,9 +3,6 @@
 
 #include "scene.glsl"
 #include "lighting.glsl"
-#ifdef BOUNCES
-#include "mirrors.glsl"
-#endif
 
 uniform isampler2D surface;  // from visibility.frag
 flat in vec3 background;

@@ -67,7 +67,7 @@ def _ends(parameter: Parameter) -> Sequence[Any]:
 def check(
     model: str, settings: Settings, renderer: Renderer | None = None, degrees: Sequence[float] = DEGREES
 ) -> Check:
-    """Measure a model with some settings, and compare. A material about which nothing is written down differs in nothing."""
+    """Measure a model with some settings, and compare. Of a model without verdicts only what no model may do is one."""
     measured = measure(Material(model, **settings), degrees, renderer)
     try:
         verdict = expected(measured.material)

@@ -12,6 +12,7 @@ other. No rule needs to know how wide a lobe is.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import msgspec
 import numpy as np
@@ -123,7 +124,7 @@ def _spherical(angle: Array, azimuth: Array, x: Array, y: Array, axis: Array) ->
 
 
 def _visible(angle: Array, tilt: float) -> Array:
-    """Up to which azimuth a circle at an angle to an axis of that tilt is above the horizon, from where it is highest."""
+    """Up to which azimuth, from its highest point, a circle at an angle to an axis of that tilt is above the horizon."""
     with np.errstate(divide="ignore", invalid="ignore"):
         bound = -(np.cos(angle) * np.cos(tilt)) / (np.sin(angle) * np.sin(tilt))
     return np.arccos(np.clip(np.nan_to_num(bound, nan=1.0, posinf=1.0, neginf=-1.0), -1.0, 1.0))
@@ -139,12 +140,12 @@ def _angles(edges: Sequence[float], count: int) -> Rule:
     u, du = (x + 1.0) / 2.0, w / 2.0
     nodes, weights = [], []
     edges = sorted({0.0, *edges})
-    for low, high in zip(edges, edges[1:], strict=False):
+    for low, high in pairwise(edges):
         inner = max(low, _INNERMOST)
         number = max(2, int(np.ceil(np.log(high / inner) / np.log(_GROWTH)))) if high > inner else 1
         panels = np.geomspace(min(inner, high), high, number + 1) if high > inner else np.array([high])
         panels = np.array([low, *panels[panels > low]])
-        for i, (a, b) in enumerate(zip(panels, panels[1:], strict=False)):
+        for i, (a, b) in enumerate(pairwise(panels)):
             if i == len(panels) - 2:
                 part = b - (b - a) * u * u, 2.0 * u * du
             elif i == 0 and low > 0.0:
@@ -163,7 +164,7 @@ def _azimuths(limit: Array, fine: Fineness, kinks: Sequence[float]) -> Rule:
     """
     x, w = np.polynomial.legendre.leggauss(-(-fine.azimuths // (len(kinks) + 1)))
     ends = [np.zeros_like(limit), *(np.minimum(kink, limit) for kink in kinks), limit]
-    halves = [(b - a)[:, None] / 2.0 for a, b in zip(ends, ends[1:], strict=False)]
+    halves = [(b - a)[:, None] / 2.0 for a, b in pairwise(ends)]
     nodes = np.concatenate([h * (x + 1.0) + a[:, None] for h, a in zip(halves, ends, strict=False)], axis=1)
     weights = np.concatenate([h * w for h in halves], axis=1)
     if not fine.whole:

@@ -207,10 +207,14 @@ COMBINATIONS: dict[str, tuple[Settings, ...]] = {
     "eon": ({"rho": 1.0, "roughness": 1.0}, {"rho": 1.0, "roughness": 0.1}),
     "torrance_sparrow": ({"m": 1e-3}, {"f0": 1.0, "m": 0.1}),
     "cook_torrance": ({"m": 1e-3}, {"f0": 1.0, "m": 0.1}),
-    "ggx": tuple({"f0": 1.0, "alpha": alpha} for alpha in (1e-3, 0.1, 0.5, 1.0))
-    + ({"f0": 1.0, "alpha": 1.0, "masking": "separable"},),
-    "beckmann": tuple({"f0": 1.0, "alpha": alpha} for alpha in (1e-3, 0.1, 1.0))
-    + ({"f0": 1.0, "alpha": 1.0, "smith": "rational"},),
+    "ggx": (
+        *({"f0": 1.0, "alpha": alpha} for alpha in (1e-3, 0.1, 0.5, 1.0)),
+        {"f0": 1.0, "alpha": 1.0, "masking": "separable"},
+    ),
+    "beckmann": (
+        *({"f0": 1.0, "alpha": alpha} for alpha in (1e-3, 0.1, 1.0)),
+        {"f0": 1.0, "alpha": 1.0, "smith": "rational"},
+    ),
     "split": ({"alpha": 1e-3}, {"distribution": "beckmann", "alpha": 0.1}),
 }
 

@@ -15,7 +15,8 @@ const float SERIES = 0.5;
 float cosineLobe(vec3 a, vec3 b, float h) {
     float cosine = dot(a, b);
     vec3 sine = cross(a, b);
-    float x = dot(sine, sine) / max(cosine * cosine, 1e-37);  // not 0 / 0, where L = -V but for 1e-20
+    // L + V may be so short that its square is 0.
+    float x = dot(sine, sine) / max(cosine * cosine, 1e-30);
     float z = x / (2.0 + x), z2 = z * z;
     float series = 2.0 * z * (1.0 + z2 * (1.0 / 3.0 + z2 * (1.0 / 5.0 + z2 * (1.0 / 7.0 + z2 / 9.0))));
     float logarithm = x > SERIES ? log(1.0 + x) : series;

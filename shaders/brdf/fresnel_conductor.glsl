@@ -9,11 +9,11 @@
 vec3 conductorFresnel(Material m, float VoH) {
     float c = clamp(VoH, 0.0, 1.0), s2 = (1.0 - c) * (1.0 + c);
     vec3 n = m.n, k = m.extinction;
-    vec3 real = (n - k) * (n + k) - s2, product = n * k;
+    vec3 part = (n - k) * (n + k) - s2, product = n * k;
     // The larger of |a| and |b|; the least is what a vacuum would have, whose sine is 0 too.
-    vec3 large = sqrt(max(0.5 * (sqrt(real * real + 4.0 * product * product) + abs(real)), 1e-30));
+    vec3 large = sqrt(max(0.5 * (sqrt(part * part + 4.0 * product * product) + abs(part)), 1e-30));
     vec3 small = product / large;
-    vec3 a = mix(small, large, greaterThanEqual(real, vec3(0.0))), b = mix(large, small, greaterThanEqual(real, vec3(0.0)));
+    vec3 a = mix(small, large, greaterThanEqual(part, vec3(0.0))), b = mix(large, small, greaterThanEqual(part, vec3(0.0)));
     vec3 b2 = b * b;
     vec3 s = ((a - c) * (a - c) + b2) / ((a + c) * (a + c) + b2);
     vec3 less = a * c - s2, more = a * c + s2;

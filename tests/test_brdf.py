@@ -1,0 +1,131 @@
+"""The reflectance models as they render, against float64."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer import glsl, reference_brdf
+from raytracer.models import MODELS, Parameter
+from raytracer.renderer import Renderer
+
+from .directions import extremes, pairs
+
+pytestmark = pytest.mark.gl
+
+# All values are float32 numbers, as the GPU gets them.
+ALPHA, INDEX = 2.0**-10, 1.0009765625
+MATERIALS = [
+    rt.Material("phong"),
+    rt.Material("phong", h=1e6),
+    rt.Material("blinn"),
+    rt.Material("blinn", h=1e6),
+    rt.Material("lambert"),
+    rt.Material("minnaert"),
+    rt.Material("minnaert", k=0),
+    rt.Material("minnaert", k=10),
+    rt.Material("phong_normalized", h=0),
+    rt.Material("phong_normalized", h=1e6),
+    rt.Material("blinn_normalized", h=0),
+    rt.Material("blinn_normalized", h=1e6),
+    *(
+        rt.Material(model, alpha=alpha, masking=masking)
+        for model, alpha, masking in itertools.product(
+            ("ggx", "beckmann"), (ALPHA, 0.25, 1.0), ("correlated", "separable")
+        )
+    ),
+    rt.Material("beckmann", smith="rational"),
+    rt.Material("ggx", fresnel="dielectric", ior=1.5),
+    rt.Material("ggx", fresnel="dielectric", ior=INDEX),
+    rt.Material("ggx", fresnel="dielectric", ior=0.75),
+    rt.Material("ggx", fresnel="conductor"),
+    rt.Material("ggx", fresnel="conductor", n=(0.015625, 1, 100), k=(0, 0.015625, 100)),
+    rt.Material("split", metalness=0.5),
+    rt.Material("split", distribution="beckmann", alpha=0.125),
+    *(rt.Material(model, m=m) for model in ("torrance_sparrow", "cook_torrance") for m in (ALPHA, 0.25, 2.0)),
+    rt.Material("torrance_sparrow", c=2.0, constant="cook"),
+    rt.Material("cook_torrance", constant="unnormalized"),
+]
+
+
+@pytest.mark.parametrize("material", MATERIALS, ids=repr)
+def test_each_model_is_float64s_to_1e_4_and_mostly_1e_6(renderer: Renderer, material: rt.Material) -> None:
+    wi, wo = pairs()
+    found = rt.brdf.evaluate(material, wi, wo, renderer=renderer)
+    up = np.broadcast_to((0.0, 0.0, 1.0), wi.shape)
+    expected = reference_brdf.reflected(material, up, wi.astype(float), wo.astype(float))
+    # Of narrower lobes than these, what is below 1e-8 of the largest value is a long exponent's rounding.
+    counts = expected > 1e-8 * expected.max()
+    assert counts.mean() > 0.05
+    error = np.abs(found[counts] / expected[counts] - 1.0)
+    assert np.median(error) <= 1e-6 and error.max() <= 1e-4
+    assert (found[~counts] <= 1.001e-8 * expected.max()).all()
+
+
+def ends(parameter: Parameter) -> list[object]:
+    """The extremes of a parameter's range."""
+    match parameter.kind:
+        case "number" | "whole" | "color":
+            return [parameter.low, parameter.high]
+        case "choice":
+            return list(parameter.choices)
+    return []
+
+
+@pytest.mark.parametrize("model", [m for m in MODELS if m != "merl"])
+def test_nothing_is_nan_infinite_or_negative_at_any_extreme(renderer: Renderer, model: str) -> None:
+    wi, wo = extremes()
+    for parameter in MODELS[model].parameters.values():
+        for value in ends(parameter):
+            given = {parameter.name: value} | ({parameter.when[0]: parameter.when[1]} if parameter.when else {})
+            found = rt.brdf.evaluate(rt.Material(model, **given), wi, wo, renderer=renderer)
+            assert np.isfinite(found).all() and (found >= 0.0).all(), (given, wi[~(found >= 0).all(1)])
+            assert not found[(wi[:, 2] <= 0) | (wo[:, 2] <= 0)].any(), "below the horizon there is nothing"
+
+
+@pytest.mark.parametrize("alpha", [2.0**-13, 2.0**-10, 0.125])  # 1.2e-4 and so on, without rounding
+def test_ggxs_distribution_is_right_to_1e_3_for_any_normal(renderer: Renderer, alpha: float) -> None:
+    # Not along an axis, where the vectors' own rounding shows: 1e-7 of the angle alpha.
+    rng = np.random.default_rng(3)
+
+    def unit(v: np.ndarray) -> np.ndarray:
+        return v / np.linalg.norm(v, axis=1, keepdims=True)
+
+    N = unit(rng.normal(size=(4000, 3)))
+    H = unit(N + unit(rng.normal(size=N.shape)) * rng.uniform(0, 5 * alpha, (4000, 1)))
+    N, H = (v.astype(np.float32) for v in (N, H))
+    material = rt.Material("ggx", alpha=alpha)
+    found = rt.brdf.call("ggxD", material, N, H, renderer=renderer)
+    n, h = (unit(v.astype(float)) for v in (N, H))
+    sine = np.linalg.norm(np.cross(n, h), axis=1)
+    expected = reference_brdf.distribution(material, "ggx", np.sqrt(1.0 - sine**2))
+    np.testing.assert_allclose(found, expected, rtol=1e-3)
+
+
+def test_angles_are_right_to_float32s_last_bits(renderer: Renderer) -> None:
+    t = np.concatenate([10.0 ** -np.linspace(0, 8, 500), np.linspace(0, np.pi / 2, 500)])
+    b = np.stack([np.sin(t), np.zeros_like(t), np.cos(t)], -1).astype(np.float32)
+    exact = np.arctan2(b[:, 0].astype(float), b[:, 2].astype(float))
+    np.testing.assert_allclose(glsl.call("angle", (0, 0, 1), 3.0 * b, renderer=renderer), exact, rtol=4e-7)
+
+
+def test_erfc_is_right_to_1e_6(renderer: Renderer) -> None:
+    import math
+
+    x = np.linspace(0, 9, 1000).astype(np.float32)
+    exact = [math.erfc(float(value)) for value in x]
+    # exp of up to -81 is as much less exact.
+    np.testing.assert_allclose(glsl.call("erfcOf", x, renderer=renderer), exact, rtol=1e-5)
+    np.testing.assert_allclose(glsl.call("erfcOf", x[:300], renderer=renderer), exact[:300], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("wi", "says"),
+    [((0, 0, 2), "wi: expected unit"), ((0, 0), "wi: .*shape"), ((0, 0, float("nan")), "wi"), ([[[0, 0, 1]]], "wi")],
+)
+def test_directions_that_are_none_are_refused(wi: object, says: str) -> None:
+    with pytest.raises(rt.InputError, match=says):
+        rt.brdf.evaluate(rt.Material(), wi, (0, 0, 1))  # pyright: ignore[reportArgumentType]
