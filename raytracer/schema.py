@@ -1,4 +1,4 @@
-"""JSON Schema (draft 2020-12) of a scene file's materials, from the table of models: what editors check and complete."""
+"""JSON Schema (draft 2020-12) of a scene file's materials, from the table of models: what editors check and offer."""
 
 from __future__ import annotations
 

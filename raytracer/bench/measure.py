@@ -243,7 +243,7 @@ def _albedos(
 def _integrals(
     directions: Sequence[Array], rules: Sequence[Rule], seen: Callable[[Array, Array], Array], beams: bool
 ) -> Array:
-    """For each direction the integral, by its rule, over light from everywhere, or over where a beam from there goes."""
+    """For each direction the integral by its rule: over light from everywhere, or over where a beam from there goes."""
     fixed = np.concatenate([np.broadcast_to(w, rule[0].shape) for w, rule in zip(directions, rules, strict=True)])
     others = np.concatenate([rule[0] for rule in rules])
     values = seen(fixed, others) * (others[:, 2:] / fixed[:, 2:]) if beams else seen(others, fixed)

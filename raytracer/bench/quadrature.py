@@ -124,7 +124,7 @@ def _spherical(angle: Array, azimuth: Array, x: Array, y: Array, axis: Array) ->
 
 
 def _visible(angle: Array, tilt: float) -> Array:
-    """Up to which azimuth, from its highest point, a circle at an angle to an axis of that tilt is above the horizon."""
+    """Up to which azimuth from its highest point a circle at an angle to an axis of that tilt is above the horizon."""
     with np.errstate(divide="ignore", invalid="ignore"):
         bound = -(np.cos(angle) * np.cos(tilt)) / (np.sin(angle) * np.sin(tilt))
     return np.arccos(np.clip(np.nan_to_num(bound, nan=1.0, posinf=1.0, neginf=-1.0), -1.0, 1.0))
