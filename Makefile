@@ -55,7 +55,7 @@ help: ## list the targets
 	@touch $@
 
 .venv/dev: pyproject.toml | .venv/bin/pip
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,plots,peers]'
 	@touch .venv/core $@
 
 # Debian keeps what makes a virtual environment in a package of its own for each Python. What demo needs

@@ -59,8 +59,8 @@ def source(scene: rt.Scene, size: tuple[int, int], settings: rt.Settings) -> str
 
     Its space is left-handed, so z changes its sign. Raises UnavailableError for what it cannot say.
     """
-    if settings.shadows == "diluted":
-        raise UnavailableError("POV-Ray has no diluted shadows")
+    if settings.shadows not in ("off", "hard") or any(light.falloff != "none" for light in scene.lights):
+        raise UnavailableError("POV-Ray has no diluted shadows, no sphere lights and no inverse-square falloff")
     camera = scene.camera
     tangent = math.tan(math.radians(camera.vertical_fov) / 2.0) * size[0] / size[1]
     names = {material: f"T{i}" for i, material in enumerate(scene.materials)}

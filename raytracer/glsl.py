@@ -5,7 +5,7 @@
     array([ True, False])
 
 The function runs on the GPU as it does when it renders, once for each element. GLSL types are
-NumPy types: float is float32, int is int32, bool is bool, vec3 is (..., 3) float32, and a struct
+NumPy types: float is float32, int is int32, uint is uint32, bool is bool, vec3 is (..., 3) float32, and a struct
 is a structured dtype, see `dtype()`. Functions over `real` (real.glsl) run in their float form.
 """
 
@@ -30,6 +30,7 @@ _WIDTH = 1024
 _BASIC: dict[str, np.dtype[Any]] = {
     "float": np.dtype("f4"),
     "int": np.dtype("i4"),
+    "uint": np.dtype("u4"),
     "bool": np.dtype("i4"),  # 0 or 1 on the way; a bool at the top level becomes NumPy's
     **{f"vec{n}": np.dtype(("f4", n)) for n in (2, 3, 4)},
     **{f"ivec{n}": np.dtype(("i4", n)) for n in (2, 3, 4)},
@@ -211,7 +212,7 @@ class _Types:
             lines.append(
                 form.format(
                     lvalue=f"{lvalue}[{component}]" if kind[-1].isdigit() else lvalue,
-                    read="intBitsToFloat" if real else kind if kind == "bool" else "",
+                    read="intBitsToFloat" if real else kind if kind in ("bool", "uint") else "",
                     write="floatBitsToInt" if real else "int",
                     k=offset + component,
                 )

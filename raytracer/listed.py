@@ -22,12 +22,7 @@ def seen(depth: int, planes: list[NamedPlane]) -> list[str]:
         *RAY_CSG,
         *_nearest_plane(planes),
         "    meetListed(ray, listed.x, listed.y, nearest);",
-        "    P = ray.ro + nearest.t * ray.rd;",
-        "    N = real3(0.0);",
-        "    mat = nearest.mat;",
-        "    if (mat != 0) pointAt(mat, ray, P, N);",
-        "    return nearest.t;",
-        "}",
+        *_AT_NEAREST,
     ]
 
 
@@ -70,25 +65,52 @@ def seen_kinds(kinds: list[Tree], planes: list[NamedPlane] | None) -> list[str]:
     ]
 
 
-def blocked(kinds: list[Tree], programs: bool, depth: int, planes: list[NamedPlane], *, first: bool) -> list[str]:
-    """How far rays to a light get, by lists. With `first`, whatever blocks them will do, not the nearest.
+def blocked(
+    kinds: list[Tree], programs: bool, depth: int, planes: list[NamedPlane], *, first: bool, what: bool, beside: bool
+) -> list[str]:
+    """How far rays to a light get, by lists. With `first`, whatever blocks them will do, not the nearest; with `what`
+    meetListed() says what it is, for anywhere().
 
-    `kinds` are trees over their own leaves, `programs` is whether there are any, and else as seen().
+    `kinds` are trees over their own leaves, `programs` is whether there are any, and else as seen(). With `beside`,
+    rays may end beside a light's centre, and the cell is the one in which their origin is seen from there.
     """
+    origin = "ray.ro - lights[light].position" if beside else "-ray.rd"
     return [
         '#include "walk.glsl"',
         '#include "lists.glsl"',
-        *(_kinds(kinds) if kinds else []),
+        *(_kinds(kinds, what) if kinds else []),
+        *(["#define OWNERS"] if what else []),
         *(['#include "chain.glsl"'] if programs else []),
-        *(_programs(depth, what=False) if depth else []),
+        *(_programs(depth, what=what) if depth else []),
         *_meet(bool(kinds), programs, bool(depth), first),
         *BLOCKED_AT,
         *_nearest_plane(planes),
-        "    ivec2 listed = endsAt(light * (6 * grid * grid) + cubeCell(vec3(-ray.rd)));",
+        f"    ivec2 listed = endsAt(light * (6 * grid * grid) + cubeCell(vec3({origin})));",
         "    meetListed(ray, listed.x, listed.y, nearest);",
         "    return nearest.t;",
         "}",
     ]
+
+
+def anywhere(planes: list[NamedPlane]) -> list[str]:
+    """What a ray from anywhere meets first: it may be anything. After blocked()."""
+    return [
+        "uniform ivec2 everything;  // where the list of all objects begins and ends",
+        *RAY_CSG,
+        *_nearest_plane(planes),
+        "    meetListed(ray, everything.x, everything.y, nearest);",
+        *_AT_NEAREST,
+    ]
+
+
+_AT_NEAREST = [
+    "    P = ray.ro + nearest.t * ray.rd;",
+    "    N = real3(0.0);",
+    "    mat = nearest.mat;",
+    "    if (mat != 0) pointAt(mat, ray, P, N);",
+    "    return nearest.t;",
+    "}",
+]
 
 
 def _nearest_plane(planes: list[NamedPlane]) -> list[str]:
@@ -151,15 +173,19 @@ def _kind_owner(kinds: list[Tree]) -> list[str]:
     return [*lines, "    return mat;", "}"]
 
 
-def _kinds(kinds: list[Tree]) -> list[str]:
+def _kinds(kinds: list[Tree], what: bool) -> list[str]:
     spans = _spans(kinds)
     return [
         *_kind_holds(kinds),
+        *(_kind_owner(kinds) if what else []),
         "void meetKind(Ray ray, int item, inout Nearest nearest) {",
         "    Item i = itemAt(item);",
         "    int object = i.object;",
         *(f"    real2 {span} = sphereRoots(ray, surfaceOf(i, {j}));" for j, span in enumerate(spans)),
-        *_walk_one(f"kindHolds(i.kind, {', '.join(spans)}, at)", "1"),
+        *_walk_one(
+            f"kindHolds(i.kind, {', '.join(spans)}, at)",
+            f"kindOwner(i.kind, i.first, {', '.join(spans)}, at)" if what else "1",
+        ),
     ]
 
 

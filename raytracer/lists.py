@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from raytracer.cells import CELL, by_cell, covered, cube_faces, overlaps, row_starts, tangents
 from raytracer.groups import KIND_LEAVES, balls, combined, groups
 from raytracer.prune import LEAF_SHIFT, TRUE, chains
-from raytracer.scene import Scene
-from raytracer.sight import PASSING, reach
+from raytracer.scene import PointLight, Scene
+from raytracer.sight import finest_grid, widening
 from raytracer.table import table
 from raytracer.view_space import camera_grid, rotation, vectors
 
@@ -123,11 +123,23 @@ class Lister:
         cells = shape[0] * shape[1]
         return self._lists(pairs, cells, np.zeros(cells + 1, np.int64), np.zeros(0, np.int64))
 
-    def of_light(self, scene: Scene, number: int, grid: int) -> Lists:
-        """For the cells of the cube around a light, numbered as cells.cube_faces() does."""
-        place = np.subtract(scene.lights[number].position, scene.camera.position) @ rotation(scene.camera).T
+    def of_everything(self) -> Lists:
+        """Of all objects, for rays that come from anywhere: one list."""
 
-        wider = PASSING * reach(place, self._centers, self._radii)
+        def pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
+            return np.zeros(len(radii), np.int64), np.arange(len(radii))
+
+        every = np.arange(len(self._items.radii))
+        return self._lists(pairs, 1, np.array([0, len(every)]), every)
+
+    def finest_grid(self, scene: Scene, light: PointLight) -> float:
+        """How many cells a side of a cube's face around a light should at most have."""
+        return finest_grid(_place(scene, light), light.radius, self._centers)
+
+    def of_light(self, scene: Scene, light: PointLight, grid: int) -> Lists:
+        """For the cells of the cube around a light, numbered as cells.cube_faces() does."""
+        place = _place(scene, light)
+        wider = widening(place, light.radius, self._centers, self._radii)
 
         def pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
             return cube_faces(centers - place, radii + wider, grid)
@@ -169,6 +181,11 @@ class Lister:
         start = np.zeros(cells + 1, np.int64)
         np.cumsum(np.bincount(cell, minlength=cells), out=start[1:])
         return Lists(start, value[np.argsort(cell, kind="stable")].astype(np.int32))
+
+
+def _place(scene: Scene, light: PointLight) -> Array:
+    """Where a light is in view space."""
+    return np.subtract(light.position, scene.camera.position) @ rotation(scene.camera).T
 
 
 def _inner(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:

@@ -20,7 +20,7 @@ from raytracer.passes import Passes, Programs
 from raytracer.renderer import Renderer
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
-from raytracer.shader import Show
+from raytracer.shader import Show, light_defines
 
 # Text or the like: (h, w, 4) uint8 with the top row first, and the window's pixel under its lower left one.
 Panel = tuple[NDArray[np.uint8], tuple[int, int]]
@@ -97,7 +97,7 @@ class Live:
         if max(size) > limit:
             raise InputError(f"size: expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}")
         compiled = msgspec.structs.replace(settings, samples=1, adaptive=None)
-        structure = (scene.objects, len(scene.lights), compiled, show)
+        structure = (scene.objects, light_defines(scene, settings), compiled, show)
         reread, self._reread = self._reread, False
         known = not reread and structure == self._structure
         programs, on_screen = self._programs if known else self._find_programs(scene, settings, show)

@@ -70,8 +70,12 @@ FUNCTIONS: dict[str, tuple[Function, ...]] = {
     "fresnel": (("vec3", "fresnel", "float VoH"),),
     "masking": (("float", "masking", "float l, float v, float NoL, float NoV"),),
     "smith": (("float", "smith", "float mu"),),
-    "distribution": (("float", "D", "vec3 N, vec3 S"), ("float", "slope", "float mu")),
-    "form": (("float", "form", "vec3 N, vec3 L, vec3 V"),),
+    "distribution": (
+        ("float", "D", "vec3 N, vec3 S"),
+        ("float", "slope", "float mu"),
+        ("vec2", "extent", "float alpha"),
+    ),
+    "form": (("vec3", "form", "vec3 N, vec3 L, vec3 V"),),
 }
 
 
@@ -264,7 +268,7 @@ MODELS: dict[str, Model] = {
         _DISTRIBUTION,
         _MASKING,
         msgspec.structs.replace(_SMITH, when=("distribution", "beckmann")),
-        Parameter("nodes", "whole", 128, "of the quadrature: more are slower and better", 1.0, 4096.0),
+        Parameter("nodes", "whole", 128, "of the quadrature: more are slower and better", 40.0, 4096.0),
     ),
     "he": _model(
         "a rough surface by wave optics",
@@ -275,9 +279,6 @@ MODELS: dict[str, Model] = {
         _number("tau", 3.0, 1e-3, 1e6, "autocorrelation length", unit="um"),
         Parameter("wavelength", "color", (0.65, 0.55, 0.45), "of each channel", 0.1, 100.0, unit="um"),
         *_fresnel(0.8),
-        Parameter(
-            "terms", "whole", 64, "of the series: for g = (4 pi sigma0 / wavelength)^2 about 2 g + 20", 1.0, 1024.0
-        ),
         mirrors=True,
     ),
     "mirror": _model("ideal mirror", "Whitted 1980", *_fresnel(0.9), mirrors=True),

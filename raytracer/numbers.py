@@ -16,14 +16,14 @@ from raytracer.opengl import BufferTexture, set_sampler, volume_texture
 from raytracer.rectangles import cells_under
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.shader import is_listed, shaded_materials
+from raytracer.shader import has_mirrors, is_listed, shaded_materials
 from raytracer.sight import Met
 
 # Binding points of uniform blocks, and texture units; 0 and 1 are those of passes.py.
 _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2}
 # Cells of a side of a cube's face around a light: in a picture of many objects, one of the first covers about a
-# quarter of a cell.
-GRIDS = (256, 128, 64, 32)
+# quarter of a cell. The coarse ones are for large lights.
+GRIDS = (256, 128, 64, 32, 16, 8, 4, 2, 1)
 _UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7, "measured": 8}
 
 
@@ -40,17 +40,18 @@ class Numbers:
         self._lister: lists.Lister | None = None
         self._of_camera: lists.Lists | None = None
         self._of_lights: list[lists.Lists] = []
-        self._lit: object = None  # the lights' places of these
+        self._lit: object = None  # the lights' places of these, and their radii
         self._first = 0  # where the camera's lists begin
         self.rectangles = np.zeros((0, 8), np.int32)  # of lists.py
+        self.everything = 0, 0  # where the list of all objects begins and ends, if reflection rays need it
         self.farthest = 1.0  # than any distance to what is in them
         self.grid = GRIDS[0]  # cells of a side of a cube's face around a light
         self._shape = 0, 0  # rows and columns of cells
 
     def load(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
         """Take the numbers of `scene` for a picture of `size`."""
-        precision, listed = settings.precision, is_listed(scene, settings)
-        self._write("Lights", view_space.lights_block(scene, precision))
+        listed = is_listed(scene, settings)
+        self._write("Lights", view_space.lights_block(scene, settings))
         # Lights move, and then all else is as it was. Equal tuples of the same things are quickly compared.
         of = scene.objects, scene.camera, scene.materials, settings, size
         new, self._of = of != self._of, None  # until all is there
@@ -58,7 +59,7 @@ class Numbers:
             self._lister, self._of_camera = lists.Lister(scene) if listed else None, None
             self._texture("materials", view_space.materials_texture(scene, settings))
             self._load_measured(reflectance.measured(shaded_materials(scene, settings).values()))
-            if precision == 64:
+            if settings.precision == 64:
                 self._write("Surfaces", view_space.surfaces_block(scene))
                 self._write("CameraTerms", view_space.camera_terms_block(scene, size))
             else:
@@ -91,17 +92,22 @@ class Numbers:
             self._texture("objects", self.rectangles.reshape(-1, 4))
             self._shape = -(-size[1] // CELL), -(-size[0] // CELL)
             self._of_lights, self._lit = [], None
-        lit = tuple(light.position for light in scene.lights if settings.shadows != "off")
+        lights = [settings.cast(light) for light in scene.lights if settings.shadows != "off"]
+        lit = tuple((light.position, light.radius) for light in lights)
         if lit == self._lit:
             return
         self._lit = None
-        # As fine as there is room for.
+        # As fine as there is room for, and use.
         most = BufferTexture.most(self._context)
-        self.grid = next((grid for grid in GRIDS if 6 * grid * grid * len(lit) <= most), GRIDS[-1])
-        self._of_lights = [lister.of_light(scene, i, self.grid) for i in range(len(lit))]
+        finest = min((lister.finest_grid(scene, light) for light in lights), default=GRIDS[0])
+        fitting = (grid for grid in GRIDS if grid <= finest and 6 * grid * grid * len(lit) <= most)
+        self.grid = next(fitting, GRIDS[-1])
+        self._of_lights = [lister.of_light(scene, light, self.grid) for light in lights]
         # All in one texture, the camera's last; and where the list of each cell of a light begins and ends.
-        entries = [*(found.entries for found in self._of_lights), self._of_camera.entries]
+        everything = lister.of_everything().entries if has_mirrors(scene, settings) else np.zeros(0, np.int32)
+        entries = [*(found.entries for found in self._of_lights), everything, self._of_camera.entries]
         first = np.cumsum([0, *map(len, entries)])
+        self.everything = int(first[-3]), int(first[-2])
         ends = [found.ends(at) for found, at in zip(self._of_lights, first, strict=False)]
         self._first = int(first[-2])
         self._texture("lists", np.concatenate(entries))

@@ -102,6 +102,7 @@ class Passes:
                 },
                 toWorld=tuple(self._to_world.ravel().tolist()),  # rows of the way there are columns of the way back
                 focus=math.dist(scene.camera.position, scene.camera.look_at),
+                everything=self._numbers.everything,
                 surface=0,
                 normalDepth=1,
                 others=0,
@@ -206,6 +207,7 @@ class Passes:
                     "draw.tileOrigin": tile[:2],
                     "draw.viewport": shown,
                     "draw.samplePoint": (2.0 * sx - 1.0, 1.0 - 2.0 * sy),
+                    "draw.sampleIndex": k,
                 },
             )
         self._numbers.bind()

@@ -8,13 +8,16 @@ world's, the origin is the camera: far from the world's own origin float64 runs 
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.film import Image
+from raytracer.light_rays import ends_on, light_rays
 from raytracer.models import MODELS
 from raytracer.reference_brdf import mirrored, reflected
 from raytracer.sampling import sample_point
@@ -28,8 +31,11 @@ Mask = NDArray[np.bool_]
 _ROWS = 64  # of pixels traced at once
 
 
-def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None) -> Image:
-    """The image of `scene` at `size` (width, height), as `raytracer.render` makes it but in float64."""
+def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None, *, rays: int = 8) -> Image:
+    """The image of `scene` at `size` (width, height), as `raytracer.render` makes it but in float64.
+
+    Under soft shadows each sample looks at each light that has a radius along `rays` x `rays` rays.
+    """
     settings = settings or Settings()
     width, height = size
     image = Image(
@@ -40,16 +46,17 @@ def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None
     )
     tracer = Tracer(scene)
     for k in range(settings.samples):
-        rays = camera_rays(scene.camera, size, sample_point(k))
+        directions = camera_rays(scene.camera, size, sample_point(k))
         for top in range(0, height, _ROWS):
             rows = slice(top, min(top + _ROWS, height))
-            rd = rays[rows]
+            rd = directions[rows]
             shape = rd.shape[:2]
             rd = rd.reshape(-1, 3)
             ro = np.zeros(rd.shape)
             t, surface = tracer.first(ro, rd)
             normal = tracer.normals(np.where(np.isfinite(t), t, 0.0)[:, None] * rd, surface)
-            image.radiance[rows] += _radiance(scene, settings, tracer, ro, rd, t, surface, normal).reshape(*shape, 3)
+            seen = _radiance(scene, settings, tracer, ro, rd, t, surface, normal, rays)
+            image.radiance[rows] += seen.reshape(*shape, 3)
             if k == 0:
                 assert image.depth is not None and image.normal is not None and image.material is not None
                 facing = -np.sign(dot(normal, rd))[:, None] * normal
@@ -122,12 +129,12 @@ class Tracer:
 
         For rays that start on a surface, `start` is its number and `n` its outward normal: there
         the root at the start is 0 by definition, not by computation. So it is `distance` for surfaces
-        that the `light` lies on, at which such rays end. All others start at the camera.
+        that the `light` lies on, or that are its own, at which such rays end. All others start at the camera.
         """
         result = []
         for k, leaf in enumerate(self.leaves):
             on = self.coincide[k][start] if start is not None else np.zeros(len(rd), bool)
-            lit = distance if light and leaf.touches(light.position) else None
+            lit = distance if light and ends_on(leaf, light) else None
             if isinstance(leaf, Sphere):
                 to_center = np.subtract(leaf.center, self._eye) - ro
                 along = dot(to_center, rd)
@@ -145,7 +152,10 @@ class Tracer:
                 entry = np.where(square > 0, np.minimum(inner, outer), np.inf)
                 exit = np.where(square > 0, np.maximum(inner, outer), -np.inf)
                 if light and lit is not None:
-                    chord = -2.0 * (rd @ np.subtract(light.position, leaf.center))
+                    outward: Any = np.subtract(light.position, leaf.center)
+                    if light.radius:
+                        outward = ro + lit[:, None] * rd - np.subtract(leaf.center, self._eye)
+                    chord = -2.0 * dot(rd, outward)
                     entry, exit = lit + np.minimum(chord, 0.0), lit + np.maximum(chord, 0.0)
                     entry, exit = np.where(on, 0.0, entry), np.where(on, lit, exit)
                 elif n is not None:
@@ -240,9 +250,13 @@ def _radiance(
     t: Array,
     surface: NDArray[np.int32],
     normal: Array,
+    rays: int,
     bounce: int = 0,
 ) -> Array:
-    """The light along each ray, Le + ka Ia + sum of S Il f cos(theta_i), (R, 3), and what mirrors reflect."""
+    """The light along each ray, Le + ka Ia + sum of S Il f cos(theta_i), (R, 3), and what mirrors reflect.
+
+    The sum is over all rays to all lights.
+    """
     result = np.empty(rd.shape)
     result[...] = scene.background
     hit = surface >= 0
@@ -252,16 +266,18 @@ def _radiance(
     V = -rd
 
     materials = [settings.shaded(leaf.material) for leaf in tracer.leaves]
-    groups = {
-        m: np.isin(surface, [k for k, other in enumerate(materials) if other == m]) for m in dict.fromkeys(materials)
-    }
+    leaves_of = {m: [k for k, other in enumerate(materials) if other == m] for m in dict.fromkeys(materials)}
+    groups = {material: np.isin(surface, leaves) for material, leaves in leaves_of.items()}
     I = np.zeros(P.shape)
     for material, on in groups.items():
         I[on] = np.multiply(material.ka, scene.ambient) + np.array(material.le)
-    for light in scene.lights:
-        to_light = np.subtract(light.position, scene.camera.position) - P
-        distance = np.linalg.norm(to_light, axis=1)
-        L = to_light / np.where(distance == 0.0, 1.0, distance)[:, None]
+
+    def rays_to(light: PointLight) -> Iterator[tuple[PointLight, Array, Array, Array]]:
+        own = np.array([light.radius > 0.0 and ends_on(leaf, light) for leaf in tracer.leaves])[surface]
+        place = np.subtract(light.position, scene.camera.position)
+        return ((light, *ray) for ray in light_rays(light, place - P, own, n, rays))
+
+    for light, L, distance, irradiance in itertools.chain.from_iterable(map(rays_to, map(settings.cast, scene.lights))):
         NoL = dot(N, L)
         S = np.ones(len(P))
         if settings.shadows != "off":
@@ -270,10 +286,10 @@ def _radiance(
             diluted = np.divide(blocked_at, distance, out=np.zeros(len(P)), where=blocked)
             S = np.where(blocked, diluted if settings.shadows == "diluted" else 0.0, 1.0)
         # A light in the plane itself grazes it: N.L is 0, whatever rounding makes of it.
-        on = np.array([leaf.touches(light.position) and not isinstance(leaf, Sphere) for leaf in tracer.leaves])
+        on = np.array([ends_on(leaf, light) and not isinstance(leaf, Sphere) for leaf in tracer.leaves])
         grazes = np.any(tracer.coincide & on, axis=1)[surface]
         lit = (NoL > 0.0) & (distance > 0.0) & ~grazes
-        light_in = (S * lit)[:, None] * np.array(light.color)
+        light_in = (S * lit)[:, None] * irradiance
         for material, on in groups.items():
             on = on & lit
             I[on] += light_in[on] * reflected(material, N[on], L[on], V[on])
@@ -282,7 +298,7 @@ def _radiance(
             start, R = P[on], rd[on] - 2.0 * dot(rd[on], N[on])[:, None] * N[on]
             t, met = tracer.first(start, R, surface[on], n[on])
             normals = tracer.normals(start + np.where(np.isfinite(t), t, 0.0)[:, None] * R, met)
-            seen = _radiance(scene, settings, tracer, start, R, t, met, normals, bounce + 1)
+            seen = _radiance(scene, settings, tracer, start, R, t, met, normals, rays, bounce + 1)
             I[on] += mirrored(material, N[on], V[on]) * seen
     result[hit] = I
     return result

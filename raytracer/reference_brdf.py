@@ -13,6 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from raytracer import reference_rough
 from raytracer.material import Material
 
 Array = NDArray[np.float64]
@@ -177,22 +178,23 @@ def _torrance_sparrow(m: Material, N: Array, L: Array, V: Array) -> Array:
     return _v_cavities(m, c * np.exp(-((angle / m.m) ** 2)), N, L, V)
 
 
-def _functions() -> dict[str, Callable[[Material, Array, Array, Array], Array]]:
-    own = (
-        _phong,
-        _blinn,
-        _lambert,
-        _minnaert,
-        _phong_normalized,
-        _blinn_normalized,
-        _torrance_sparrow,
-        _cook_torrance,
-        _ggx,
-        _beckmann,
-        _split,
-        _mirror,
-    )
-    return {function.__name__[1:]: function for function in own}
-
-
-MODELS = _functions()
+MODELS: dict[str, Callable[[Material, Array, Array, Array], Array]] = {
+    "phong": _phong,
+    "blinn": _blinn,
+    "lambert": _lambert,
+    "minnaert": _minnaert,
+    "phong_normalized": _phong_normalized,
+    "blinn_normalized": _blinn_normalized,
+    "strauss": reference_rough.strauss,
+    "lafortune": reference_rough.lafortune,
+    "oren_nayar": reference_rough.oren_nayar,
+    "eon": reference_rough.eon,
+    "torrance_sparrow": _torrance_sparrow,
+    "cook_torrance": _cook_torrance,
+    "ggx": _ggx,
+    "beckmann": _beckmann,
+    "split": _split,
+    "diffuse_microfacet": reference_rough.diffuse_microfacet,
+    "he": reference_rough.he,
+    "mirror": _mirror,
+}

@@ -15,6 +15,8 @@ from typing import TypeVar
 import msgspec
 
 from raytracer.checks import (
+    MAX_LENGTH,
+    MIN_RADIUS,
     InputError,
     Vec3,
     color,
@@ -26,7 +28,7 @@ from raytracer.checks import (
 )
 from raytracer.instances import Instances
 from raytracer.material import Material
-from raytracer.solids import MAX_SURFACES, Solid, leaves
+from raytracer.solids import MAX_SURFACES, ROUNDING, Solid, Sphere, leaves
 from raytracer.vectors import cross, divided, dot, scaled, sub
 
 T = TypeVar("T")
@@ -36,14 +38,36 @@ T = TypeVar("T")
 MIN_UP_ANGLE = 1e-8
 
 
-class PointLight(msgspec.Struct, frozen=True):
-    """A light of intensity `color` at `position`, not attenuated by distance, as in the lecture."""
+FALLOFFS = ("none", "inverse_square")
+
+
+class PointLight(msgspec.Struct, frozen=True, repr_omit_defaults=True):
+    """A light at `position`: a point, or under soft shadows a sphere of `radius`, which nobody sees itself.
+
+    `color` is I, the irradiance on a surface that faces it: at any distance where `falloff` is "none", as in the
+    lecture; I / distance^2, of the centre, where that is "inverse_square", though never more than 1e12, as colours
+    are, and inside the sphere as on it. `radius` is 0 or in [1e-12, 1e12].
+    """
 
     position: Vec3
     color: Vec3 = (1.0, 1.0, 1.0)
+    radius: float = 0.0
+    falloff: str = "none"
 
     def __post_init__(self) -> None:
-        set_fields(self, position=point(self.position, "position"), color=color(self.color, "color"))
+        expected = f"0, for a point, or a number in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
+        radius = number(self.radius, "radius", 0.0, MAX_LENGTH, expected)
+        if 0.0 < radius < MIN_RADIUS:
+            raise InputError(f"radius: expected {expected}, got {radius:g}")
+        if self.falloff not in FALLOFFS:
+            raise InputError(f"falloff: expected {' or '.join(map(repr, FALLOFFS))}, got {shown(self.falloff)}")
+        set_fields(self, position=point(self.position, "position"), color=color(self.color, "color"), radius=radius)
+
+    def is_bulb(self, sphere: Sphere) -> bool:
+        """Whether `sphere` is this light's own, to the rounding of the numbers that are given."""
+        given = max(map(abs, (*sphere.center, *self.position, self.radius)))
+        off = max(math.dist(sphere.center, self.position), abs(sphere.radius - self.radius))
+        return off <= ROUNDING * given
 
 
 class Camera(msgspec.Struct, frozen=True):

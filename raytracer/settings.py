@@ -10,11 +10,11 @@ import msgspec
 from raytracer.checks import InputError, Vec3, number, shown
 from raytracer.instances import Instances
 from raytracer.material import Material
-from raytracer.scene import Scene
+from raytracer.scene import PointLight, Scene
 from raytracer.solids import Solid, Sphere, leaves
 from raytracer.translate import translated
 
-Shadows = Literal["off", "hard", "diluted"]
+Shadows = Literal["off", "hard", "diluted", "soft"]
 # All models but those that need more than numbers.
 Shading = Literal[
     "phong",
@@ -46,8 +46,9 @@ MAX_BOUNCES = 64
 class Settings(msgspec.Struct, frozen=True):
     """How to render.
 
-    `samples` a pixel, 1 to 65536. `shadows`: "off", "hard" (a blocked light gives nothing) or
-    "diluted" (it gives the share dist(P, Q) / dist(P, light), Q the first blocking point).
+    `samples` a pixel, 1 to 65536. `shadows`: "off", "hard" (a blocked light gives nothing),
+    "diluted" (it gives the share dist(P, Q) / dist(P, light), Q the first blocking point) or "soft" (each sample
+    looks at one point of each light that has a radius; under all others a light is its centre).
     `shading`: None for each material's own model, or the name of a model for all (translate.py). `evaluator`
     finds where a ray meets a CSG tree: "cells" (looks only at what a cell of the picture or of a light's
     surroundings can meet), "walk" (at everything) or "roth" (the assignment's hit lists, the readable one);
@@ -81,6 +82,10 @@ class Settings(msgspec.Struct, frozen=True):
     def shaded(self, material: Material) -> Material:
         """`material` under the shading override. Raises InputError if that would take an exponent above 1e6."""
         return material if self.shading is None else translated(material, self.shading)
+
+    def cast(self, light: PointLight) -> PointLight:
+        """`light` under these shadows: its centre, unless they are soft."""
+        return light if self.shadows == "soft" else msgspec.structs.replace(light, radius=0.0)
 
 
 # In float32 a point at distance d is known to about 4 x 2^-24 d. Once that is 1 % of a sphere's

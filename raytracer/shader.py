@@ -25,7 +25,7 @@ from raytracer.table import table
 # What the second pass makes of what a pixel sees; all but the picture for looking into it.
 Show = Literal["picture", "normal", "depth", "material"]
 
-# Up to so many surfaces, and lights, are handed on by the vertex shader. With all else that is up to 120 numbers: more
+# Up to so many surfaces, and lights, are handed on by the vertex shader. With all else that is up to 125 numbers: more
 # than the 60 that OpenGL 3.3 promises, and what desktop drivers have.
 CONSTANTS, CONSTANT_LIGHTS = 6, 2
 Constant = tuple[str, str, str]  # type, name, and what it is in the vertex shader
@@ -36,8 +36,7 @@ def is_listed(scene: Scene, settings: Settings) -> bool:
 
     With 64 bits they never do: the lists' textures hold float32.
     """
-    many = settings.evaluator == "cells" and settings.precision == 32 and table(scene).size > FEW
-    return many and not has_mirrors(scene, settings)  # whose rays go everywhere
+    return settings.evaluator == "cells" and settings.precision == 32 and table(scene).size > FEW
 
 
 def has_mirrors(scene: Scene, settings: Settings) -> bool:
@@ -49,7 +48,8 @@ def has_mirrors(scene: Scene, settings: Settings) -> bool:
 
 def is_over_planes(scene: Scene, settings: Settings) -> bool:
     """Whether besides objects of kinds there are at most half-spaces, which the second pass quickly finds itself."""
-    return is_listed(scene, settings) and bool(groups(scene).kinds) and not groups(scene).bigs
+    only = is_listed(scene, settings) and bool(groups(scene).kinds) and not groups(scene).bigs
+    return only and not has_mirrors(scene, settings)
 
 
 def shaded_materials(scene: Scene, settings: Settings) -> dict[int, Material]:
@@ -70,10 +70,18 @@ def vertex_source(scene: Scene, settings: Settings) -> Source:
     if len(scene.lights) <= CONSTANT_LIGHTS:
         constants += [("Light", f"light{i}", f"lights[{i}]") for i in range(len(scene.lights))]
     includes = ["surfaces.glsl", "materials.glsl", *(["light.glsl"] if scene.lights else [])]
-    defines = _defines(scene, settings) | {"VERTEX": 1, "LIGHTS": len(scene.lights)}
+    defines = _defines(scene, settings) | {"VERTEX": 1} | light_defines(scene, settings)
     lines = [*(f'#include "{name}"' for name in includes), *_set_constants(constants)]
     generated = {"constants.glsl": "\n".join(lines)}
     return assemble("cells.vert", defines, generated | _materials(scene, settings))
+
+
+def light_defines(scene: Scene, settings: Settings) -> dict[str, int]:
+    """What texts depend on of the lights: how many, whether any has a radius, whether any is attenuated."""
+    defines = {"LIGHTS": len(scene.lights)}
+    if any(settings.cast(light).radius for light in scene.lights):
+        defines["SPHERE_LIGHTS"] = 1
+    return defines | ({"FALLOFF": 1} if any(light.falloff != "none" for light in scene.lights) else {})
 
 
 def plain_vertex_source() -> Source:
@@ -105,7 +113,7 @@ def kinds_source(scene: Scene, settings: Settings, *, geometry: bool = False) ->
 
 def shade_source(scene: Scene, settings: Settings) -> Source:
     """The fragment shader that computes the light from what each pixel sees."""
-    defines = _defines(scene, settings) | {"LIGHTS": len(scene.lights)}
+    defines = _defines(scene, settings) | light_defines(scene, settings)
     over_planes = is_over_planes(scene, settings)
     mirrors = has_mirrors(scene, settings)
     if not scene.lights and not over_planes and not mirrors:
@@ -116,14 +124,13 @@ def shade_source(scene: Scene, settings: Settings) -> Source:
         generated += evaluators.nearest_plane(_planes(scene, settings), what=True)
     if mirrors:
         defines |= {"BOUNCES": settings.bounces}
-        generated += _ray_csg(scene, settings)
+        generated += _ray_anywhere(scene, settings)
     if scene.lights or mirrors:
-        generated += _lights(scene, settings)
+        generated += [*_lights(scene, settings), *_light_rays(scene, settings)]
     if scene.lights and settings.shadows != "off":
         defines["SHADOWS"] = 1
-        written = mirrors and settings.evaluator == "roth"
-        generated += [] if written else ["", *_blocked_at(scene, settings)]
-        generated += ["", f'#include "shadow_{settings.shadows}.glsl"']
+        written = mirrors and (settings.evaluator == "roth" or is_listed(scene, settings))
+        generated += [*([] if written else ["", *_blocked_at(scene, settings)]), "", _shadow(settings)]
     if mirrors:
         generated.append('#include "mirrors.glsl"')
     return assemble("shade.frag", defines, {"scene.glsl": "\n".join(generated)} | _materials(scene, settings))
@@ -135,18 +142,17 @@ def quiet_source(scene: Scene, settings: Settings) -> Source:
     Of a scene that has such objects: see raytracer/sight.py.
     """
     planes = _planes(scene, settings)
-    defines = _defines(scene, settings) | {"LIGHTS": len(scene.lights), "NO_SPHERES": 1}
+    defines = _defines(scene, settings) | light_defines(scene, settings) | {"NO_SPHERES": 1}
     if len(planes) == 1:
         defines["ONLY"] = planes[0][0]
         defines |= {"ONLY_MATERIAL": 1} if material_layout(scene, settings).is_small else {}
     generated = ['#include "plane.glsl"', *_declared(scene, settings), '#include "hit.glsl"']
     generated += evaluators.nearest_plane(planes, what=True)
     if scene.lights:
-        generated += _lights(scene, settings)
+        generated += [*_lights(scene, settings), *_light_rays(scene, settings)]
     if scene.lights and settings.shadows != "off" and len(planes) > 1:
         defines["SHADOWS"] = 1
-        generated += evaluators.nearest_plane(planes, what=False)
-        generated += [f'#include "shadow_{settings.shadows}.glsl"']
+        generated += [*evaluators.nearest_plane(planes, what=False), _shadow(settings)]
     return assemble("picture.frag", defines, {"scene.glsl": "\n".join(generated)} | _materials(scene, settings))
 
 
@@ -235,13 +241,22 @@ def _ray_csg(scene: Scene, settings: Settings) -> list[str]:
     return _walk(scene, settings, what=True)
 
 
+def _ray_anywhere(scene: Scene, settings: Settings) -> list[str]:
+    """rayCSG() for rays that do not come from the camera; for some evaluators with blockedAt()."""
+    if not is_listed(scene, settings):
+        return _ray_csg(scene, settings)
+    return [*_blocked_at(scene, settings), *listed.anywhere(_planes(scene, settings))]
+
+
 def _blocked_at(scene: Scene, settings: Settings) -> list[str]:
     if settings.evaluator == "roth":
         return _roth(scene, settings)
     if is_listed(scene, settings):
         trees, planes = _trees(scene), _planes(scene, settings)
-        programs, first = bool(groups(scene).bigs), settings.shadows == "hard"
-        return listed.blocked(trees, programs, _depth(scene), planes, first=first)
+        programs, mirrors = bool(groups(scene).bigs), has_mirrors(scene, settings)
+        first = settings.shadows != "diluted" and not mirrors
+        beside = "SPHERE_LIGHTS" in light_defines(scene, settings)
+        return listed.blocked(trees, programs, _depth(scene), planes, first=first, what=mirrors, beside=beside)
     return _walk(scene, settings, what=False)
 
 
@@ -276,6 +291,18 @@ def _numbered(scene: Scene) -> list[evaluators.Tree]:
 
 def _materials(scene: Scene, settings: Settings) -> dict[str, str]:
     return {"materials.glsl": reflectance.material_text(material_layout(scene, settings))}
+
+
+def _shadow(settings: Settings) -> str:
+    """Of the one point that is looked at of a light, soft shadows are hard."""
+    return f'#include "shadow_{"diluted" if settings.shadows == "diluted" else "hard"}.glsl"'
+
+
+def _light_rays(scene: Scene, settings: Settings) -> list[str]:
+    """What lights need that are more than the lecture's."""
+    needed = {"FALLOFF": ["irradiance.glsl"], "SPHERE_LIGHTS": ["sobol.glsl", "sphere_light.glsl"]}
+    defines = light_defines(scene, settings)
+    return [f'#include "{name}"' for define, names in needed.items() if define in defines for name in names]
 
 
 def _lights(scene: Scene, settings: Settings) -> list[str]:

@@ -37,6 +37,9 @@ PASSING = 2.0**-19
 # Balls are widened by that for distances so many times as large as a typical one from the light, or from the camera
 # to the light: nothing of those, and beyond them nothing is known to be quiet.
 _REACH, _AWAY = 128.0, 4.0
+# In so many cells of the cube around a light a ball may be listed for no more than the light's radius, on average:
+# in smaller ones the same lists would come over and over.
+_LISTED_FOR_RADIUS = 16.0
 # Slopes of a half-space, for each pixel that a picture is wide and high, below which cameraSlope() (camera.glsl) does
 # not give its points to within MARGIN.
 _FLATTEST = 2.0**-27
@@ -113,12 +116,13 @@ def _find_met(scene: Scene, rays: Array, size: tuple[int, int], settings: Settin
     corners = _corners(rays).reshape(4, -1, 3)[:, pairs[0]]
     seen = _met(scene, *_in_cone(pairs, corners, centers, radii), shape[0] * shape[1])
     lights = []
-    for light in scene.lights if settings.shadows != "off" else ():
+    for light in map(settings.cast, scene.lights) if settings.shadows != "off" else ():
         place = rotation(scene.camera) @ np.subtract(light.position, scene.camera.position)
-        wide = radii + PASSING * reach(place, centers, radii)
-        pairs = cube_faces(centers - place, wide, _GRID)
-        kept = _in_cone(pairs, _cube_corners(pairs[0]), centers - place, wide)
-        lights.append(_met(scene, *kept, 6 * _GRID * _GRID))
+        grid = int(min(_GRID, finest_grid(place, light.radius, centers)))
+        wide = radii + widening(place, light.radius, centers, radii)
+        pairs = cube_faces(centers - place, wide, grid)
+        kept = _in_cone(pairs, _cube_corners(pairs[0], grid), centers - place, wide)
+        lights.append(_met(scene, *kept, 6 * grid * grid))
     return Met(seen, lights)
 
 
@@ -130,6 +134,28 @@ def reach(light: Array, centers: Array, radii: Array) -> float:
     # Their median. np.median() would import numpy.ma, which takes longer than all of this.
     typical = float(far[(len(far) - 1) // 2] + far[len(far) // 2]) / 2.0
     return max(_REACH * typical, _AWAY * float(np.linalg.norm(light)))
+
+
+def widening(light: Array, radius: float, centers: Array, radii: Array) -> float:
+    """By how much balls are to be wider so that the ray to a light's centre meets one where any to the light does.
+
+    Points of the two are, after the same share of their ways from P, no further apart than their ends, which is at
+    most `radius`. To aim beside the centre takes as many roundings again as PASSING is for.
+    """
+    passing = PASSING * reach(light, centers, radii)
+    return radius * (1.0 + MARGIN) + 2.0 * passing if radius else passing
+
+
+def finest_grid(light: Array, radius: float, centers: Array) -> float:
+    """How many cells a side of a cube's face around a light should at most have; at least 1.
+
+    By the share of all directions in which balls are listed for no more than the light's radius.
+    """
+    if not radius or not len(centers):
+        return math.inf
+    distance = np.maximum(np.linalg.norm(centers - light, axis=1), radius)
+    share = float(np.mean((radius / distance) ** 2)) / 4.0
+    return max(1.0, math.sqrt(_LISTED_FOR_RADIUS / (6.0 * share))) if share else math.inf
 
 
 def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
@@ -186,11 +212,11 @@ def _in_cone(
     return cell[keep], sphere[keep]
 
 
-def _cube_corners(cell: NDArray[np.int64]) -> Array:
+def _cube_corners(cell: NDArray[np.int64], grid: int) -> Array:
     """(4, N, 3): the corners of N cells of a cube, numbered as cube_faces() does."""
-    face, place = np.divmod(cell, _GRID * _GRID)
-    row, column = np.divmod(place, _GRID)
-    lines = np.linspace(-1.0, 1.0, _GRID + 1)
+    face, place = np.divmod(cell, grid * grid)
+    row, column = np.divmod(place, grid)
+    lines = np.linspace(-1.0, 1.0, grid + 1)
     b = lines[np.stack([column, column + 1, column, column + 1])]
     c = lines[np.stack([row, row, row + 1, row + 1])]
     axis, a = face // 2, np.broadcast_to(1.0 - 2.0 * (face % 2), b.shape)

@@ -15,7 +15,7 @@ from raytracer import reflectance
 from raytracer.cells import CELL
 from raytracer.checks import Vec3
 from raytracer.groups import groups
-from raytracer.scene import Camera, Scene
+from raytracer.scene import FALLOFFS, Camera, PointLight, Scene
 from raytracer.settings import Precision, Settings
 from raytracer.shader import material_layout, shaded_materials
 from raytracer.solids import ROUNDING
@@ -25,13 +25,16 @@ from raytracer.table import powers, table
 _LIGHT = {
     precision: np.dtype(
         {
-            "names": ["position", "on", "n", "color"],
-            "formats": [(real, 3), "i4", (real, 3), ("f4", 3)],
+            "names": ["position", "on", "n", "radius", "color", "falloff"],
+            "formats": [(real, 3), "i4", (real, 3), real, ("f4", 3), "i4"],
             "offsets": offsets,
             "itemsize": size,
         }
     )
-    for precision, real, offsets, size in ((32, "f4", (0, 12, 16, 32), 48), (64, "f8", (0, 24, 32, 64), 96))
+    for precision, real, offsets, size in (
+        (32, "f4", (0, 12, 16, 28, 32, 44), 48),
+        (64, "f8", (0, 24, 32, 56, 64, 76), 96),
+    )
 }
 _REAL = {32: np.float32, 64: np.float64}  # of real.glsl
 
@@ -115,15 +118,18 @@ def same_as(scene: Scene, precision: Precision) -> NDArray[np.int64]:
     return np.unique(np.column_stack([is_plane, rows + 0.0]), axis=0, return_inverse=True)[1].reshape(-1) + 1
 
 
-def lights_block(scene: Scene, precision: Precision) -> bytes:
+def lights_block(scene: Scene, settings: Settings) -> bytes:
     """The uniform block of light.glsl."""
     R, eye = rotation(scene.camera), scene.camera.position
-    block = np.zeros(len(scene.lights), _LIGHT[precision])
-    for row, light in zip(block, scene.lights, strict=True):
+    block = np.zeros(len(scene.lights), _LIGHT[settings.precision])
+    for row, light in zip(block, map(settings.cast, scene.lights), strict=True):
         place = R @ np.subtract(light.position, eye)
         row["position"], row["color"] = place, light.color
-        if (on := _touched(scene, light.position)) is not None:
-            row["on"] = same_as(scene, precision)[on]
+        row["radius"], row["falloff"] = light.radius, FALLOFFS.index(light.falloff)
+        on = _bulb(scene, light) if light.radius else _touched(scene, light.position)
+        if on is not None:
+            row["on"] = same_as(scene, settings.precision)[on]
+        if on is not None and not light.radius:
             outward = place - vectors(scene)[on] if on < len(table(scene).radii) else vectors(scene)[on]
             row["n"] = outward / np.linalg.norm(outward)
     return block.tobytes()
@@ -136,6 +142,15 @@ def _touched(scene: Scene, point: Vec3) -> int | None:
     off = np.abs(np.linalg.norm(found.centers - point, axis=1) - found.radii)
     on = np.concatenate([off <= ROUNDING * given, [plane.touches(point) for plane in found.planes]])
     return int(np.argmax(on)) if on.any() else None
+
+
+def _bulb(scene: Scene, light: PointLight) -> int | None:
+    """The first sphere that is the light's own, as is_bulb() of PointLight says; its index."""
+    found = table(scene)
+    given = np.abs(found.centers).max(axis=1, initial=max(map(abs, (*light.position, light.radius))))
+    off = np.maximum(np.linalg.norm(found.centers - light.position, axis=1), np.abs(found.radii - light.radius))
+    bulbs = np.flatnonzero(off <= ROUNDING * given)
+    return int(bulbs[0]) if len(bulbs) else None
 
 
 def pixel_scale(camera: Camera, height: int) -> float:

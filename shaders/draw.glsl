@@ -17,6 +17,9 @@ struct Draw {
     int firstPlane;     // how many spheres there are (surfaces.glsl)
     int grid;           // cells of a side of a cube's face around a light (lists.glsl)
     float depthScale;   // of distances, so that all of objects of kinds (raytracer/groups.py) are below 1
+#ifdef SPHERE_LIGHTS
+    int sampleIndex;    // which of a pixel's samples is drawn, from 0
+#endif
 };
 
 uniform Draw draw;
@@ -32,6 +35,9 @@ flat out int firstPlane;
 flat out int grid;
 flat out float depthScale;
 #endif
+#ifdef SPHERE_LIGHTS
+flat out int sampleIndex;
+#endif
 
 void handOn() {
     resolution = draw.resolution;
@@ -44,6 +50,9 @@ void handOn() {
     firstPlane = draw.firstPlane;
     grid = draw.grid;
     depthScale = draw.depthScale;
+#endif
+#ifdef SPHERE_LIGHTS
+    sampleIndex = draw.sampleIndex;
 #endif
 }
 

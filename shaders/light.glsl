@@ -1,4 +1,4 @@
-// Provides lights[]: point lights of the lecture, not attenuated by distance, in view space.
+// Provides lights[], in view space. If the host defines SPHERE_LIGHTS, some have a radius; if FALLOFF, some are attenuated.
 
 #include "real.glsl"
 
@@ -6,7 +6,13 @@ struct Light {
     real3 position;
     int on;      // sameAs() of the surface that it lies on (terms.glsl); 0 for none
     real3 n;     // and that surface's outward unit normal there
+#ifdef SPHERE_LIGHTS
+    real radius; // 0 for a point; of others `on` is the sphere that is the light's own, and n is not given
+#endif
     vec3 color;  // I, linear RGB >= 0
+#ifdef FALLOFF
+    int falloff; // see irradiance.glsl
+#endif
 };
 
 layout(std140) uniform Lights {

@@ -6,6 +6,10 @@
 
 flat in vec3 ambient;  // Ia
 
+#ifdef SPHERE_LIGHTS
+flat in int sampleIndex;  // which of a pixel's samples this is
+#endif
+
 #if LIGHTS > 0
 // What a point P with the outward unit normal n, on the surface `mat`, sends towards V of a light, number i.
 vec3 reflectedOf(Light light, int i, Material m, int mat, real3 P, real3 n, vec3 V) {
@@ -16,6 +20,18 @@ vec3 reflectedOf(Light light, int i, Material m, int mat, real3 P, real3 n, vec3
     real3 L = toLight * (1.0 / distance);
     Contact start = Contact(sameAs(hitSurface(mat)), n);
     Contact end = Contact(light.on, light.n);
+#ifdef FALLOFF
+    light.color = irradiance(light, distance);
+#endif
+#ifdef SPHERE_LIGHTS
+    if (light.radius > 0.0) {
+        LightRay ray = lightRay(light, P, start, sobolPoint(ivec2(gl_FragCoord.xy + tileOrigin), i, sampleIndex));
+        L = ray.L;
+        distance = ray.distance;
+        end = ray.end;
+        light.color *= ray.weight;
+    }
+#endif
     // A light in the plane itself grazes it: N.L is 0, whatever rounding makes of it.
     bool grazes = isPlane(mat) && end.surface == start.surface;
     float NoL = float(dot(N, L));

@@ -5,6 +5,7 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 import raytracer as rt
@@ -32,6 +33,12 @@ def of(
     """`objects` seen from `eye`, under two lights."""
     lights = [rt.PointLight((4, 7, 4)), rt.PointLight((-5, 3, 6), (0.5, 0.4, 0.3))]
     return rt.Scene(objects, lights, rt.Camera(tuple(eye), tuple(at), vertical_fov=60))  # pyright: ignore[reportArgumentType]
+
+
+def under_spheres(scene: rt.Scene, *radii: float) -> rt.Scene:
+    """`scene` with lights of these radii, in turn."""
+    lights = [msgspec.structs.replace(l, radius=radii[i % len(radii)]) for i, l in enumerate(scene.lights)]
+    return msgspec.structs.replace(scene, lights=lights)
 
 
 def random_tree(rng: np.random.Generator, spheres: int) -> rt.Solid:

@@ -26,11 +26,12 @@ def assert_same(a: rt.Image, b: rt.Image) -> None:
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("shadows", ["hard", "diluted"])
+@pytest.mark.parametrize("shadows", ["hard", "diluted", "soft"])
 def test_the_error_is_within_10_percent_of_that_of_all_samples(
     renderer: Renderer, shadows: rt.settings.Shadows
 ) -> None:
-    scene, settings = scenes.assignment(), msgspec.structs.replace(RECOMMENDED, shadows=shadows)
+    scene = scenes.under_spheres(scenes.assignment(), 0.5)
+    settings = msgspec.structs.replace(RECOMMENDED, shadows=shadows)
 
     def radiance(**fields: object) -> np.ndarray:
         return renderer.render(scene, SIZE, msgspec.structs.replace(settings, **fields), geometry=False).radiance

@@ -66,11 +66,12 @@ def drawn(live: Live, renderer: Renderer, scene: rt.Scene, settings: Settings, s
     return shown(live, renderer)
 
 
-@pytest.mark.parametrize("shadows", ["off", "hard", "diluted"])
+@pytest.mark.parametrize("shadows", ["off", "hard", "diluted", "soft"])
 def test_the_refined_picture_is_that_of_render(live: Live, renderer: Renderer, shadows: str) -> None:
     settings = Settings(samples=16, shadows=shadows)  # pyright: ignore[reportArgumentType]
-    image = renderer.render(scenes.assignment(), SIZE, settings)
-    assert np.abs(drawn(live, renderer, scenes.assignment(), settings) - image.srgb8()).max() <= 1
+    scene = scenes.under_spheres(scenes.assignment(), 0.5)
+    image = renderer.render(scene, SIZE, settings)
+    assert np.abs(drawn(live, renderer, scene, settings) - image.srgb8()).max() <= 1
     with renderer.context:
         assert np.array_equal(live.image({}).radiance, image.radiance)
 

@@ -29,7 +29,7 @@ def test_a_material_has_its_models_parameters_and_their_defaults() -> None:
 
 def test_materials_are_values() -> None:
     a = rt.Material("lafortune", lobes=[{"cx": -1, "cz": (1, 1, 0.9), "n": 20}], name="b")
-    for b in (eval(repr(a), vars(rt)), pickle.loads(pickle.dumps(a)), copy.deepcopy(a), a.replace()):
+    for b in (eval(repr(a), dict(vars(rt))), pickle.loads(pickle.dumps(a)), copy.deepcopy(a), a.replace()):
         assert a == b and hash(a) == hash(b)
     assert a != a.replace(name="c") and a != a.replace(rho=0.3) and a.replace(rho=0.3).rho == (0.3, 0.3, 0.3)
 

@@ -12,6 +12,8 @@ from raytracer.renderer import Renderer
 from raytracer.settings import Settings
 from raytracer.shader import shade_source
 
+from . import scenes
+
 SIZE = (160, 120)
 RED = rt.Material(kd=(0.7, 0.1, 0.1))
 DARK = rt.Material("mirror", f0=(0.9, 0.8, 0.7))
@@ -79,7 +81,8 @@ def test_two_facing_mirrors_show_as_many_pictures_as_there_are_bounces(renderer:
 @pytest.mark.gl
 def test_cells_and_walk_draw_the_same_mirrors(renderer: Renderer) -> None:
     many = [rt.Sphere((0.7 * (i % 5) - 1.4, 0.4 * (i // 5), -2.0), 0.15, RED) for i in range(15)]
-    for scene in (hall(), hall(*many), hall(rt.Plane((1, 0, 0), -3, DARK))):
+    tree = scenes.random_tree(np.random.default_rng(1), 13)
+    for scene in (hall(), hall(*many), hall(rt.Plane((1, 0, 0), -3, DARK)), hall(*many[:3], tree)):
         a, b = (renderer.render(scene, SIZE, Settings(evaluator=e)).radiance for e in ("cells", "walk"))
         np.testing.assert_array_equal(a, b)
 

@@ -93,6 +93,12 @@ wrong: Any = rt  # where types are wrong on purpose
         (lambda: wrong.Material(h=-1), "h"),
         (lambda: wrong.Material(model="gouraud"), "model: expected one of phong, blinn"),
         (lambda: wrong.PointLight((0, 0, 0), (0, -1, 0)), "color"),
+        (lambda: wrong.PointLight((0, 0, 0), radius=-1), "radius: expected 0, for a point, or a number in"),
+        (lambda: wrong.PointLight((0, 0, 0), radius=1e-13), "radius: expected 0, for a point, or a number in"),
+        (lambda: wrong.PointLight((0, 0, 0), radius=1e13), "radius"),
+        (lambda: wrong.PointLight((0, 0, 0), radius=NAN), "radius"),
+        (lambda: wrong.PointLight((0, 0, 0), falloff="linear"), "falloff: expected 'none' or 'inverse_square', got"),
+        (lambda: wrong.PointLight((0, 0, 0), falloff=None), "falloff"),
         (lambda: wrong.Camera((0, 0, 0), (0, 0, 0)), "look_at"),
         (lambda: wrong.Camera((0, 0, 0), (0, 2, 0)), "up: expected a direction not parallel to the view"),
         (lambda: wrong.Camera((0, 0, 0), (0, 0, 1), up=(0, 0, 0)), "up"),
@@ -106,7 +112,7 @@ wrong: Any = rt  # where types are wrong on purpose
         (lambda: wrong.Union(rt.Sphere((0, 0, 0), 1), 3), "b: expected a solid"),
         (lambda: wrong.Settings(samples=0), "samples"),
         (lambda: wrong.Settings(samples=1.5), "samples"),
-        (lambda: wrong.Settings(shadows="soft"), "shadows"),
+        (lambda: wrong.Settings(shadows="sharp"), "shadows: expected one of off, hard, diluted, soft"),
     ],
 )
 def test_a_wrong_value_is_refused_by_name(make: Callable[[], Any], says: str) -> None:

@@ -113,6 +113,15 @@ BAD = [
     ("[shapes.a]", '[shapes."a b"]', 'shapes.a b: expected a name of letters, digits and "_"'),
     ("[[lights]]", "[lights]", "lights: expected a list, got a table"),
     (
+        "[[lights]]",
+        "[[lights]]\nradius = -1",
+        "lights[0].radius: expected 0, for a point, or a number in [1e-12, 1e+12]",
+    ),
+    ("[[lights]]", '[[lights]]\nradius = "1"', "lights[0].radius: expected a number, got a string"),
+    ("[[lights]]", '[[lights]]\nfalloff = "linear"', "lights[0].falloff: expected 'none' or 'inverse_square', got"),
+    ("[[lights]]", "[[lights]]\nfalloff = 2", "lights[0].falloff: expected a string, got a number"),
+    ("[[lights]]", "[[lights]]\nsize = 1", "lights[0]: unknown key `size` (known: position, color, radius, falloff)"),
+    (
         END,
         f"{END}\n[instances.two]\npositions = [[0, 0, 0]]",
         "instances.two: expected the name of an object (known: one)",

@@ -18,7 +18,7 @@ from raytracer.instances import Instances
 from raytracer.material import Material
 from raytracer.renderer import Renderer
 from raytracer.resolution import resolution
-from raytracer.scene import PointLight, Scene
+from raytracer.scene import Scene
 from raytracer.settings import Evaluator, Settings
 from raytracer.solids import Plane, Primitive, Solid, Sphere, with_leaves
 from raytracer.vectors import add, dot, scaled
@@ -142,7 +142,10 @@ def mapped(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset: Ca
     camera = msgspec.structs.replace(
         scene.camera, position=point(scene.camera.position), look_at=point(scene.camera.look_at)
     )
-    lights = [PointLight(point(light.position), light.color) for light in scene.lights]
+    lights = [
+        msgspec.structs.replace(light, position=point(light.position), radius=light.radius * scale)
+        for light in scene.lights
+    ]
     objects = [
         Instances(o.solid, [point(p) for p in o.positions.tolist()], o.scales * scale)
         if isinstance(o, Instances)

@@ -174,11 +174,14 @@ def valid_scenes(renderer: Renderer, short: bool) -> Iterator[Finding]:
     for model, (where, position) in itertools.product(("phong", "blinn"), lights.items()):
         for bits in renderer.limits.precisions:
             bad = 0
-            for h, color, shadows in itertools.product(exponents, colors, ("off", "hard", "diluted")):
+            for h, color, shadows in itertools.product(exponents, colors, ("off", "hard", "diluted", "soft")):
                 c = (color, color, color)
                 material = Material(ka=c, kd=c, ks=c, h=h, model=model)
                 objects = [Sphere(ball.center, 1, material), Plane(floor.normal, -1, material)]
-                scene = Scene(objects, [PointLight(position, c)] * 3, Camera(eye, (0, 0, 0), vertical_fov=70), c, c)
+                lights = [PointLight(position, c)] * 3
+                if shadows == "soft":  # and attenuated; the last one is the ball's own
+                    lights = [PointLight(position, c, radius, "inverse_square") for radius in (0.0, 1e-6, 1.0)]
+                scene = Scene(objects, lights, Camera(eye, (0, 0, 0), vertical_fov=70), c, c)
                 image = renderer.render(scene, (32, 24), Settings(precision=bits, shadows=shadows))
                 bad += invalid(image)
             at = f"{model}, light {where}"

@@ -5,6 +5,7 @@
 // rounding for alpha below 0.01: |N x H|^2 + (alpha N.H)^2 is the same, and never cancels (Lagrange).
 // ggxSlope() is mu (1 + Lambda) for a direction with the cosine mu.
 
+#include "brdf/extent.glsl"
 #include "brdf/numbers.glsl"
 #include "materials.glsl"
 

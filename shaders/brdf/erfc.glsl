@@ -1,9 +1,10 @@
-// Provides erfcOf(): the complementary error function for x >= 0, to a relative 1.2e-7 and what exp adds
-// (Press et al., "Numerical Recipes", section 6.2: Chebyshev's fit).
+// Provides erfc(): the complementary error function, x >= 0. Relative error 1e-7, and that of exp(-x^2), 2 x^2 2^-24.
+// (1 + 2 x) exp(x^2) erfc(x) as a polynomial of (x - 3) / (x + 3), after Shepherd and Laframboise (1981); the
+// coefficients are our own minimax fit on [0, 20], 1.2e-8 off.
 
-float erfcOf(float x) {
-    float t = 1.0 / (1.0 + 0.5 * x);
-    float fit = -1.26551223 + t * (1.00002368 + t * (0.37409196 + t * (0.09678418 + t * (-0.18628806
-        + t * (0.27886807 + t * (-1.13520398 + t * (1.48851587 + t * (-0.82215223 + t * 0.17087277))))))));
-    return t * exp(fit - x * x);
+float erfc(float x) {
+    float t = (x - 3.0) / (x + 3.0);
+    float p = -0.0238456724 + t * (0.00246260844 + t * (0.00203299152 + t * (-0.000633179624 + t * -0.000200377037)));
+    p = 1.25300807 + t * (-0.135621069 + t * (-0.0475635 + t * (0.129643954 + t * (-0.119257614 + t * (0.0683215757 + t * p)))));
+    return p / (1.0 + 2.0 * x) * exp(-x * x);
 }

@@ -19,7 +19,7 @@ vec3 merlRow(int table, ivec2 h, ivec2 d, ivec2 phi, vec3 part, int i) {
 vec3 merl(Material m, vec3 N, vec3 L, vec3 V) {
     float NoL = dot(N, L), NoV = dot(N, V);
     vec3 S = L + V;
-    float thetaH = angle(N, S), thetaD = angle(L, S);
+    float thetaH = angle(length(cross(N, S)), dot(N, S)), thetaD = angle(length(cross(L, S)), dot(L, S));
     float y = 2.0 * dot(L, cross(N, V)), x = length(S) * (NoV - NoL);
     float phiD = x == 0.0 && y == 0.0 ? 0.0 : atan(y, x);
     if (phiD < 0.0) phiD += PI;

@@ -7,5 +7,5 @@
 float exactSmith(Material m, float mu) {
     float width = m.alpha * sqrt(max((1.0 - mu) * (1.0 + mu), 0.0));
     float a = min(mu / max(width, 1e-20), 10.0);  // erf is 1 by then
-    return mu * (1.0 - 0.5 * erfcOf(a)) + 0.28209479 * width * exp(-a * a);
+    return mu * (1.0 - 0.5 * erfc(a)) + 0.28209479 * width * exp(-a * a);
 }

@@ -10,7 +10,7 @@
 vec3 torrance_sparrow(Material m, vec3 N, vec3 L, vec3 V) {
     float NoL = dot(N, L), NoV = max(dot(N, V), GRAZING);
     vec3 S = L + V;
-    float x = angle(N, S) / m.m;
+    float x = angle(length(cross(N, S)), dot(N, S)) / m.m;
     float D = (m.c > 0.0 ? m.c : 1.0 / (PI * m.m * m.m)) * exp(-x * x);
     return m.rho * (NoL / PI) + m.ks * fresnel(m, 0.5 * length(S)) * (m.constant * D * vCavity(N, S, NoL, NoV));
 }

@@ -1,0 +1,106 @@
+// Provides he(), heMirrored(): reflection by a rough surface in wave optics (He, Torrance, Sillion and Greenberg 1991)
+// with Westin's corrections: shadowing with its e^(-q^2), and tau over the wavelength. he() is the diffuse rest
+// rho / pi and the directional diffuse part, per channel of one wavelength,
+//     f = ks F G S D / (pi N.L N.V),   with v = L + V:
+// G = (v.v / v.N)^2: the paper's products of its polarisations s and p are |L x V|^2 each, and cancel.
+// D = pi^2 tau^2 / (4 lambda^2) sum over m >= 1 of g^m e^-g / (m! m) exp(-vxy^2 pi^2 tau^2 / (lambda^2 m)).
+// g = (2 pi sigma / lambda (N.L + N.V))^2, sigma the height that is not in shadow: sigma0 / sqrt(1 + W), W
+// Lambert's function of ((K_L + K_V)^2 / (8 pi)), K = tan(theta) erfc(q), q = tau / (2 sigma0 tan(theta)).
+// For large g it is the geometric optics of Beckmann's distribution, with alpha = 2 sigma / tau.
+//
+// heMirrored() is the third part, coherent: what the radiance from the mirror direction is multiplied with.
+//
+// g^m e^-g / m!, Poisson's probability of m, is made of Loader's deviance (2000), not of powers: m log g - g has no
+// digits left for a large g. The sum is over the terms around its largest, to HALF standard deviations. If these are
+// more than TERMS, it is over every so many, times that: the sum of a bell curve over points up to its width apart is
+// its integral. So 64 terms do for any g, where the paper's first terms would have to be more than g. Relative error 2e-6.
+// Finite to the horizon: both cosines are divided analytically.
+
+#include "brdf/erfc.glsl"
+#include "materials.glsl"
+
+const float HE_PI = 3.14159265;
+const float HE_TINY = 1e-30;
+
+// q, at most 20, where erfc(q) and exp(-q^2) are 0 in float32, for the cosine and sine of a direction.
+float heSteepness(Material m, float mu, float sine) {
+    return min(m.tau * mu / max(2.0 * m.sigma0 * sine, HE_TINY), 20.0);
+}
+
+// S1 / mu = (1 - erfc(q) / 2) / ((1 + Lambda) mu), Lambda = (exp(-q^2) / (sqrt(pi) q) - erfc(q)) / 2.
+float heShadowing(Material m, float mu, float sine) {
+    const float FLAT = 1e-12; // below any N.V of unit float32 vectors, and its product for L and V is finite
+    float q = heSteepness(m, mu, sine), inLight = 1.0 - 0.5 * erfc(q);
+    return inLight / max(mu * inLight + 0.56418958 * m.sigma0 * sine / m.tau * exp(-q * q), FLAT);
+}
+
+// 1 + W. Newton's steps for log(w) + w = log(z) (Iacono and Boyd 2017) are exact after the third.
+float heShadowed(Material m, vec2 mu, vec2 sine) {
+    float z = 0.0;
+    for (int i = 0; i < 2; i++)
+        z += sine[i] / max(mu[i], 1e-18) * erfc(heSteepness(m, mu[i], sine[i]));
+    z *= z / (8.0 * HE_PI);
+    float w = log(1.0 + z);
+    for (int i = 0; i < 4; i++)
+        w *= (1.0 + log(max(z, HE_TINY) / max(w, HE_TINY))) / (1.0 + w);
+    return 1.0 + w;
+}
+
+// log(m!) - log(sqrt(2 pi m) (m / e)^m), m >= 1: our own minimax fit in 1 / m, 7e-8 off.
+float heStirling(float m) {
+    float x = 1.0 / m;
+    float p = -0.00282896713 + x * (0.000187374939 + x * (0.00058458614 - x * 0.000219535557));
+    return x * (0.0833332655 + x * (4.67525307e-06 + x * p));
+}
+
+// Poisson's probability of m = g + d.
+float hePoisson(float g, float d, float m) {
+    const float CLOSE = 0.1; // of v, whose series' next term is v^10 / 11 of it
+    float v = d / (g + m), v2 = v * v;
+    float series = d * v + 2.0 * m * v * v2 * (1.0 / 3.0 + v2 * (1.0 / 5.0 + v2 * (1.0 / 7.0 + v2 / 9.0)));
+    float deviance = abs(v) < CLOSE ? series : m * log(m / g) - d;
+    return exp(-deviance - heStirling(m)) / sqrt(2.0 * HE_PI * m);
+}
+
+// The sum of g^m e^-g / (m! m) exp(-b / m) over m >= 1, over g.
+float heSum(float g, float b) {
+    const float HALF = 6.0, TERMS = 64.0;
+    if (g < 1e-6) {
+        // The first two terms: of the third, g^2 / 18 e^(-b / 3), is nothing to be seen.
+        return exp(-b) + 0.25 * g * exp(-0.5 * b);
+    }
+    // The largest term: y = m / g, y^2 log(y) = b / g^2. Newton's steps from a y that is too large stay so.
+    float c = b / (g * g), y = 1.0 + min(c, sqrt(c));
+    for (int i = 0; i < 5; i++)
+        y -= (y * y * log(y) - c) / (2.0 * y * log(y) + y);
+    float top = max(floor(g * y + 0.5), 1.0), deviation = sqrt(top);
+    // To either side; for a small mean Poisson's distribution reaches farther up.
+    float below = min(HALF * deviation, top - 1.0), above = HALF * deviation + 10.0;
+    float apart = max((below + above) / TERMS, 1.0), first = top - g - (apart > 1.0 ? below : floor(below));
+    float sum = 0.0;
+    for (float d = first; d <= top - g + above; d += apart) {
+        float m = g + d;
+        sum += hePoisson(g, d, m) / m * exp(-b / m);
+    }
+    return sum * apart / g;
+}
+
+vec3 he(Material m, vec3 N, vec3 L, vec3 V) {
+    vec3 v = L + V, vxy = cross(N, v);
+    vec2 mu = vec2(dot(N, L), max(dot(N, V), 0.0)), sine = vec2(length(cross(N, L)), length(cross(N, V)));
+    float vz = mu.x + mu.y, vv = dot(v, v), correlation = HE_PI * HE_PI * m.tau * m.tau;
+    vec3 lambda2 = m.wavelength * m.wavelength;
+    vec3 height = 4.0 * HE_PI * HE_PI * m.sigma0 * m.sigma0 / (heShadowed(m, mu, sine) * lambda2);
+    vec3 g = height * vz * vz, b = correlation * dot(vxy, vxy) / lambda2;
+    vec3 sum = vec3(heSum(g.x, b.x), heSum(g.y, b.y), heSum(g.z, b.z));
+    vec3 GD = vv * vv * 0.25 * correlation / lambda2 * height * sum;
+    float S = heShadowing(m, mu.x, sine.x) * heShadowing(m, mu.y, sine.y);
+    vec3 F = fresnel(m, min(0.5 * sqrt(vv), 1.0));
+    return mu.x * (0.31830989 * m.rho + m.ks * F * GD * (S / HE_PI));
+}
+
+vec3 heMirrored(Material m, vec3 N, vec3 V) {
+    float mu = clamp(dot(N, V), 0.0, 1.0), sine = length(cross(N, V)), S1 = mu * heShadowing(m, mu, sine);
+    vec3 rough = 4.0 * HE_PI * m.sigma0 * mu / m.wavelength;
+    return m.ks * fresnel(m, mu) * exp(-rough * rough / heShadowed(m, vec2(mu), vec2(sine))) * S1 * S1;
+}

@@ -1,0 +1,77 @@
+"""The points of soft shadows: a (0, 2)-sequence in each pixel, which shares nothing with other pixels and lights."""
+
+from __future__ import annotations
+
+import functools
+import operator
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike
+
+from raytracer import glsl
+from raytracer.renderer import Renderer
+from raytracer.sampling import sample_point
+
+pytestmark = pytest.mark.gl
+
+
+def points(renderer: Renderer, pixel: ArrayLike, light: ArrayLike, index: ArrayLike) -> np.ndarray:
+    return glsl.call("sobolPoint", pixel, light, index, renderer=renderer).astype(float)
+
+
+def test_pascal_gives_the_digits_of_sobols_second_dimension(renderer: Renderer) -> None:
+    # By the definition: the sum, modulo 2, of the direction numbers of the index's bits, those of 1 + x.
+    direction = [1 << 31]
+    for _ in range(31):
+        direction.append(direction[-1] ^ direction[-1] >> 1)
+    rng = np.random.default_rng(0)
+    index = np.concatenate([np.arange(64), rng.integers(0, 2**32, 1000)]).astype(np.uint32)
+    expected = [
+        functools.reduce(operator.xor, (d for k, d in enumerate(direction) if i >> k & 1), 0) for i in index.tolist()
+    ]
+    found = glsl.call("reversed", glsl.call("pascal", index, renderer=renderer), renderer=renderer)
+    np.testing.assert_array_equal(found, np.array(expected, np.uint32))
+
+
+def test_reversed_turns_the_bits_around(renderer: Renderer) -> None:
+    x = np.random.default_rng(1).integers(0, 2**32, 1000).astype(np.uint32)
+    expected = [int(f"{value:032b}"[::-1], 2) for value in x.tolist()]
+    np.testing.assert_array_equal(glsl.call("reversed", x, renderer=renderer), np.array(expected, np.uint32))
+
+
+@pytest.mark.parametrize(("pixel", "light"), [((0, 0), 0), ((1, 0), 0), ((0, 0), 1), ((65535, 1234), 40)])
+def test_each_box_of_a_share_of_2_to_the_n_holds_one_of_the_first_2_to_the_n_points(
+    renderer: Renderer, pixel: tuple[int, int], light: int
+) -> None:
+    found = points(renderer, pixel, light, np.arange(1024))
+    assert found.min() >= 0.0 and found.max() < 1.0
+    for n in range(11):
+        for i in range(n + 1):
+            box = np.floor(found[: 2**n] * (2**i, 2 ** (n - i))).astype(int)
+            assert len(set(map(tuple, box.tolist()))) == 2**n, (n, i)
+
+
+def test_pixels_lights_and_samples_know_nothing_of_each_other(renderer: Renderer) -> None:
+    x, y = np.meshgrid(np.arange(64), np.arange(64))
+    pixels = np.column_stack([x.ravel(), y.ravel()])
+    # 4096 independent pairs of numbers correlate by less than 5 / sqrt(4096), but for one in a million.
+    most = 5.0 / 64.0
+    for k in (0, 1, 5):
+        grid = points(renderer, pixels, 0, k).reshape(64, 64, 2)
+        assert np.histogramdd(grid.reshape(-1, 2), bins=4, range=[(0, 1)] * 2)[0].min() > 180, "256 on average"
+        for other in (
+            np.roll(grid, 1, axis=0),
+            np.roll(grid, 1, axis=1),
+            np.roll(grid, 8, axis=(0, 1)),
+            points(renderer, pixels, 1, k).reshape(64, 64, 2),
+        ):
+            for i, j in np.ndindex(2, 2):
+                assert abs(np.corrcoef(grid[..., i].ravel(), other[..., j].ravel())[0, 1]) < most
+        assert abs(np.corrcoef(grid[..., 0].ravel(), grid[..., 1].ravel())[0, 1]) < most
+    # In each pixel, its 64 points with the places of its samples: the mean of 400 pixels is that of independent ones.
+    places = np.array([sample_point(k) for k in range(64)]) - 0.5
+    each = np.repeat(pixels[:400], 64, axis=0)
+    found = points(renderer, each, 0, np.tile(np.arange(64), 400)).reshape(400, 64, 2) - 0.5
+    correlation = np.einsum("pki,kj->pij", found, places) / 64.0 * 12.0
+    assert np.abs(correlation.mean(axis=0)).max() < 5.0 / np.sqrt(400 * 64)
