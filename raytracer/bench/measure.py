@@ -7,15 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from functools import lru_cache
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
-from raytracer import glsl, reflectance
 from raytracer.bench.quadrature import NORMAL, Array, Fineness, Rule, about_all, facing, halfway, polar
-from raytracer.brdf import evaluate
+from raytracer.brdf import call, evaluate
 from raytracer.glsl_source import shaders_folder
 from raytracer.material import Material
 from raytracer.models import MODELS
@@ -30,7 +28,7 @@ _FINE = Fineness(6, 16)
 _FINER = (0.7, 1.0, 2.0, 4.0, 8.0)
 # Of these models the lobes are polar about the mirror direction; or there are none. Of all others see `_rule`.
 _ABOUT_MIRROR = ("phong", "phong_normalized", "strauss")
-_WITHOUT_LOBES = ("lambert", "minnaert", "oren_nayar", "eon", "diffuse_microfacet")
+_WITHOUT_LOBES = ("lambert", "minnaert", "oren_nayar", "eon", "diffuse_microfacet", "lafortune")
 # What a value times 1 + this may be: rounding of float32, of directions and of what is made of them.
 RECIPROCAL = 1e-4
 # Pairs of directions for reciprocity are so far above the horizon; f below this has few bits of float32 left, or none.
@@ -42,7 +40,7 @@ CONSERVING = 1e-3
 # Angles at which facets are added up.
 _FACET_DEGREES = (0.0, 45.0, 75.0, 85.0, 89.0)
 # Finer than for albedos: the masking of Beckmann's facets makes up for all that D leaves, to 1e-7.
-_FACETS_FINE = Fineness(24, 24)
+_FACETS_FINE = Fineness(24, 12)
 
 
 class Albedo(msgspec.Struct, frozen=True):
@@ -165,12 +163,10 @@ def _reciprocity(material: Material, seen: Callable[[Array, Array], Array]) -> f
     random = np.random.default_rng(1)
     wo = _upper(random.normal(size=(2 * _PAIRS, 3)))
     wi = _upper(random.normal(size=(2 * _PAIRS, 3)))
-    angle = np.exp(random.uniform(np.log(1e-5), 0.0, _PAIRS))
-    for i in range(_PAIRS):
-        axes = _axes(material, wo[i])
-        axis = axes[i % len(axes)]
-        off = np.cross(axis, wi[i])
-        wi[i] = np.cos(angle[i]) * axis + np.sin(angle[i]) * off / np.linalg.norm(off)
+    factors = np.array(_factors(material))[np.arange(_PAIRS) % len(_factors(material))]
+    axes = _unit(factors * wo[:_PAIRS])
+    angle = np.exp(random.uniform(np.log(1e-5), 0.0, (_PAIRS, 1)))
+    wi[:_PAIRS] = np.cos(angle) * axes + np.sin(angle) * _unit(np.cross(axes, wi[:_PAIRS]))
     keep = (wi[:, 2] > _LEAST_COSINE) & (wo[:, 2] > _LEAST_COSINE)
     wi, wo = wi[keep].astype(np.float32), wo[keep].astype(np.float32)
     there, back = seen(wi, wo) / wi[:, 2:], seen(wo, wi) / wo[:, 2:]
@@ -180,29 +176,36 @@ def _reciprocity(material: Material, seen: Callable[[Array, Array], Array]) -> f
 
 
 def _upper(vectors: Array) -> Array:
-    vectors[:, 2] = np.abs(vectors[:, 2])
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return _unit(np.column_stack([vectors[:, :2], np.abs(vectors[:, 2])]))
 
 
-def _axes(material: Material, w: Array) -> list[Array]:
-    """The directions around which the lobes are, for light from `w` or a viewer there."""
-    axes = [w * (-1.0, -1.0, 1.0)]
-    if material.get("lobes"):
-        factors = [np.array([lobe.cx, lobe.cy, lobe.cz])[:, i] for lobe in material.lobes for i in range(3)]
-        vectors = [factor * w for factor in factors]
-        units = [v / np.linalg.norm(v) for v in vectors if np.linalg.norm(v) > 0.0]
-        axes = [units[i] for i in np.unique(np.round(units, 6), axis=0, return_index=True)[1]] or axes
-    return axes
+def _unit(vectors: Array) -> Array:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
+
+
+def _factors(material: Material) -> list[tuple[float, ...]]:
+    """What the parts of a direction are multiplied by to have that of a lobe for it: of all lobes."""
+    lobes = [
+        tuple(channel) for lobe in material.get("lobes", ()) for channel in zip(lobe.cx, lobe.cy, lobe.cz, strict=True)
+    ]
+    return [*dict.fromkeys(lobe for lobe in lobes if any(lobe))] or [(-1.0, -1.0, 1.0)]
 
 
 def _rule(material: Material, w: Array, fine: Fineness) -> Rule:
-    if material.model in _WITHOUT_LOBES:
-        return polar(NORMAL, fine, kinks=w)
-    if material.model in _ABOUT_MIRROR:
-        return polar(_axes(material, w)[0], fine)
-    if material.model == "lafortune":
-        return about_all(_axes(material, w), fine)
-    return halfway(w, fine)
+    if material.get("lobes"):
+        axes = _unit(np.array(_factors(material)) * w)
+        return about_all(axes[np.unique(np.round(axes, 6), axis=0, return_index=True)[1]], fine)
+    return _known_rule(material.model, tuple(w), fine)
+
+
+@lru_cache(maxsize=64)
+def _known_rule(model: str, w: tuple[float, ...], fine: Fineness) -> Rule:
+    """Coarse rules are asked for again and again."""
+    if model in _WITHOUT_LOBES:
+        return polar(NORMAL, fine, kinks=np.array(w))
+    if model in _ABOUT_MIRROR:
+        return polar(np.array(w) * (-1.0, -1.0, 1.0), fine)
+    return halfway(np.array(w), fine)
 
 
 def is_anisotropic(material: Material) -> bool:
@@ -253,21 +256,10 @@ def _integrals(
         return np.array([rule[1] @ part for rule, part in zip(rules, parts, strict=True)])
 
 
-def _shader(material: Material, *lines: str) -> tuple[dict[str, str], str, NDArray[Any]]:
-    """For glsl.call(): a file with the material's functions and these lines, its name, and the material."""
-    found = reflectance.layout([material])
-    text = ['#include "materials.glsl"', *reflectance.reflected_text(found), *lines]
-    generated = {"materials.glsl": reflectance.material_text(found), "bench.glsl": "\n".join(text)}
-    data = reflectance.struct(found, material, glsl.struct_dtype("Material", "bench.glsl", generated))
-    return generated, "bench.glsl", data
-
-
 def _mirrored(material: Material, degrees: Sequence[float], renderer: Renderer | None) -> Array:
     """What is reflected to the mirror direction only, (N, 3)."""
-    generated, file, data = _shader(material)
-    views = np.array([direction(angle) for angle in degrees])
-    answer = glsl.call("mirrored", data, NORMAL, views, renderer=renderer, generated=generated, file=file)
-    return answer.astype(float)
+    views = [direction(angle) for angle in degrees]
+    return call(f"{material.model}Mirrored", material, NORMAL, views, renderer=renderer).astype(float)
 
 
 def distribution_of(material: Material) -> str | None:
@@ -278,23 +270,9 @@ def distribution_of(material: Material) -> str | None:
 def facets(material: Material, degrees: Sequence[float] = _FACET_DEGREES, renderer: Renderer | None = None) -> Facets:
     """What its distribution D and masking G1 add up to, seen from these angles."""
     kind = distribution_of(material)
-    generated, file, data = _shader(
-        material,
-        "float facetsD(Material m, vec3 L, vec3 V) {",
-        f"    return {kind}D(m, vec3(0.0, 0.0, 1.0), L + V);",
-        "}",
-        "float facetsSlope(Material m, float mu) {",
-        f"    return {kind}Slope(m, mu);",
-        "}",
-    )
-
-    def call(function: str, *arguments: Any) -> Array:
-        answer = glsl.call(function, data, *arguments, renderer=renderer, generated=generated, file=file)
-        return np.atleast_1d(answer).astype(float)
-
     viewers = [direction(angle) for angle in degrees]
     cosines = np.array([wo[2] for wo in viewers])
-    masking = cosines / call("facetsSlope", cosines)
+    masking = cosines / call(f"{kind}Slope", material, cosines, renderer=renderer)
 
     def off(fine: Fineness) -> tuple[Array, Array]:
         """How far from 1 the two are, for each viewer."""
@@ -305,9 +283,13 @@ def facets(material: Material, degrees: Sequence[float] = _FACET_DEGREES, render
         wo_m = np.sum(wo * m, axis=1)
         wi = 2.0 * wo_m[:, None] * m - wo
         starts = np.cumsum([0, *counts[:-1]])
-        normals = np.add.reduceat(weights * g1 * call("facetsD", m, m) * wo_m, starts)
-        # d wi = 4 wo.m dm
-        furnace = np.add.reduceat(weights * 4.0 * wo_m * g1 * call("facetsD", wi, wo) / 4.0, starts)
+        D, of_sum = (
+            call(f"{kind}D", material, NORMAL, S, renderer=renderer).astype(float)
+            for S in (m, wi.astype(np.float32) + wo.astype(np.float32))
+        )
+        normals = np.add.reduceat(weights * g1 * D * wo_m, starts)
+        # Of light: d wi = 4 wo.m dm.
+        furnace = np.add.reduceat(weights * 4.0 * wo_m * g1 * of_sum / 4.0, starts)
         return normals - 1.0, furnace - 1.0
 
     normals, furnace = off(_FACETS_FINE)

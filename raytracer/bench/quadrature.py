@@ -12,6 +12,7 @@ other. No rule needs to know how wide a lobe is.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from itertools import pairwise
 
 import msgspec
@@ -107,6 +108,9 @@ def facing(w: Array, fine: Fineness) -> Rule:
     return _above(directions, np.sin(angle)[:, None] * width[:, None] * share)
 
 
+_legendre = cache(np.polynomial.legendre.leggauss)
+
+
 def _tilt(w: Array) -> float:
     return float(np.arctan2(np.hypot(w[0], w[1]), w[2]))
 
@@ -136,7 +140,7 @@ def _angles(edges: Sequence[float], count: int) -> Rule:
     At an edge the length of the circles above the horizon begins to shrink, or ends, as a square root: which the
     squared variable of the panels that end there makes smooth.
     """
-    x, w = np.polynomial.legendre.leggauss(count)
+    x, w = _legendre(count)
     u, du = (x + 1.0) / 2.0, w / 2.0
     nodes, weights = [], []
     edges = sorted({0.0, *edges})
@@ -162,7 +166,7 @@ def _azimuths(limit: Array, fine: Fineness, kinks: Sequence[float]) -> Rule:
 
     Where that is a mirror image, it is counted by the weights.
     """
-    x, w = np.polynomial.legendre.leggauss(-(-fine.azimuths // (len(kinks) + 1)))
+    x, w = _legendre(-(-fine.azimuths // (len(kinks) + 1)))
     ends = [np.zeros_like(limit), *(np.minimum(kink, limit) for kink in kinks), limit]
     halves = [(b - a)[:, None] / 2.0 for a, b in pairwise(ends)]
     nodes = np.concatenate([h * (x + 1.0) + a[:, None] for h, a in zip(halves, ends, strict=False)], axis=1)
