@@ -63,7 +63,7 @@ def _plot_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _gallery_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png")
-    parser.add_argument("--cell", metavar="N", type=int, default=208, help="pixels of a picture's side (default: 208)")
+    parser.add_argument("--cell", metavar="N", type=int, default=176, help="pixels of a picture's side (default: 176)")
     parser.add_argument("--samples", metavar="N", type=int, default=16, help="rays a pixel (default: 16)")
     parser.add_argument("--merl", metavar="FILE", help="a measured material besides")
     _add_backend(parser)

@@ -18,12 +18,12 @@ from raytracer.models import MODELS
 from raytracer.progress import Progress
 from raytracer.renderer import Renderer
 
-_COLUMNS = 5
+_COLUMNS = 6
 _GAP, _BELOW, _CAPTION = 6, 34, 26
 _PAPER, _INK, _FAINT = (250, 249, 246), (30, 30, 30), (110, 110, 110)
 _CAPTION_TEXT = (
     "The lights have colours pi and 0.35 pi, as a diffuse f is rho / pi. "
-    "For phong and blinn, which leave pi out, they have 1 and 0.35."
+    "For phong, blinn and strauss, which leave pi out, they have 1 and 0.35."
 )
 _RUST = (0.78, 0.3, 0.12)
 # At 650, 550 and 450 nm (Johnson and Christy 1972; assets/materials/conductors.toml has it too).
@@ -34,18 +34,18 @@ _SHOWN: dict[str, tuple[Material | None, str]] = {
     "blinn": (Material("blinn", ka=0.0, kd=_RUST, h=128.0), "h 128"),
     "lambert": (Material("lambert", rho=_RUST), ""),
     "minnaert": (Material("minnaert", rho=_RUST, k=0.6), "k 0.6"),
-    "phong_normalized": (Material("phong_normalized", kd=_RUST, ks=0.2), "ks 0.2, h 32"),
-    "blinn_normalized": (Material("blinn_normalized", kd=_RUST, ks=0.2, h=128.0), "ks 0.2, h 128"),
+    "phong_normalized": (Material("phong_normalized", kd=_RUST, ks=0.06), "ks 0.06, h 32"),
+    "blinn_normalized": (Material("blinn_normalized", kd=_RUST, ks=0.06, h=128.0), "ks 0.06, h 128"),
     "strauss": (Material("strauss", color=_RUST, metalness=0.6), "smoothness 0.7, metalness 0.6"),
     "lafortune": (None, "clay, as published"),
     "oren_nayar": (Material("oren_nayar", rho=_RUST, sigma=40.0), "sigma 40 degrees"),
     "eon": (Material("eon", rho=_RUST, roughness=1.0), "roughness 1"),
-    "torrance_sparrow": (Material("torrance_sparrow", **_COPPER, m=0.35), "copper, m 0.35"),
-    "cook_torrance": (Material("cook_torrance", **_COPPER, m=0.35), "copper, m 0.35"),
-    "ggx": (Material("ggx", **_COPPER, alpha=0.35), "copper, alpha 0.35"),
-    "beckmann": (Material("beckmann", **_COPPER, alpha=0.35), "copper, alpha 0.35"),
+    "torrance_sparrow": (Material("torrance_sparrow", **_COPPER, m=0.5), "copper, m 0.5"),
+    "cook_torrance": (Material("cook_torrance", **_COPPER, m=0.5), "copper, m 0.5"),
+    "ggx": (Material("ggx", **_COPPER, alpha=0.5), "copper, alpha 0.5"),
+    "beckmann": (Material("beckmann", **_COPPER, alpha=0.5), "copper, alpha 0.5"),
     "split": (Material("split", rho=_RUST, alpha=0.2), "f0 0.04, alpha 0.2"),
-    "diffuse_microfacet": (Material("diffuse_microfacet", rho=_RUST, alpha=0.6), "alpha 0.6"),
+    "diffuse_microfacet": (Material("diffuse_microfacet", rho=_RUST, alpha=0.8), "alpha 0.8"),
     "he": (Material("he", fresnel="conductor", rho=0.05), "gold, sigma0 0.18 um"),
     "mirror": (Material("mirror", f0=(0.95, 0.93, 0.88)), "f0 0.95"),
 }

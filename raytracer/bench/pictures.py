@@ -14,8 +14,8 @@ from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
 from raytracer.solids import Plane, Sphere
 
-# The lecture's models have no 1/pi: under a light of colour 1 they look as others do under one of pi.
-WITHOUT_PI = ("phong", "blinn")
+# The lecture's models and Strauss's have no 1/pi: under a light of colour 1 they look as others do under one of pi.
+WITHOUT_PI = ("phong", "blinn", "strauss")
 _KEY, _FILL = (-3.2, 5.5, 5.0), (6.0, 2.5, 2.0)
 _FILL_SHARE = 0.35
 _GREY = 0.42

@@ -81,7 +81,7 @@ def plot_materials(
 
 
 def _draw_lobes(axes: Any, material: Material, renderer: Renderer) -> None:
-    """f, the mean of its channels, over the angle of the viewer in the plane of incidence, for light from some angles."""
+    """f, the mean of its channels, by the viewer in the plane of incidence, for light from some angles."""
     curves = []
     for degrees in _INCIDENCE:
         wi = direction(degrees, 180.0)
@@ -176,6 +176,6 @@ def plot_lecture(path: Path, h: float | None, renderer: Renderer) -> None:
 
 
 def _around(axis: Array, angles: Array, across: bool) -> Array:
-    """Directions at angles to an axis in the plane y = 0: in that plane, where positive is downwards, or square to it."""
+    """Directions at angles to an axis in the plane y = 0: in that plane, positive downwards, or square to it."""
     side = np.array([0.0, 1.0, 0.0]) if across else np.array([axis[2], 0.0, -axis[0]])
     return np.cos(angles)[:, None] * axis + np.sin(angles)[:, None] * side

@@ -57,7 +57,7 @@ def _row(check: Check) -> list[str]:
         settings_text(check.settings) or "-",
         "yes" if found.reciprocal else f"no: {found.reciprocity:.2g}",
         {True: "yes", False: "no", None: "?"}[found.conserving],
-        f"{largest.value:.4g}{mark} at {largest.degrees:g}{'*' if found.delta else ''}",
+        f"{largest.value:.4g}{mark} at {largest.degrees:.4g}{'*' if found.delta else ''}",
         *facets,
         "DIFFERS" if check.differs else "as expected" if check.verdict else "-",
     ]
@@ -71,7 +71,7 @@ def _print_albedos(found: Measured) -> None:
     for seen, beam in zip(found.albedos, found.beams, strict=True):
         pairs = (seen,) if same else (seen, beam)
         cells = [text for a in pairs for text in (f"{a.value:.5f}{'' if a.resolved else '?'}", f"{a.error:.0e}")]
-        table.add_row(f"{seen.degrees:g}", *cells)
+        table.add_row(f"{seen.degrees:.4g}", *cells)
     _print(table)
     if not same:
         print("It is not reciprocal: what is seen under equal light from everywhere, and what a beam sends everywhere.")
@@ -85,7 +85,11 @@ def settings_text(settings: Settings) -> str:
 def _value_text(value: Any) -> str:
     if isinstance(value, float | int):
         return f"{value:g}"
-    return ",".join(f"{part:g}" for part in value) if isinstance(value, tuple) and value else str(value)
+    if isinstance(value, str):
+        return value
+    if all(isinstance(part, float | int) for part in value):
+        return ",".join(f"{part:g}" for part in value) or "[]"
+    return "[...]"  # lobes
 
 
 def checks_json(checks: Sequence[Check], absent: Sequence[str]) -> str:
@@ -258,7 +262,11 @@ def markdown() -> str:
 
 def _where(when: Settings) -> str:
     def text(name: str, value: Any) -> str:
-        return f"{name} {value[0]:g} to {value[1]:g}" if isinstance(value, tuple) else f"{name} = {_value_text(value)}"
+        return (
+            f"{name} {value[0]:g} to {value[1]:g}"
+            if isinstance(value, tuple) and value
+            else f"{name} = {_value_text(value)}"
+        )
 
     return ", ".join(text(*item) for item in when.items()) or "otherwise"
 
