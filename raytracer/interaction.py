@@ -204,7 +204,10 @@ def _shading(state: State, by: int = 1) -> State:
 
 
 def _shadows(state: State) -> State:
-    return _with_settings(state, shadows=_next(get_args(Shadows), state.settings.shadows))
+    """To the next shadows that differ: soft ones are hard where all lights are points."""
+    round_lights = any(light.radius for light in state.loaded.lights)
+    choices = [shadows for shadows in get_args(Shadows) if shadows != "soft" or round_lights]
+    return _with_settings(state, shadows=_next(choices, state.settings.shadows))
 
 
 def _antialiasing(state: State) -> State:

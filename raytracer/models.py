@@ -279,6 +279,7 @@ MODELS: dict[str, Model] = {
         _number("tau", 3.0, 1e-3, 1e6, "autocorrelation length", unit="um"),
         Parameter("wavelength", "color", (0.65, 0.55, 0.45), "of each channel", 0.1, 100.0, unit="um"),
         *_fresnel(0.8),
+        Parameter("terms", "whole", 64, "of the sum: fewer are quicker; 32 are good to 1e-3", 16.0, 1024.0),
         mirrors=True,
     ),
     "mirror": _model("ideal mirror", "Whitted 1980", *_fresnel(0.9), mirrors=True),

@@ -55,8 +55,8 @@ def lafortune(m: Material, N: Array, L: Array, V: Array) -> Array:
     tangent = np.array(m.tangent) / np.linalg.norm(m.tangent)
     l = L - _dot(N, L)[:, None] * N
     x = tangent - _dot(N, np.broadcast_to(tangent, N.shape))[:, None] * N
-    x = np.where(np.linalg.norm(x, axis=-1, keepdims=True) > 1e-6, x, l)
-    x = x / np.maximum(np.linalg.norm(x, axis=-1, keepdims=True), 1e-300)
+    x: Array = np.where(np.linalg.norm(x, axis=-1, keepdims=True) > 1e-6, x, l)
+    x /= np.maximum(np.linalg.norm(x, axis=-1, keepdims=True), 1e-300)
     y = np.cross(N, x)
     parts = np.stack([_dot(L, axis) * _dot(V, axis) for axis in (x, y, N)], axis=-1)
     f = np.tile(np.array(m.rho) / np.pi, (len(N), 1))
@@ -132,8 +132,8 @@ def diffuse_microfacet_integral(m: Material, N: Array, L: Array, V: Array, nodes
 def _diffuse_microfacet(
     m: Material, N: Array, L: Array, V: Array, azimuths: int, elevations: Array, weights: Array
 ) -> Array:
-    """rho / (NoL NoV) G 1/pi int <L.m> <V.m> D(m) dm, over the slopes r alpha of m = (r alpha cos phi, r alpha sin phi, 1):
-    of each ray, azimuths from the light's, in four parts, each in Sidi's variable; of each, atan(r) or atan(r / 2).
+    """rho / (NoL NoV) G 1/pi int <L.m> <V.m> D(m) dm, for m along (r alpha cos phi, r alpha sin phi, 1): phi from the
+    light's azimuth, in four parts, each in Sidi's variable; of each phi, atan(r) or atan(r / 2).
     """
     theta_i, theta_o, phi = _angle(N, L), _angle(N, V), _azimuth(N, L, V)
     scale, last = (1.0, np.inf) if m.distribution == "ggx" else (2.0, 4.0)

@@ -105,6 +105,19 @@ def test_ggxs_distribution_is_right_to_1e_3_for_any_normal(renderer: Renderer, a
     np.testing.assert_allclose(found, expected, rtol=1e-3)
 
 
+@pytest.mark.parametrize("sigma0", [0.0625, 0.1875, 0.5, 2.0])
+def test_hes_sum_is_as_good_as_its_terms_are_many(renderer: Renderer, sigma0: float) -> None:
+    wi, wo = pairs(2000, least=0.05)
+    up = np.broadcast_to((0.0, 0.0, 1.0), wi.shape)
+    wave = (0.625, 0.5625, 0.4375)
+    series = reference_brdf.reflected(rt.Material("he", sigma0=sigma0, wavelength=wave), up, wi.astype(float), wo)
+    counts = series > 1e-8 * series.max()
+    for terms, bound in ((16, 0.3), (24, 2e-2), (32, 1e-3), (64, 1e-5), (1024, 1e-5)):
+        material = rt.Material("he", sigma0=sigma0, wavelength=wave, terms=terms)
+        found = rt.brdf.evaluate(material, wi, wo, renderer=renderer)
+        assert np.abs(found[counts] / series[counts] - 1.0).max() <= bound, terms
+
+
 def test_angles_are_right_to_float32s_last_bits(renderer: Renderer) -> None:
     t = np.concatenate([10.0 ** -np.linspace(0, 8, 500), np.linspace(0, np.pi / 2, 500)])
     b = np.stack([np.sin(t), np.zeros_like(t), np.cos(t)], -1).astype(np.float32)

@@ -61,16 +61,16 @@ def test_each_key_changes_the_picture_as_render_does_and_brings_it_back() -> Non
     with window(CHECKOUT, str(ASSIGNMENT), "--samples", "16") as view:
         view.act("key l")
         view.until_shown(plain, "hiding the marker: as many samples as render takes")
-        for key, others in (
-            ("b", [rendered(scene, samples=16, shading="blinn")]),
-            ("s", [rendered(scene, samples=16, shadows=shadows) for shadows in ("diluted", "off")]),
-            ("a", [rendered(scene), rendered(scene, samples=4)]),
+        for key, back, others in (
+            ("b", "v", [rendered(scene, samples=16, shading="blinn")]),
+            ("s", "s", [rendered(scene, samples=16, shadows=shadows) for shadows in ("diluted", "off")]),
+            ("a", "a", [rendered(scene), rendered(scene, samples=4)]),
         ):
             for k, other in enumerate(others):
                 assert np.abs(other - plain).max() > 5, f"{key} would be seen in no picture"
                 view.act(f"key {key}")
                 view.until_shown(other, f"{key}, pressed {k + 1} times")
-            view.act(f"key {key}")
+            view.act(f"key {back}")
             view.until_shown(plain, f"{key}, back again")
         for key in "nzmhl":
             view.act(f"key {key}")

@@ -6,15 +6,17 @@
 // highlight with h = 1e6 is still at its brightest, and an error u of the cosine is h u of its
 // power. So there the power is made of the tangent, cos^-2 = 1 + tan^2, by
 // log(1 + x) = 2 artanh(z), z = x / (2 + x), and its series.
-// Relative error, with u = 2^-24: 8 h (tan + tan^2) u for the angle, which a and b give to some u; and
-// (8 + 4 |log value|) u for the functions.
+// The sine is that of a and b - a, which is exact where two unit vectors are close; the products of a x b
+// would cancel there, and leave u instead of u tan.
+// Relative error, with u = 2^-24: 8 h (tan + tan^2) u for the angle, where a and b give it to some u, and 8 h tan^2 u
+// where they are exact; and (8 + 4 |log value|) u for the functions.
 
 // Up to this tan^2 five terms of the series suffice: the sixth is below 1e-8.
 const float SERIES = 0.5;
 
 float cosineLobe(vec3 a, vec3 b, float h) {
     float cosine = dot(a, b);
-    vec3 sine = cross(a, b);
+    vec3 sine = cross(a, b - a);
     // L + V may be so short that its square is 0.
     float x = dot(sine, sine) / max(cosine * cosine, 1e-30);
     float z = x / (2.0 + x), z2 = z * z;

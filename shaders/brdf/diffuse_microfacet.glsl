@@ -4,8 +4,8 @@
 // that goes from facet to facet is lost.
 //
 // The rule is a product over azimuth and elevation of m, in coordinates in which the distribution is nearly flat:
-// m is along (scale sin(theta) cos(phi), scale sin(theta) sin(phi), cos(theta)), and GGX is uniform over these
-// (theta, phi) for scale = alpha. Azimuths are parted where the facets' slopes turn from L, or from V: beyond, an
+// m is along (scale sin(theta) cos(phi), scale sin(theta) sin(phi), cos(theta)), and GGX is a hemisphere of these
+// (theta, phi) for scale = alpha, stretched. Azimuths are parted where the facets' slopes turn from L, or from V: beyond, an
 // elevation ends where the first of the two is no longer seen. So what is integrated is smooth, also for grazing
 // directions on opposite sides, of which both see few facets. Over azimuths: the midpoint rule in Sidi's variable
 // x - sin(2 pi x) / (2 pi) (Sidi 1993), which puts nodes close to these ends; over elevations: Gauss's rule of 5

@@ -10,16 +10,16 @@
 #include "materials.glsl"
 
 #ifdef LOBES
-// |w|^n, of w.w = 1 - y. Up to FEW, five terms of the series of log(1 - y) suffice: the sixth is below 2e-7 of it.
-float lengthPower(float ww, float y, float n) {
-    const float FEW = 0.05;
-    float series = -y * (1.0 + y * (0.5 + y * (1.0 / 3.0 + y * (0.25 + y * 0.2))));
-    return n == 0.0 || y <= 0.0 ? 1.0 : ww > 0.0 ? exp(0.5 * n * (y < FEW ? series : log(ww))) : 0.0;
-}
-
-// A lobe of one channel: w, and 1 - |w|^2.
+// A lobe of one channel, max(w.V, 0)^n, of w and 1 - |w|^2. Up to FEW, five terms of the series of log(1 - y) suffice:
+// the sixth is below 2e-7 of it.
 float lafortuneLobe(vec3 w, float y, vec3 V, float n) {
-    return lengthPower(dot(w, w), y, n) * cosineLobe(w, V, n);
+    const float FEW = 0.05;
+    const float NOTHING = 1e-30; // of |w|^2; below, it underflows on the way
+    float ww = dot(w, w);
+    if (n == 0.0 || ww < NOTHING) return n == 0.0 ? 1.0 : 0.0;
+    float series = -y * (1.0 + y * (0.5 + y * (1.0 / 3.0 + y * (0.25 + y * 0.2))));
+    float length_n = y > 0.0 ? exp(0.5 * n * (y < FEW ? series : log(ww))) : 1.0;
+    return length_n * cosineLobe(w, V, n);
 }
 #endif
 
