@@ -1,4 +1,4 @@
-"""The command line: `raytracer render`, `view`, `extremes` and `doctor`.
+"""The command line: `raytracer render`, `view`, `extremes`, `brdf` (in `brdf_cli.py`) and `doctor`.
 
 Exit status: 0 done; 2 the input is wrong, with one line on standard error that says what and
 where, and nothing written; 1 anything else.
@@ -35,6 +35,10 @@ examples:
   raytracer view assets/scenes/assignment.toml
   raytracer extremes -o benchmarks/results
   raytracer extremes --fuzz 10000
+  raytracer brdf list ggx
+  raytracer brdf check ggx --set alpha=0.1
+  raytracer brdf plot blinn phong_normalized ggx:alpha=0.1 -o lobes.png
+  raytracer brdf gallery -o gallery.png
   raytracer doctor
 """
 
@@ -100,6 +104,7 @@ def _parser() -> argparse.ArgumentParser:
         ("render", "render a scene to a file", _render_arguments, _render),
         ("view", "show a scene in a window", _view_arguments, _view),
         ("extremes", "measure how wrong pictures are where numbers get extreme", _extremes_arguments, _extremes),
+        ("brdf", "measure and show the reflectance models", _brdf_arguments, None),
         ("doctor", "which OpenGL contexts open here, and what to install if none does", _doctor_arguments, _doctor),
     ):
         examples = [line for line in _EXAMPLES.splitlines()[1:] if f"raytracer {name}" in line]
@@ -161,6 +166,12 @@ def _extremes_arguments(parser: argparse.ArgumentParser) -> None:
         "--fuzz", metavar="N", type=_whole, default=1000, help="random scenes over all ranges together (default: 1000)"
     )
     _add_backend(parser)
+
+
+def _brdf_arguments(parser: argparse.ArgumentParser) -> None:
+    from raytracer.brdf_cli import add_commands
+
+    add_commands(parser)
 
 
 def _doctor_arguments(parser: argparse.ArgumentParser) -> None:

@@ -147,7 +147,7 @@ def _three(value: Any, name: str, low: float, high: float) -> Vec3:
 
 
 # Cosines of a lobe times its coefficients; above, its power would not stay finite with any exponent worth having.
-_MAX_COEFFICIENT = 1e3
+MAX_COEFFICIENT = 1e3
 
 
 def _lobes(value: Any) -> tuple[Lobe, ...]:
@@ -166,7 +166,7 @@ def _lobes(value: Any) -> tuple[Lobe, ...]:
             ):
                 raise InputError(f"{key}: expected cx, cz, n, and if needed cy and scale, got {shown(given)}")
             given = Lobe(**given)
-        c = (-_MAX_COEFFICIENT, _MAX_COEFFICIENT)
+        c = (-MAX_COEFFICIENT, MAX_COEFFICIENT)
         lobe = Lobe(
             cx=_three(given.cx, f"{key}.cx", *c),
             cy=_three(given.cx if given.cy is None else given.cy, f"{key}.cy", *c),

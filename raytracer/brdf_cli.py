@@ -1,0 +1,242 @@
+"""`raytracer brdf`: list, check, plot, gallery. Exit status as in `cli.py`; of `check` 1 if not all is as expected."""
+
+from __future__ import annotations
+
+import argparse
+import tomllib
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from raytracer.checks import InputError
+from raytracer.models import MODELS, Parameter
+from raytracer.progress import progress_bar
+
+
+def add_commands(parser: argparse.ArgumentParser) -> None:
+    """The commands, each of which sets `run`."""
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    for name, summary, arguments, run in (
+        ("list", "the models, their parameters, and what is measured of them", _list_arguments, _list),
+        ("check", "measure: reciprocal? energy-conserving? and compare with what is known", _check_arguments, _check),
+        ("plot", "polar lobes, albedo and a lit sphere of materials, side by side", _plot_arguments, _plot),
+        ("gallery", "every model on the same scene", _gallery_arguments, _gallery),
+    ):
+        options: dict[str, Any] = {"arguments": arguments, "help": summary}
+        command = commands.add_parser(name, description=f"{summary[0].upper()}{summary[1:]}.", **options)
+        command.set_defaults(run=run)
+
+
+def _list_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("models", metavar="MODEL", nargs="*", help="default: all")
+    forms = parser.add_mutually_exclusive_group()
+    forms.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    forms.add_argument("--markdown", action="store_true", help="print docs/models.md; nothing is measured")
+    forms.add_argument("--schema", action="store_true", help="print the JSON Schema of a scene file's materials")
+    _add_backend(parser)
+
+
+def _check_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "models",
+        metavar="MODEL",
+        nargs="*",
+        help="a model, or a published material such as lafortune/clay (default: all models). Without --set, a model is "
+        "measured with its defaults, at both ends of the range of each parameter, and with some combinations",
+    )
+    _add_set(parser)
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    _add_backend(parser)
+
+
+def _plot_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "materials",
+        metavar="MATERIAL",
+        nargs="*",
+        help="a model or published material, and what is set only for it: ggx:alpha=0.1:f0=1,0.8,0.3",
+    )
+    _add_set(parser)
+    parser.add_argument("--lecture", action="store_true", help="instead: how far apart (R.V)^h and (N.H)^4h are")
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png")
+    _add_backend(parser)
+
+
+def _gallery_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png")
+    parser.add_argument("--cell", metavar="N", type=int, default=176, help="pixels of a picture's side (default: 176)")
+    parser.add_argument("--samples", metavar="N", type=int, default=16, help="rays a pixel (default: 16)")
+    parser.add_argument("--merl", metavar="FILE", help="a measured material besides")
+    _add_backend(parser)
+
+
+def _add_set(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="a parameter, such as alpha=0.1 or f0=1,0.8,0.3; may be given again. See raytracer brdf list MODEL",
+    )
+
+
+def _add_backend(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--backend", metavar="NAME", help="as for raytracer render")
+
+
+def _list(options: argparse.Namespace) -> int:
+    models = _models(options.models)
+    if options.schema:
+        import json
+
+        from raytracer.schema import materials_schema
+
+        print(json.dumps(materials_schema(), indent=1))
+        return 0
+    from raytracer.bench import report
+    from raytracer.bench.checks import check_all
+    from raytracer.renderer import shared_renderer
+
+    if options.markdown:
+        print(report.markdown(), end="")
+        return 0
+    with progress_bar("measuring") as progress:
+        checks, _ = check_all(models, shared_renderer(options.backend), progress)
+    measured = {model: [check for check in checks if check.name == model] for model in models}
+    if options.json:
+        print(report.models_json(models, measured))
+    else:
+        report.print_models(models, measured)
+    return 0
+
+
+def _check(options: argparse.Namespace) -> int:
+    from raytracer.bench.checks import check, check_all, material_of
+    from raytracer.bench.measure import is_available
+    from raytracer.bench.report import checks_json, print_checks
+    from raytracer.renderer import shared_renderer
+
+    names = options.models or [*MODELS]
+    whole = [name for name in names if name in MODELS and not options.set]
+    single = [(name, settings_of(name, options.set)) for name in names if name not in whole]
+    for name, settings in single:
+        model = material_of(name, settings).model
+        if not is_available(model) and "file" not in settings:
+            raise InputError(f"{name}: expected a model that can be evaluated here: there is no GLSL of {model}")
+    if options.models and (missing := [name for name in whole if not is_available(name)]):
+        raise InputError(f"{missing[0]}: expected a model that can be measured by itself (merl: with --set file=...)")
+    renderer = shared_renderer(options.backend)
+    with progress_bar("measuring") as progress:
+        checks, absent = check_all(whole, renderer, progress)
+        checks += [check(name, settings, renderer) for name, settings in single]
+    if options.json:
+        print(checks_json(checks, absent))
+    else:
+        print_checks(checks, absent)
+    return 1 if any(each.differs for each in checks) else 0
+
+
+def _plot(options: argparse.Namespace) -> int:
+    from raytracer.bench.plots import check_picture, plot_lecture, plot_materials
+    from raytracer.renderer import shared_renderer
+
+    output = check_picture(options.output)
+    if options.lecture == bool(options.materials):
+        raise InputError("MATERIAL: expected materials to plot, or --lecture (see raytracer brdf plot --help)")
+    if options.lecture:
+        plot_lecture(output, _number_of(options.set, "h"), shared_renderer(options.backend))
+    else:
+        materials = [_labelled(text, options.set) for text in options.materials]
+        with progress_bar(f"plotting {output.name}") as progress:
+            plot_materials(output, dict(materials), shared_renderer(options.backend), progress)
+    print(f"wrote {output}")
+    return 0
+
+
+def _gallery(options: argparse.Namespace) -> int:
+    from raytracer.bench.gallery import write_gallery
+    from raytracer.renderer import shared_renderer
+
+    with progress_bar("rendering") as progress:
+        absent = write_gallery(
+            options.output, options.cell, options.samples, options.merl, shared_renderer(options.backend), progress
+        )
+    print(f"wrote {options.output}" + (f", without {', '.join(absent)}" if absent else ""))
+    return 0
+
+
+def _models(names: Sequence[str]) -> list[str]:
+    for name in names:
+        _known(name, name)
+    return list(names) or [*MODELS]
+
+
+def _known(name: str, shown: str) -> dict[str, Parameter]:
+    if name not in MODELS:
+        raise InputError(f"{shown}: expected one of {', '.join(MODELS)}")
+    return MODELS[name].parameters
+
+
+def _labelled(text: str, common: Sequence[str]) -> tuple[str, Any]:
+    """A label and a material, of MODEL[:NAME=VALUE...] and what is set for all that have it."""
+    from raytracer.bench.checks import material_of
+
+    name, *own = text.split(":")
+    known = _parameters(name)
+    shared = [item for item in common if item.partition("=")[0] in known]
+    return text, material_of(name, settings_of(name, [*shared, *own]))
+
+
+def _parameters(name: str) -> dict[str, Parameter]:
+    """What a model, or that of a published material, takes."""
+    if "/" in name:
+        from raytracer.library import published
+
+        name = published(name).model
+    return _known(name, name)
+
+
+def settings_of(name: str, items: Sequence[str]) -> dict[str, Any]:
+    """The settings of a model, or of a published material, in NAME=VALUE texts: as the table types them."""
+    known = _parameters(name)
+    found = {}
+    for item in items:
+        key, equals, text = item.partition("=")
+        if not equals:
+            raise InputError(f"--set {item}: expected NAME=VALUE, such as alpha=0.1")
+        if key not in known:
+            raise InputError(f"--set {item}: {name} has no parameter {key} (known: {', '.join(known)})")
+        found[key] = _value(known[key], text, item)
+    return found
+
+
+def _value(parameter: Parameter, text: str, item: str) -> Any:
+    parse: dict[str, tuple[Callable[[str], Any], str]] = {
+        "number": (float, "a number"),
+        "whole": (float, "a whole number"),
+        "color": (_numbers, "a number, or three with commas between: 1,0.8,0.3"),
+        "direction": (_numbers, "three numbers with commas between: 1,0,0"),
+        "lobes": (
+            lambda text: tomllib.loads(f"x = {text}")["x"],
+            "lobes as in a scene file: [{ cx = -1, cz = 1, n = 20 }]",
+        ),
+    }
+    if parameter.kind not in parse:
+        return text
+    convert, expected = parse[parameter.kind]
+    try:
+        return convert(text)
+    except ValueError:
+        raise InputError(f"--set {item}: expected {expected}") from None
+
+
+def _numbers(text: str) -> Any:
+    parts = [float(part) for part in text.split(",")]
+    return parts[0] if len(parts) == 1 else parts
+
+
+def _number_of(items: Sequence[str], name: str) -> float | None:
+    """The only parameter that may be set here."""
+    found = settings_of("phong", items)
+    if other := [key for key in found if key != name]:
+        raise InputError(f"--set {other[0]}: expected only {name}")
+    return found.get(name)
