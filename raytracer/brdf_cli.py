@@ -1,4 +1,4 @@
-"""`raytracer brdf`: list, check, plot, gallery. Exit status as in `cli.py`; of `check` 1 if not all is as expected."""
+"""`raytracer brdf`: list, check, plot, gallery, bake. Exit status as in `cli.py`; of check 1 if not all is as expected."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ def add_commands(parser: argparse.ArgumentParser) -> None:
         ("check", "measure: reciprocal? energy-conserving? and compare with what is known", _check_arguments, _check),
         ("plot", "polar lobes, albedo and a lit sphere of materials, side by side", _plot_arguments, _plot),
         ("gallery", "every model on the same scene", _gallery_arguments, _gallery),
+        ("bake", "write the table of an isotropic material in MERL's format", _bake_arguments, _bake),
     ):
         options: dict[str, Any] = {"arguments": arguments, "help": summary}
         command = commands.add_parser(name, description=f"{summary[0].upper()}{summary[1:]}.", **options)
@@ -66,6 +67,13 @@ def _gallery_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cell", metavar="N", type=int, default=176, help="pixels of a picture's side (default: 176)")
     parser.add_argument("--samples", metavar="N", type=int, default=16, help="rays a pixel (default: 16)")
     parser.add_argument("--merl", metavar="FILE", help="a measured material besides")
+    _add_backend(parser)
+
+
+def _bake_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("material", metavar="MATERIAL", help="a model or published material, as for plot")
+    _add_set(parser)
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".binary (35 MB)")
     _add_backend(parser)
 
 
@@ -161,6 +169,20 @@ def _gallery(options: argparse.Namespace) -> int:
             options.output, options.cell, options.samples, options.merl, shared_renderer(options.backend), progress
         )
     print(f"wrote {options.output}" + (f", without {', '.join(absent)}" if absent else ""))
+    return 0
+
+
+def _bake(options: argparse.Namespace) -> int:
+    from raytracer import brdf, merl
+    from raytracer.film import check_output, written_whole
+    from raytracer.renderer import shared_renderer
+
+    output = check_output(options.output, (".binary",))
+    _, material = _labelled(options.material, options.set)
+    table = brdf.bake(material, renderer=shared_renderer(options.backend))
+    with written_whole(output) as file:
+        merl.write(table, file)
+    print(f"wrote {output}: {options.material}, for a material of the model merl")
     return 0
 
 

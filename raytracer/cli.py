@@ -39,6 +39,7 @@ examples:
   raytracer brdf check ggx --set alpha=0.1
   raytracer brdf plot blinn phong_normalized ggx:alpha=0.1 -o lobes.png
   raytracer brdf gallery -o gallery.png
+  raytracer brdf bake ggx:alpha=0.3 -o ggx.binary
   raytracer doctor
 """
 

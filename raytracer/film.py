@@ -7,7 +7,7 @@ import itertools
 import os
 import struct
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
@@ -131,11 +131,11 @@ def _write_chunk(file: IO[bytes], kind: bytes, data: bytes) -> None:
     file.write(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)))
 
 
-def check_output(path: str | os.PathLike[str]) -> Path:
-    """`path` if a picture can be written there by its suffix and folder; InputError otherwise."""
+def check_output(path: str | os.PathLike[str], suffixes: Sequence[str] = SUFFIXES) -> Path:
+    """`path` if a picture, or what else ends so, can be written there; InputError otherwise."""
     path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(f"{path}: expected an output that ends in {' or '.join(SUFFIXES)}")
+    if path.suffix.lower() not in suffixes:
+        raise InputError(f"{path}: expected an output that ends in {' or '.join(suffixes)}")
     try:
         if path.is_dir():
             raise InputError(f"{path}: expected a file, got a folder")

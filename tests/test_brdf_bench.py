@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import raytracer as rt
 from raytracer import reference_brdf
 from raytracer.bench import gallery, measure, plots, report, verdicts
 from raytracer.bench.checks import Check, _differences, check_all, settings_of
@@ -376,3 +377,14 @@ def test_a_wrong_name_is_no_material() -> None:
         from raytracer.bench.checks import material_of
 
         material_of("nope/clay", {})
+
+
+def test_a_baked_model_is_rendered_as_the_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "ggx.binary"
+    assert main(["brdf", "bake", "ggx:alpha=0.5", "--set", "f0=0.5", "-o", str(file)]) == 0
+    assert capsys.readouterr().out.startswith(f"wrote {file}")
+    wi, wo = (0.6, 0.0, 0.8), [(-0.6, 0.0, 0.8), (0.0, 0.0, 1.0)]
+    table, model = rt.Material("merl", file=file), rt.Material("ggx", alpha=0.5, f0=0.5)
+    np.testing.assert_allclose(rt.brdf.evaluate(table, wi, wo), rt.brdf.evaluate(model, wi, wo), rtol=2e-3)
+    assert main(["brdf", "bake", "ggx", "-o", str(tmp_path / "a.png")]) == 2
+    assert "expected an output that ends in .binary" in capsys.readouterr().err
