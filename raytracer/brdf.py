@@ -21,10 +21,10 @@ def evaluate(
 ) -> NDArray[np.float32]:
     """f cos(theta_i) of a material for light from `wi` and a viewer at `wo`, as the GPU computes it when it renders.
 
-    `wi` and `wo` are unit directions (N, 3), or one (3,) for all, in a frame whose normal is +z and whose x
-    is Lafortune's tangent; they are rounded to float32. Returns (N, 3) float32, RGB in 1/sr; 0 where one of the two is
-    not above the horizon. What an ideal mirror reflects is not in it. Raises InputError for directions that
-    are not finite or not unit.
+    `wi` and `wo` are unit directions (N, 3), or one (3,) for all, in a frame whose normal is +z, in which
+    Lafortune's `tangent` is, too; they are rounded to float32. Returns (N, 3) float32, RGB in 1/sr; 0 where one of
+    the two is not above the horizon. What an ideal mirror reflects is not in it. Raises InputError for directions
+    that are not finite or not unit.
     """
     given = [_directions(value, name) for value, name in ((wi, "wi"), (wo, "wo"))]
     return call("evaluate", material, *given, renderer=renderer)

@@ -7,7 +7,6 @@ is narrow. So what counts is their directions and sum: H = (L + V) / |L + V|, V.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 
 from raytracer import reference_rough
 from raytracer.material import Material
+from raytracer.reference_facets import column, distribution, fresnel, masking, schlick
 
 Array = NDArray[np.float64]
 
@@ -27,16 +27,12 @@ def reflected(m: Material, N: Array, L: Array, V: Array) -> Array:
 
 def mirrored(m: Material, N: Array, V: Array) -> Array:
     """Which share, (R, 3), a material sends towards V of the light from the mirror direction."""
-    return fresnel(m, np.clip(dot(N, V), 0.0, 1.0))
+    return reference_rough.he_mirrored(m, N, V) if m.model == "he" else fresnel(m, np.clip(dot(N, V), 0.0, 1.0))
 
 
 def dot(a: Array, b: Array) -> Array:
     """The scalar products of vectors (..., 3)."""
     return np.sum(a * b, axis=-1)
-
-
-def _column(values: Array) -> Array:
-    return np.asarray(values)[..., None]
 
 
 def _halfway(L: Array, V: Array) -> Array:
@@ -50,7 +46,7 @@ def _facet_cosine(L: Array, V: Array) -> Array:
 
 
 def _mirror_lobe(N: Array, L: Array, V: Array, h: float) -> Array:
-    R = 2.0 * _column(dot(N, L)) * N - L
+    R = 2.0 * column(dot(N, L)) * N - L
     return np.maximum(dot(R, V) / np.linalg.norm(R, axis=-1) / np.linalg.norm(V, axis=-1), 0.0) ** h
 
 
@@ -59,80 +55,35 @@ def _halfway_lobe(N: Array, L: Array, V: Array, h: float) -> Array:
 
 
 def _phong(m: Material, N: Array, L: Array, V: Array) -> Array:
-    return np.array(m.kd) * _column(dot(N, L)) + np.array(m.ks) * _column(_mirror_lobe(N, L, V, m.h))
+    return np.array(m.kd) * column(dot(N, L)) + np.array(m.ks) * column(_mirror_lobe(N, L, V, m.h))
 
 
 def _blinn(m: Material, N: Array, L: Array, V: Array) -> Array:
-    return np.array(m.kd) * _column(dot(N, L)) + np.array(m.ks) * _column(_halfway_lobe(N, L, V, m.h))
+    return np.array(m.kd) * column(dot(N, L)) + np.array(m.ks) * column(_halfway_lobe(N, L, V, m.h))
 
 
 def _lambert(m: Material, N: Array, L: Array, V: Array) -> Array:
-    return np.array(m.rho) / np.pi * _column(dot(N, L))
+    return np.array(m.rho) / np.pi * column(dot(N, L))
 
 
 def _minnaert(m: Material, N: Array, L: Array, V: Array) -> Array:
     NoL, NoV = dot(N, L), dot(N, V)
-    return np.array(m.rho) * _column((m.k + 1.0) / (2.0 * np.pi) * (NoL * NoV) ** (m.k - 1.0) * NoL)
+    return np.array(m.rho) * column((m.k + 1.0) / (2.0 * np.pi) * (NoL * NoV) ** (m.k - 1.0) * NoL)
 
 
 def _phong_normalized(m: Material, N: Array, L: Array, V: Array) -> Array:
     lobe = (m.h + 2.0) / (2.0 * np.pi) * _mirror_lobe(N, L, V, m.h)
-    return (np.array(m.kd) / np.pi + np.array(m.ks) * _column(lobe)) * _column(dot(N, L))
+    return (np.array(m.kd) / np.pi + np.array(m.ks) * column(lobe)) * column(dot(N, L))
 
 
 def _blinn_normalized(m: Material, N: Array, L: Array, V: Array) -> Array:
     constant = (m.h + 2.0) * (m.h + 4.0) / (8.0 * np.pi * (2.0 ** (-m.h / 2.0) + m.h))
     lobe = constant * _halfway_lobe(N, L, V, m.h)
-    return (np.array(m.kd) / np.pi + np.array(m.ks) * _column(lobe)) * _column(dot(N, L))
+    return (np.array(m.kd) / np.pi + np.array(m.ks) * column(lobe)) * column(dot(N, L))
 
 
 def _mirror(m: Material, N: Array, L: Array, V: Array) -> Array:
     return np.zeros(N.shape)
-
-
-def _schlick(f0: Array, c: Array) -> Array:
-    return f0 + (1.0 - f0) * _column(1.0 - c) ** 5
-
-
-def fresnel(m: Material, c: Array) -> Array:
-    """What a facet reflects, (R, 3), by the cosine (R,) of the angle to it."""
-    if m.fresnel == "schlick":
-        return _schlick(np.array(m.f0), c)
-    # Amplitudes for a complex index, as Born and Wolf have them; a dielectric's is real.
-    index = np.array(m.n) + 1j * np.array(m.k) if m.fresnel == "conductor" else np.array([m.ior] * 3, complex)
-    c3 = _column(c)
-    inside = np.sqrt(index**2 - 1.0 + c3**2)
-    s = (c3 - inside) / (c3 + inside)
-    p = (index**2 * c3 - inside) / (index**2 * c3 + inside)
-    return (np.abs(s) ** 2 + np.abs(p) ** 2) / 2.0
-
-
-def distribution(m: Material, kind: str, cosine: Array, alpha: float | None = None) -> Array:
-    """D of the facets' normals, (R,), by the cosine of their angle with N."""
-    a2 = (m.alpha if alpha is None else alpha) ** 2
-    tan2 = (1.0 - cosine**2) / cosine**2
-    if kind == "ggx":
-        return 1.0 / (np.pi * a2 * cosine**4 * (1.0 + tan2 / a2) ** 2)
-    return np.exp(-tan2 / a2) / (np.pi * a2 * cosine**4)
-
-
-def smith_lambda(m: Material, kind: str, cosine: Array) -> Array:
-    """Smith's Lambda of a direction, (R,), by its cosine."""
-    tan = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) / cosine
-    if kind == "ggx":
-        return (np.sqrt(1.0 + (m.alpha * tan) ** 2) - 1.0) / 2.0
-    a = 1.0 / np.maximum(m.alpha * tan, 1e-300)
-    if m.smith == "rational":
-        g1 = np.where(a < 1.6, (3.535 * a + 2.181 * a**2) / (1.0 + 2.276 * a + 2.577 * a**2), 1.0)
-        return 1.0 / g1 - 1.0
-    erfc = np.array([math.erfc(x) for x in a.ravel()]).reshape(a.shape)
-    return np.exp(-(a**2)) / (2.0 * a * math.sqrt(np.pi)) - erfc / 2.0
-
-
-def masking(m: Material, kind: str, NoL: Array, NoV: Array) -> Array:
-    """G, (R,)."""
-    l, v = smith_lambda(m, kind, NoL), smith_lambda(m, kind, NoV)
-    return 1.0 / ((1.0 + l) * (1.0 + v) if m.masking == "separable" else 1.0 + l + v)
 
 
 def _facets(m: Material, kind: str, N: Array, L: Array, V: Array) -> Array:
@@ -142,18 +93,18 @@ def _facets(m: Material, kind: str, N: Array, L: Array, V: Array) -> Array:
 
 
 def _ggx(m: Material, N: Array, L: Array, V: Array) -> Array:
-    return fresnel(m, _facet_cosine(L, V)) * _column(_facets(m, "ggx", N, L, V))
+    return fresnel(m, _facet_cosine(L, V)) * column(_facets(m, "ggx", N, L, V))
 
 
 def _beckmann(m: Material, N: Array, L: Array, V: Array) -> Array:
-    return fresnel(m, _facet_cosine(L, V)) * _column(_facets(m, "beckmann", N, L, V))
+    return fresnel(m, _facet_cosine(L, V)) * column(_facets(m, "beckmann", N, L, V))
 
 
 def _split(m: Material, N: Array, L: Array, V: Array) -> Array:
     f0 = (1.0 - m.metalness) * np.array(m.f0) + m.metalness * np.array(m.rho)
-    F = _schlick(f0, _facet_cosine(L, V))
+    F = schlick(f0, _facet_cosine(L, V))
     diffuse = (1.0 - F) * (1.0 - m.metalness) * _lambert(m, N, L, V)
-    return diffuse + F * _column(_facets(m, m.distribution, N, L, V))
+    return diffuse + F * column(_facets(m, m.distribution, N, L, V))
 
 
 CONSTANTS = {"modern": 0.25, "cook": 1.0 / np.pi, "unnormalized": 1.0}
@@ -163,7 +114,7 @@ def _v_cavities(m: Material, D: Array, N: Array, L: Array, V: Array) -> Array:
     H = _halfway(L, V)
     NoL, NoV, NoH, VoH = dot(N, L), dot(N, V), dot(N, H), _facet_cosine(L, V)
     G = np.minimum(1.0, np.minimum(2.0 * NoH * NoV / VoH, 2.0 * NoH * NoL / VoH))
-    specular = np.array(m.ks) * fresnel(m, VoH) * _column(CONSTANTS[m.constant] * D * G / NoV)
+    specular = np.array(m.ks) * fresnel(m, VoH) * column(CONSTANTS[m.constant] * D * G / NoV)
     return _lambert(m, N, L, V) + specular
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.material import Material
+from raytracer.reference_facets import fresnel, masking
 
 Array = NDArray[np.float64]
 
@@ -158,18 +159,8 @@ def _diffuse_microfacet(
             )
             # D(m) dm = P22 / cos(theta_m) dslopes, and each cosine has another cos(theta_m).
             total += (cosines / np.sqrt(1 + (r * m.alpha) ** 2) * p22 * r * dr) @ dsidi * width
-    lambda_i, lambda_o = _smith(m, theta_i), _smith(m, theta_o)
-    G = 1 / (1 + lambda_i + lambda_o) if m.masking == "correlated" else 1 / ((1 + lambda_i) * (1 + lambda_o))
+    G = masking(m, m.distribution, np.cos(theta_i), np.cos(theta_o))
     return (G * total / np.pi / np.cos(theta_o))[:, None] * np.array(m.rho)
-
-
-def _smith(m: Material, theta: Array) -> Array:
-    """Smith's Lambda for the angle of a direction (Walter 2007)."""
-    with np.errstate(divide="ignore"):
-        a = np.minimum(1 / (m.alpha * np.tan(theta)), 1e8)
-    if m.distribution == "ggx":
-        return (np.sqrt(1 + 1 / a**2) - 1) / 2
-    return (np.exp(-(a**2)) / (a * np.sqrt(np.pi)) - _erfc(a)) / 2
 
 
 _erfc = np.vectorize(math.erfc, otypes=[float])
@@ -193,7 +184,7 @@ def he(m: Material, N: Array, L: Array, V: Array) -> Array:
     b = (np.pi * m.tau * v_xy[:, None] / lambdas) ** 2
     D = np.pi**2 * m.tau**2 / (4 * lambdas**2) * he_series(g, b)
     S = _he_shadowing(m, theta_i) * _he_shadowing(m, theta_r)
-    f = np.array(m.ks) * _fresnel(m, np.linalg.norm(v, axis=-1) / 2) * D * (G * S / np.pi / np.cos(theta_r))[:, None]
+    f = np.array(m.ks) * fresnel(m, np.linalg.norm(v, axis=-1) / 2) * D * (G * S / np.pi / np.cos(theta_r))[:, None]
     return f + np.cos(theta_i)[:, None] * np.array(m.rho) / np.pi
 
 
@@ -201,7 +192,7 @@ def he_mirrored(m: Material, N: Array, V: Array) -> Array:
     """What the radiance from the mirror direction is multiplied with: ks F e^-g S."""
     theta = _angle(N, V)
     g = (4 * np.pi / np.array(m.wavelength) * (he_height(m, theta, theta) * np.cos(theta))[:, None]) ** 2
-    F = _fresnel(m, np.cos(theta))
+    F = fresnel(m, np.cos(theta))
     return np.array(m.ks) * F * np.exp(-g) * _he_shadowing(m, theta)[:, None] ** 2
 
 
@@ -237,14 +228,3 @@ def _he_shadowing(m: Material, theta: Array) -> Array:
     q = m.tau / np.maximum(2 * m.sigma0 * np.tan(theta), 1e-300)
     Lambda = (np.exp(-(np.minimum(q, 40) ** 2)) / (np.sqrt(np.pi) * q) - _erfc(q)) / 2
     return (1 - _erfc(q) / 2) / (1 + Lambda)
-
-
-def _fresnel(m: Material, cosine: Array) -> Array:
-    """The share that is reflected, (R, 3): Schlick's, or exact, of unpolarised light."""
-    cosine = np.clip(cosine, 0, 1)[:, None]
-    if m.fresnel == "schlick":
-        return np.array(m.f0) + (1 - np.array(m.f0)) * (1 - cosine) ** 5
-    index = m.ior if m.fresnel == "dielectric" else np.array(m.n) + 1j * np.array(m.k)
-    inside = np.sqrt(index**2 - 1 + cosine**2 + 0j)
-    s, p = (cosine - inside) / (cosine + inside), (index**2 * cosine - inside) / (index**2 * cosine + inside)
-    return np.broadcast_to((np.abs(s) ** 2 + np.abs(p) ** 2) / 2, (len(cosine), 3))

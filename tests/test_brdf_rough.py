@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from raytracer import brdf, glsl, reference_rough, reflectance
 from raytracer.material import Material
-from raytracer.models import MODELS
+from raytracer.models import MODELS, Lobe
 from raytracer.reference_brdf import reflected
 
 Array = NDArray[np.float64]
@@ -378,7 +378,7 @@ def test_hes_sum_of_64_terms_is_the_whole_series() -> None:
     g = np.float32(10 ** rng.uniform(-7, 6, 100))
     b = np.float32(g * 10 ** rng.uniform(-2, 1, 100))
     expected = reference_rough.he_series(g.astype(float), b.astype(float)) / g
-    found = call("heSum", Material("he"), g, b)
+    found = call("heSum", Material("he"), g, b, 64.0)
     of = expected * g > 1e-12
     assert found[of] == pytest.approx(expected[of], rel=5e-6) and of.sum() > 50
 
