@@ -141,7 +141,7 @@ def test_normals_that_face_a_direction_add_up() -> None:
 @pytest.mark.gl
 def test_albedos_are_the_published_ones() -> None:
     """Of separate quadratures in float64, to the digits they are given with."""
-    one = {"f0": 1.0}
+    one: dict[str, Any] = {"f0": 1.0}
     assert albedo(Material("ggx", alpha=1.0, **one), 1.0, 0.5, 0.1) == pytest.approx(
         [1.0 - math.log(2.0), 0.4507, 0.7602], abs=2e-4
     )
@@ -223,7 +223,8 @@ def test_the_mirror_is_a_delta_whose_albedo_is_fresnels() -> None:
 
 def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
     status = main(["brdf", *arguments])
-    return status, *capsys.readouterr()
+    printed = capsys.readouterr()
+    return status, printed.out, printed.err
 
 
 @pytest.mark.gl

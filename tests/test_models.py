@@ -62,11 +62,12 @@ def test_defaults_are_within_their_ranges_and_choices_among_theirs() -> None:
 def test_what_is_out_of_a_range_is_refused() -> None:
     for name, parameter in PARAMETERS:
         if parameter.kind in ("number", "whole", "color") and name != "merl":  # which needs a file besides
-            condition = dict([parameter.when]) if parameter.when else {}
-            Material(name, **condition, **{parameter.name: parameter.low})
+            condition: dict[str, Any] = dict([parameter.when]) if parameter.when else {}
+            low: dict[str, Any] = {**condition, parameter.name: parameter.low}
+            Material(name, **low)
             for wrong in (parameter.low - 1.0, parameter.high * 2.0 + 1.0):
                 with pytest.raises(InputError, match=parameter.name):
-                    Material(name, **condition, **{parameter.name: wrong})
+                    Material(name, **{**low, parameter.name: wrong})
 
 
 def test_the_schema_has_every_model_with_just_its_parameters() -> None:

@@ -175,7 +175,7 @@ def _reciprocity(material: Material, seen: Callable[[Array, Array], Array]) -> f
     angle = np.exp(random.uniform(np.log(1e-5), 0.0, (_PAIRS, 1)))
     wi[:_PAIRS] = np.cos(angle) * axes + np.sin(angle) * _unit(np.cross(axes, wi[:_PAIRS]))
     keep = (wi[:, 2] > _LEAST_COSINE) & (wo[:, 2] > _LEAST_COSINE)
-    wi, wo = wi[keep].astype(np.float32), wo[keep].astype(np.float32)
+    wi, wo = (w[keep].astype(np.float32).astype(float) for w in (wi, wo))
     there, back = seen(wi, wo) / wi[:, 2:], seen(wo, wi) / wo[:, 2:]
     larger = np.maximum(np.abs(there), np.abs(back))
     # Where others all but cancel, as the full form of Oren and Nayar's, the rounding is that of what cancels.
@@ -203,7 +203,7 @@ def _factors(material: Material) -> list[tuple[float, ...]]:
 def _rule(material: Material, w: Array, fine: Fineness) -> Rule:
     if material.get("lobes"):
         axes = _unit(np.array(_factors(material)) * w)
-        return about_all(axes[np.unique(np.round(axes, 6), axis=0, return_index=True)[1]], fine)
+        return about_all([axes[i] for i in np.unique(np.round(axes, 6), axis=0, return_index=True)[1]], fine)
     return _known_rule(material.model, tuple(w), fine)
 
 

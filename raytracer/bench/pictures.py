@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from raytracer.checks import Vec3
 from raytracer.film import srgb8
 from raytracer.material import Material
 from raytracer.renderer import Renderer
@@ -34,11 +35,15 @@ def scene_of(material: Material) -> Scene:
     grey = Material("phong", ka=0.0, kd=_GREY, ks=0.0) if light == 1.0 else Material("lambert", rho=_GREY)
     return Scene(
         [ball, small, Plane((0.0, 1.0, 0.0), 0.0, grey)],
-        [PointLight(_KEY, (light,) * 3), PointLight(_FILL, (_FILL_SHARE * light,) * 3)],
+        [PointLight(_KEY, _grey(light)), PointLight(_FILL, _grey(_FILL_SHARE * light))],
         Camera((0.35, 3.0, 5.0), (0.2, 0.82, 0.0), vertical_fov=28.0),
         background=(0.3, 0.38, 0.5),
-        ambient=(light, light, light),
+        ambient=_grey(light),
     )
+
+
+def _grey(value: float) -> Vec3:
+    return (value, value, value)
 
 
 def picture(material: Material, side: int, samples: int, renderer: Renderer) -> NDArray[np.uint8]:

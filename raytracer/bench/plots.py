@@ -73,7 +73,13 @@ def plot_materials(
         ball.set_title(f"light of colour {'1' if light_of(material) == 1.0 else 'π'}", fontsize=8)
     lines = figure.axes[0].get_lines()[::2]
     figure.legend(
-        lines, [f"{x:g}°" for x in _INCIDENCE], title="light from", loc="outside upper left", ncols=4, fontsize=8
+        lines,
+        [f"{x:g}°" for x in _INCIDENCE],
+        title="light from",
+        title_fontsize=8,
+        loc="outside upper left",
+        ncols=4,
+        fontsize=8,
     )
     if progress:
         progress(len(materials), len(materials))
@@ -98,8 +104,11 @@ def _draw_lobes(axes: Any, material: Material, renderer: Renderer) -> None:
     axes.set_thetalim(-math.pi / 2, math.pi / 2)
     axes.set_thetagrids(range(-90, 91, 30), fontsize=7)
     axes.tick_params(axis="y", labelsize=6)
-    axes.set_ylim(0.0, None if longest > 0.0 else 1.0)
-    text = "log(1 + f)" if logarithmic else "f, in 1/sr"
+    radius = 1.05 * (math.log10(1.0 + longest) if logarithmic else longest) or 1.0
+    axes.set_ylim(0.0, radius)
+    step = 10.0 ** math.floor(math.log10(radius / 2.0))
+    axes.set_yticks(np.arange(0.0, radius, step * next(k for k in (1, 2, 5, 10) if radius / (k * step) < 5.0)))
+    text = "$\\log_{10}(1 + f)$, f in 1/sr" if logarithmic else "f, in 1/sr"
     if longest == 0.0:
         text = "f is 0: it is a delta"
     axes.text(0.5, 0.06, text, transform=axes.transAxes, ha="center", fontsize=8)
