@@ -268,6 +268,18 @@ def test_a_changed_shader_is_taken_when_told_and_not_before(live: Live, renderer
     assert not np.array_equal(drawn(live, renderer, scenes.assignment(), ONE), before)
 
 
+def test_toggling_between_two_shadings_compiles_each_once(renderer: Renderer) -> None:
+    own = Renderer(renderer.context)
+    live = Live(own, 1e9)
+    counts = []
+    for shading in (None, "ggx", None, "ggx", "mirror", "ggx", "mirror"):
+        drawn(live, own, scenes.assignment(), Settings(shading=shading))
+        counts.append(len(own._programs))
+    assert counts[0] < counts[1] == counts[2] == counts[3] < counts[4] == counts[5] == counts[6]
+    with renderer.context:
+        live.close()
+
+
 def test_a_window_larger_than_the_driver_draws_is_refused(live: Live, renderer: Renderer) -> None:
     with pytest.raises(rt.InputError, match="size: expected a window of at most"), renderer.context:
         live.start(scenes.assignment(), ONE, "picture", (renderer.limits.target + 1, 8), moving=False)

@@ -33,7 +33,9 @@ def test_the_wheel_holds_what_it_needs_and_renders_an_example_by_its_bare_name(t
         assert f"raytracer/shaders/{original.relative_to(CHECKOUT / 'shaders').as_posix()}" in names
     for original in (CHECKOUT / "assets/scenes").glob("*.*"):
         assert f"raytracer/scenes/{original.name}" in names
-    assert {"raytracer/py.typed", "raytracer/scenes/assignment.toml"} <= names
+    for original in (CHECKOUT / "assets/materials").glob("*.toml"):
+        assert f"raytracer/materials/{original.name}" in names
+    assert {"raytracer/py.typed", "raytracer/scenes/assignment.toml", "raytracer/materials/lafortune.toml"} <= names
     assert any(name.endswith(".dist-info/licenses/LICENSE") for name in names)
 
     venv.create(tmp_path / "venv", with_pip=False)

@@ -99,7 +99,12 @@ UNUSED: dict[str, tuple[list[rt.Solid], int, Settings, tuple[str, ...]]] = {
     "no spheres": ([FLOOR], 2, Settings(), _SPHERE_WORDS),
     "no shadows": ([A, FLOOR], 2, Settings(shadows="off"), _SHADOW_WORDS),
     "no lights": ([A, FLOOR], 0, Settings(), _LIGHT_WORDS),
-    "all Phong": ([A, FLOOR], 1, Settings(), ("blinn", "m.model ==")),
+    "all Phong": (
+        [A, FLOOR],
+        1,
+        Settings(),
+        ("blinn", "m.model ==", "ggx", "fresnel", "masking", "vec3 le;", "struct Lobe"),
+    ),
     "all made Phong": ([SHINY, FLOOR], 1, Settings(shading="phong"), ("blinn", "m.model ==")),
     "all Blinn": ([SHINY], 1, Settings(), ("phong", "m.model ==")),
     "all made Blinn": ([A, FLOOR], 1, Settings(shading="blinn"), ("phong", "m.model ==")),
@@ -131,6 +136,8 @@ def test_what_a_scene_uses_is_in_its_programs() -> None:
     found = programs_of([A, SHINY, FLOOR], 1, Settings())
     whole = "\n".join(source.text for source in found.values())
     whole += programs_of([A], 1, Settings(evaluator="roth", precision=64))["shade"].text
+    shining = [rt.Sphere((0, 1, 0), 1, rt.Material(model, le=1)) for model in ("ggx", "lafortune")]
+    whole += programs_of(shining, 1, Settings())["shade"].text
     for *_, words in UNUSED.values():
         for word in words:
             assert word in whole, word
