@@ -1,4 +1,4 @@
-"""`raytracer brdf`: list, check, plot, gallery, bake. Exit status as in `cli.py`; of check also 1 if a verdict differs."""
+"""`raytracer brdf`: list, check, plot, gallery, bake. Exit status as in `cli.py`; of check 1 if a verdict differs."""
 
 from __future__ import annotations
 
