@@ -5,6 +5,9 @@ SCENE := assets/scenes/assignment.toml
 GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
 TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 xvfb xdotool ?povray
 
+# Tests of what shaders compute, which does not depend on how OpenGL is reached: run on EGL only.
+ONCE := extremes.py brdf.py brdf_rough.py brdf_bench.py article.py peers.py soft_cells.py
+
 .PHONY: demo test view check extremes bench clean help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
@@ -18,7 +21,7 @@ test: .venv/dev ## run the tests on EGL, then those that need OpenGL again on OS
 	@if dpkg -s libosmesa6 >/dev/null 2>&1; then \
 		set -ex; \
 		RAYTRACER_BACKEND=egl $(BIN)/python -m pytest; \
-		RAYTRACER_BACKEND=osmesa $(BIN)/python -m pytest -m gl --ignore tests/test_extremes.py; \
+		RAYTRACER_BACKEND=osmesa $(BIN)/python -m pytest -m gl $(addprefix --ignore tests/test_,$(ONCE)); \
 	else \
 		echo 'There is no package libosmesa6 here: the OpenGL tests are not run again on OSMesa.'; \
 		RAYTRACER_TEST_BACKENDS='egl window' RAYTRACER_BACKEND=egl $(BIN)/python -m pytest; \
