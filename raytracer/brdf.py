@@ -14,6 +14,7 @@ from raytracer.merl import SHAPE, Measured, directions
 from raytracer.renderer import Renderer
 
 _TOP = "reflectance.glsl"
+_SLICE = 2**17
 
 
 def evaluate(
@@ -53,7 +54,9 @@ def bake(material: Material, *, renderer: Renderer | None = None) -> Measured:
     if reflectance.layout([material]).turned:
         raise InputError("lobes: expected cx and cy to be the same: MERL's format is for isotropic materials")
     wi, wo = (_above(part.reshape(-1, 3)) for part in directions())
-    f = evaluate(material, wi, wo, renderer=renderer) / wi[:, 2:]
+    # In slices: the Material goes to the GPU with each of its directions.
+    slices = [slice(i, i + _SLICE) for i in range(0, len(wi), _SLICE)]
+    f = np.concatenate([evaluate(material, wi[part], wo[part], renderer=renderer) / wi[part, 2:] for part in slices])
     return Measured(f.reshape(*SHAPE, 3))
 
 

@@ -32,8 +32,8 @@ def tables(collection: str) -> dict[str, dict[str, Any]]:
 
 def published(name: str) -> Material:
     """The material of that name, such as "lafortune/clay". Raises InputError if there is none."""
-    collection, _, key = name.partition("/")
     known = collections()
+    collection, _, key = name.partition("/") if isinstance(name, str) else ("", "", "")
     if collection not in known:
         raise InputError(f"expected a published material as {'/..., '.join(known)}/..., got {shown(name)}")
     if key not in tables(collection):

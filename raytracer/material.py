@@ -5,7 +5,9 @@ Part of `scene.py`, which says what holds for all of it.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
+from numbers import Real
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from raytracer.checks import MAX_COLOR, MAX_EXPONENT, InputError, Vec3, direction, number, shown
@@ -70,9 +72,17 @@ class Material:
         return self._values.get(name, default)
 
     def replace(self, **changes: Any) -> Material:
-        """The same material with other parameters, or another name."""
-        given = {"name": self.name, **self._values, **changes}
-        return Material(given.pop("model", self.model), **given)
+        """The same material with other parameters, or another name.
+
+        With another choice goes what only the choice before had: f0, where `fresnel` is "schlick" no more.
+        """
+        known = MODELS[self.model].parameters
+        kept = {
+            key: value
+            for key, value in self._values.items()
+            if not (when := known[key].when) or changes.get(when[0], when[1]) == when[1]
+        }
+        return Material(self.model, **{"name": self.name, **kept, **changes})
 
     def __getattr__(self, name: str) -> Any:
         if name != "_values" and name in self._values:
@@ -127,7 +137,7 @@ def _checked(parameter: Parameter, value: Any) -> Any:
         case "direction":
             return direction(value, name)
         case "choice":
-            if value not in parameter.choices:
+            if not isinstance(value, str) or value not in parameter.choices:
                 raise InputError(f"{name}: expected one of {', '.join(parameter.choices)}, got {shown(value)}")
             return value
         case "lobes":
@@ -139,7 +149,7 @@ def _checked(parameter: Parameter, value: Any) -> Any:
 def _three(value: Any, name: str, low: float, high: float) -> Vec3:
     expected = f"3 numbers, or one for all, in [{low:g}, {high:g}]"
     try:
-        r, g, b = (value,) * 3 if isinstance(value, int | float) else value
+        r, g, b = (value,) * 3 if isinstance(value, Real) else value
     except (TypeError, ValueError):
         raise InputError(f"{name}: expected {expected}, got {shown(value)}") from None
     r, g, b = (number(part, name, low, high, expected) for part in (r, g, b))
@@ -196,6 +206,8 @@ def _measured(value: Any, name: str) -> Measured:
 
     if isinstance(value, Measured):
         return value
+    if not isinstance(value, str | os.PathLike):
+        raise InputError(f"{name}: expected the name of a .binary file, or a Measured, got {shown(value)}")
     try:
         return read(value)
     except InputError as error:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import os
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,6 +44,9 @@ class Measured:
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Measured) and self._digest == other._digest
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Measured, (self.values, self.path)
 
     def __hash__(self) -> int:
         return hash(self._digest)

@@ -188,7 +188,7 @@ MODELS: dict[str, Model] = {
         "Lambert and a lobe around the mirror direction of albedo ks", "Lafortune and Willems 1994", *_NORMALIZED
     ),
     "blinn_normalized": _model(
-        "Lambert and a lobe around the halfway vector of albedo ks", "Blinn 1977; Hoffman 2010", *_NORMALIZED
+        "Lambert and a lobe around the halfway vector of albedo ks", "Blinn 1977; Giesen 2009", *_NORMALIZED
     ),
     "strauss": _model(
         "from plastic to metal by five intuitive numbers",
@@ -268,7 +268,9 @@ MODELS: dict[str, Model] = {
         _DISTRIBUTION,
         _MASKING,
         msgspec.structs.replace(_SMITH, when=("distribution", "beckmann")),
-        Parameter("nodes", "whole", 128, "of the quadrature: more are slower and better", 40.0, 4096.0),
+        Parameter(
+            "nodes", "whole", 128, "of the quadrature, by steps of 20 or more: more are slower and better", 40.0, 4096.0
+        ),
     ),
     "he": _model(
         "a rough surface by wave optics",

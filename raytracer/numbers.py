@@ -16,7 +16,7 @@ from raytracer.opengl import BufferTexture, set_sampler, volume_texture
 from raytracer.rectangles import cells_under
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.shader import has_mirrors, is_listed, shaded_materials
+from raytracer.shader import has_mirrors, is_listed, material_layout, shaded_materials
 from raytracer.sight import Met
 
 # Binding points of uniform blocks, and texture units; 0 and 1 are those of passes.py.
@@ -34,6 +34,7 @@ class Numbers:
         self._context = context
         self._blocks: dict[str, moderngl.Buffer] = {}
         self._textures: dict[str, BufferTexture] = {}
+        self._of_materials: object = None  # of which scene those are
         self._measured: moderngl.Texture3D | None = None
         self._measured_tables: list[Measured] = []
         self._of: object = None  # which scene, but for its lights
@@ -57,8 +58,7 @@ class Numbers:
         new, self._of = of != self._of, None  # until all is there
         if new:
             self._lister, self._of_camera = lists.Lister(scene) if listed else None, None
-            self._texture("materials", view_space.materials_texture(scene, settings))
-            self._load_measured(reflectance.measured(shaded_materials(scene, settings).values()))
+            self._load_materials(scene, settings)
             if settings.precision == 64:
                 self._write("Surfaces", view_space.surfaces_block(scene))
                 self._write("CameraTerms", view_space.camera_terms_block(scene, size))
@@ -71,13 +71,24 @@ class Numbers:
             self._load_lists(self._lister, scene, settings, size)
         self._of = of
 
+    def _load_materials(self, scene: Scene, settings: Settings) -> None:
+        # Directions are in the camera's axes, and all else stays when that moves.
+        turned = material_layout(scene, settings).turned
+        of = scene.objects, scene.materials, settings.shading, scene.camera if turned else None
+        if of == self._of_materials:
+            return
+        self._of_materials = None
+        self._texture("materials", view_space.materials_texture(scene, settings))
+        self._load_measured(reflectance.measured(shaded_materials(scene, settings).values()))
+        self._of_materials = of
+
     def _load_measured(self, tables: list[Measured]) -> None:
         """Bring the tables of measured materials to the GPU, one on another."""
         if tables == self._measured_tables:
             return
         if self._measured:
             self._measured.release()
-            self._measured = None
+            self._measured, self._measured_tables = None, []
         if tables:
             most = self._context.info["GL_MAX_3D_TEXTURE_SIZE"] // SHAPE[0]
             if len(tables) > most:

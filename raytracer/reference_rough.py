@@ -211,6 +211,8 @@ def he_height(m: Material, theta_i: Array, theta_r: Array) -> Array:
 
 def he_series(g: Array, b: Array) -> Array:
     """The sum of g^m e^-g / (m! m) exp(-b / m) over m >= 1, term by term."""
+    if not g.size:
+        return np.zeros(g.shape)
     # The largest term is at m^2 log(m / g) = b, so at m < g + sqrt(b).
     most = g + np.sqrt(b)
     m = np.arange(1, int(np.max(2 * most + 12 * np.sqrt(most))) + 40.0)

@@ -43,7 +43,10 @@ class Layout(msgspec.Struct, frozen=True):
 
     @property
     def is_small(self) -> bool:
-        """Whether the vertex shader may hand on such a material."""
+        """Whether each surface has its own row of texels, and the vertex shader may hand on such a material.
+
+        If not, each surface has a texel that says where its material's row begins.
+        """
         return not self.lobes and self.texels <= _FEW_TEXELS
 
 
@@ -110,7 +113,7 @@ def material_text(found: Layout) -> str:
         "};",
         "uniform samplerBuffer materials;",
         "Material materialAt(int index) {",
-        f"    int at = {found.texels} * index;",
+        f"    int at = {f'{found.texels} * index' if found.is_small else 'int(texelFetch(materials, index).x)'};",
         "    Material m;",
         *fetch,
         "    return m;",

@@ -27,6 +27,8 @@ from raytracer.scene import Camera, PointLight, Scene
 from raytracer.solids import Plane, Primitive, Solid, Sphere, leaves
 
 MAX_BYTES = 4 * 1024 * 1024
+# Each takes 17 MiB here and on the GPU.
+MAX_TABLES = 16
 # tomllib takes time that is quadratic in the parts of a dotted key: a.b.c.
 _LONG_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
 
@@ -186,7 +188,8 @@ def _toml(text: str) -> dict[str, Any]:
 def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, str]:
     """The scene, and a warning or "". `folder`: where its files of instances are; None if it can have none."""
     table = _convert(_toml(text), _SceneTable, "")
-    materials = {key: _material(value, key, folder) for key, value in table.materials.items()}
+    tables: dict[str, Any] = {}
+    materials = {key: _material(value, key, folder, tables) for key, value in table.materials.items()}
     shapes = {key: _shape(value, key, materials) for key, value in table.shapes.items()}
     solids = {key: _object(text, key, shapes, table.objects) for key, text in table.objects.items()}
     objects = solids | {key: _instances(value, key, solids, folder) for key, value in table.instances.items()}
@@ -244,31 +247,43 @@ def _known(names: Iterable[str]) -> str:
     return f"known: {shown}" if len(shown) <= 120 else f"known: {shown[:120]}..."
 
 
-def _material(value: Any, name: str, folder: Path | None) -> Material:
+def _material(value: Any, name: str, folder: Path | None, tables: dict[str, Any]) -> Material:
+    """`tables`: of the .binary files that were read."""
     key = f"materials.{name}"
     if not isinstance(value, dict):
         raise InputError(f"{key}: expected a table, got {shown(value)}")
     # The label is the table's own name, so `name` is no key of it.
-    if (model := value.get("model", "phong")) in MODELS:
-        keys = "model", *MODELS[model].parameters
-        if unknown := [name for name in value if name not in keys]:
-            raise InputError(f"{key}: unknown key `{unknown[0]}` ({_known(keys)})")
+    model = value.get("model", "phong")
+    if not isinstance(model, str) or model not in MODELS:
+        raise InputError(f"{key}.model: expected one of {', '.join(MODELS)}, got {shown(model)}")
+    keys = "model", *MODELS[model].parameters
+    if unknown := [name for name in value if name not in keys]:
+        raise InputError(f"{key}: unknown key `{unknown[0]}` ({_known(keys)})")
     try:
         if "file" in value:
-            value = value | {"file": _measured_file(value["file"], folder)}
+            value = value | {"file": _measured_file(value["file"], folder, tables)}
         return Material(**value, name=name)
     except InputError as error:
         raise InputError(f"{key}.{error}") from None
 
 
-def _measured_file(name: Any, folder: Path | None) -> Path:
+def _measured_file(name: Any, folder: Path | None, tables: dict[str, Any]) -> Any:
     if not isinstance(name, str) or not is_plain(name, (".binary",)):
         raise InputError(
             f"file: expected the plain name of a .binary file in the scene file's folder, got {shown(name)}"
         )
     if folder is None:
         raise InputError("file: a text is in no folder; load() the scene's file instead")
-    return folder / name
+    if name not in tables and len(tables) == MAX_TABLES:
+        raise InputError(f"file: expected at most {MAX_TABLES} .binary files in a scene")
+    if name not in tables:
+        from raytracer.merl import read  # with NumPy, which few scene files need
+
+        try:
+            tables[name] = read(folder / name)
+        except InputError as error:
+            raise InputError(f"file: {error}") from None
+    return tables[name]
 
 
 def _shape(value: Any, name: str, materials: dict[str, Material]) -> Primitive:

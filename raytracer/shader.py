@@ -1,8 +1,8 @@
 """Scene + Settings -> GLSL text.
 
 A scene's structure goes into the text: its CSG trees, its kinds of primitive, its reflectance
-models, how many lights, which shadows. Its numbers do not: they are in textures, or handed on by
-the vertex shader. So scenes of one structure share a program, and what a scene does not use is not
+models, how many lights, which shadows. Its numbers do not, but for whether any material has an ambient factor,
+shines, or is anisotropic: they are in textures, or handed on by the vertex shader. So scenes of one structure share a program, and what a scene does not use is not
 in its shader. No OpenGL here, and no text of a user's: names in the generated code are made of
 numbers only.
 """
@@ -41,9 +41,7 @@ def is_listed(scene: Scene, settings: Settings) -> bool:
 
 def has_mirrors(scene: Scene, settings: Settings) -> bool:
     """Whether the light of some material comes from other surfaces, too."""
-    return settings.bounces > 0 and any(
-        MODELS[material.model].mirrors for material in shaded_materials(scene, settings).values()
-    )
+    return settings.bounces > 0 and any(MODELS[model].mirrors for model in material_layout(scene, settings).models)
 
 
 def is_over_planes(scene: Scene, settings: Settings) -> bool:
@@ -52,14 +50,27 @@ def is_over_planes(scene: Scene, settings: Settings) -> bool:
     return only and not has_mirrors(scene, settings)
 
 
+_last: tuple[object, object, tuple[dict[int, Material], reflectance.Layout]] | None = None
+
+
+def _shaded(scene: Scene, settings: Settings) -> tuple[dict[int, Material], reflectance.Layout]:
+    """Kept as long as scenes of the same objects are asked for with the same shading."""
+    global _last
+    found = table(scene)
+    if _last is None or _last[0] is not found or _last[1] != settings.shading:
+        materials = {i: settings.shaded(scene.materials[i]) for i in found.used}
+        _last = found, settings.shading, (materials, reflectance.layout([*materials.values()]))
+    return _last[2]
+
+
 def shaded_materials(scene: Scene, settings: Settings) -> dict[int, Material]:
     """The materials that surfaces have, as they are shaded, by their index in the scene's."""
-    return {i: settings.shaded(scene.materials[i]) for i in table(scene).used}
+    return _shaded(scene, settings)[0]
 
 
 def material_layout(scene: Scene, settings: Settings) -> reflectance.Layout:
     """What the shaders hold of them."""
-    return reflectance.layout([*shaded_materials(scene, settings).values()])
+    return _shaded(scene, settings)[1]
 
 
 def vertex_source(scene: Scene, settings: Settings) -> Source:
@@ -122,11 +133,11 @@ def shade_source(scene: Scene, settings: Settings) -> Source:
     if over_planes:
         defines["OVER_PLANES"] = 1
         generated += evaluators.nearest_plane(_planes(scene, settings), what=True)
+    if scene.lights or mirrors:
+        generated += [*_lights(scene, settings), *_light_rays(scene, settings)]
     if mirrors:
         defines |= {"BOUNCES": settings.bounces}
         generated += _ray_anywhere(scene, settings)
-    if scene.lights or mirrors:
-        generated += [*_lights(scene, settings), *_light_rays(scene, settings)]
     if scene.lights and settings.shadows != "off":
         defines["SHADOWS"] = 1
         written = mirrors and (settings.evaluator == "roth" or is_listed(scene, settings))

@@ -7,15 +7,18 @@ of the other by what they mean; where the other's range ends, they end.
 from __future__ import annotations
 
 import math
+from statistics import median
 from typing import Any
 
-from raytracer.checks import MAX_EXPONENT, InputError
+from raytracer.checks import MAX_EXPONENT, InputError, Vec3
 from raytracer.material import Material
 from raytracer.models import MODELS, Lobe
 
 # What says how much is reflected diffusely, and as a highlight; the first that a material has counts.
 _DIFFUSE, _SPECULAR = ("kd", "rho", "color"), ("ks", "f0")
 _BLACK = (0.0, 0.0, 0.0)
+# Models whose diffuse part has no 1/pi.
+WITHOUT_PI = ("phong", "blinn", "strauss")
 # Needs a file.
 UNTRANSLATED = ("merl",)
 
@@ -58,25 +61,70 @@ def _shared(material: Material, model: str) -> dict[str, Any]:
     same = {n: v for n, v in material.parameters.items() if n in other and own[n].member == other[n].member}
     if material.model.startswith("blinn") != model.startswith("blinn"):
         same.pop("h", None)
-    # Colours are shared out anew where one of the models has others.
-    other_colors = {*_DIFFUSE, *_SPECULAR} & (own.keys() ^ other.keys())
-    return {n: v for n, v in same.items() if not (other_colors and n in (*_DIFFUSE, *_SPECULAR))}
+    # Colours are shared out anew where one of the models has others, or means others.
+    others = {*_DIFFUSE, *_SPECULAR} & (own.keys() ^ other.keys())
+    if others or (material.model in WITHOUT_PI) != (model in WITHOUT_PI):
+        return {n: v for n, v in same.items() if n not in (*_DIFFUSE, *_SPECULAR)}
+    return same
 
 
 def _colors(material: Material, model: str) -> dict[str, Any]:
     """The colours that say how much is reflected diffusely, and as a highlight, for a model that has some of these."""
     wanted = MODELS[model].parameters.keys()
-    diffuse, specular = (next((c for n in names if (c := material.get(n))), _BLACK) for names in (_DIFFUSE, _SPECULAR))
-    if lobes := material.get("lobes"):
-        specular = lobes[0].scale
+    diffuse, specular = _reflected(material)
+    # The lecture's diffuse factor is an albedo over pi, which others may not have above 1: then as bright as can be.
+    if material.model in WITHOUT_PI and model not in WITHOUT_PI:
+        diffuse = _times(diffuse, min(math.pi, 1.0 / max(*diffuse, 1.0 / math.pi)))
+    elif model in WITHOUT_PI and material.model not in WITHOUT_PI:
+        diffuse = _times(diffuse, 1.0 / math.pi)
     if not wanted & {*_DIFFUSE}:
-        # A model of mirror facets only: these get the material's colour.
-        specular = diffuse if any(diffuse) else specular
+        # A model of mirror facets only: of what has no such facets itself, they get the whole colour.
+        specular = specular if "fresnel" in material.parameters or not any(diffuse) else diffuse
     elif not wanted & {*_SPECULAR}:
         diffuse = diffuse if any(diffuse) else specular
-    colors = dict.fromkeys(_DIFFUSE, diffuse) | dict.fromkeys(("ks", "f0"), specular)
+    colors = dict.fromkeys(_DIFFUSE, diffuse) | dict.fromkeys(_SPECULAR, specular)
     # Where both are there, ks scales what f0 reflects.
-    return colors | ({"ks": (1.0, 1.0, 1.0)} if {"ks", "f0"} <= wanted else {})
+    return colors | ({"ks": (1.0, 1.0, 1.0)} if wanted >= {*_SPECULAR} else {})
+
+
+def _reflected(material: Material) -> tuple[Vec3, Vec3]:
+    """A material's diffuse colour, and what it reflects as a mirror or highlight at normal incidence."""
+    if table := material.get("file"):
+        r, g, b = (math.pi * float(median(table.values[..., k].ravel()[::1001])) for k in range(3))
+        return (r, g, b), _BLACK
+    diffuse = next((c for n in _DIFFUSE if (c := material.get(n))), _BLACK)
+    specular = _fresnel(material)
+    if lobes := material.get("lobes"):
+        specular = lobes[0].scale
+    elif specular is None:
+        specular = material.get("ks", _BLACK)
+    elif ks := material.get("ks"):
+        specular = _product(specular, ks)
+    metalness = material.get("metalness", 0.0) if material.model == "split" else 0.0
+    specular = _sum(_times(specular, 1.0 - metalness), _times(diffuse, metalness))
+    return _times(diffuse, 1.0 - metalness), specular
+
+
+def _fresnel(material: Material) -> Vec3 | None:
+    """The Fresnel factor at normal incidence; None if it has none."""
+    if (ior := material.get("ior")) is not None:
+        return (((ior - 1.0) / (ior + 1.0)) ** 2,) * 3
+    if (n := material.get("n")) is not None:
+        r, g, b = (((n - 1.0) ** 2 + k**2) / ((n + 1.0) ** 2 + k**2) for n, k in zip(n, material.k, strict=True))
+        return r, g, b
+    return material.get("f0")
+
+
+def _times(color: Vec3, factor: float) -> Vec3:
+    return _product(color, (factor,) * 3)
+
+
+def _product(a: Vec3, b: Vec3) -> Vec3:
+    return a[0] * b[0], a[1] * b[1], a[2] * b[2]
+
+
+def _sum(a: Vec3, b: Vec3) -> Vec3:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 def _exponent(material: Material) -> float:

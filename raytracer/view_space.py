@@ -80,10 +80,15 @@ def numbers_texture(scene: Scene, size: tuple[int, int]) -> NDArray[np.float32]:
 
 
 def materials_texture(scene: Scene, settings: Settings) -> NDArray[np.float32]:
-    """(texels N, 4): the texels `materials` of the generated materials.glsl."""
+    """(texels, 4): the texels `materials` of the generated materials.glsl."""
     found = material_layout(scene, settings)
     rows = reflectance.packed(found, shaded_materials(scene, settings), rotation(scene.camera))
-    return rows[np.searchsorted(table(scene).used, table(scene).material)].reshape(-1, 4)
+    row = np.searchsorted(table(scene).used, table(scene).material)
+    if found.is_small:
+        return rows[row].reshape(-1, 4)
+    begins = np.zeros((len(row), 4), np.float32)
+    begins[:, 0] = len(row) + found.texels * row
+    return np.concatenate([begins, rows.reshape(-1, 4)])
 
 
 def _camera_terms(

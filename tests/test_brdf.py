@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import glsl, reference_brdf, reference_facets
+from raytracer import glsl, reference, reference_brdf, reference_facets
 from raytracer.models import MODELS, Parameter
 from raytracer.renderer import Renderer
+from raytracer.settings import Settings
 
 from .directions import extremes, pairs
 
@@ -87,6 +88,34 @@ def test_nothing_is_nan_infinite_or_negative_at_any_extreme(renderer: Renderer, 
             found = rt.brdf.evaluate(rt.Material(model, **given), wi, wo, renderer=renderer)
             assert np.isfinite(found).all() and (found >= 0.0).all(), (given, wi[~(found >= 0).all(1)])
             assert not found[(wi[:, 2] <= 0) | (wo[:, 2] <= 0)].any(), "below the horizon there is nothing"
+
+
+@pytest.mark.parametrize("ior", [1.0, 1.5, 0.75])
+def test_what_a_mirror_sends_back_is_between_0_and_1_also_just_below_its_horizon(
+    renderer: Renderer, ior: float
+) -> None:
+    cosine = np.array([1.0, 1e-3, 1e-7, 0.0, -1e-12, -1e-7, -1e-4])
+    V = np.stack([np.sqrt(1.0 - cosine**2), 0.0 * cosine, cosine], -1)
+    for material in (
+        rt.Material("mirror", fresnel="dielectric", ior=ior),
+        rt.Material("mirror", fresnel="conductor", n=ior, k=0),
+        rt.Material("he", fresnel="dielectric", ior=ior),
+    ):
+        found = rt.brdf.call(f"{material.model}Mirrored", material, (0, 0, 1), V, renderer=renderer)
+        assert ((found >= 0.0) & (found <= 1.0 + 1e-6)).all(), (material, found)
+
+
+def test_one_scene_of_all_models_is_float64s(renderer: Renderer) -> None:
+    materials = [rt.Material(model) for model in MODELS if model != "merl"]
+    materials += [rt.published("lafortune/clay"), rt.published("conductors/gold"), rt.Material("beckmann", le=0.1)]
+    balls = [rt.Sphere((i % 6 - 2.5, i // 6 - 1.5, 0), 0.45, m) for i, m in enumerate(materials)]
+    scene = rt.Scene(balls, [rt.PointLight((3, 4, 6), (3, 3, 3))], rt.Camera((0, 0, 6), (0, 0, 0), vertical_fov=40))
+    for settings in (Settings(), Settings(evaluator="walk", bounces=1)):
+        image = renderer.render(scene, (120, 80), settings)
+        expected = reference.render(scene, (120, 80), settings)
+        assert image.material is not None and np.array_equal(image.material, expected.material)
+        error = np.abs(image.radiance - expected.radiance).max(axis=2)
+        assert np.quantile(error, 0.99) < 1e-4 and error.max() < 2e-2 * expected.radiance.max()
 
 
 @pytest.mark.parametrize("alpha", [2.0**-13, 2.0**-10, 0.125])  # 1.2e-4 and so on, without rounding

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import copy
+import math
 import pickle
 
+import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.models import FUNCTIONS, MODELS
+from raytracer.models import MODELS
 from raytracer.reflectance import layout, material_text
 from raytracer.scene_file import loads
 from raytracer.settings import Settings, Shading, get_args
@@ -118,12 +120,28 @@ def test_the_shading_override_keeps_what_models_have_in_common() -> None:
     gold = rt.published("conductors/gold")
     beckmann = translated(gold, "beckmann")
     assert (beckmann.alpha, beckmann.n, beckmann.k) == (gold.alpha, gold.n, gold.k)
-    plastic = rt.Material(kd=(0.5, 0.25, 0.1), ks=0.5, h=100)
-    assert translated(plastic, "lambert").rho == plastic.kd
+    plastic = rt.Material(kd=(0.25, 0.125, 0.1), ks=0.5, h=100)
     # Blinn's exponent is 2 / alpha^2 - 2 (Walter 2007).
     assert 2 / translated(plastic, "ggx").alpha ** 2 - 2 == pytest.approx(4 * 100, rel=1e-12)
     assert translated(translated(plastic, "ggx"), "phong").h == pytest.approx(100)
-    assert translated(rt.Material(kd=5), "lambert").rho == (1, 1, 1), "where the range ends"
+    assert translated(rt.Material("cook_torrance", ks=0.5, f0=(0.9, 0.6, 0.4)), "ggx").f0 == (0.45, 0.3, 0.2)
+    assert translated(rt.Material("split", rho=(0.9, 0.5, 0.3), metalness=1), "phong").ks == (0.9, 0.5, 0.3)
+
+
+def test_the_shading_override_keeps_how_bright_a_diffuse_material_is() -> None:
+    # The lecture's kd is an albedo over pi.
+    plastic = rt.Material(kd=(0.25, 0.125, 0.1))
+    assert translated(plastic, "lambert").rho == pytest.approx((0.25 * math.pi, 0.125 * math.pi, 0.1 * math.pi))
+    assert translated(rt.Material("lambert", rho=0.5), "phong").kd == pytest.approx((0.5 / math.pi,) * 3)
+    assert translated(rt.Material(kd=(4, 1, 0)), "lambert").rho == (1, 0.25, 0), "where the range ends, its hue stays"
+
+
+def test_the_shading_override_keeps_the_colour_of_metals() -> None:
+    gold = rt.published("conductors/gold")
+    n, k = np.array(gold.n), np.array(gold.k)
+    normal = tuple((((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)).tolist())
+    for model, name in (("phong", "ks"), ("lambert", "rho"), ("split", "f0"), ("strauss", "color")):
+        assert translated(gold, model).get(name) == pytest.approx(normal), model
 
 
 def test_struct_material_has_just_what_the_models_in_use_need() -> None:
@@ -141,21 +159,15 @@ def test_struct_material_has_just_what_the_models_in_use_need() -> None:
     assert layout([rt.Material()]).texels == 3
 
 
-def test_the_table_is_consistent() -> None:
-    kinds: dict[str, str] = {}
-    for name, model in MODELS.items():
-        for key, parameter in model.parameters.items():
-            assert key == parameter.name and parameter.meaning, (name, key)
-            member = parameter.member or key
-            # One struct holds all of a scene's.
-            kind = {"whole": "number", "measured": "number", "direction": "color"}.get(parameter.kind, parameter.kind)
-            assert kinds.setdefault(member, kind) == kind, member
-            if parameter.kind == "choice" and not parameter.values:
-                assert key in FUNCTIONS
-            if parameter.when:
-                assert parameter.when[1] in model.parameters[parameter.when[0]].choices
-            if name != "merl":
-                rt.Material(name, **{parameter.when[0]: parameter.when[1]} if parameter.when else {}).replace(
-                    **{key: parameter.default}
-                )
-        assert (scenes.CHECKOUT / f"shaders/brdf/{name}.glsl").exists(), name
+def test_another_choice_takes_what_belongs_to_it_along() -> None:
+    ggx = rt.Material("ggx", f0=0.5, alpha=0.1)
+    assert ggx.replace(fresnel="conductor") == rt.Material("ggx", alpha=0.1, fresnel="conductor")
+    assert ggx.replace(fresnel="dielectric", ior=1.25).ior == 1.25
+
+
+@pytest.mark.parametrize("model", ['["x"]', "{ a = 1 }", "3", '"nope"\nself = 1', '"nope"\nname = "x"'])
+def test_a_wrong_model_in_a_scene_file_is_one_line(model: str) -> None:
+    text = scenes.ASSIGNMENT.read_text().replace("[materials.red]", f"[materials.red]\nmodel = {model}", 1)
+    text = text.replace('model = "phong"', "", 1) if '\nmodel = "phong"' in text else text
+    with pytest.raises(rt.InputError, match=r"materials.red.model: expected one of phong"):
+        loads(text)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import merl
+from raytracer import merl, numbers
+from raytracer.passes import Passes
 from raytracer.renderer import Renderer
 from raytracer.scene_file import load, named_files
 from raytracer.settings import Settings
@@ -126,6 +127,46 @@ def test_a_scene_file_names_a_table_in_its_folder(file: Path, baked: merl.Measur
     scene.write_text(f'{text[:start]}[materials.red]\nmodel = "merl"\nfile = "rough.binary"\n{text[end:]}')
     assert load(scene).materials[0].file == baked
     assert named_files(scene, scene.read_text()) == [file]
+
+
+def test_a_table_that_many_materials_name_is_read_once_and_there_may_be_sixteen(file: Path, tmp_path: Path) -> None:
+    head, tail = scenes.ASSIGNMENT.read_text().split("[materials.red]")
+
+    def scene(names: list[str]) -> rt.Scene:
+        tables = (f'[materials.m{i}]\nmodel = "merl"\nfile = "{name}"' for i, name in enumerate(names))
+        path = tmp_path / "scene.toml"
+        path.write_text("\n".join([head, *tables, "[materials.red]" + tail]))
+        return load(path)
+
+    (tmp_path / "a.binary").symlink_to(file)
+    materials = {m.name: m for m in scene(["a.binary"] * 50).materials}
+    assert materials["m0"].file is materials["m49"].file
+    for i in range(17):
+        (tmp_path / f"{i}.binary").symlink_to(file)
+    with pytest.raises(rt.InputError, match=r"materials.m16.file: expected at most 16 .binary files"):
+        scene([f"{i}.binary" for i in range(17)])
+
+
+def test_tables_that_do_not_fit_leave_those_of_the_scene_before(
+    renderer: Renderer, baked: merl.Measured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ball = rt.Sphere((0, 0, 0), 1, rt.Material("merl", file=baked))
+    good = rt.Scene([ball], [rt.PointLight((0, 0, 9))], rt.Camera((0, 0, 4), (0, 0, 0)))
+    white = rt.Material("merl", file=rt.brdf.bake(rt.Material("lambert"), renderer=renderer))
+    two = rt.Scene([ball, rt.Sphere((2, 0, 0), 1, white)], good.lights, good.camera)
+    size, settings = (32, 32), Settings()
+    with renderer.context:
+        passes = Passes(renderer.context, size)
+        passes.load(renderer.programs(good, settings), good, settings, size)
+        with monkeypatch.context() as patch:  # as if there were room for one table only
+            patch.setattr(numbers, "SHAPE", (renderer.context.info["GL_MAX_3D_TEXTURE_SIZE"], 90, 180))
+            with pytest.raises(rt.InputError, match="materials: expected at most 1 measured"):
+                passes.load(renderer.programs(two, settings), two, settings, size)
+        passes.load(renderer.programs(good, settings), good, settings, size)
+        passes.draw((0, 0, *size), 0, anew=True)
+        picture = passes.read_sum((0, 0, *size))
+        passes.close()
+    np.testing.assert_array_equal(picture, renderer.render(good, size, settings).radiance)
 
 
 @pytest.mark.parametrize(

@@ -39,6 +39,7 @@ def hall(*more: rt.Solid) -> rt.Scene:
         Settings(),
         Settings(evaluator="walk", shadows="diluted"),
         Settings(evaluator="roth", shadows="off"),
+        Settings(evaluator="roth"),
         Settings(precision=64),
         Settings(bounces=1, shadows="off"),
         Settings(bounces=0),
@@ -85,6 +86,19 @@ def test_cells_and_walk_draw_the_same_mirrors(renderer: Renderer) -> None:
     for scene in (hall(), hall(*many), hall(rt.Plane((1, 0, 0), -3, DARK)), hall(*many[:3], tree)):
         a, b = (renderer.render(scene, SIZE, Settings(evaluator=e)).radiance for e in ("cells", "walk"))
         np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.gl
+def test_soft_shadows_are_seen_in_mirrors_among_few_objects_and_many(renderer: Renderer) -> None:
+    many = [rt.Sphere((0.7 * (i % 5) - 1.4, 0.4 * (i // 5), -2.0), 0.15, RED) for i in range(15)]
+    lamp = [rt.PointLight((3, 5, 4), radius=0.8)]
+    few, more = (msgspec.structs.replace(scene, lights=lamp) for scene in (hall(), hall(*many)))
+    for scene in (few, more):
+        a, b = (renderer.render(scene, SIZE, Settings(evaluator=e, shadows="soft")).radiance for e in ("cells", "walk"))
+        np.testing.assert_array_equal(a, b)
+    found = renderer.render(more, SIZE, Settings(shadows="soft", samples=64)).radiance
+    expected = reference.render(more, SIZE, Settings(shadows="soft", samples=4), rays=4).radiance
+    assert abs(found.mean() / expected.mean() - 1) < 5e-3
 
 
 def test_only_scenes_with_mirrors_have_reflection_rays() -> None:

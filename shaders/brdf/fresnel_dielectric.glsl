@@ -7,10 +7,10 @@
 #include "materials.glsl"
 
 vec3 dielectricFresnel(Material m, float VoH) {
-    float c = min(VoH, 1.0);
+    float c = clamp(VoH, 0.0, 1.0);
     float n2 = m.ior * m.ior, change = (m.ior - 1.0) * (m.ior + 1.0);
     float g = sqrt(max(change + c * c, 0.0));
     float s = change / ((g + c) * (g + c));
     float p = change * ((n2 + 1.0) * c * c - 1.0) / ((n2 * c + g) * (n2 * c + g));
-    return vec3(g > 0.0 ? 0.5 * (s * s + p * p) : 1.0);
+    return vec3(change == 0.0 ? 0.0 : g > 0.0 ? 0.5 * (s * s + p * p) : 1.0);
 }
