@@ -268,9 +268,7 @@ MODELS: dict[str, Model] = {
         _DISTRIBUTION,
         _MASKING,
         msgspec.structs.replace(_SMITH, when=("distribution", "beckmann")),
-        Parameter(
-            "nodes", "whole", 128, "of the quadrature, by steps of 20 or more: more are slower and better", 40.0, 4096.0
-        ),
+        Parameter("nodes", "whole", 128, "of the quadrature, by 20 or more: more are slower and better", 40.0, 4096.0),
     ),
     "he": _model(
         "a rough surface by wave optics",

@@ -1,10 +1,10 @@
 """Scene + Settings -> GLSL text.
 
 A scene's structure goes into the text: its CSG trees, its kinds of primitive, its reflectance
-models, how many lights, which shadows. Its numbers do not, but for whether any material has an ambient factor,
-shines, or is anisotropic: they are in textures, or handed on by the vertex shader. So scenes of one structure share a program, and what a scene does not use is not
-in its shader. No OpenGL here, and no text of a user's: names in the generated code are made of
-numbers only.
+models, how many lights, which shadows. Its numbers do not, but for whether any material has an
+ambient factor, shines, or is anisotropic: they are in textures, or handed on by the vertex shader.
+So scenes of one structure share a program, and what a scene does not use is not in its shader. No
+OpenGL here, and no text of a user's: names in the generated code are made of numbers only.
 """
 
 from __future__ import annotations

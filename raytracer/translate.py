@@ -116,7 +116,7 @@ def _fresnel(material: Material) -> Vec3 | None:
 
 
 def _times(color: Vec3, factor: float) -> Vec3:
-    return _product(color, (factor,) * 3)
+    return _product(color, (factor, factor, factor))
 
 
 def _product(a: Vec3, b: Vec3) -> Vec3:
