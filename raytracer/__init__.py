@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 from raytracer.checks import InputError
 from raytracer.instances import Instances
-from raytracer.library import published
 from raytracer.material import Material
 from raytracer.models import Lobe
 from raytracer.scene import Camera, PointLight, Scene
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     from raytracer.context import ContextError
     from raytracer.film import Image
     from raytracer.glsl_source import ShaderError
+    from raytracer.library import published
     from raytracer.renderer import render
 
 __version__ = "0.1.0"
@@ -58,7 +58,13 @@ __all__ = [
 ]
 
 # What needs NumPy or OpenGL is imported when first asked for: a scene is made and checked without.
-_LAZY = {"ContextError": "context", "Image": "film", "ShaderError": "glsl_source", "render": "renderer"}
+_LAZY = {
+    "ContextError": "context",
+    "Image": "film",
+    "ShaderError": "glsl_source",
+    "published": "library",
+    "render": "renderer",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import moderngl
 import numpy as np
@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 from raytracer import lists, reflectance, view_space
 from raytracer.cells import CELL
 from raytracer.checks import InputError
-from raytracer.merl import SHAPE, Measured
 from raytracer.opengl import BufferTexture, set_sampler, volume_texture
 from raytracer.rectangles import cells_under
 from raytracer.scene import Scene
 from raytracer.settings import Settings
 from raytracer.shader import has_mirrors, is_listed, material_layout, shaded_materials
 from raytracer.sight import Met
+
+if TYPE_CHECKING:
+    from raytracer.merl import Measured
 
 # Binding points of uniform blocks, and texture units; 0 and 1 are those of passes.py.
 _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2}
@@ -90,7 +92,7 @@ class Numbers:
             self._measured.release()
             self._measured, self._measured_tables = None, []
         if tables:
-            most = self._context.info["GL_MAX_3D_TEXTURE_SIZE"] // SHAPE[0]
+            most = self._context.info["GL_MAX_3D_TEXTURE_SIZE"] // len(tables[0].values)
             if len(tables) > most:
                 raise InputError(f"materials: expected at most {most} measured ones on this driver, got {len(tables)}")
             self._measured = volume_texture(self._context, np.concatenate([table.values for table in tables]))

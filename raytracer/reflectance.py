@@ -8,15 +8,17 @@ The models themselves are in `shaders/brdf/`, one file each, with one signature:
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.material import Material, peak
-from raytracer.merl import Measured
 from raytracer.models import FUNCTIONS, MODELS, Parameter
+
+if TYPE_CHECKING:
+    from raytracer.merl import Measured
 
 # Parameters that are 0 in all materials are in no shader: few scenes have them.
 _OFTEN_ZERO = ("ka", "le")

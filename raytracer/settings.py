@@ -12,7 +12,6 @@ from raytracer.instances import Instances
 from raytracer.material import Material
 from raytracer.scene import PointLight, Scene
 from raytracer.solids import Solid, Sphere, leaves
-from raytracer.translate import translated
 
 Shadows = Literal["off", "hard", "diluted", "soft"]
 # All models but those that need more than numbers.
@@ -81,7 +80,11 @@ class Settings(msgspec.Struct, frozen=True):
 
     def shaded(self, material: Material) -> Material:
         """`material` under the shading override. Raises InputError if that would take an exponent above 1e6."""
-        return material if self.shading is None else translated(material, self.shading)
+        if self.shading is None:
+            return material
+        from raytracer.translate import translated  # few pictures need it
+
+        return translated(material, self.shading)
 
     def cast(self, light: PointLight) -> PointLight:
         """`light` under these shadows: its centre, unless they are soft."""

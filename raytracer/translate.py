@@ -7,7 +7,6 @@ of the other by what they mean; where the other's range ends, they end.
 from __future__ import annotations
 
 import math
-from statistics import median
 from typing import Any
 
 from raytracer.checks import MAX_EXPONENT, InputError, Vec3
@@ -90,6 +89,8 @@ def _colors(material: Material, model: str) -> dict[str, Any]:
 def _reflected(material: Material) -> tuple[Vec3, Vec3]:
     """A material's diffuse colour, and what it reflects as a mirror or highlight at normal incidence."""
     if table := material.get("file"):
+        from statistics import median  # takes long to import
+
         r, g, b = (math.pi * float(median(table.values[..., k].ravel()[::1001])) for k in range(3))
         return (r, g, b), _BLACK
     diffuse = next((c for n in _DIFFUSE if (c := material.get(n))), _BLACK)

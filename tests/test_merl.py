@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import merl, numbers
+from raytracer import merl
 from raytracer.passes import Passes
 from raytracer.renderer import Renderer
 from raytracer.scene_file import load, named_files
@@ -159,7 +159,7 @@ def test_tables_that_do_not_fit_leave_those_of_the_scene_before(
         passes = Passes(renderer.context, size)
         passes.load(renderer.programs(good, settings), good, settings, size)
         with monkeypatch.context() as patch:  # as if there were room for one table only
-            patch.setattr(numbers, "SHAPE", (renderer.context.info["GL_MAX_3D_TEXTURE_SIZE"], 90, 180))
+            patch.setitem(renderer.context.info, "GL_MAX_3D_TEXTURE_SIZE", 179)
             with pytest.raises(rt.InputError, match="materials: expected at most 1 measured"):
                 passes.load(renderer.programs(two, settings), two, settings, size)
         passes.load(renderer.programs(good, settings), good, settings, size)
