@@ -102,13 +102,14 @@ def _list(options: argparse.Namespace) -> int:
         return 0
     from raytracer.bench import report
     from raytracer.bench.checks import check_all
+    from raytracer.bench.measure import COMPLETE
     from raytracer.renderer import shared_renderer
 
     if options.markdown:
         print(report.markdown(), end="")
         return 0
     with progress_bar("measuring") as progress:
-        checks, _ = check_all(models, shared_renderer(options.backend), progress)
+        checks = check_all([m for m in models if m in COMPLETE], shared_renderer(options.backend), progress)
     measured = {model: [check for check in checks if check.name == model] for model in models}
     if options.json:
         print(report.models_json(models, measured))
@@ -119,27 +120,25 @@ def _list(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     from raytracer.bench.checks import check, check_all, material_of
-    from raytracer.bench.measure import is_available
+    from raytracer.bench.measure import COMPLETE
     from raytracer.bench.report import checks_json, print_checks
     from raytracer.renderer import shared_renderer
 
-    names = options.models or [*MODELS]
+    names = options.models or COMPLETE
     whole = [name for name in names if name in MODELS and not options.set]
     single = [(name, settings_of(name, options.set)) for name in names if name not in whole]
     for name, settings in single:
-        model = material_of(name, settings).model
-        if not is_available(model) and "file" not in settings:
-            raise InputError(f"{name}: expected a model that can be evaluated here: there is no GLSL of {model}")
-    if options.models and (missing := [name for name in whole if not is_available(name)]):
-        raise InputError(f"{missing[0]}: expected a model that can be measured by itself (merl: with --set file=...)")
+        material_of(name, settings)
+    if missing := [name for name in whole if name not in COMPLETE]:
+        raise InputError(f"{missing[0]}: expected a file to measure: --set file=...")
     renderer = shared_renderer(options.backend)
     with progress_bar("measuring") as progress:
-        checks, absent = check_all(whole, renderer, progress)
+        checks = check_all(whole, renderer, progress)
         checks += [check(name, settings, renderer) for name, settings in single]
     if options.json:
-        print(checks_json(checks, absent))
+        print(checks_json(checks))
     else:
-        print_checks(checks, absent)
+        print_checks(checks)
     return 1 if any(each.differs for each in checks) else 0
 
 
@@ -165,10 +164,10 @@ def _gallery(options: argparse.Namespace) -> int:
     from raytracer.renderer import shared_renderer
 
     with progress_bar("rendering") as progress:
-        absent = write_gallery(
+        write_gallery(
             options.output, options.cell, options.samples, options.merl, shared_renderer(options.backend), progress
         )
-    print(f"wrote {options.output}" + (f", without {', '.join(absent)}" if absent else ""))
+    print(f"wrote {options.output}" + ("" if options.merl else ", without merl, which needs --merl FILE"))
     return 0
 
 
