@@ -5,11 +5,17 @@ from __future__ import annotations
 import argparse
 import tomllib
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from raytracer.checks import InputError
+from raytracer.checks import InputError, printable
 from raytracer.models import MODELS, Parameter
 from raytracer.progress import progress_bar
+
+if TYPE_CHECKING:
+    from raytracer.material import Material
+
+# Characters of what was given that an error shows.
+_SHOWN = 80
 
 
 def add_commands(parser: argparse.ArgumentParser) -> None:
@@ -41,8 +47,9 @@ def _check_arguments(parser: argparse.ArgumentParser) -> None:
         "models",
         metavar="MODEL",
         nargs="*",
-        help="a model, or a published material such as lafortune/clay (default: all models). Without --set, a model is "
-        "measured with its defaults, at both ends of the range of each parameter, and with some combinations",
+        help="a model, or a published material such as lafortune/clay (default: all models but merl, which needs --set "
+        "file=...). Without --set, a model is measured with its defaults, at both ends of the range of each parameter, "
+        "and with some combinations",
     )
     _add_set(parser)
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
@@ -93,6 +100,8 @@ def _add_backend(parser: argparse.ArgumentParser) -> None:
 
 def _list(options: argparse.Namespace) -> int:
     models = _models(options.models)
+    if options.models and (options.markdown or options.schema):
+        raise InputError(f"{options.models[0]}: --markdown and --schema are of all models: expected no MODEL")
     if options.schema:
         import json
 
@@ -152,9 +161,9 @@ def _plot(options: argparse.Namespace) -> int:
     if options.lecture:
         plot_lecture(output, _number_of(options.set, "h"), shared_renderer(options.backend))
     else:
-        materials = [_labelled(text, options.set) for text in options.materials]
+        materials = _labelled(options.materials, options.set)
         with progress_bar(f"plotting {output.name}") as progress:
-            plot_materials(output, dict(materials), shared_renderer(options.backend), progress)
+            plot_materials(output, materials, shared_renderer(options.backend), progress)
     print(f"wrote {output}")
     return 0
 
@@ -177,11 +186,11 @@ def _bake(options: argparse.Namespace) -> int:
     from raytracer.renderer import shared_renderer
 
     output = check_output(options.output, (".binary",))
-    _, material = _labelled(options.material, options.set)
+    [(_, material)] = _labelled([options.material], options.set)
     table = brdf.bake(material, renderer=shared_renderer(options.backend))
     with written_whole(output) as file:
         merl.write(table, file)
-    print(f"wrote {output}: {options.material}, for a material of the model merl")
+    print(f"wrote {output}: {printable(options.material)}, for a material of the model merl")
     return 0
 
 
@@ -197,14 +206,25 @@ def _known(name: str, shown: str) -> dict[str, Parameter]:
     return MODELS[name].parameters
 
 
-def _labelled(text: str, common: Sequence[str]) -> tuple[str, Any]:
-    """A label and a material, of MODEL[:NAME=VALUE...] and what is set for all that have it."""
+def _labelled(texts: Sequence[str], common: Sequence[str]) -> list[tuple[str, Material]]:
+    """Labels and materials, of MODEL[:NAME=VALUE...] and what is set for all that have it."""
     from raytracer.bench.checks import material_of
 
-    name, *own = text.split(":")
-    known = _parameters(name)
-    shared = [item for item in common if item.partition("=")[0] in known]
-    return text, material_of(name, settings_of(name, [*shared, *own]))
+    parts = [text.split(":") for text in texts]
+    known = [_parameters(name) for name, *_ in parts]
+    for item in common:
+        key = _name_of(item, "--set ")
+        if not any(key in parameters for parameters in known):
+            raise InputError(f"{_short(f'--set {item}')}: none of the materials has a parameter {_short(key)}")
+    found = []
+    for text, (name, *own), parameters in zip(texts, parts, known, strict=True):
+        shared = settings_of(name, [item for item in common if _name_of(item, "--set ") in parameters])
+        settings = {**shared, **settings_of(name, own, f"{name}:")}
+        try:
+            found.append((text, material_of(name, settings)))
+        except InputError as error:
+            raise InputError(f"{_short(text)}: {error}") from None
+    return found
 
 
 def _parameters(name: str) -> dict[str, Parameter]:
@@ -216,21 +236,30 @@ def _parameters(name: str) -> dict[str, Parameter]:
     return _known(name, name)
 
 
-def settings_of(name: str, items: Sequence[str]) -> dict[str, Any]:
-    """The settings of a model, or of a published material, in NAME=VALUE texts: as the table types them."""
+def settings_of(name: str, items: Sequence[str], prefix: str = "--set ") -> dict[str, Any]:
+    """The settings of a model, or of a published material, in NAME=VALUE texts: as the table types them.
+
+    `prefix` is what is before such a text on the command line.
+    """
     known = _parameters(name)
     found = {}
     for item in items:
-        key, equals, text = item.partition("=")
-        if not equals:
-            raise InputError(f"--set {item}: expected NAME=VALUE, such as alpha=0.1")
+        key = _name_of(item, prefix)
         if key not in known:
-            raise InputError(f"--set {item}: {name} has no parameter {key} (known: {', '.join(known)})")
-        found[key] = _value(known[key], text, item)
+            given = _short(prefix + item)
+            raise InputError(f"{given}: {name} has no parameter {_short(key)} (known: {', '.join(known)})")
+        found[key] = _value(known[key], item.partition("=")[2], prefix + item)
     return found
 
 
-def _value(parameter: Parameter, text: str, item: str) -> Any:
+def _name_of(item: str, prefix: str) -> str:
+    name, equals, _ = item.partition("=")
+    if not equals:
+        raise InputError(f"{_short(prefix + item)}: expected NAME=VALUE, such as alpha=0.1")
+    return name
+
+
+def _value(parameter: Parameter, text: str, given: str) -> Any:
     parse: dict[str, tuple[Callable[[str], Any], str]] = {
         "number": (float, "a number"),
         "whole": (float, "a whole number"),
@@ -246,8 +275,12 @@ def _value(parameter: Parameter, text: str, item: str) -> Any:
     convert, expected = parse[parameter.kind]
     try:
         return convert(text)
-    except ValueError:
-        raise InputError(f"--set {item}: expected {expected}") from None
+    except (ValueError, RecursionError):  # of lists in lists
+        raise InputError(f"{_short(given)}: expected {expected}") from None
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
 
 
 def _numbers(text: str) -> Any:
