@@ -248,9 +248,9 @@ def markdown() -> str:
         "three numbers, linear RGB, or one for all three. Every model also has `ka` and `le`, here only once.",
         "",
         "*Reciprocal* and *conserving* (it never reflects more than it gets) are what is expected, and why: with the",
-        "default parameters but for those named; of rows that fit, the last holds. A *law* holds with any values of the",
-        f"other parameters. So does that a model is reciprocal, except {', '.join(NOT_RECIPROCAL)}. The tests measure",
-        "all of it, of the very GLSL that renders, at the ends of each parameter's range: `raytracer brdf check`.",
+        "default parameters but for those named; of rows that fit, the last holds. A *law* holds with any values of",
+        f"the others. So does that a model is reciprocal, except {', '.join(NOT_RECIPROCAL)}. The tests measure all of",
+        "it, of the very GLSL that renders, at the ends of each parameter's range: `raytracer brdf check`.",
         "",
         *_parameter_lines([MODELS["lambert"].parameters[name] for name in ("ka", "le")]),
     ]
