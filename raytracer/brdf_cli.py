@@ -5,11 +5,17 @@ from __future__ import annotations
 import argparse
 import tomllib
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from raytracer.checks import InputError
+from raytracer.checks import InputError, printable
 from raytracer.models import MODELS, Parameter
 from raytracer.progress import progress_bar
+
+if TYPE_CHECKING:
+    from raytracer.material import Material
+
+# Characters of what was given that an error shows.
+_SHOWN = 80
 
 
 def add_commands(parser: argparse.ArgumentParser) -> None:
@@ -41,8 +47,9 @@ def _check_arguments(parser: argparse.ArgumentParser) -> None:
         "models",
         metavar="MODEL",
         nargs="*",
-        help="a model, or a published material such as lafortune/clay (default: all models). Without --set, a model is "
-        "measured with its defaults, at both ends of the range of each parameter, and with some combinations",
+        help="a model, or a published material such as lafortune/clay (default: all models but merl, which needs --set "
+        "file=...). Without --set, a model is measured with its defaults, at both ends of the range of each parameter, "
+        "and with some combinations",
     )
     _add_set(parser)
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
@@ -93,6 +100,8 @@ def _add_backend(parser: argparse.ArgumentParser) -> None:
 
 def _list(options: argparse.Namespace) -> int:
     models = _models(options.models)
+    if options.models and (options.markdown or options.schema):
+        raise InputError(f"{options.models[0]}: --markdown and --schema are of all models: expected no MODEL")
     if options.schema:
         import json
 
@@ -102,13 +111,14 @@ def _list(options: argparse.Namespace) -> int:
         return 0
     from raytracer.bench import report
     from raytracer.bench.checks import check_all
+    from raytracer.bench.measure import COMPLETE
     from raytracer.renderer import shared_renderer
 
     if options.markdown:
         print(report.markdown(), end="")
         return 0
     with progress_bar("measuring") as progress:
-        checks, _ = check_all(models, shared_renderer(options.backend), progress)
+        checks = check_all([m for m in models if m in COMPLETE], shared_renderer(options.backend), progress)
     measured = {model: [check for check in checks if check.name == model] for model in models}
     if options.json:
         print(report.models_json(models, measured))
@@ -119,27 +129,25 @@ def _list(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     from raytracer.bench.checks import check, check_all, material_of
-    from raytracer.bench.measure import is_available
+    from raytracer.bench.measure import COMPLETE
     from raytracer.bench.report import checks_json, print_checks
     from raytracer.renderer import shared_renderer
 
-    names = options.models or [*MODELS]
+    names = options.models or COMPLETE
     whole = [name for name in names if name in MODELS and not options.set]
     single = [(name, settings_of(name, options.set)) for name in names if name not in whole]
     for name, settings in single:
-        model = material_of(name, settings).model
-        if not is_available(model) and "file" not in settings:
-            raise InputError(f"{name}: expected a model that can be evaluated here: there is no GLSL of {model}")
-    if options.models and (missing := [name for name in whole if not is_available(name)]):
-        raise InputError(f"{missing[0]}: expected a model that can be measured by itself (merl: with --set file=...)")
+        material_of(name, settings)
+    if missing := [name for name in whole if name not in COMPLETE]:
+        raise InputError(f"{missing[0]}: expected a file to measure: --set file=...")
     renderer = shared_renderer(options.backend)
     with progress_bar("measuring") as progress:
-        checks, absent = check_all(whole, renderer, progress)
+        checks = check_all(whole, renderer, progress)
         checks += [check(name, settings, renderer) for name, settings in single]
     if options.json:
-        print(checks_json(checks, absent))
+        print(checks_json(checks))
     else:
-        print_checks(checks, absent)
+        print_checks(checks)
     return 1 if any(each.differs for each in checks) else 0
 
 
@@ -153,9 +161,9 @@ def _plot(options: argparse.Namespace) -> int:
     if options.lecture:
         plot_lecture(output, _number_of(options.set, "h"), shared_renderer(options.backend))
     else:
-        materials = [_labelled(text, options.set) for text in options.materials]
+        materials = _labelled(options.materials, options.set)
         with progress_bar(f"plotting {output.name}") as progress:
-            plot_materials(output, dict(materials), shared_renderer(options.backend), progress)
+            plot_materials(output, materials, shared_renderer(options.backend), progress)
     print(f"wrote {output}")
     return 0
 
@@ -165,10 +173,10 @@ def _gallery(options: argparse.Namespace) -> int:
     from raytracer.renderer import shared_renderer
 
     with progress_bar("rendering") as progress:
-        absent = write_gallery(
+        write_gallery(
             options.output, options.cell, options.samples, options.merl, shared_renderer(options.backend), progress
         )
-    print(f"wrote {options.output}" + (f", without {', '.join(absent)}" if absent else ""))
+    print(f"wrote {options.output}" + ("" if options.merl else ", without merl, which needs --merl FILE"))
     return 0
 
 
@@ -178,11 +186,11 @@ def _bake(options: argparse.Namespace) -> int:
     from raytracer.renderer import shared_renderer
 
     output = check_output(options.output, (".binary",))
-    _, material = _labelled(options.material, options.set)
+    [(_, material)] = _labelled([options.material], options.set)
     table = brdf.bake(material, renderer=shared_renderer(options.backend))
     with written_whole(output) as file:
         merl.write(table, file)
-    print(f"wrote {output}: {options.material}, for a material of the model merl")
+    print(f"wrote {output}: {printable(options.material)}, for a material of the model merl")
     return 0
 
 
@@ -198,14 +206,25 @@ def _known(name: str, shown: str) -> dict[str, Parameter]:
     return MODELS[name].parameters
 
 
-def _labelled(text: str, common: Sequence[str]) -> tuple[str, Any]:
-    """A label and a material, of MODEL[:NAME=VALUE...] and what is set for all that have it."""
+def _labelled(texts: Sequence[str], common: Sequence[str]) -> list[tuple[str, Material]]:
+    """Labels and materials, of MODEL[:NAME=VALUE...] and what is set for all that have it."""
     from raytracer.bench.checks import material_of
 
-    name, *own = text.split(":")
-    known = _parameters(name)
-    shared = [item for item in common if item.partition("=")[0] in known]
-    return text, material_of(name, settings_of(name, [*shared, *own]))
+    parts = [text.split(":") for text in texts]
+    known = [_parameters(name) for name, *_ in parts]
+    for item in common:
+        key = _name_of(item, "--set ")
+        if not any(key in parameters for parameters in known):
+            raise InputError(f"{_short(f'--set {item}')}: none of the materials has a parameter {_short(key)}")
+    found = []
+    for text, (name, *own), parameters in zip(texts, parts, known, strict=True):
+        shared = settings_of(name, [item for item in common if _name_of(item, "--set ") in parameters])
+        settings = {**shared, **settings_of(name, own, f"{name}:")}
+        try:
+            found.append((text, material_of(name, settings)))
+        except InputError as error:
+            raise InputError(f"{_short(text)}: {error}") from None
+    return found
 
 
 def _parameters(name: str) -> dict[str, Parameter]:
@@ -217,21 +236,30 @@ def _parameters(name: str) -> dict[str, Parameter]:
     return _known(name, name)
 
 
-def settings_of(name: str, items: Sequence[str]) -> dict[str, Any]:
-    """The settings of a model, or of a published material, in NAME=VALUE texts: as the table types them."""
+def settings_of(name: str, items: Sequence[str], prefix: str = "--set ") -> dict[str, Any]:
+    """The settings of a model, or of a published material, in NAME=VALUE texts: as the table types them.
+
+    `prefix` is what is before such a text on the command line.
+    """
     known = _parameters(name)
     found = {}
     for item in items:
-        key, equals, text = item.partition("=")
-        if not equals:
-            raise InputError(f"--set {item}: expected NAME=VALUE, such as alpha=0.1")
+        key = _name_of(item, prefix)
         if key not in known:
-            raise InputError(f"--set {item}: {name} has no parameter {key} (known: {', '.join(known)})")
-        found[key] = _value(known[key], text, item)
+            given = _short(prefix + item)
+            raise InputError(f"{given}: {name} has no parameter {_short(key)} (known: {', '.join(known)})")
+        found[key] = _value(known[key], item.partition("=")[2], prefix + item)
     return found
 
 
-def _value(parameter: Parameter, text: str, item: str) -> Any:
+def _name_of(item: str, prefix: str) -> str:
+    name, equals, _ = item.partition("=")
+    if not equals:
+        raise InputError(f"{_short(prefix + item)}: expected NAME=VALUE, such as alpha=0.1")
+    return name
+
+
+def _value(parameter: Parameter, text: str, given: str) -> Any:
     parse: dict[str, tuple[Callable[[str], Any], str]] = {
         "number": (float, "a number"),
         "whole": (float, "a whole number"),
@@ -247,8 +275,12 @@ def _value(parameter: Parameter, text: str, item: str) -> Any:
     convert, expected = parse[parameter.kind]
     try:
         return convert(text)
-    except ValueError:
-        raise InputError(f"--set {item}: expected {expected}") from None
+    except (ValueError, RecursionError):  # of lists in lists
+        raise InputError(f"{_short(given)}: expected {expected}") from None
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
 
 
 def _numbers(text: str) -> Any:

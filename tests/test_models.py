@@ -38,11 +38,22 @@ def test_each_model_has_its_glsl_and_each_form_of_its_parts() -> None:
 
 def test_a_name_has_one_kind_in_all_models() -> None:
     kinds: dict[str, set[Any]] = {}
-    for name, parameter in PARAMETERS:
+    for _, parameter in PARAMETERS:
         # "k" is an exponent of one model, and an index of refraction of others.
         kinds.setdefault(parameter.member or parameter.name, set()).add((parameter.kind, parameter.values))
-        assert parameter.name in MODELS[name].parameters
     assert {name: found for name, found in kinds.items() if len(found) > 1} == {}
+
+
+def test_parameters_are_under_their_names() -> None:
+    for model in MODELS.values():
+        assert [*model.parameters] == [parameter.name for parameter in model.parameters.values()]
+
+
+def test_defaults_are_what_a_material_takes() -> None:
+    for name, parameter in PARAMETERS:
+        if name != "merl":  # which needs a file besides
+            condition: dict[str, Any] = dict([parameter.when]) if parameter.when else {}
+            assert Material(name, **{**condition, parameter.name: parameter.default}) == Material(name, **condition)
 
 
 def test_defaults_are_within_their_ranges_and_choices_among_theirs() -> None:

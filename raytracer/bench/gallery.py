@@ -7,14 +7,13 @@ from typing import Any
 
 from PIL import Image, ImageDraw, ImageFont
 
-from raytracer.bench.measure import is_available
+from raytracer.bench.measure import COMPLETE
 from raytracer.bench.pictures import picture
 from raytracer.bench.plots import check_picture
-from raytracer.checks import InputError, number
+from raytracer.checks import number
 from raytracer.film import written_whole
 from raytracer.library import published, tables
 from raytracer.material import Material
-from raytracer.models import MODELS
 from raytracer.progress import Progress
 from raytracer.renderer import Renderer
 
@@ -58,15 +57,13 @@ def write_gallery(
     merl: str | None,
     renderer: Renderer,
     progress: Progress | None,
-) -> list[str]:
-    """Write the picture, whole or not at all; returns the models that are not in it."""
+) -> None:
+    """Write the picture, whole or not at all: with the file `merl`, of a measured material besides."""
     output = check_picture(path)
     side = int(number(side, "--cell", 64, 2048, "pixels in [64, 2048]"))
-    cells = [(name, *shown_material(name)) for name in MODELS if is_available(name)]
+    cells = [(name, *shown_material(name)) for name in COMPLETE]
     if merl is not None:
         cells.append(("merl", Material("merl", file=merl), os.path.basename(merl)))
-    if not cells:
-        raise InputError("no model has its GLSL here")
     rows = -(-len(cells) // _COLUMNS)
     width = _COLUMNS * (side + _GAP) + _GAP
     sheet = Image.new("RGB", (width, rows * (side + _BELOW + _GAP) + _GAP + _CAPTION), _PAPER)
@@ -84,7 +81,6 @@ def write_gallery(
         progress(len(cells), len(cells))
     with written_whole(output) as file:
         sheet.save(file, "png", optimize=True)
-    return [name for name in MODELS if name not in [cell[0] for cell in cells]]
 
 
 def shown_material(model: str) -> tuple[Material, str]:

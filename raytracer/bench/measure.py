@@ -14,11 +14,12 @@ import numpy as np
 
 from raytracer.bench.quadrature import NORMAL, Array, Fineness, Rule, about_all, facing, halfway, polar
 from raytracer.brdf import call, evaluate
-from raytracer.glsl_source import shaders_folder
 from raytracer.material import Material
 from raytracer.models import MODELS
 from raytracer.renderer import Renderer
 
+# The models that their parameters' defaults make a material of: all but merl, which needs a file.
+COMPLETE = [name for name, model in MODELS.items() if all(p.default is not None for p in model.parameters.values())]
 # Angles to the normal at which albedos are measured, up to a cosine of 0.0017.
 DEGREES = (0.0, 15.0, 30.0, 45.0, 60.0, 70.0, 75.0, 80.0, 85.0, 88.0, 89.0, 89.5, 89.9)
 # An albedo, or its share of what is reflected if that is more than 1, is resolved to this or not at all.
@@ -106,12 +107,6 @@ class Measured(msgspec.Struct, frozen=True):
         if any(a.resolved and a.value > 1.0 + CONSERVING + a.error for a in (*self.albedos, *self.beams)):
             return False
         return True if self.largest.resolved else None
-
-
-def is_available(model: str) -> bool:
-    """Whether the model can be evaluated from its parameters alone: its GLSL is there, and it needs no file."""
-    needs_file = any(p.kind == "measured" for p in MODELS[model].parameters.values())
-    return not needs_file and (shaders_folder() / "brdf" / f"{model}.glsl").is_file()
 
 
 def measure(material: Material, degrees: Sequence[float] = DEGREES, renderer: Renderer | None = None) -> Measured:

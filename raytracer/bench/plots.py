@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -55,12 +55,12 @@ def _save(figure: Any, path: Path) -> None:
 
 
 def plot_materials(
-    path: Path, materials: Mapping[str, Material], renderer: Renderer, progress: Progress | None = None
+    path: Path, materials: Sequence[tuple[str, Material]], renderer: Renderer, progress: Progress | None = None
 ) -> None:
     """A column for each material, by its label: lobes in the plane of incidence, albedo, and a lit ball."""
     figure = _figure(_INCHES * len(materials) + 0.4, 8.6)
     grid = figure.add_gridspec(3, len(materials), height_ratios=(0.8, 0.8, 1.0))
-    for i, (label, material) in enumerate(materials.items()):
+    for i, (label, material) in enumerate(materials):
         if progress:
             progress(i, len(materials))
         lobes = figure.add_subplot(grid[0, i], projection="polar")

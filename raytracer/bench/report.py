@@ -10,13 +10,15 @@ from typing import Any
 
 from raytracer.bench.checks import Check
 from raytracer.bench.measure import RECIPROCAL, RESOLVED, Measured
-from raytracer.bench.verdicts import VERDICTS, Settings
+from raytracer.bench.verdicts import NOT_RECIPROCAL, VERDICTS, Settings
+from raytracer.checks import printable
 from raytracer.models import MODELS, Parameter
 
 _HEADING = ("model", "settings", "reciprocal", "conserving", "largest albedo", "furnace", "(vi)", "verdict")
+_ANSWERS = {True: "yes", False: "no", None: "?"}
 
 
-def print_checks(checks: Sequence[Check], absent: Sequence[str]) -> None:
+def print_checks(checks: Sequence[Check]) -> None:
     """A table of all, then in words what is not as expected; of a single check its albedo over the angle too."""
     from rich.markup import escape
     from rich.table import Table
@@ -33,12 +35,13 @@ def print_checks(checks: Sequence[Check], absent: Sequence[str]) -> None:
     for check in checks:
         for differs in check.differs:
             print(f"{check.name} {settings_text(check.settings)}: {differs}".replace("  ", " "))
-    if absent:
-        print(f"not measured: {', '.join(absent)}")
     wrong = sum(bool(check.differs) for check in checks)
     without = sum(check.verdict is None for check in checks)
-    print(f"{len(checks)} measured, {wrong or 'none'} not as expected", end="")
-    print(f"; of {without} nothing is written down" if without else "")
+    partly = sum(check.verdict is not None and check.verdict.conserving is None for check in checks)
+    parts = [f"{len(checks)} measured, {wrong or 'none'} not as expected"]
+    parts += [f"of {without} nothing is written down"] if without else []
+    parts += [f"of {partly} it is not written down whether it conserves energy"] if partly else []
+    print("; ".join(parts))
 
 
 def _print(table: Any) -> None:
@@ -56,11 +59,19 @@ def _row(check: Check) -> list[str]:
         check.name,
         settings_text(check.settings) or "-",
         "yes" if found.reciprocal else f"no: {found.reciprocity:.2g}",
-        {True: "yes", False: "no", None: "?"}[found.conserving],
+        _ANSWERS[found.conserving],
         f"{largest.value:.4g}{mark} at {largest.degrees:.4g}{'*' if found.delta else ''}",
         *facets,
-        "DIFFERS" if check.differs else "as expected" if check.verdict else "-",
+        _verdict_text(check),
     ]
+
+
+def _verdict_text(check: Check) -> str:
+    if check.differs:
+        return "DIFFERS"
+    if check.verdict is None:
+        return "-"
+    return "as expected" if check.verdict.conserving is not None else "reciprocal as expected"
 
 
 def _print_albedos(found: Measured) -> None:
@@ -86,15 +97,15 @@ def _value_text(value: Any) -> str:
     if isinstance(value, float | int):
         return f"{value:g}"
     if isinstance(value, str):
-        return value
+        return printable(value)
     if all(isinstance(part, float | int) for part in value):
         return ",".join(f"{part:g}" for part in value) or "[]"
     return "[...]"  # lobes
 
 
-def checks_json(checks: Sequence[Check], absent: Sequence[str]) -> str:
+def checks_json(checks: Sequence[Check]) -> str:
     """All that was measured. What is not finite is null."""
-    return _json({"checks": [_check_json(check) for check in checks], "not measured": list(absent)})
+    return _json({"checks": [_check_json(check) for check in checks]})
 
 
 def _check_json(check: Check) -> dict[str, Any]:
@@ -145,12 +156,18 @@ def properties(checks: Sequence[Check]) -> dict[str, str]:
 
 
 def _over_range(checks: Sequence[Check], name: str) -> str:
-    no = [c for c in checks if getattr(c.measured, name) is False]
+    by_answer = {answer: [c for c in checks if getattr(c.measured, name) is answer] for answer in (True, False, None)}
+    yes, no, open_ = by_answer.values()
+
+    def where(some: Sequence[Check]) -> str:
+        named = ", ".join(settings_text(c.settings) or "defaults" for c in some[:4])
+        return f"{len(some)} of {len(checks)} settings ({named}{', ...' if len(some) > 4 else ''})"
+
+    unresolved = f"not resolved in {where(open_)}" if open_ else ""
     if not no:
-        return "yes"
-    yes = len(checks) - len(no)
-    where = ", ".join(settings_text(c.settings) or "defaults" for c in (no[:4]))
-    return f"no, in {len(no)} of {len(checks)} settings ({where}{', ...' if len(no) > 4 else ''})" if yes else "no"
+        return f"yes, but {unresolved}" if yes and open_ else unresolved or "yes"
+    answer = f"no, in {where(no)}" if yes or open_ else "no"
+    return f"{answer}; {unresolved}" if open_ else answer
 
 
 def print_models(models: Sequence[str], measured: Mapping[str, Sequence[Check]]) -> None:
@@ -167,7 +184,7 @@ def print_models(models: Sequence[str], measured: Mapping[str, Sequence[Check]])
             found = properties(checks)
             console.print(f"reciprocal: {escape(found['reciprocal'])}; conserving: {escape(found['conserving'])}")
         else:
-            console.print("not measured: it needs a file, or its GLSL is not here")
+            console.print("not measured: it needs a file")
         table = Table("name", "kind", "range", "default", "unit", "meaning", "source")
         for parameter in model.parameters.values():
             table.add_row(*map(escape, _parameter_row(parameter)))
@@ -230,9 +247,10 @@ def markdown() -> str:
         "The GLSL of a model is `shaders/brdf/MODEL.glsl`; in float64, `raytracer/reference_brdf.py`. A colour is",
         "three numbers, linear RGB, or one for all three. Every model also has `ka` and `le`, here only once.",
         "",
-        "*Reciprocal* and *conserving* (it never reflects more than it gets) are what is expected, and why, with the",
-        "default parameters or with those named. The tests measure all of it, of the very GLSL that renders, at the",
-        "ends of each parameter's range: `raytracer brdf check`.",
+        "*Reciprocal* and *conserving* (it never reflects more than it gets) are what is expected, and why: with the",
+        "default parameters but for those named; of rows that fit, the last holds. A *law* holds with any values of",
+        f"the others. So does that a model is reciprocal, except {', '.join(NOT_RECIPROCAL)}. The tests measure all of",
+        "it, of the very GLSL that renders, at the ends of each parameter's range: `raytracer brdf check`.",
         "",
         *_parameter_lines([MODELS["lambert"].parameters[name] for name in ("ka", "le")]),
     ]
@@ -241,13 +259,14 @@ def markdown() -> str:
         lines += _parameter_lines([p for p in model.parameters.values() if p.name not in ("ka", "le")])
         if rows := [verdict for verdict in VERDICTS if verdict.model == name]:
             cells = [
-                ["where", "reciprocal", "conserving", "largest albedo", "why"],
-                ["---"] * 5,
+                ["where", "law", "reciprocal", "conserving", "largest albedo", "why"],
+                ["---"] * 6,
                 *(
                     [
                         _where(row.when),
-                        "yes" if row.reciprocal else "no",
-                        "yes" if row.conserving else "no",
+                        "law" if row.law else "",
+                        _ANSWERS[row.reciprocal],
+                        _ANSWERS[row.conserving],
                         f"{row.largest[0]:.4g}" + (f" at {row.at:g}°" if row.at is not None else "")
                         if row.largest
                         else "",
