@@ -152,10 +152,11 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _plot(options: argparse.Namespace) -> int:
-    from raytracer.bench.plots import check_picture, plot_lecture, plot_materials
+    from raytracer.bench.plots import plot_lecture, plot_materials
+    from raytracer.film import check_output
     from raytracer.renderer import shared_renderer
 
-    output = check_picture(options.output)
+    output = check_output(options.output, (".png",))
     if options.lecture == bool(options.materials):
         raise InputError("MATERIAL: expected materials to plot, or --lecture (see raytracer brdf plot --help)")
     if options.lecture:

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from raytracer.files import packaged
+
 # Doubles came with OpenGL 4.0.
 _VERSION, _VERSION_OF_DOUBLES = 330, 400
 
@@ -24,10 +26,8 @@ class ShaderError(RuntimeError):
 
 
 def shaders_folder() -> Path:
-    """Inside the package where it is installed from a wheel, beside it in a checkout."""
-    package = Path(__file__).parent
-    installed = package / "shaders"
-    return installed if installed.is_dir() else package.parent / "shaders"
+    """Where the shaders' files are."""
+    return packaged("shaders", "shaders")
 
 
 class Source(NamedTuple):

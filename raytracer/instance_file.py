@@ -16,6 +16,7 @@ from pathlib import Path, PureWindowsPath
 from typing import TYPE_CHECKING, Any
 
 from raytracer.checks import InputError, shown
+from raytracer.files import read_bounded
 from raytracer.instances import Instances
 from raytracer.solids import MAX_SURFACES, Solid
 
@@ -72,11 +73,7 @@ def copied(file: Path, folder: Path) -> None:
 
 def _read(path: Path, name: str) -> bytes:
     try:
-        # Reading a device or a pipe may never end.
-        if path.exists() and not path.is_file():
-            raise OSError(0, "it is a folder, a pipe or a device")
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+        data = read_bounded(path, MAX_BYTES)
     except OSError as error:
         raise InputError(f"{name}: expected a file beside the scene file: {error.strerror or error}") from None
     if len(data) > MAX_BYTES:

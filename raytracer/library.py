@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from raytracer.checks import InputError, shown
+from raytracer.files import packaged
 from raytracer.material import Material
 
 
 def folder() -> Path:
-    """Inside the package where it is installed from a wheel, beside it in a checkout."""
-    package = Path(__file__).parent
-    installed = package / "materials"
-    return installed if installed.is_dir() else package.parent / "assets" / "materials"
+    """Where the collections' files are."""
+    return packaged("materials", "assets/materials")
 
 
 def collections() -> list[str]:

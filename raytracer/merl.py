@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from raytracer.checks import InputError
+from raytracer.files import read_bounded
 
 SHAPE = (90, 90, 180)
 SCALES = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
@@ -59,11 +60,7 @@ def read(path: str | os.PathLike[str]) -> Measured:
     """The table in a `.binary` file. Raises InputError if it cannot be read or is none."""
     path = Path(path)
     try:
-        # Reading a device or a pipe may never end.
-        if path.exists() and not path.is_file():
-            raise OSError(0, "it is a folder, a pipe or a device")
-        with path.open("rb") as file:
-            data = file.read(_BYTES + 1)
+        data = read_bounded(path, _BYTES)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: expected a readable .binary file: {reason}") from None

@@ -20,6 +20,7 @@ from raytracer.film import Image
 from raytracer.light_rays import ends_on, light_rays
 from raytracer.models import MODELS
 from raytracer.reference_brdf import mirrored, reflected
+from raytracer.reference_facets import dot
 from raytracer.sampling import sample_point
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
@@ -76,11 +77,6 @@ def camera_rays(camera: Camera, size: tuple[int, int], point: tuple[float, float
     y = (1.0 - 2.0 * (np.arange(height) + point[1]) / height) * tangent
     rd = forward + x[None, :, None] * right + y[:, None, None] * up
     return rd / np.linalg.norm(rd, axis=-1, keepdims=True)
-
-
-def dot(a: Array, b: Array) -> Array:
-    """The scalar products of vectors (..., 3)."""
-    return np.sum(a * b, axis=-1)
 
 
 def _inside(solid: list[Solid], leaf_inside: list[Mask]) -> list[Mask]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from raytracer import reference_rough
 from raytracer.material import Material
-from raytracer.reference_facets import column, distribution, fresnel, masking, schlick
+from raytracer.reference_facets import column, distribution, dot, fresnel, masking, schlick
 
 Array = NDArray[np.float64]
 
@@ -28,11 +28,6 @@ def reflected(m: Material, N: Array, L: Array, V: Array) -> Array:
 def mirrored(m: Material, N: Array, V: Array) -> Array:
     """Which share, (R, 3), a material sends towards V of the light from the mirror direction."""
     return reference_rough.he_mirrored(m, N, V) if m.model == "he" else fresnel(m, np.clip(dot(N, V), 0.0, 1.0))
-
-
-def dot(a: Array, b: Array) -> Array:
-    """The scalar products of vectors (..., 3)."""
-    return np.sum(a * b, axis=-1)
 
 
 def _halfway(L: Array, V: Array) -> Array:

@@ -12,6 +12,11 @@ from raytracer.material import Material
 Array = NDArray[np.float64]
 
 
+def dot(a: Array, b: Array) -> Array:
+    """The scalar products of vectors (..., 3)."""
+    return np.sum(a * b, axis=-1)
+
+
 def column(values: Array) -> Array:
     """(R,) as (R, 1)."""
     return np.asarray(values)[..., None]

@@ -10,24 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.material import Material
-from raytracer.reference_facets import fresnel, masking
+from raytracer.reference_facets import dot, fresnel, masking
 
 Array = NDArray[np.float64]
 
 
-def _dot(a: Array, b: Array) -> Array:
-    return np.sum(a * b, axis=-1)
-
-
 def _angle(N: Array, W: Array) -> Array:
     """Between unit vectors, also where its cosine has lost it."""
-    return np.arctan2(np.linalg.norm(np.cross(N, W), axis=-1), _dot(N, W))
+    return np.arctan2(np.linalg.norm(np.cross(N, W), axis=-1), dot(N, W))
 
 
 def _azimuth(N: Array, L: Array, V: Array) -> Array:
     """Between the parts of L and V in the surface; 0 where one has none."""
     l, v = np.cross(N, L), np.cross(N, V)
-    return np.arctan2(np.linalg.norm(np.cross(l, v), axis=-1), _dot(l, v))
+    return np.arctan2(np.linalg.norm(np.cross(l, v), axis=-1), dot(l, v))
 
 
 def strauss(m: Material, N: Array, L: Array, V: Array) -> Array:
@@ -35,11 +31,11 @@ def strauss(m: Material, N: Array, L: Array, V: Array) -> Array:
     F = lambda x: (1 / (x - m.kf) ** 2 - 1 / m.kf**2) / (1 / (1 - m.kf) ** 2 - 1 / m.kf**2)  # noqa: E731
     G = lambda x: (1 / (1 - m.kg) ** 2 - 1 / (x - m.kg) ** 2) / (1 / (1 - m.kg) ** 2 - 1 / m.kg**2)  # noqa: E731
     alpha, gamma = _angle(N, L) * 2 / np.pi, _angle(N, V) * 2 / np.pi
-    R = 2 * _dot(N, L)[:, None] * N - L
+    R = 2 * dot(N, L)[:, None] * N - L
     # (R.V)^h, from the angle between them: the power of a float64 cosine is off by h 2^-53, this is not.
-    between = np.arctan2(np.linalg.norm(np.cross(R, V), axis=-1), _dot(R, V))
+    between = np.arctan2(np.linalg.norm(np.cross(R, V), axis=-1), dot(R, V))
     h = 3 / (1 - m.smoothness)
-    lobe = np.where(_dot(R, V) > 0, np.exp(h * np.log(np.maximum(np.cos(between), 1e-300))), 0.0)
+    lobe = np.where(dot(R, V) > 0, np.exp(h * np.log(np.maximum(np.cos(between), 1e-300))), 0.0)
 
     r_d = (1 - m.smoothness**3) * (1 - m.transparency)
     d = 1 - m.metalness * m.smoothness
@@ -48,18 +44,18 @@ def strauss(m: Material, N: Array, L: Array, V: Array) -> Array:
     r_j = np.minimum(1.0, r_n + (r_n + m.kj) * j)
     color = np.array(m.color)
     C_s = 1 + m.metalness * (1 - F(alpha))[:, None] * (color - 1)
-    return (_dot(N, L) * d * r_d)[:, None] * color + (r_j * lobe)[:, None] * C_s
+    return (dot(N, L) * d * r_d)[:, None] * color + (r_j * lobe)[:, None] * C_s
 
 
 def lafortune(m: Material, N: Array, L: Array, V: Array) -> Array:
     """Lafortune et al. 1997. Where the tangent is parallel to the normal, the light is in the plane of x and z."""
     tangent = np.array(m.tangent) / np.linalg.norm(m.tangent)
-    l = L - _dot(N, L)[:, None] * N
-    x = tangent - _dot(N, np.broadcast_to(tangent, N.shape))[:, None] * N
+    l = L - dot(N, L)[:, None] * N
+    x = tangent - dot(N, np.broadcast_to(tangent, N.shape))[:, None] * N
     x: Array = np.where(np.linalg.norm(x, axis=-1, keepdims=True) > 1e-6, x, l)
     x /= np.maximum(np.linalg.norm(x, axis=-1, keepdims=True), 1e-300)
     y = np.cross(N, x)
-    parts = np.stack([_dot(L, axis) * _dot(V, axis) for axis in (x, y, N)], axis=-1)
+    parts = np.stack([dot(L, axis) * dot(V, axis) for axis in (x, y, N)], axis=-1)
     f = np.tile(np.array(m.rho) / np.pi, (len(N), 1))
     for lobe in m.lobes:
         c, n = np.array([lobe.cx, lobe.cy, lobe.cz]), np.array(lobe.n)
@@ -67,7 +63,7 @@ def lafortune(m: Material, N: Array, L: Array, V: Array) -> Array:
         peak = np.array(lobe.scale) * largest**n
         inside = np.maximum(parts @ (c / np.where(largest > 0, largest, 1.0)), 0.0)
         f += peak * inside**n
-    return _dot(N, L)[:, None] * f
+    return dot(N, L)[:, None] * f
 
 
 def oren_nayar(m: Material, N: Array, L: Array, V: Array) -> Array:
@@ -86,12 +82,12 @@ def oren_nayar(m: Material, N: Array, L: Array, V: Array) -> Array:
         f_1 = C1 + c * C2 * np.tan(b) + (1 - np.abs(c)) * C3 * np.tan((a + b) / 2)
         f_2 = 0.17 * s2 / (s2 + 0.13) * (1 - c * (2 * b / np.pi) ** 2)
         f = np.maximum(rho / np.pi * f_1[:, None] + rho**2 / np.pi * f_2[:, None], 0.0)
-    return f * _dot(N, L)[:, None]
+    return f * dot(N, L)[:, None]
 
 
 def eon(m: Material, N: Array, L: Array, V: Array) -> Array:
     """Portsmouth, Kutz and Hill 2025, with the exact E."""
-    mu_i, mu_o, r, rho = _dot(N, L), _dot(N, V), m.roughness, np.array(m.rho)
+    mu_i, mu_o, r, rho = dot(N, L), dot(N, V), m.roughness, np.array(m.rho)
     if r == 0.0:
         return mu_i[:, None] * rho / np.pi
     A = 1 / (1 + (0.5 - 2 / (3 * np.pi)) * r)
@@ -169,17 +165,17 @@ _erfc = np.vectorize(math.erfc, otypes=[float])
 def he(m: Material, N: Array, L: Array, V: Array) -> Array:
     """He et al. 1991 with Westin's corrections: all but what is mirrored; the polarisations' products as printed."""
     theta_i, theta_r, v = _angle(N, L), _angle(N, V), L + V
-    v_z, v_xy = _dot(N, v), np.linalg.norm(np.cross(N, v), axis=-1)
+    v_z, v_xy = dot(N, v), np.linalg.norm(np.cross(N, v), axis=-1)
     lambdas = np.array(m.wavelength)
     k_i, k_r = -L, V
     s_i, s_r = np.cross(k_i, N), np.cross(k_r, N)
     s_i, s_r = (s / np.maximum(np.linalg.norm(s, axis=-1, keepdims=True), 1e-300) for s in (s_i, s_r))
     p_i, p_r = np.cross(s_i, k_i), np.cross(s_r, k_r)
-    products = (_dot(s_r, k_i) ** 2 + _dot(p_r, k_i) ** 2) * (_dot(s_i, k_r) ** 2 + _dot(p_i, k_r) ** 2)
+    products = (dot(s_r, k_i) ** 2 + dot(p_r, k_i) ** 2) * (dot(s_i, k_r) ** 2 + dot(p_i, k_r) ** 2)
     crossed = np.linalg.norm(np.cross(k_r, k_i), axis=-1) ** 4
     # Where both are along one line or along the normal, their limit; else 1, up to rounding.
     defined = (crossed > 1e-12) & (np.sin(theta_i) > 1e-6) & (np.sin(theta_r) > 1e-6)
-    G = (_dot(v, v) / v_z) ** 2 * np.where(defined, products / np.maximum(crossed, 1e-300), 1.0)
+    G = (dot(v, v) / v_z) ** 2 * np.where(defined, products / np.maximum(crossed, 1e-300), 1.0)
     g = (2 * np.pi / lambdas * (he_height(m, theta_i, theta_r) * v_z)[:, None]) ** 2
     b = (np.pi * m.tau * v_xy[:, None] / lambdas) ** 2
     D = np.pi**2 * m.tau**2 / (4 * lambdas**2) * he_series(g, b)

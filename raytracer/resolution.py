@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer import reference, view_space
-from raytracer.reference import dot
+from raytracer.reference_facets import dot
 from raytracer.rounding import FEW, UNIT, Rays, Roots, View, interval, moment_error, order_in_doubt, root_errors
 from raytracer.scene import PointLight, Scene
 from raytracer.settings import Precision

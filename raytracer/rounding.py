@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.checks import Vec3
-from raytracer.reference import dot
+from raytracer.reference_facets import dot
 from raytracer.solids import Plane, Primitive, Sphere
 
 Array = NDArray[np.float64]

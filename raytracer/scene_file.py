@@ -19,6 +19,7 @@ import msgspec
 
 from raytracer import expression
 from raytracer.checks import InputError, Vec3, shown
+from raytracer.files import packaged, read_bounded
 from raytracer.instance_file import is_plain, read_instances
 from raytracer.instances import Instances
 from raytracer.material import Material
@@ -75,10 +76,7 @@ class _SceneTable(msgspec.Struct):
 
 def examples() -> dict[str, Path]:
     """The example scenes that come with the package, by name."""
-    package = Path(__file__).parent
-    installed = package / "scenes"
-    folder = installed if installed.is_dir() else package.parent / "assets" / "scenes"
-    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+    return {path.stem: path for path in sorted(packaged("scenes", "assets/scenes").glob("*.toml"))}
 
 
 def load(path: str | os.PathLike[str]) -> Scene:
@@ -98,11 +96,7 @@ def read(path: str | os.PathLike[str]) -> tuple[Path, str]:
     try:
         if not path.exists() and str(path) in examples():
             path = examples()[str(path)]
-        # Reading a device or a pipe may never end.
-        if path.exists() and not path.is_file() and path != Path("/dev/stdin"):
-            raise OSError(0, "it is a folder, a pipe or a device")
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+        data = read_bounded(path, MAX_BYTES, stdin=True)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         names = ", ".join(examples())

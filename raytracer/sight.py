@@ -20,7 +20,7 @@ from raytracer.groups import groups, is_bounded
 from raytracer.models import MODELS
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.shader import has_mirrors, is_listed
+from raytracer.shader import has_mirrors, is_listed, shaded_materials
 from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, postfix
 from raytracer.table import table
 from raytracer.view_space import camera_grid, rotation, vectors
@@ -65,8 +65,7 @@ def has_quiet(scene: Scene, settings: Settings) -> bool:
 
 def _reflects(scene: Scene, settings: Settings, surface: int) -> bool:
     """Whether a surface is a mirror, in which anything may be seen."""
-    material = scene.materials[table(scene).material[surface]]
-    return MODELS[settings.shaded(material).model].mirrors
+    return MODELS[shaded_materials(scene, settings)[table(scene).material[surface]].model].mirrors
 
 
 def quiet_cells(scene: Scene, size: tuple[int, int], settings: Settings, met: Met | None = None) -> tuple[Mask, Mask]:

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from raytracer.material import Material
+from raytracer.reference_facets import fresnel
+from raytracer.reference_rough import eon_albedo, eon_mean_albedo
 
 
 def _of_lambert(m: Material, cosine: float) -> Any:
@@ -56,11 +58,8 @@ def _of_oren_nayar(m: Material, cosine: float) -> Any:
 
 def _of_eon(m: Material, cosine: float) -> Any:
     """Of single reflections E(N.V), and of more what makes up for it (Portsmouth, Kutz and Hill 2025)."""
-    rho, r, s = np.array(m.rho), m.roughness, math.sqrt(1.0 - cosine**2)
-    a = 1.0 / (1.0 + (0.5 - 2.0 / (3.0 * math.pi)) * r)
-    g = s * (math.acos(cosine) - s * cosine) + 2.0 / 3.0 * (s / cosine * (1.0 - s**3) - s)
-    single = a + r * a / math.pi * g
-    mean = a * (1.0 + (2.0 / 3.0 - 28.0 / (15.0 * math.pi)) * r)
+    rho, mean = np.array(m.rho), eon_mean_albedo(m.roughness)
+    single = eon_albedo(np.array(math.acos(cosine)), m.roughness)
     return rho * single + rho**2 * mean * (1.0 - single) / (1.0 - rho * (1.0 - mean))
 
 
@@ -71,14 +70,8 @@ def _of_ggx(m: Material, cosine: float) -> Any:
 
 
 def _of_mirror(m: Material, cosine: float) -> Any:
-    """Fresnel's factor itself, from the amplitudes with a complex index."""
-    if m.fresnel == "schlick":
-        return np.array(m.f0) + (1.0 - np.array(m.f0)) * (1.0 - cosine) ** 5
-    index = np.array(m.n) + 1j * np.array(m.k) if m.fresnel == "conductor" else np.full(3, m.ior, complex)
-    inside = np.sqrt(index**2 - 1.0 + cosine**2)
-    s = (cosine - inside) / (cosine + inside)
-    p = (index**2 * cosine - inside) / (index**2 * cosine + inside)
-    return (np.abs(s) ** 2 + np.abs(p) ** 2) / 2.0
+    """Fresnel's factor itself."""
+    return fresnel(m, np.array([cosine]))[0]
 
 
 ALBEDOS: dict[str, Callable[[Material, float], Any]] = {

@@ -9,9 +9,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from raytracer.bench.measure import COMPLETE
 from raytracer.bench.pictures import picture
-from raytracer.bench.plots import check_picture
 from raytracer.checks import number
-from raytracer.film import written_whole
+from raytracer.film import check_output, written_whole
 from raytracer.library import published, tables
 from raytracer.material import Material
 from raytracer.progress import Progress
@@ -28,7 +27,7 @@ _RUST = (0.78, 0.3, 0.12)
 # At 650, 550 and 450 nm (Johnson and Christy 1972; assets/materials/conductors.toml has it too).
 _COPPER: dict[str, Any] = {"fresnel": "conductor", **{key: tables("conductors")["copper"][key] for key in ("n", "k")}}
 # What shows what a model is for, and the label's second line.
-_SHOWN: dict[str, tuple[Material | None, str]] = {
+_SHOWN: dict[str, tuple[Material, str]] = {
     "phong": (Material("phong", ka=0.0, kd=_RUST), "h 32"),
     "blinn": (Material("blinn", ka=0.0, kd=_RUST, h=128.0), "h 128"),
     "lambert": (Material("lambert", rho=_RUST), ""),
@@ -36,7 +35,7 @@ _SHOWN: dict[str, tuple[Material | None, str]] = {
     "phong_normalized": (Material("phong_normalized", kd=_RUST, ks=0.06), "ks 0.06, h 32"),
     "blinn_normalized": (Material("blinn_normalized", kd=_RUST, ks=0.06, h=128.0), "ks 0.06, h 128"),
     "strauss": (Material("strauss", color=_RUST, metalness=0.6), "smoothness 0.7, metalness 0.6"),
-    "lafortune": (None, "clay, as published"),
+    "lafortune": (published("lafortune/clay"), "clay, as published"),
     "oren_nayar": (Material("oren_nayar", rho=_RUST, sigma=40.0), "sigma 40 degrees"),
     "eon": (Material("eon", rho=_RUST, roughness=1.0), "roughness 1"),
     "torrance_sparrow": (Material("torrance_sparrow", **_COPPER, m=0.5), "copper, m 0.5"),
@@ -59,7 +58,7 @@ def write_gallery(
     progress: Progress | None,
 ) -> None:
     """Write the picture, whole or not at all: with the file `merl`, of a measured material besides."""
-    output = check_picture(path)
+    output = check_output(path, (".png",))
     side = int(number(side, "--cell", 64, 2048, "pixels in [64, 2048]"))
     cells = [(name, *shown_material(name)) for name in COMPLETE]
     if merl is not None:
@@ -68,7 +67,7 @@ def write_gallery(
     width = _COLUMNS * (side + _GAP) + _GAP
     sheet = Image.new("RGB", (width, rows * (side + _BELOW + _GAP) + _GAP + _CAPTION), _PAPER)
     draw = ImageDraw.Draw(sheet)
-    name_font, small_font = (_font(size) for size in (15, 11))
+    name_font, small_font = (ImageFont.load_default(size) for size in (15, 11))
     for i, (name, material, about) in enumerate(cells):
         if progress:
             progress(i, len(cells))
@@ -85,11 +84,4 @@ def write_gallery(
 
 def shown_material(model: str) -> tuple[Material, str]:
     """What the gallery shows of a model, and how it is labelled."""
-    material, about = _SHOWN.get(model, (None, ""))
-    if model == "lafortune":
-        material = published("lafortune/clay")
-    return material or Material(model), about
-
-
-def _font(size: int) -> Any:
-    return ImageFont.load_default(size)
+    return _SHOWN[model] if model in _SHOWN else (Material(model), "")

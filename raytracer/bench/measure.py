@@ -16,6 +16,7 @@ from raytracer.bench.quadrature import NORMAL, Array, Fineness, Rule, about_all,
 from raytracer.brdf import call, evaluate
 from raytracer.material import Material
 from raytracer.models import MODELS
+from raytracer.reflectance import layout
 from raytracer.renderer import Renderer
 
 # The models that their parameters' defaults make a material of: all but merl, which needs a file.
@@ -212,16 +213,11 @@ def _known_rule(model: str, w: tuple[float, ...], fine: Fineness) -> Rule:
     return halfway(np.array(w), fine)
 
 
-def is_anisotropic(material: Material) -> bool:
-    """Whether it changes as the surface is turned around its normal."""
-    return any(lobe.cx != lobe.cy for lobe in material.get("lobes", ()))
-
-
 def _albedos(
     material: Material, degrees: Sequence[float], seen: Callable[[Array, Array], Array], mirrored: Array, beams: bool
 ) -> list[Albedo]:
     """The albedo at each angle: of an anisotropic material, the largest of some azimuths."""
-    whole = is_anisotropic(material)
+    whole = layout([material]).turned
     azimuths = (0.0, 30.0, 60.0, 90.0) if whole else (0.0,)
     fine = msgspec.structs.replace(_FINE, whole=whole)
     directions = [direction(angle, azimuth) for angle in degrees for azimuth in azimuths]

@@ -14,16 +14,15 @@ from raytracer.renderer import Renderer
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
 from raytracer.solids import Plane, Sphere
+from raytracer.translate import WITHOUT_PI
 
-# The lecture's models and Strauss's have no 1/pi: under a light of colour 1 they look as others do under one of pi.
-WITHOUT_PI = ("phong", "blinn", "strauss")
 _KEY, _FILL = (-3.2, 5.5, 5.0), (6.0, 2.5, 2.0)
 _FILL_SHARE = 0.35
 _GREY = 0.42
 
 
 def light_of(material: Material) -> float:
-    """The colour of the light under which a white diffuse material is white."""
+    """The colour of the light under which a white diffuse material is white: without 1/pi, it is 1 instead of pi."""
     return 1.0 if material.model in WITHOUT_PI else math.pi
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ from raytracer.bench.pictures import light_of, picture
 from raytracer.bench.quadrature import Array
 from raytracer.brdf import evaluate
 from raytracer.checks import InputError
-from raytracer.film import check_output, written_whole
+from raytracer.film import written_whole
 from raytracer.material import Material
 from raytracer.progress import Progress
 from raytracer.renderer import Renderer
@@ -28,13 +27,6 @@ _LONG = 5.0
 _HIGHEST = 2.0
 _DEGREES = (*range(0, 85, 5), *np.arange(85.0, 89.6, 0.5), 89.8, DEGREES[-1])
 _INCHES, _DOTS = 3.1, 100
-
-
-def check_picture(path: str | os.PathLike[str]) -> Path:
-    """`path` if a PNG can be written there; InputError otherwise."""
-    if Path(path).suffix.lower() != ".png":
-        raise InputError(f"{path}: expected an output that ends in .png")
-    return check_output(path)
 
 
 def _figure(width: float, height: float) -> Any:
