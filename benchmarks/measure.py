@@ -15,7 +15,7 @@ from raytracer import reference
 from raytracer.film import Image, srgb8
 from raytracer.live import Live
 from raytracer.passes import Passes
-from raytracer.renderer import Renderer, sum_samples
+from raytracer.renderer import Renderer
 from raytracer.solids import leaves
 
 Size = tuple[int, int]
@@ -106,12 +106,10 @@ class Bench:
         with ExitStack() as stack:
             passes = stack.enter_context(closing(Passes(self.context, self.size)))
             passes.load(self._renderer.programs(scene, settings), scene, settings, self.size)
-            refinement = self._renderer.refinement(settings, self.size)
-            if refinement:
-                stack.enter_context(closing(refinement))
-            sum_samples(passes, refinement, area, self.size, settings.samples)  # memory is new the first time
+            sampler = stack.enter_context(closing(self._renderer.sampler(settings, self.size)))
+            sampler.sum(passes, area, self.size)  # memory is new the first time
             begin = time.perf_counter()
-            sum_samples(passes, refinement, area, self.size, settings.samples)
+            sampler.sum(passes, area, self.size)
             return time.perf_counter() - begin
 
     def rendered(self, scene: rt.Scene, settings: rt.Settings) -> Image:

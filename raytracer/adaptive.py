@@ -22,24 +22,31 @@ none: a threshold as low as that chooses by chance, though always the same.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from raytracer.blocks import BlockPass, Blocks
 from raytracer.cells import BLOCK, CELL
-from raytracer.opengl import release, set_uniforms
-from raytracer.passes import Passes
-from raytracer.squares import Rectangle, Squares, runs, viewport
+from raytracer.estimate import EDGES
+from raytracer.glsl_source import Source, assemble
+from raytracer.movement import Movement
+from raytracer.settings import Settings
+from raytracer.squares import Mask, Rectangle
 
-# Samples that all pixels get. Of discs with a radius of a quarter of a pixel, 2 samples meet 39 %, 3 meet 59 %,
-# 4 meet 76 %; of those twice as large 3 meet all.
+# Samples that all pixels get. Of discs with a radius of a quarter of a pixel, 2 samples meet 37 %, 3 meet 53 %,
+# 4 meet 67 %, 8 meet 98 %; of those twice as large 3 meet all.
 FIRST = 3
 # A power of two. After fewer, the samples of a pixel on an edge often agree still.
 NEXT = 8
 APRON = 1
-_PER_CELL = CELL // BLOCK
 # The most pixels beyond each of a tile's sides that surrounded() adds to it.
 MARGIN = CELL + BLOCK + APRON
+# The share of the squared error asked for that blocks may hold which get no more samples: a fortieth of the error.
+_LEFT = 0.05
+# How much more than that the blocks may hold that would have been left with half the samples.
+_MISJUDGED = 2.0
 
 
 def surrounded(tile: Rectangle, size: tuple[int, int]) -> Rectangle:
@@ -60,86 +67,67 @@ class Refinement:
     def __init__(
         self,
         context: moderngl.Context,
-        programs: tuple[moderngl.Program, moderngl.Program],
+        program: Callable[[Source], moderngl.Program],
         target: tuple[int, int],
-        threshold: float,
+        settings: Settings,
+        movement: Movement | None,
     ) -> None:
-        """`programs` are error.frag with and without the APRON, `target` is the size of the largest surrounded tile,
-        and `threshold` is linear radiance.
+        """`program` compiles a fragment shader for blocks, `target` is the size of the largest surrounded tile. Where
+        an error or a time is asked for, `movement` tells what the blocks' errors are.
         """
-        self._context = context
-        self._threshold = threshold
-        self._squares = [Squares(context, program) for program in programs]
-        self._errors = context.texture(_blocks(target), 1, dtype="f4")
-        self._target = context.framebuffer([self._errors])
+        self._settings, self._movement = settings, movement
+        self._errors = [
+            BlockPass(context, program(assemble("error.frag", {"BLOCK": BLOCK, "APRON": apron})), target, 1)
+            for apron in (APRON, 0)
+        ]
 
-    def begin(self, area: Rectangle, passes: Passes) -> None:
-        """Turn to a tile, surrounded(), and have `passes` draw all of it."""
-        self._area = area
-        self._cells = passes.cells(area)  # the lowest row first, as in all that OpenGL draws
-        self._samples: NDArray[np.int32] = np.zeros([_PER_CELL * side for side in self._cells.shape], np.int32)
-        self._active: NDArray[np.bool_] = np.ones(self._samples.shape, bool)
-        self._done = 0
-        passes.draw_all()
+    def begin(self, blocks: Blocks) -> None:
+        """Turn to a tile."""
+        self._blocks = blocks
+        self._unneeded: Mask | None = None
 
-    def add(self, passes: Passes, summed: int, last: bool) -> bool:
-        """Take note of one more sample, the `summed`-th of the sum, and have `passes` draw what needs the next one.
+    def decide(self, done: int, summed: int, radiance: moderngl.Texture, expected: float) -> None:
+        """Have those blocks drawn that need more samples than the `done` ones, `summed` of them in `radiance`.
 
-        True if nothing does. With `last`, nothing is decided.
+        `expected`: how many there will be at last if they take as long as the last one did.
         """
-        self._samples += self._active
-        self._done += 1
-        decides = self._done == FIRST or (self._done >= NEXT and not self._done & (self._done - 1))
-        if last or not decides:
-            return False
-        self._active &= self._find_errors(passes.radiance, summed) > self._threshold
-        by_cell = self._active.reshape(len(self._cells), _PER_CELL, -1, _PER_CELL)
-        self._cells = np.asarray(by_cell.any(axis=(1, 3)))
-        passes.draw_only(self._active, self._area[:2])
-        return not self._active.any()
+        if self._settings.adaptive is not None:
+            if done == FIRST or (done >= NEXT and not done & (done - 1)):
+                self._blocks.keep(self._found(done, summed, radiance) > self._settings.adaptive)
+        elif self._movement and done >= NEXT // 2 and not done & (done - 1):
+            unneeded = self._without(self._found(done, summed, radiance), self._movement.squares(), expected / done)
+            if unneeded.any():
+                self._blocks.keep(~unneeded)
 
-    def _find_errors(self, radiance: moderngl.Texture, summed: int) -> NDArray[np.float32]:
+    def _found(self, done: int, summed: int, radiance: moderngl.Texture) -> np.ndarray:
         """(rows, columns): the error of each block, 0 in cells that nothing is decided of any more."""
-        rows, columns = self._active.shape
-        port, shown = viewport((0, 0, columns, rows))
         # Later, pixels around a block may have fewer samples.
-        squares = self._squares[0 if self._done == FIRST else 1]
-        set_uniforms(
-            squares.program,
-            side=_PER_CELL,
-            **{"draw.viewport": shown},
-            radianceSum=0,
-            summed=float(summed),
-            samples=float(self._done),
-            drawn=self._area[2:],
-        )
-        squares.set(runs(self._cells))
+        find = self._errors[0 if self._blocks.active.all() else 1]
         radiance.use(0)
-        self._target.use()
-        self._target.viewport, self._target.scissor = port, (0, 0, columns, rows)
-        self._target.clear()
-        squares.draw()
-        data = self._target.read((0, 0, columns, rows), components=1, dtype="f4")
-        return np.frombuffer(data, np.float32).reshape(rows, columns)
+        return find.find(self._blocks, radianceSum=0, summed=float(summed), samples=float(done))[..., 0]
 
-    def samples_in(self, tile: Rectangle) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-        """(H, W) and, the same for each channel, (H, W, 3): how many samples each pixel got in a part of the area,
-        top row first.
+    def _without(self, errors: np.ndarray, squares: np.ndarray, more: float) -> Mask:
+        """Which active blocks can be left as they are: the surest ones, that together hold a small share of the squared
+        error that there is to be at last. But none if those that would have been left with half the samples turned
+        out to hold much more: then there are things that so many samples often miss.
         """
-        x, y, width, height = tile[0] - self._area[0], tile[1] - self._area[1], tile[2], tile[3]
-        samples = self._samples.repeat(BLOCK, axis=1)[:, x : x + width].repeat(BLOCK, axis=0)[y : y + height]
-        # Rows last: they are copied whole. By broadcasting, a division takes three times as long.
-        each = self._samples.astype(np.float32).repeat(3 * BLOCK, axis=1)[:, 3 * x : 3 * (x + width)]
-        return samples[::-1], each.repeat(BLOCK, axis=0)[y : y + height][::-1].reshape(height, width, 3)
+        asked = squares.sum() / max(more, 1.0) ** (2.0 * EDGES)
+        if self._settings.max_error is not None:
+            asked = max(asked, self._settings.max_error**2 * 3 * self._blocks.area[2] * self._blocks.area[3])
+        active = self._blocks.active
+        left = _LEFT * asked - squares[~active].sum()
+        surest = np.argsort(errors[active], kind="stable")
+        count = np.searchsorted(np.cumsum(squares[active][surest]), left, side="right")
+        unneeded = np.zeros(active.shape, bool)
+        chosen = np.zeros(len(surest), bool)
+        chosen[surest[:count]] = True
+        unneeded[active] = chosen
+        before, self._unneeded = self._unneeded, unneeded
+        if before is None or squares[before].sum() > _MISJUDGED * _LEFT * asked:
+            return np.zeros(active.shape, bool)
+        return unneeded
 
     def close(self) -> None:
-        """Give back everything on the GPU but the program."""
-        for squares in self._squares:
-            squares.release()
-        release(self._context, self._target, self._errors)
-
-
-def _blocks(size: tuple[int, int]) -> tuple[int, int]:
-    """How many blocks whole cells over so many pixels have."""
-    columns, rows = (-(-side // CELL) * _PER_CELL for side in size)
-    return columns, rows
+        """Give back everything on the GPU but the programs."""
+        for errors in self._errors:
+            errors.close()

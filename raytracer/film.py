@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.checks import InputError
+from raytracer.estimate import Estimate
 
 SUFFIXES = (".png", ".npz")
 # Rows are encoded about this many values at a time: few enough for the processor's cache.
@@ -61,7 +62,9 @@ class Image(msgspec.Struct, frozen=True, eq=False):
     inf where nothing was hit; `normal` (H, W, 3) float32, unit, world space, towards the viewer's
     side, 0 where nothing was hit; `material` (H, W) int32, index into `Scene.materials`, -1 where
     nothing was hit. The reference's images are float64. `samples` (H, W) int32: how many each pixel
-    got, of a picture with adaptive samples, else None. `metadata` goes into PNG files as text.
+    got, of a picture with adaptive samples, else None. `error` (H, W) float32: the estimated root mean square error of
+    each pixel over red, green and blue, linear radiance, nan where it is not known. `estimate` says that of the
+    picture. `metadata` goes into files as text.
     """
 
     radiance: NDArray[Any]
@@ -69,6 +72,8 @@ class Image(msgspec.Struct, frozen=True, eq=False):
     normal: NDArray[Any] | None = None
     material: NDArray[np.int32] | None = None
     samples: NDArray[np.int32] | None = None
+    error: NDArray[Any] | None = None
+    estimate: Estimate | None = None
     metadata: Mapping[str, str] = msgspec.field(default_factory=dict)
 
     def __repr__(self) -> str:

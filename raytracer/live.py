@@ -96,7 +96,7 @@ class Live:
         limit = self._renderer.limits.target
         if max(size) > limit:
             raise InputError(f"size: expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}")
-        compiled = msgspec.structs.replace(settings, samples=1, adaptive=None)
+        compiled = msgspec.structs.replace(settings, samples=1, adaptive=None, max_error=None, time=None)
         structure = (scene.objects, light_defines(scene, settings), compiled, show)
         reread, self._reread = self._reread, False
         known = not reread and structure == self._structure

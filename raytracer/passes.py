@@ -84,7 +84,7 @@ class Passes:
         self._material_index = np.append(table(scene).material, np.int32(-1))  # so also at index -1
         r, g, b = scene.background
         self._background = r, g, b, r * r + g * g + b * b  # as empty.frag has it
-        self._programs, self._size = programs, size
+        self._programs, self._size, self._settings = programs, size, settings
         self._find_cells(programs, scene, settings, size)
         self._find_rectangles(programs)
         self.draw_all()
@@ -190,7 +190,7 @@ class Passes:
     def draw(self, tile: Rectangle, k: int, *, anew: bool) -> None:
         """Draw sample k = 0, 1, ... of a tile and wait for it; add it to the sum, or begin one `anew`."""
         assert self._programs
-        sx, sy = sample_point(k)
+        sx, sy = sample_point(k, self._settings.sequence, self._settings.samples)
         if anew and self._side == CELL and self._rectangles and self._programs.kinds:
             found = self._numbers.rectangles
             whole = tile == (0, 0, *self._size)
@@ -278,6 +278,13 @@ class Passes:
         """(H, W, 3): the sum of the samples in a part of the target, top row first."""
         data = self._light.read(part, components=3, dtype="f4")
         return np.frombuffer(data, np.float32).reshape(part[3], part[2], 3)[::-1]
+
+    def read_variance(self, part: Rectangle, samples: NDArray[np.int32]) -> NDArray[np.float32]:
+        """(H, W), top row first: the variance of each pixel's samples (H, W), all in the sum, summed over channels."""
+        data = self._light.read(part, components=4, dtype="f4")
+        sums = np.frombuffer(data, np.float32).reshape(part[3], part[2], 4)[::-1]
+        squares = np.einsum("ijk,ijk->ij", sums[..., :3], sums[..., :3])
+        return np.maximum(sums[..., 3] - squares / samples, 0.0) / np.maximum(samples - 1, 1).astype(np.float32)
 
     def read_geometry(self, image: Image, where: tuple[slice, slice]) -> None:
         """Put what the sample just drawn sees into the other arrays of `image`."""

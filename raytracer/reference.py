@@ -47,7 +47,7 @@ def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None
     )
     tracer = Tracer(scene)
     for k in range(settings.samples):
-        directions = camera_rays(scene.camera, size, sample_point(k))
+        directions = camera_rays(scene.camera, size, sample_point(k, settings.sequence, settings.samples))
         for top in range(0, height, _ROWS):
             rows = slice(top, min(top + _ROWS, height))
             rd = directions[rows]

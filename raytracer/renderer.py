@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+import time
 import warnings
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, closing
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import moderngl
+import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
-from raytracer.adaptive import APRON, MARGIN, Refinement, surrounded
-from raytracer.cells import BLOCK, CELL
+from raytracer.cells import CELL
 from raytracer.checks import InputError, shown
 from raytracer.context import backend_name, open_context
+from raytracer.estimate import Estimate, Moved, estimated
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
 from raytracer.groups import groups
 from raytracer.limits import Limits, check_size
 from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.progress import Progress
+from raytracer.sampler import Sampler
+from raytracer.sampling import Sequence as SampleSequence
 from raytracer.scene import Scene
-from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
+from raytracer.settings import ASKED_SAMPLES, Evaluator, Precision, Settings, Shading, Shadows, precision_warning
 from raytracer.shader import (
     Show,
     is_listed,
@@ -40,9 +43,6 @@ from raytracer.sight import has_quiet
 if TYPE_CHECKING:
     from raytracer.context import Backend
 
-# Samples summed in float32 on the GPU before the sum goes on in float64 here: rounding of a longer
-# sum would outweigh what more samples gain.
-SUMMED = 256
 # Side of a tile in pixels. A tile's targets take up to 48 bytes a pixel, 201 MB at this size.
 TILE = 2048
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
@@ -56,8 +56,11 @@ def render(
     scene: Scene,
     size: tuple[int, int] = (1280, 720),
     *,
-    samples: int = 1,
+    samples: int | None = None,
     adaptive: float | None = None,
+    max_error: float | None = None,
+    time: float | None = None,
+    sequence: SampleSequence = "sobol",
     shading: Shading | None = None,
     shadows: Shadows = "hard",
     evaluator: Evaluator = "cells",
@@ -69,10 +72,10 @@ def render(
 ) -> Image:
     """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
 
-    See `Settings` for `samples` to `bounces`. `geometry=False`
-    leaves out depth, normal and material. `backend` is how OpenGL is reached: "auto" (the default, or
-    what the variable RAYTRACER_BACKEND says), "egl", "window" or "osmesa"; the context is kept
-    for the next call. `progress(done, total)` is called after each pass.
+    See `Settings` for `samples` to `bounces`; `samples` is 1 by default, or 4096 where `max_error` or `time` is given.
+    The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error. `backend`
+    is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl", "window" or
+    "osmesa"; the context is kept for the next call. `progress(done, total)` is called after each pass.
 
     Warns (UserWarning) of a scene whose distances and radii are further apart than 32 bits resolve. Raises
     InputError for a wrong value or a scene beyond this driver's limits, ContextError if no OpenGL
@@ -80,9 +83,14 @@ def render(
     """
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}")
+    if samples is None:
+        samples = 1 if max_error is None and time is None else ASKED_SAMPLES
     settings = Settings(
         samples=samples,
         adaptive=adaptive,
+        max_error=max_error,
+        time=time,
+        sequence=sequence,
         shading=shading,
         shadows=shadows,
         evaluator=evaluator,
@@ -106,15 +114,27 @@ def shared_renderer(backend: str | None = None) -> Renderer:
     return _shared[name]
 
 
-def metadata(scene: Scene, size: tuple[int, int], settings: Settings) -> dict[str, str]:
+def metadata(
+    scene: Scene, size: tuple[int, int], settings: Settings, estimate: Estimate | None = None
+) -> dict[str, str]:
     """What a picture's file says of it."""
     from raytracer import __version__
 
-    return {
+    text = {
         "Title": scene.name,
         "Software": f"raytracer {__version__}",
         "Description": f"{size[0]}x{size[1]}, {settings}",
     }
+    if estimate:
+        text |= {"Samples": f"{estimate.samples:.6g}", "Seconds": f"{estimate.seconds:.3g}", "Error": str(estimate)}
+    return text
+
+
+def _why_unknown(settings: Settings, samples: float) -> str:
+    """Why a picture does not know its error."""
+    if settings.sequence != "sobol":
+        return f"samples of the sequence {settings.sequence} do not tell it"
+    return "1 sample a pixel" if samples < 2.0 else "not asked for"
 
 
 class Renderer:
@@ -135,22 +155,29 @@ class Renderer:
         progress: Progress | None = None,
         tile: int = TILE,
         only: bool = False,
+        estimates: bool = True,
     ) -> Image:
         """An image of `scene`; `tile` is the side of the largest target in pixels. Else as `render()`.
 
         `only`: it is the process's only one, so programs that take longer to compile than they save are done without.
+        Without `estimates` it is not told how wrong it is, unless that is what samples are taken for.
         """
+        estimates |= settings.asks
+        moved: list[Moved] = []
+        pixels, count = 0, 0.0
         self.limits.check(scene, settings)
         width, height = size
-        margin = 0 if settings.adaptive is None else MARGIN
+        margin = Sampler.margin(settings)
         tile = min(tile, self.limits.target - 2 * margin)
+        if tile > CELL:
+            tile = tile // CELL * CELL
         image = Image(
             radiance=np.empty((height, width, 3), np.float32),
             depth=np.empty((height, width), np.float32) if geometry else None,
             normal=np.empty((height, width, 3), np.float32) if geometry else None,
             material=np.empty((height, width), np.int32) if geometry else None,
-            samples=np.empty((height, width), np.int32) if settings.adaptive is not None else None,
-            metadata=metadata(scene, size, settings),
+            samples=np.empty((height, width), np.int32) if settings.refines else None,
+            error=np.empty((height, width), np.float32) if geometry and estimates else None,
         )
         # What is drawn only once costs less than the memory that it is drawn into, the first time that is used.
         rows = tile if settings.samples > 1 else max(CELL, _STRIP // min(width, tile) // CELL * CELL)
@@ -163,18 +190,34 @@ class Renderer:
             passes = stack.enter_context(closing(Passes(self.context, target, once=True)))
             quiet = not only or width * height * settings.samples >= _WORTH_QUIET
             passes.load(self.programs(scene, settings, quiet=quiet), scene, settings, size)
-            refinement = self.refinement(settings, target)
-            if refinement:
-                stack.enter_context(closing(refinement))
+            sampler = stack.enter_context(closing(self.sampler(settings, target, estimates=estimates)))
+            begin = time.perf_counter()
             for i, rectangle in enumerate(tiles):
                 done = partial(_add_progress, progress, i * settings.samples, len(tiles) * settings.samples)
-                total = sum_samples(passes, refinement, rectangle, size, settings.samples, done)
+                # Until when this tile's share, and those of all before it, is over.
+                pixels += rectangle[2] * rectangle[3]
+                seconds = None
+                if settings.time is not None:
+                    seconds = begin + settings.time * pixels / (width * height) - time.perf_counter()
+                summed = sampler.sum(
+                    passes, rectangle, size, seconds=seconds, errors=image.error is not None, progress=done
+                )
                 where = _place(rectangle, size)
-                count: Any = settings.samples
-                if refinement and image.samples is not None:
-                    image.samples[where], count = refinement.samples_in(rectangle)
-                np.divide(total, count, out=image.radiance[where], casting="same_kind")
-        return image
+                image.radiance[where] = summed.mean
+                count += np.mean(summed.samples) * rectangle[2] * rectangle[3]
+                if summed.moved:
+                    moved.append(summed.moved)
+                if image.samples is not None:
+                    image.samples[where] = summed.samples
+                if image.error is not None:
+                    image.error[where] = np.nan if summed.error is None else summed.error
+            took = time.perf_counter() - begin
+        samples = float(count) / (width * height)
+        if len(moved) == len(tiles):
+            estimate = estimated(moved, size, samples, took)
+        else:
+            estimate = Estimate(samples, took, unknown=_why_unknown(settings, samples))
+        return msgspec.structs.replace(image, estimate=estimate, metadata=metadata(scene, size, settings, estimate))
 
     def _find_geometry(
         self,
@@ -192,13 +235,10 @@ class Renderer:
                 passes.draw(rectangle, 0, anew=True)
                 passes.read_geometry(image, _place(rectangle, size))
 
-    def refinement(self, settings: Settings, target: tuple[int, int]) -> Refinement | None:
-        """What decides where more samples are needed, if not everywhere. `context` must be current."""
-        if settings.adaptive is None:
-            return None
-        sources = (assemble("error.frag", {"BLOCK": BLOCK, "APRON": apron}) for apron in (APRON, 0))
-        first, later = (self.program(source, plain_vertex_source()) for source in sources)
-        return Refinement(self.context, (first, later), target, settings.adaptive)
+    def sampler(self, settings: Settings, target: tuple[int, int], *, estimates: bool = True) -> Sampler:
+        """What draws samples into targets of that size; else as Sampler's. `context` must be current."""
+        program = partial(self.program, vertex=plain_vertex_source())
+        return Sampler(self.context, program, settings, target, estimates=estimates)
 
     def programs(
         self, scene: Scene, settings: Settings, show: Show | None = "picture", *, quiet: bool = True
@@ -246,36 +286,6 @@ class Renderer:
                 self._programs.pop(key).release()
 
 
-def sum_samples(
-    passes: Passes,
-    refinement: Refinement | None,
-    tile: Rectangle,
-    size: tuple[int, int],
-    samples: int,
-    progress: Callable[[int], None] = lambda done: None,
-) -> NDArray[Any]:
-    """(H, W, 3): the sum of a tile's samples, top row first; `progress` is told how many there are."""
-    area = tile
-    if refinement:
-        area = surrounded(tile, size)
-        refinement.begin(area, passes)
-    total: Any = None
-    for done in range(1, samples + 1):
-        summed = (done - 1) % SUMMED + 1
-        passes.draw(area, done - 1, anew=summed == 1)
-        last = done == samples
-        if refinement and refinement.add(passes, summed, last):
-            last = True
-        if last or summed == SUMMED:
-            part = passes.read_sum((tile[0] - area[0], tile[1] - area[1], *tile[2:]))
-            # A second part makes it float64. Until then that would change no bit of the quotient.
-            total = part if total is None else np.add(total, part, dtype=np.float64)
-        progress(samples if last else done)
-        if last:
-            break
-    return total
-
-
 def _add_progress(progress: Progress | None, before: int, total: int, done: int) -> None:
     if progress:
         progress(before + done, total)
@@ -290,7 +300,7 @@ def _place(tile: Rectangle, size: tuple[int, int]) -> tuple[slice, slice]:
 def _tiles(size: tuple[int, int], tile: tuple[int, int]) -> Iterator[Rectangle]:
     """The tiles of a picture, from the top row down; `tile` is the size of the largest."""
     width, height = size
-    for top in range(0, height, tile[1]):
-        h = min(tile[1], height - top)
+    # Counted from the lowest row, as the cells and blocks are that they consist of.
+    for y in reversed(range(0, height, tile[1])):
         for x in range(0, width, tile[0]):
-            yield x, height - top - h, min(tile[0], width - x), h
+            yield x, y, min(tile[0], width - x), min(tile[1], height - y)

@@ -2,15 +2,81 @@
 
 from __future__ import annotations
 
+import math
+from typing import Literal, get_args
+
+Sequence = Literal["sobol", "r2", "random", "grid", "rotated", "corners"]
+# Of these any number of first points is spread over the pixel, so samples can be added one at a time.
+PROGRESSIVE: tuple[Sequence, ...] = ("sobol", "r2", "random")
+SEQUENCES: tuple[Sequence, ...] = get_args(Sequence)
+
+# What scrambles Sobol's two dimensions: of 1500 random pairs the one whose first 2, 3, 4, 8, 16, 32 and 64 points are
+# least wrong about which share of a pixel an edge cuts off (benchmarks/sequences.py). With 16 it is half of
+# what it is with "r2".
+_SCRAMBLES = 0xE7DAAF3E, 0xBB162E79
 # 1/p and 1/p^2 with p the plastic number, the real root of p^3 = p + 1.
 _ALPHA = (0.7548776662466927, 0.5698402909980532)
 
 
-def sample_point(k: int) -> tuple[float, float]:
-    """Point k = 0, 1, 2, ... of a pixel, in [0, 1)^2: x from the left, y from the top.
+def sample_point(k: int, sequence: Sequence = "sobol", samples: int = 1) -> tuple[float, float]:
+    """Point k = 0, 1, 2, ... of a pixel that gets so many `samples`, in [0, 1)^2: x from the left, y from the top.
 
-    The additive recurrence R2 (Roberts 2018, "The unreasonable effectiveness of quasirandom
-    sequences"), started so that point 0 is the pixel's centre. Any number of first points is
-    spread evenly, so samples can be added one at a time.
+    All pixels have the same points. With n x n samples:
+
+    "sobol": Sobol' points (1967), a (0, 2)-sequence, with Owen's nested scrambling by the hash of shaders/sobol.glsl:
+    of the first 2^m points each box of any shape 2^-i x 2^(i - m) holds one. Point 0 is the pixel's centre.
+    "r2": the additive recurrence of Roberts (2018, "The unreasonable effectiveness of quasirandom sequences").
+    "random": independent points, always the same.
+    "grid": the middles of n x n squares.
+    "rotated": a grid sheared so that each of n^2 rows and columns has one point; of 4, the rotated grid of hardware.
+    "corners": the corners of n x n squares, as the plain double loop over i / n and j / n has it.
     """
-    return (0.5 + k * _ALPHA[0]) % 1.0, (0.5 + k * _ALPHA[1]) % 1.0
+    match sequence:
+        case "sobol":
+            return _sobol(k, *_SCRAMBLES)
+        case "r2":
+            return (0.5 + k * _ALPHA[0]) % 1.0, (0.5 + k * _ALPHA[1]) % 1.0
+        case "random":
+            from random import Random
+
+            generator = Random(k)
+            return generator.random(), generator.random()
+        case _:
+            n = math.isqrt(samples)
+            j, i = divmod(k, n)
+            if sequence == "corners":
+                return i / n, j / n
+            if sequence == "rotated":
+                return (i + (j + 0.5) / n) / n, (j + (n - 0.5 - i) / n) / n
+            return (i + 0.5) / n, (j + 0.5) / n
+
+
+def _sobol(k: int, x_seed: int, y_seed: int) -> tuple[float, float]:
+    """Owen-scrambled Sobol' point k, then shifted digit by digit so that point 0 is the centre."""
+    x = _reversed(_scrambled(k, x_seed) ^ _scrambled(0, x_seed))
+    y = _reversed(_scrambled(_pascal(k), y_seed) ^ _scrambled(0, y_seed))
+    # 24 bits, which float32 has, also of twice that less 1.
+    return ((x >> 8) ^ 1 << 23) * 2.0**-24, ((y >> 8) ^ 1 << 23) * 2.0**-24
+
+
+# As in shaders/sobol.glsl, which explains them.
+
+
+def _reversed(x: int) -> int:
+    return int(f"{x:032b}"[::-1], 2)
+
+
+def _scrambled(x: int, seed: int) -> int:
+    bits = 0xFFFFFFFF
+    x ^= x * 0x3D20ADEA & bits
+    x = (x + seed) * (seed >> 16 | 1) & bits
+    x ^= x * 0x05526C56 & bits
+    return x ^ x * 0x53A22864 & bits
+
+
+def _pascal(x: int) -> int:
+    x ^= x >> 1 & 0x55555555
+    x ^= x >> 2 & 0x33333333
+    x ^= x >> 4 & 0x0F0F0F0F
+    x ^= x >> 8 & 0x00FF00FF
+    return x ^ x >> 16

@@ -10,6 +10,7 @@ import msgspec
 from raytracer.checks import InputError, Vec3, number, shown
 from raytracer.instances import Instances
 from raytracer.material import Material
+from raytracer.sampling import PROGRESSIVE, SEQUENCES, Sequence
 from raytracer.scene import PointLight, Scene
 from raytracer.solids import Solid, Sphere, leaves
 
@@ -39,6 +40,8 @@ Evaluator = Literal["cells", "walk", "roth"]
 Precision = Literal[32, 64]
 
 MAX_SAMPLES = 65536
+# Where an error or a time is asked for, unless a number of samples is, too: the error falls by less than 1e-3 then.
+ASKED_SAMPLES = 4096
 MAX_BOUNCES = 64
 
 
@@ -56,6 +59,10 @@ class Settings(msgspec.Struct, frozen=True):
     `adaptive`: None, or an error in linear radiance, above 0, such as 0.01: only where a pixel's mean is estimated
     to be off by more do pixels near it get more than 3 samples, up to `samples` (adaptive.py).
     `bounces`: how many mirrors in a row light is followed through, 0 to 64; what comes after is left out.
+    `sequence`: where in a pixel its samples lie (sampling.py); "grid", "rotated" and "corners" take a square number.
+    `max_error`: None, or the root mean square error in linear radiance, above 0, such as 0.002: samples are added,
+    up to `samples`, until it is estimated to be less (estimate.py). `time`: None, or seconds, above 0: samples are
+    added, up to `samples`, as long as they last; the programs are compiled before.
     """
 
     samples: int = 1
@@ -65,6 +72,9 @@ class Settings(msgspec.Struct, frozen=True):
     precision: Precision = 32
     adaptive: float | None = None
     bounces: int = 8
+    sequence: Sequence = "sobol"
+    max_error: float | None = None
+    time: float | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.samples, bool) or not isinstance(self.samples, int) or not 1 <= self.samples <= MAX_SAMPLES:
@@ -75,8 +85,30 @@ class Settings(msgspec.Struct, frozen=True):
         _check_choice("shadows", self.shadows, get_args(Shadows))
         _check_choice("evaluator", self.evaluator, get_args(Evaluator))
         _check_choice("precision", self.precision, get_args(Precision))
-        if self.adaptive is not None:
-            number(self.adaptive, "adaptive", math.ulp(0.0), expected="a finite number above 0 (linear radiance)")
+        _check_choice("sequence", self.sequence, SEQUENCES)
+        for key, unit in (("adaptive", "linear radiance"), ("max_error", "linear radiance"), ("time", "seconds")):
+            if (value := getattr(self, key)) is not None:
+                number(value, key, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
+                if self.sequence not in PROGRESSIVE:
+                    raise InputError(
+                        f"sequence: expected one of {', '.join(PROGRESSIVE)} with {key}, got {shown(self.sequence)}"
+                    )
+        if self.adaptive is not None and self.asks:
+            raise InputError("adaptive: expected none with max_error or time, which decide themselves where samples go")
+        if self.sequence not in PROGRESSIVE and math.isqrt(self.samples) ** 2 != self.samples:
+            raise InputError(
+                f"samples: expected a square number, such as 16, for the sequence {self.sequence}, got {self.samples}"
+            )
+
+    @property
+    def refines(self) -> bool:
+        """Whether pixels may get different numbers of samples."""
+        return self.adaptive is not None or self.asks
+
+    @property
+    def asks(self) -> bool:
+        """Whether an error or a time is asked for, and the samples follow from that."""
+        return self.max_error is not None or self.time is not None
 
     def shaded(self, material: Material) -> Material:
         """`material` under the shading override. Raises InputError if that would take an exponent above 1e6."""

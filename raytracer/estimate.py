@@ -1,0 +1,98 @@
+"""How wrong a picture is, from its own samples: by how much the means still move as samples are added.
+
+The mean M_n of a pixel's n samples is off by e_n. From n / 2 samples to n it moves by D_n = M_n - M_(n/2), and where
+what was added has nothing to do with what was wrong before, e_(n/2)^2 = e_n^2 + D_n^2 on average over pixels. If e_n
+falls as n^-p, then
+
+    e_n^2 = D_n^2 / (4^p - 1).
+
+Independent samples have p = 1/2: the error is as large as the last movement. Scrambled Sobol' points on an edge have
+p = 3/4, and it is 0.74 of that; so have those on a light, of its outline. Features smaller than the distance of samples
+have 1/2 until samples get as dense. Which it is tells how much the means moved before: the slope of the movement, which
+lags behind, is averaged with 3/4. So the factor lies between 0.67 and 1 whatever the picture has. It is measured where
+n is a power of two, as the points are spread best then; from there to the number of samples it is taken to fall as
+that of independent ones. On random edges, lines and discs of all sizes it is within 30 % of the true one from 8
+samples on, within 26 % with 2 to 7 (tests/test_estimate.py).
+
+It is an average over many pixels, as good as the number of those that move. What single pixels are off by is told by
+how far apart their samples lie, sqrt(variance / n), scaled so that its mean square is the same.
+
+Blind is this for what no sample meets. Of many things smaller than the distance of samples some are met, and they
+stand for the others; of a few it may be none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+# How the error falls: as n^-p, p within these.
+_RANDOM, EDGES = 0.5, 0.75  # independent samples; scrambled Sobol' points on edges
+# The steepest that is believed.
+_MOST = 0.85
+# Samples from which a slope of movements is to be had: from 2 to 4 to 8.
+_HAVE_SLOPE = 8
+
+
+class Estimate(msgspec.Struct, frozen=True):
+    """What a picture says of its own error, and what it took.
+
+    `rmse`: root mean square over pixels and channels, linear radiance; `worst`: that of the worst pixel, which is in
+    the block of pixels around `worst_at` (x, y), from the top left. All None where nothing can be known, and then
+    `unknown` says why. `samples`: how many a pixel got on average. `seconds`: what they took.
+    """
+
+    samples: float
+    seconds: float
+    rmse: float | None = None
+    worst: float | None = None
+    worst_at: tuple[int, int] | None = None
+    unknown: str = ""
+
+    @property
+    def spacing(self) -> float:
+        """The distance of samples, in pixels: of what is smaller some or all may have been missed."""
+        return 1.0 / math.sqrt(self.samples)
+
+    def __str__(self) -> str:
+        if self.rmse is None or self.worst_at is None:
+            return f"error unknown: {self.unknown}"
+        x, y = self.worst_at
+        return (
+            f"error about {self.rmse:.2g} (RMSE, linear radiance), {self.worst:.2g} at worst, near pixel ({x}, {y}); "
+            f"what is smaller than {self.spacing:.2g} pixels may have been missed"
+        )
+
+
+def factor(n: int, slope: float | None) -> float:
+    """What the mean square of the movement from n / 2 to n samples is multiplied by to give that of the error after n.
+
+    `slope`: as what power of the number of samples movements fell, since that from n / 4 to n / 2. None if not known.
+    """
+    if n == 2:
+        return 1.0 / (4.0**_RANDOM - 1.0)
+    p = EDGES if slope is None or n < _HAVE_SLOPE else (slope + EDGES) / 2.0
+    return 1.0 / (4.0 ** min(max(p, _RANDOM), _MOST) - 1.0)
+
+
+class Moved(NamedTuple):
+    """What is found of a tile: squared errors, summed over channels."""
+
+    total: float  # of all its pixels
+    worst: float  # of the worst pixel
+    at: tuple[int, int]  # a pixel near that one, from the picture's lower left
+    scales: NDArray[np.float64]  # of pixels that got n samples, by n: squared error over variance / n
+
+
+def estimated(found: Sequence[Moved], size: tuple[int, int], samples: float, seconds: float) -> Estimate:
+    """What the tiles of a picture of `size` (width, height) say together."""
+    width, height = size
+    worst = max(found, key=lambda moved: moved.worst)
+    rmse = math.sqrt(sum(moved.total for moved in found) / (3 * width * height))
+    x, y = worst.at
+    return Estimate(samples, seconds, rmse, math.sqrt(worst.worst / 3.0), (min(x, width - 1), max(0, height - 1 - y)))

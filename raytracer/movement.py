@@ -1,0 +1,141 @@
+"""How far the means of a tile's pixels moved as samples were added, found on the GPU: what estimate.py is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.blocks import BlockPass, Blocks
+from raytracer.cells import BLOCK, CELL
+from raytracer.estimate import Moved, factor
+from raytracer.glsl_source import Source, assemble
+from raytracer.opengl import release, set_uniforms
+from raytracer.squares import Rectangle, Squares, runs, viewport
+
+Array = NDArray[np.float64]
+
+
+class Movement:
+    """Of one tile after another, at 2, 4, 8, ... samples. Has a copy of the sums on the GPU until closed."""
+
+    def __init__(
+        self, context: moderngl.Context, program: Callable[[Source], moderngl.Program], target: tuple[int, int]
+    ) -> None:
+        """`program` compiles a fragment shader for blocks or cells; `target` is the size of the largest area."""
+        self._context, self._program, self._size = context, program, target
+        self._earlier = context.texture(target, 4, dtype="f4")
+        self._copy = context.framebuffer([self._earlier])
+        self._before: moderngl.Texture | None = None
+        self._passes: dict[bool, tuple[BlockPass, Squares]] = {}
+
+    def begin(self, blocks: Blocks) -> None:
+        """Turn to a tile."""
+        self._blocks = blocks
+        self._copied = 0  # of how many samples `_earlier` holds the sums
+        shape = blocks.active.shape
+        # Of each block, when it was looked at last: after how many samples, and what was found.
+        self.at: NDArray[np.int32] = np.zeros(shape, np.int32)
+        self._moved, self._variance, self._most = (np.zeros(shape, np.float32) for _ in range(3))
+        self._factors: dict[int, float] = {}
+
+    def look(
+        self, n: int, summed: int, radiance: moderngl.Texture, total: NDArray[np.floating] | None, *, last: bool
+    ) -> None:
+        """There are n samples now, a power of two: find what moved since n / 2, if that was looked at.
+
+        `radiance` has the sums of the last `summed`, and `total` (H, W, 3), the top row first, those before, of a tile
+        in the area's lower left. The `last` look keeps nothing for another one.
+        """
+        before = n > summed
+        if before:
+            assert total is not None
+            self._before = self._before or self._context.texture(self._size, 3, dtype="f4")
+            height, width = total.shape[:2]
+            self._before.write(np.ascontiguousarray(total[::-1], np.float32), viewport=(0, 0, width, height))
+            self._before.use(2)
+        radiance.use(0)
+        blocks, (find, squares) = self._blocks, self._compiled(before)
+        if self._copied:
+            self._earlier.use(1)
+            found = find.find(
+                blocks,
+                radianceSum=0,
+                earlierSum=1,
+                summedBefore=2,
+                earlier=float(self._copied),
+                summed=float(summed),
+                samples=float(n),
+            )
+            self._note(n, found, blocks.active)
+        if not last:
+            self._keep(squares, blocks)
+            self._copied = n
+
+    def _compiled(self, before: bool) -> tuple[BlockPass, Squares]:
+        if before not in self._passes:
+            defines: dict[str, int] = {"BLOCK": BLOCK} | ({"SUMMED_BEFORE": 1} if before else {})
+            find, keep = (self._program(assemble(f"{name}.frag", defines)) for name in ("movement", "sums"))
+            self._passes[before] = BlockPass(self._context, find, self._size, 4), Squares(self._context, keep)
+        return self._passes[before]
+
+    def _keep(self, squares: Squares, blocks: Blocks) -> None:
+        """Copy the sums of all cells with active blocks."""
+        port, shown = viewport((0, 0, *blocks.area[2:]))
+        set_uniforms(squares.program, side=CELL, radianceSum=0, summedBefore=2, **{"draw.viewport": shown})
+        squares.set(runs(blocks.cells))
+        self._copy.use()
+        self._copy.viewport, self._copy.scissor = port, (0, 0, *blocks.area[2:])
+        squares.draw()
+
+    def _note(self, n: int, found: NDArray[np.float32], active: NDArray[np.bool_]) -> None:
+        moved = found[..., 0]
+        known = active & (self.at == n // 2)
+        slope = None
+        if n > 2 and (now := moved[known].sum(dtype=float)) > 0.0:
+            slope = float(np.log2(max(self._moved[known].sum(dtype=float) / now, 1e-30))) / 2.0
+        self._factors[n] = factor(n, slope)
+        self.at[active] = n
+        for mine, new in zip((self._moved, self._variance, self._most), np.moveaxis(found, 2, 0), strict=False):
+            mine[active] = new[active]
+
+    def squares(self) -> Array:
+        """(rows, columns): of each block the squared error of all its pixels and channels together."""
+        factors = np.zeros(self.at.max() + 1)
+        for n, value in self._factors.items():
+            factors[n] = value
+        # From where it was looked at on as that of independent samples.
+        later = self.at / np.maximum(self._blocks.samples, 1)
+        return self._moved * factors[self.at] * later
+
+    def total(self, tile: Rectangle) -> float:
+        """The squared error of all pixels of a tile, summed over channels."""
+        return float(self.squares()[self._blocks.part(tile)].sum())
+
+    def moved(self, tile: Rectangle) -> Moved:
+        """What is found of a tile's blocks."""
+        part = self._blocks.part(tile)
+        squares, samples = self.squares()[part], np.maximum(self._blocks.samples[part], 1)
+        scales = np.zeros(samples.max() + 1)
+        for n in np.unique(samples):
+            those = samples == n
+            if spread := (self._variance[part][those].sum(dtype=float)) / n:
+                scales[n] = squares[those].sum() / spread
+        worst = scales[samples] * self._most[part] / samples
+        row, column = np.unravel_index(int(worst.argmax()), worst.shape)
+        y, x = ((index + where.start) * BLOCK + BLOCK // 2 for index, where in zip((row, column), part, strict=True))
+        return Moved(
+            float(squares.sum()),
+            float(worst[row, column]),
+            (self._blocks.area[0] + x, self._blocks.area[1] + y),
+            scales,
+        )
+
+    def close(self) -> None:
+        """Give back everything on the GPU but the programs."""
+        for find, squares in self._passes.values():
+            find.close()
+            squares.release()
+        release(self._context, self._copy, self._earlier, *filter(None, [self._before]))

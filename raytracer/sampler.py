@@ -1,0 +1,146 @@
+"""How many samples a tile's pixels get, and their sum."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.adaptive import MARGIN, Refinement, surrounded
+from raytracer.blocks import Blocks
+from raytracer.estimate import Moved
+from raytracer.glsl_source import Source
+from raytracer.movement import Movement
+from raytracer.passes import Passes
+from raytracer.settings import Settings
+from raytracer.squares import Rectangle
+
+# Samples summed in float32 on the GPU before the sum goes on in float64 here: rounding of a longer
+# sum would outweigh what more samples gain.
+SUMMED = 256
+# By how much an estimate must be below the error that is asked for, from 8 samples on and with fewer: so far off it may
+# be.
+_SURE, _LESS_SURE, _SURE_FROM = 1.1, 1.4, 8
+
+
+class Summed(NamedTuple):
+    """What one tile came to. Arrays have the top row first."""
+
+    mean: NDArray[np.floating]  # (H, W, 3)
+    samples: NDArray[np.int32] | int  # (H, W), or of all alike
+    moved: Moved | None  # None where nothing moved can be told from
+    error: NDArray[np.float32] | None  # (H, W)
+
+
+class Sampler:
+    """Draws samples of one tile after another, as many as the settings want. On the GPU until closed."""
+
+    def __init__(
+        self,
+        context: moderngl.Context,
+        program: Callable[[Source], moderngl.Program],
+        settings: Settings,
+        target: tuple[int, int],
+        *,
+        estimates: bool = True,
+    ) -> None:
+        """`program` compiles a fragment shader for cells; `target` is the size of the largest tile with its margin().
+        With `estimates` tiles are told how wrong they are, which takes a while.
+        """
+        self._settings = settings
+        tells = settings.sequence == "sobol" and settings.samples > 1
+        self._movement = Movement(context, program, target) if tells and (estimates or settings.asks) else None
+        self._refinement = Refinement(context, program, target, settings, self._movement) if settings.refines else None
+
+    @staticmethod
+    def margin(settings: Settings) -> int:
+        """How many pixels are drawn around a tile at most."""
+        return MARGIN if settings.refines else 0
+
+    def sum(
+        self,
+        passes: Passes,
+        tile: Rectangle,
+        size: tuple[int, int],
+        *,
+        seconds: float | None = None,
+        errors: bool = False,
+        progress: Callable[[int], None] = lambda done: None,
+    ) -> Summed:
+        """The mean of a tile's samples, which take `seconds` if a time is asked for; with `errors` those of each pixel.
+
+        `progress` is told how many samples there are.
+        """
+        settings, movement, refinement = self._settings, self._movement, self._refinement
+        begin = now = time.perf_counter()
+        area = surrounded(tile, size) if refinement else tile
+        blocks = Blocks(area, passes)
+        for listener in filter(None, (movement, refinement)):
+            listener.begin(blocks)
+        total: Any = None
+        done, last = 0, False
+        variance: NDArray[np.float32] | None = None
+        while not last:
+            done += 1
+            summed = (done - 1) % SUMMED + 1
+            drawing = time.perf_counter()
+            passes.draw(area, done - 1, anew=summed == 1)
+            spent = time.perf_counter() - drawing
+            blocks.samples += blocks.active
+            last = done == settings.samples
+            if movement and self._looks(done):
+                movement.look(done, summed, passes.radiance, total, last=2 * done > settings.samples)
+            if movement and settings.max_error is not None and self._is_met(movement, tile, done):
+                last = True
+            if refinement and not last:
+                expected = (
+                    settings.samples
+                    if seconds is None
+                    else done + (begin + seconds - time.perf_counter()) / max(spent, 1e-9)
+                )
+                refinement.decide(done, summed, passes.radiance, min(expected, settings.samples))
+                last = not blocks.active.any()
+            before, now = now, time.perf_counter()
+            if seconds is not None and now + (now - before) > begin + seconds:
+                last = True
+            if last or summed == SUMMED:
+                whole = (0, 0, *area[2:])
+                found = passes.read_sum(whole)
+                if errors and movement and variance is None:
+                    variance = passes.read_variance(whole, blocks.samples_in(area)[0])
+                # A second part makes it float64. Until then that would change no bit of the quotient.
+                total = found if total is None else np.add(total, found, dtype=np.float64)
+            progress(settings.samples if last else done)
+        samples, count = blocks.samples_in(tile) if refinement else (done, done)
+        moved = movement.moved(tile) if movement and done > 1 else None
+        error = None
+        # Of the area, from its top, what is the tile's.
+        x, top = tile[0] - area[0], area[1] + area[3] - tile[1] - tile[3]
+        where = slice(top, top + tile[3]), slice(x, x + tile[2])
+        if moved and variance is not None:
+            error = np.sqrt(variance[where] * (moved.scales[samples] / samples / 3.0), dtype=np.float32)
+        return Summed(np.divide(total[where], count), samples, moved, error)
+
+    def _looks(self, done: int) -> bool:
+        """Whether to see what moved: at all powers of two, or at the last three of which that is to be had."""
+        last = 1 << self._settings.samples.bit_length() - 1
+        return not done & (done - 1) and (self._settings.refines or 4 * done >= last)
+
+    def _is_met(self, movement: Movement, tile: Rectangle, done: int) -> bool:
+        """Whether a tile's error is surely below the one asked for; seen at 2, 3, 4, 6, 8, 12, 16 ... samples."""
+        power = done // 3 if done % 3 == 0 else done
+        if done < 2 or power & (power - 1):
+            return False
+        sure = _SURE if done >= _SURE_FROM else _LESS_SURE
+        mean = movement.total(tile) / (3 * tile[2] * tile[3])
+        return sure * math.sqrt(mean) <= (self._settings.max_error or 0.0)
+
+    def close(self) -> None:
+        """Give back everything on the GPU but the programs."""
+        for thing in filter(None, (self._movement, self._refinement)):
+            thing.close()
