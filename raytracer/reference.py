@@ -64,7 +64,7 @@ def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None
 def camera_rays(camera: Camera, size: tuple[int, int], point: tuple[float, float] = (0.5, 0.5)) -> Array:
     """(H, W, 3) unit directions through `point` (from the top left, in [0, 1)) of every pixel."""
     width, height = size
-    x, y = np.meshgrid(np.arange(width) + point[0], np.arange(height) + point[1])
+    y, x = np.mgrid[:height, :width] + np.reshape(point[::-1], (2, 1, 1))
     return rays_through(camera, size, x, y)
 
 
@@ -88,9 +88,7 @@ class Seen(NamedTuple):
     material: NDArray[np.int32]  # (R,)
 
 
-def look(
-    scene: Scene, settings: Settings, tracer: Tracer, rd: Array, rays: int, shifts: Array | None = None
-) -> Seen:
+def look(scene: Scene, settings: Settings, tracer: Tracer, rd: Array, rays: int, shifts: Array | None = None) -> Seen:
     """What the rays from the camera along unit vectors `rd` (R, 3) see, `tracer` being that of `scene`.
 
     At each light that has a radius they look along `rays` x `rays` rays under soft shadows. `shifts` (R, lights, 2)
