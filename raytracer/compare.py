@@ -32,8 +32,9 @@ SCALE = (
     f"the largest difference of a pixel's channels in linear radiance, grey by its logarithm: black {DARKEST:g} or "
     f"less, a quarter of the levels more for each factor of 10, white {BRIGHTEST:g} or more"
 )
-# FLIP for high dynamic range takes exposures from the reference, and ends the process where that is this dark.
-_DARK = 1e-6
+# FLIP for high dynamic range takes exposures from the reference's luminance, and ends the process where that is
+# nowhere 1.2e-7. Of a channel that is 1e-5, be it blue, it is more; where none is, exposures are given.
+_DARK = 1e-5
 
 
 class Comparison(msgspec.Struct, frozen=True):

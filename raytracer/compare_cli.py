@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
 from raytracer.checks import InputError, number, printable
-from raytracer.cli import _add_scene, _size, _whole
+from raytracer.cli import _add_scene, _named, _size, _whole
 from raytracer.compare import SCALE, SUFFIXES, THRESHOLD, Comparison, compare, difference, load_radiance, size_of
 from raytracer.film import check_output
 from raytracer.progress import progress_bar
@@ -95,6 +95,9 @@ def _reference(options: argparse.Namespace) -> int:
     settings = Settings(shading=options.shading, shadows=options.shadows, bounces=options.bounces)
     output = check_output(options.output, (".npz",))
     scene = load(options.scene)
+    with _named(options.scene):
+        for material in scene.materials:
+            settings.shaded(material)
     start = time.monotonic()
     traced = False
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import re
 import struct
 import sys
+import zipfile
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.lib import format as npy
 from PIL import Image as Pillow
 
 import raytracer as rt
@@ -127,6 +130,13 @@ def a_huge_png(path: Path) -> None:
     )
 
 
+def a_huge_npz(path: Path) -> None:
+    header = io.BytesIO()
+    npy.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (1, 2**25 + 1, 3)})
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("radiance.npy", header.getvalue())
+
+
 def a_pickle(path: Path) -> None:
     np.savez(path, radiance=np.full((2, 2, 3), None, object))
 
@@ -149,7 +159,7 @@ def a_pickle(path: Path) -> None:
         ("a.npz", lambda path: np.savez(path, radiance=np.zeros((3, 4, 3), int)), "floating-point"),
         ("a.npz", a_pickle, "floating-point"),
         ("a.npz", lambda path: np.savez(path, radiance=grey(math.nan)), "finite numbers within .*, got 144 others"),
-        ("a.npz", lambda path: np.savez_compressed(path, radiance=np.zeros((1, 2**25 + 1, 3), np.float16)), "at most"),
+        ("a.npz", a_huge_npz, "expected at most 33554432 pixels, got 33554433x1"),
     ],
 )
 def test_a_file_that_is_no_picture_is_one_line_that_names_it(
@@ -232,7 +242,9 @@ def test_flip_is_0_for_equal_pictures_and_grows_with_what_is_seen(tmp_path: Path
     for kind in ("ldr", "hdr"):
         found = [compare(picture + s * noise, picture, flip=kind).flip for s in (0.0, 0.01, 0.1)]
         assert found[0] == 0 and found[1] is not None and found[2] is not None and 0 < found[1] < found[2] < 1
-        # FLIP would end the process for a reference that is black.
+        # FLIP would end the process for a reference that is all but black.
+        for level in (1e-30, 1e-7, 1e-6, 1e-5, 1e-4):
+            assert compare(grey(0.0), grey(level) * (0, 0, 1), flip=kind).flip is not None
         assert compare(grey(0.0), grey(0.0), flip=kind).flip == 0
         assert compare(grey(1.0), grey(0.0), flip=kind).flip == pytest.approx(0.97, abs=0.01)
     bright = [compare(picture + 5.0 + 0.1 * noise, picture + 5.0, flip=kind).flip for kind in ("ldr", "hdr")]
