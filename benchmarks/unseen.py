@@ -8,7 +8,7 @@ from typing import get_args
 import numpy as np
 
 import raytracer as rt
-from raytracer.settings import Settings, Shadows
+from raytracer.settings import Shadows
 
 # A pixel's width at the distance of what the camera looks at, for pictures of SIZE: thin features are thin of that.
 SIZE = (240, 135)
@@ -27,18 +27,18 @@ def _direction(rng: np.random.Generator) -> tuple[float, float, float]:
 
 def _material(rng: np.random.Generator) -> rt.Material:
     color = _color(rng)
-    match rng.integers(8):
-        case 0 | 1:
+    match rng.integers(12):
+        case 0 | 1 | 2:
             return rt.Material(ka=color, kd=color, ks=_color(rng, 0, 0.6), h=float(10 ** rng.uniform(0, 3)))
-        case 2:
-            return rt.Material("blinn", ka=color, kd=color, ks=_color(rng, 0, 0.6), h=float(10 ** rng.uniform(0, 3)))
         case 3:
+            return rt.Material("blinn", ka=color, kd=color, ks=_color(rng, 0, 0.6), h=float(10 ** rng.uniform(0, 3)))
+        case 4 | 5:
             return rt.Material("ggx", alpha=float(10 ** rng.uniform(-1.3, 0)))
-        case 4:
+        case 6 | 7:
             return rt.Material("oren_nayar", rho=color, sigma=float(rng.uniform(0, 40)))
-        case 5:
+        case 8 | 9:
             return rt.Material("lambert", rho=color)
-        case 6:
+        case 10:
             return rt.Material("cook_torrance", m=float(10 ** rng.uniform(-1, 0)))
     return rt.Material("mirror")
 
@@ -77,7 +77,7 @@ def _solid(rng: np.random.Generator, pixel: float) -> rt.Solid:
             return solid
     return rt.Instances(  # dust: balls of a tenth of a pixel to one and a half
         rt.Sphere((0, 0, 0), pixel, a),
-        rng.uniform(-1.5, 1.5, (int(rng.integers(20, 400)), 3)).tolist(),
+        rng.uniform(-1.5, 1.5, (int(rng.integers(20, 150)), 3)).tolist(),
         float(10 ** rng.uniform(-1.0, 0.2)),
     )
 
@@ -94,7 +94,7 @@ def unseen(seed: int) -> tuple[rt.Scene, Shadows]:
     if rng.random() < 0.7:
         objects.append(rt.Plane((0, 1, 0), -1.6, _material(rng)))
     lights = []
-    for _ in range(rng.integers(1, 4)):
+    for _ in range(rng.integers(1, 3)):
         place = np.multiply(_direction(rng), rng.uniform(3, 9))
         place[1] = abs(place[1]) + 1
         radius = float(rng.uniform(0.05, 1.0)) if rng.random() < 0.7 else 0.0
