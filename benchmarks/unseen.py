@@ -43,7 +43,7 @@ def _material(rng: np.random.Generator) -> rt.Material:
     return rt.Material("mirror")
 
 
-def _solid(rng: np.random.Generator, pixel: float) -> rt.Solid:
+def _solid(rng: np.random.Generator, pixel: float) -> rt.Solid | rt.Instances:
     """One of the kinds of objects, about 1 in size, near the origin."""
     center = tuple(float(v) for v in rng.uniform(-1.5, 1.5, 3))
     assert len(center) == 3

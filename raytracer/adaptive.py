@@ -29,7 +29,7 @@ import numpy as np
 
 from raytracer.blocks import BlockPass, Blocks
 from raytracer.cells import BLOCK, CELL
-from raytracer.estimate import EDGES
+from raytracer.estimate import P
 from raytracer.glsl_source import Source, assemble
 from raytracer.movement import Movement
 from raytracer.settings import Settings
@@ -113,7 +113,7 @@ class Refinement:
         error that there is to be at last. But none if those that would have been left with half the samples turned
         out to hold much more: then there are things that so many samples often miss.
         """
-        asked = squares.sum() / max(more, 1.0) ** (2.0 * EDGES)
+        asked = squares.sum() / max(more, 1.0) ** (2.0 * P)
         if self._settings.max_error is not None:
             asked = max(asked, self._settings.max_error**2 * 3 * self._blocks.area[2] * self._blocks.area[3])
         active = self._blocks.active

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from raytracer.blocks import BlockPass, Blocks
 from raytracer.cells import BLOCK, CELL
-from raytracer.estimate import Moved, factor
+from raytracer.estimate import FACTOR, Moved
 from raytracer.glsl_source import Source, assemble
 from raytracer.opengl import release, set_uniforms
 from raytracer.squares import Mask, Rectangle, Squares, runs, viewport
@@ -48,7 +48,6 @@ class Movement:
         # Of each block, when it was looked at last: after how many samples, and what was found.
         self.at: NDArray[np.int32] = np.zeros(shape, np.int32)
         self._moved, self._variance, self._most = (np.zeros(shape, np.float32) for _ in range(3))
-        self._factors: dict[int, float] = {}
 
     def look(
         self, n: int, summed: int, radiance: moderngl.Texture, total: NDArray[np.floating] | None, *, last: bool
@@ -104,24 +103,15 @@ class Movement:
         squares.draw()
 
     def _note(self, n: int, found: NDArray[np.float32], active: NDArray[np.bool_]) -> None:
-        moved = found[..., 0]
-        known = active & (self.at == n // 2)
-        slope = None
-        if n > 2 and (now := moved[known].sum(dtype=float)) > 0.0:
-            slope = float(np.log2(max(self._moved[known].sum(dtype=float) / now, 1e-30))) / 2.0
-        self._factors[n] = factor(n, slope)
         self.at[active] = n
         for mine, new in zip((self._moved, self._variance, self._most), np.moveaxis(found, 2, 0), strict=False):
             mine[active] = new[active]
 
     def squares(self) -> Array:
         """(rows, columns): of each block the squared error of all its pixels and channels together."""
-        factors = np.zeros(self.at.max() + 1)
-        for n, value in self._factors.items():
-            factors[n] = value
         # From where it was looked at on as that of independent samples.
         later = self.at / np.maximum(self._blocks.samples, 1)
-        return self._moved * factors[self.at] * later
+        return FACTOR * self._moved * later
 
     def total(self, tile: Rectangle) -> float:
         """The squared error of all pixels of a tile, summed over channels."""

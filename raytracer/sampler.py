@@ -129,11 +129,9 @@ class Sampler:
         return Summed(np.divide(total[where], count), samples, moved, error)
 
     def _looks(self, done: int) -> bool:
-        """Whether to see what moved: at all powers of two, or at the last three of which that is to be had."""
+        """Whether to see what moved: at all powers of two, or at the last two."""
         last = 1 << self._settings.samples.bit_length() - 1
-        # Of 4 samples that before the last says nothing.
-        first = 1 if self._settings.refines else last // 4 if last > 4 else last // 2
-        return not done & (done - 1) and done >= first
+        return not done & (done - 1) and (self._settings.refines or 2 * done >= last)
 
     def _is_met(self, movement: Movement, tile: Rectangle, done: int) -> bool:
         """Whether a tile's error is surely below the one asked for; seen at 2, 3, 4, 6, 8, 12, 16 ... samples."""
