@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import itertools
+import json
 import os
 import struct
 import zlib
@@ -85,7 +86,7 @@ class Image(msgspec.Struct, frozen=True, eq=False):
         return srgb8(self.radiance)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a .png (8-bit sRGB) or .npz (the arrays), whole or not at all.
+        """Write a .png (8-bit sRGB) or .npz (the arrays, and the metadata as JSON), whole or not at all.
 
         Raises InputError for another suffix, a folder that is not there, or arrays that were not rendered.
         """
@@ -95,8 +96,11 @@ class Image(msgspec.Struct, frozen=True, eq=False):
             missing = [name for name, array in arrays.items() if array is None]
             if missing:
                 raise InputError(f"{path}: expected an image rendered with geometry=True, got none of {missing}")
-            if self.samples is not None:
-                arrays["samples"] = self.samples
+            for name in ("samples", "error"):
+                if getattr(self, name) is not None:
+                    arrays[name] = getattr(self, name)
+            # Text and no object, so that it loads without pickles.
+            arrays["metadata"] = np.array(json.dumps(dict(self.metadata)))
             with written_whole(path) as file:
                 np.savez(file, **arrays)
         else:

@@ -1,4 +1,4 @@
-"""Scene files: TOML in, Scene out.
+"""Scene files: TOML in, Scene and Settings out.
 
 A scene file is untrusted input. It is parsed, never run; no text of it reaches a shader; its
 size is bounded. Every error is an `InputError` that names the file, the key and what was expected.
@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -21,13 +22,17 @@ from raytracer.instance_file import is_plain, read_instances
 from raytracer.instances import Instances
 from raytracer.material import Material
 from raytracer.models import MODELS
+from raytracer.presets import Fields, combined
 from raytracer.scene import Camera, PointLight, Scene
+from raytracer.settings import Settings
+from raytracer.settings_table import settings_table
 from raytracer.solids import Plane, Primitive, Solid, Sphere, leaves
 from raytracer.toml_table import convert, known, toml
 
 MAX_BYTES = 4 * 1024 * 1024
 # Each takes 17 MiB here and on the GPU.
 MAX_TABLES = 16
+
 # Of the files that a scene file names.
 _SUFFIXES = (".csv", ".npz", ".binary")
 
@@ -65,6 +70,11 @@ class _SceneTable(msgspec.Struct):
     instances: dict[str, Any] = {}
     ambient: Vec3 | None = None
     background: Vec3 | None = None
+    settings: dict[str, Any] = {}
+
+
+class _SettingsOnly(msgspec.Struct):
+    settings: dict[str, Any]
 
 
 def examples() -> dict[str, Path]:
@@ -81,6 +91,18 @@ def load(path: str | os.PathLike[str]) -> Scene:
     read or is not a scene.
     """
     return parse(*read(path))
+
+
+def load_settings(path: str | os.PathLike[str]) -> Settings:
+    """The settings in the table [settings] of the scene file that `load` takes for `path`; what it does not give is the
+    default. A scene has none, as they are what is traded, whatever the scene is.
+
+    Raises InputError if the file cannot be read, is no TOML, or has wrong settings; the scene is not looked at.
+    """
+    path, text = read(path)
+    with _located(path, text):
+        table = convert({"settings": toml(text).get("settings", {})}, _SettingsOnly, "")
+        return combined(settings_table(table.settings))
 
 
 def read(path: str | os.PathLike[str]) -> tuple[Path, str]:
@@ -104,21 +126,33 @@ def read(path: str | os.PathLike[str]) -> tuple[Path, str]:
 
 def parse(path: Path, text: str) -> Scene:
     """The scene in the text of file `path`. Warns and raises as `load`; messages name file and line."""
+    return parse_all(path, text)[0]
+
+
+def parse_all(path: Path, text: str) -> tuple[Scene, Fields]:
+    """As parse(), and what the file's [settings] give, for presets.combined()."""
+    with _located(path, text):
+        scene, given, unused = _scene(text, path.stem.encode(errors="replace").decode(), path.parent)
+    if unused:
+        warnings.warn(f"{path}: {unused}", stacklevel=4)
+    return scene, given
+
+
+@contextmanager
+def _located(path: Path, text: str) -> Iterator[None]:
+    """Errors in the block are about the text of file `path`: they name it and the line."""
     try:
-        scene, unused = _scene(text, path.stem.encode(errors="replace").decode(), path.parent)
+        yield
     except InputError as error:
         from raytracer.scene_text import line_of_error  # its patterns take a while to compile
 
         line = line_of_error(text, str(error))
         raise InputError(f"{path}:{line}: {error}" if line else f"{path}: {error}") from None
-    if unused:
-        warnings.warn(f"{path}: {unused}", stacklevel=3)
-    return scene
 
 
 def loads(text: str, name: str = "scene") -> Scene:
     """The scene in a TOML text. Warns and raises as `load`, without a file's name; no files of instances are read."""
-    scene, unused = _scene(text, name, None)
+    scene, _, unused = _scene(text, name, None)
     if unused:
         warnings.warn(unused, stacklevel=2)
     return scene
@@ -161,8 +195,11 @@ def moved(text: str, scene: Scene, folder: Path | None = None) -> str:
     return result
 
 
-def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, str]:
-    """The scene, and a warning or "". `folder`: where its files of instances are; None if it can have none."""
+def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, Fields, str]:
+    """The scene, its file's settings, and a warning or "".
+
+    `folder`: where its files of instances are; None if it can have none.
+    """
     table = convert(toml(text), _SceneTable, "")
     tables: dict[str, Any] = {}
     materials = {key: _material(value, key, folder, tables) for key, value in table.materials.items()}
@@ -178,7 +215,7 @@ def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, str]:
         name=name,
         **options,
     )
-    return scene, _unused(shapes, solids.values())
+    return scene, settings_table(table.settings), _unused(shapes, solids.values())
 
 
 def _material(value: Any, name: str, folder: Path | None, tables: dict[str, Any]) -> Material:

@@ -68,5 +68,5 @@ def _reworded(message: str) -> str:
 
 def known(names: Iterable[str]) -> str:
     """A remedy for a name that is not there."""
-    shown = ", ".join(itertools.islice(names, 8))
+    shown = ", ".join(itertools.islice(names, 12))
     return f"known: {shown}" if len(shown) <= 120 else f"known: {shown[:120]}..."

@@ -33,7 +33,8 @@ from raytracer.interaction import (
     title,
 )
 from raytracer.overlay import panels
-from raytracer.settings import Settings, Shading, Shadows
+from raytracer.presets import Fields
+from raytracer.settings import Shading, Shadows
 from raytracer.turntable import turn_camera, turn_light
 
 from . import scenes
@@ -41,8 +42,8 @@ from . import scenes
 TEXT = scenes.ASSIGNMENT.read_text()
 
 
-def opened(scene: rt.Scene | None = None) -> State:
-    return start(TEXT, scene or scenes.assignment(), Settings(samples=256))
+def opened(scene: rt.Scene | None = None, of_file: Fields | None = None, **given: object) -> State:
+    return start(TEXT, scene or scenes.assignment(), of_file or {}, given)
 
 
 def after(state: State, *events: Event) -> State:
@@ -137,7 +138,7 @@ def test_each_of_the_shadings_and_shadows_there_are_is_reached_by_its_key() -> N
         state = after(state, Key(key))
         order.append(state.settings.shading)
     assert order == ["phong", "blinn", "phong", None, get_args(Shading)[-1], None]
-    given = start(TEXT, scenes.assignment(), Settings(shading="phong"))
+    given = opened(shading="phong")
     assert after(given, Key("B")).settings.shading == "blinn", "no key press without effect"
 
 

@@ -262,8 +262,14 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opened]]:
             monkeypatch.setenv(name, value)
         monkeypatch.setattr(glfw, "swap_buffers", swap)
 
-        def open_one(scene: Path = ASSIGNMENT, size: tuple[int, int] = SIZE, samples: int = 4, budget: float = 1e9):
-            viewer = raytracer.viewer.opened(scene, Settings(samples=samples), size, budget)
+        def open_one(
+            scene: Path = ASSIGNMENT,
+            size: tuple[int, int] = SIZE,
+            samples: int = 4,
+            budget: float = 1e9,
+            **settings: object,
+        ) -> Opened:
+            viewer = raytracer.viewer.opened(scene, {"samples": samples, "size": size, **settings}, budget)
             found.append(Opened(windows.enter_context(viewer)))
             return found[0]
 
