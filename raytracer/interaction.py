@@ -214,7 +214,7 @@ def _resettled(state: State, of_file: Fields) -> State:
     """With the file's settings in place of those before: what differs is taken up, all else stays as it is."""
     before, now = (msgspec.structs.asdict(combined(_DEFAULTS, fields)) for fields in (state.of_file, of_file))
     changed = {key: value for key, value in now.items() if value != before[key]}
-    settings = _of_window(msgspec.structs.asdict(state.settings), changed)
+    settings = _of_window(msgspec.structs.asdict(state.settings), {"samples": state.settings.samples, **changed})
     limit = settings.samples if "samples" in changed else state.limit
     return _set(state, settings=settings, limit=limit, of_file=of_file)
 
