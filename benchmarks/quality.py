@@ -74,9 +74,8 @@ def rows(renderer: Renderer, name: str, rounds: int, right: NDArray[np.float32])
             if k and found[quality][1][0] > _LONG:
                 continue
             if not k:  # compiles
-                renderer.render(
-                    scene, SIZE, msgspec.structs.replace(each, samples=min(each.samples, 16)), geometry=False
-                )
+                few = msgspec.structs.replace(each, samples=min(each.samples, 16))
+                renderer.render(scene, SIZE, few, geometry=False)
             begin = time.perf_counter()
             image = renderer.render(scene, SIZE, each, geometry=False)
             found.setdefault(quality, (image, []))[1].append(time.perf_counter() - begin)

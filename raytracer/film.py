@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import itertools
-import json
 import os
 import struct
 import zlib
@@ -92,6 +91,8 @@ class Image(msgspec.Struct, frozen=True, eq=False):
         """
         path = check_output(path)
         if path.suffix.lower() == ".npz":
+            import json  # which a .png does without
+
             arrays = {name: getattr(self, name) for name in ("radiance", "depth", "normal", "material")}
             missing = [name for name, array in arrays.items() if array is None]
             if missing:
