@@ -113,9 +113,10 @@ class Movement:
         later = self.at / np.maximum(self._blocks.samples, 1)
         return FACTOR * self._moved * later
 
-    def total(self, tile: Rectangle) -> float:
-        """The squared error of all pixels of a tile, summed over channels."""
-        return float(self.squares()[self._blocks.part(tile)].sum()) / self._share
+    def rmse(self, tile: Rectangle) -> float:
+        """The estimated root mean square error of a tile."""
+        total = self.squares()[self._blocks.part(tile)].sum() / self._share
+        return float(np.sqrt(total / (3 * tile[2] * tile[3])))
 
     def moved(self, tile: Rectangle) -> Moved:
         """What is found of a tile's blocks."""
