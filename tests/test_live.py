@@ -67,7 +67,7 @@ def drawn(live: Live, renderer: Renderer, scene: rt.Scene, settings: Settings, s
 
 
 def refined(live: Live, scene: rt.Scene, settings: Settings, show: Show = "picture") -> None:
-    live.start(scene, settings, show, SIZE, moving=True)
+    live.start(scene, settings, show, SIZE, moving=False)
     while not live.done:
         live.sample()
 
@@ -80,9 +80,8 @@ def test_a_still_picture_knows_its_error_as_that_of_render_does(live: Live, rend
     with renderer.context:
         refined(live, scenes.assignment(), settings)
         estimate = live.estimate()
-    # The window looks from 2 samples on, render() at the last 3 powers of two.
-    assert estimate and estimate.rmse == live.rmse() == pytest.approx(image.estimate.rmse, rel=0.05)
-    assert estimate.worst == pytest.approx(image.estimate.worst, rel=0.1) and estimate.samples == samples
+    assert estimate and estimate.rmse == live.rmse() == pytest.approx(image.estimate.rmse, rel=1e-4)
+    assert estimate.worst == pytest.approx(image.estimate.worst, rel=1e-4) and estimate.samples == samples
 
 
 def test_a_still_picture_stops_at_the_error_or_time_that_is_asked_for(live: Live, renderer: Renderer) -> None:
@@ -100,26 +99,19 @@ def test_a_still_picture_stops_at_the_error_or_time_that_is_asked_for(live: Live
 
 
 def test_a_picture_that_moves_or_shows_something_else_is_not_looked_at(renderer: Renderer) -> None:
-    live, settings = Live(renderer, 1e-9), Settings(samples=16)
+    live, settings, scene = Live(renderer, 1e-9), Settings(samples=16), scenes.assignment()
+    centers = renderer.render(scene, SIZE, Settings(), geometry=False).radiance
     with renderer.context:
-        for _ in range(2):  # the second one is enlarged
-            live.start(scenes.assignment(), settings, "picture", SIZE, moving=True)
-            live.sample()
-        for show, still in (("picture", True), ("normal", True), ("picture", False)):
-            if show == "picture" and not still:
-                live.start(scenes.assignment(), settings, "picture", SIZE, moving=False)
-            elif show != "picture":
-                live.start(scenes.assignment(), settings, "normal", SIZE, moving=False)
-            for _ in range(16):
-                live.sample(still=still)
-            assert live.rmse() is None and live._error is None
-        # What is not looked at for a while begins anew: 2 and 16 samples are no neighbours, 16 and 32 are.
-        live.start(scenes.assignment(), Settings(samples=64), "picture", SIZE, moving=False)
-        known = []
-        for n in range(1, 65):
-            live.sample(still=n < 3 or n > 10)
-            known.append(live.rmse() is not None)
-        assert known == [False] * 31 + [True] * 33
+        live.start(scene, settings, "picture", SIZE, moving=True)
+        live.sample()
+        assert live.moving and live.rmse() is None
+        np.testing.assert_array_equal(live.image({}).radiance, centers)
+        live.start(scene, settings, "picture", SIZE, moving=True)
+        assert live.moving and live.enlarged > 1
+        refined(live, scene, settings, "normal")
+        assert not live.moving and live.rmse() is None and live._error is None
+        refined(live, scene, settings)
+        assert live.rmse()
         live.close()
 
 
