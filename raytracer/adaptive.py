@@ -104,7 +104,9 @@ class Refinement:
         # Later, pixels around a block may have fewer samples.
         find = self._errors[0 if self._blocks.active.all() else 1]
         radiance.use(0)
-        return find.find(self._blocks, radianceSum=0, summed=float(summed), samples=float(done))[..., 0]
+        return find.find(self._blocks, self._blocks.cells, radianceSum=0, summed=float(summed), samples=float(done))[
+            ..., 0
+        ]
 
     def _without(self, errors: np.ndarray, squares: np.ndarray, more: float) -> Mask:
         """Which active blocks can be left as they are: the surest ones, that together hold a small share of the squared

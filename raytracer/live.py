@@ -172,7 +172,8 @@ class Live:
             program = partial(self._renderer.program, vertex=plain_vertex_source())
             self._error = StillError(self._context, program, self.size)
         settings = self._settings
-        self._error.look(self.samples, passes, last=2 * self.samples > settings.samples)
+        last = 2 * self.samples > settings.samples
+        self._error.look(self.samples, passes, last=last, sparse=not settings.asks)
         if settings.max_error is not None and self._error.is_below(settings.max_error, self.samples):
             self._enough = True
 

@@ -36,7 +36,7 @@ def add_settings(
     `samples` is the default, which is only told: nothing is stored that is not given, as a scene file may give it.
     """
     add = partial(parser.add_argument, default=argparse.SUPPRESS)
-    add("--size", metavar="WxH", type=_size, help="in pixels (default: 1280x720)")
+    add("--size", metavar="WxH", type=size, help="in pixels (default: 1280x720)")
     add(
         "--quality",
         choices=tuple(QUALITIES),
@@ -111,7 +111,8 @@ def whole(text: str) -> int:
     return int(text.lstrip("0")[:9] or "0")  # more digits are too many in any case
 
 
-def _size(text: str) -> tuple[int, int]:
+def size(text: str) -> tuple[int, int]:
+    """Width and height in pixels."""
     match = re.fullmatch(r"([0-9]+)x([0-9]+)", text)
     if not match:
         raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, such as 1280x720, got {text!r}")

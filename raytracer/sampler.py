@@ -80,8 +80,10 @@ class Sampler:
         begin = now = time.perf_counter()
         area = surrounded(tile, size) if refinement else tile
         blocks = Blocks(area, passes)
-        for listener in filter(None, (movement, refinement)):
-            listener.begin(blocks)
+        if movement:
+            movement.begin(blocks, sparse=not settings.asks)
+        if refinement:
+            refinement.begin(blocks)
         total: Any = None
         done, last = 0, False
         variance: NDArray[np.float32] | None = None
@@ -129,7 +131,9 @@ class Sampler:
     def _looks(self, done: int) -> bool:
         """Whether to see what moved: at all powers of two, or at the last three of which that is to be had."""
         last = 1 << self._settings.samples.bit_length() - 1
-        return not done & (done - 1) and (self._settings.refines or 4 * done >= last)
+        # Of 4 samples that before the last says nothing.
+        first = 1 if self._settings.refines else last // 4 if last > 4 else last // 2
+        return not done & (done - 1) and done >= first
 
     def _is_met(self, movement: Movement, tile: Rectangle, done: int) -> bool:
         """Whether a tile's error is surely below the one asked for; seen at 2, 3, 4, 6, 8, 12, 16 ... samples."""

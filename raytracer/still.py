@@ -39,8 +39,9 @@ class StillError:
         """A new picture begins."""
         self._blocks, self._looks = None, 0
 
-    def look(self, n: int, passes: Passes, *, last: bool) -> None:
+    def look(self, n: int, passes: Passes, *, last: bool, sparse: bool) -> None:
         """The picture has n samples now. Only 2, 4, 8, ... are looked at, of which the `last` needs none after it.
+        `sparse`: a large picture may be judged by a part of it.
 
         Raises ShaderError for a mistake in shaders/, when first asked for.
         """
@@ -48,7 +49,7 @@ class StillError:
             return
         if self._blocks is None or n != 2 * self._at:  # or it moved, or seemed to, half as many samples ago
             self._blocks, self._looks = Blocks(self._tile, passes), 0
-            self._movement.begin(self._blocks)
+            self._movement.begin(self._blocks, sparse=sparse)
         self._movement.look(n, n, passes.radiance, None, last=last)
         self._at, self._looks = n, self._looks + 1
 
