@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, get_args
 from raytracer.checks import InputError, about, number, printable
 from raytracer.compare import SCALE, SUFFIXES, THRESHOLD, Comparison, compare, difference, load_radiance, size_of
 from raytracer.film import check_output
-from raytracer.options import add_scene, whole
+from raytracer.options import add_scene, size, whole
 from raytracer.progress import progress_bar
 from raytracer.settings import Settings, Shading, Shadows
 
