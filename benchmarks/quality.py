@@ -102,7 +102,9 @@ def table(found: list[Row]) -> str:
 
 def _cell(row: Row) -> str:
     estimate = "unknown" if row.estimate is None else f"{row.estimate:.1e}"
-    return f"{row.seconds:.2g} s, {row.samples:.3g} samples, {row.error:.1e} ({estimate})"
+    seconds = f"{row.seconds:.2g}" if row.seconds < 10.0 else f"{row.seconds:.0f}"
+    samples = f"{row.samples:.1f}".removesuffix(".0")
+    return f"{seconds} s, {samples} sample{'s' if row.samples > 1.0 else ''}, {row.error:.1e} ({estimate})"
 
 
 def into_readme(text: str, path: Path = Path("README.md")) -> None:

@@ -29,13 +29,13 @@ def reference_arguments(parser: argparse.ArgumentParser) -> None:
 
     add_scene(parser)
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".npz (float64 arrays)")
-    size = f"{_SIZE[0]}x{_SIZE[1]}"
+    default = f"{_SIZE[0]}x{_SIZE[1]}"
     parser.add_argument(
         "--size",
         metavar="WxH",
         type=picture_size,
         default=_SIZE,
-        help=f"in pixels (default: {size}, as this takes long)",
+        help=f"in pixels (default: {default}, as this takes long)",
     )
     parser.add_argument(
         "--samples",
