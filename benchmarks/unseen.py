@@ -11,7 +11,7 @@ import raytracer as rt
 from raytracer.settings import Shadows
 
 # A pixel's width at the distance of what the camera looks at, for pictures of SIZE: thin features are thin of that.
-SIZE = (240, 135)
+SIZE = (480, 270)
 
 
 def _color(rng: np.random.Generator, low: float = 0.05, high: float = 0.95) -> tuple[float, float, float]:
@@ -33,7 +33,7 @@ def _material(rng: np.random.Generator) -> rt.Material:
         case 3:
             return rt.Material("blinn", ka=color, kd=color, ks=_color(rng, 0, 0.6), h=float(10 ** rng.uniform(0, 3)))
         case 4 | 5:
-            return rt.Material("ggx", alpha=float(10 ** rng.uniform(-1.3, 0)))
+            return rt.Material("ggx", alpha=float(10 ** rng.uniform(-1, 0)))
         case 6 | 7:
             return rt.Material("oren_nayar", rho=color, sigma=float(rng.uniform(0, 40)))
         case 8 | 9:

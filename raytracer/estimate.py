@@ -69,7 +69,7 @@ class Estimate(msgspec.Struct, frozen=True):
 
 # By how much an estimate must be below the error that is asked for, from 8 samples on and with fewer: so far off it may
 # be.
-_SURE, _LESS_SURE, _SURE_FROM = 1.1, 1.4, 8
+_SURE, _LESS_SURE, _SURE_FROM = 1.05, 1.4, 8
 
 
 def is_surely_below(error: float, rmse: float, samples: int) -> bool:
