@@ -58,7 +58,7 @@ help: ## list the targets
 	@touch $@
 
 .venv/dev: pyproject.toml | .venv/bin/pip
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,plots,peers]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,plots,peers,flip]'
 	@touch .venv/core $@
 
 # Debian keeps what makes a virtual environment in a package of its own for each Python. What demo needs

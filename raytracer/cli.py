@@ -1,4 +1,5 @@
-"""The command line: `raytracer render`, `view`, `extremes`, `brdf` (in `brdf_cli.py`) and `doctor`.
+"""The command line: `raytracer render`, `view`, `extremes`, `brdf` (in `brdf_cli.py`),
+`reference` and `compare` (in `compare_cli.py`) and `doctor`.
 
 Exit status: 0 done; 2 the input is wrong, with one line on standard error that says what and
 where, and nothing written; 1 anything else.
@@ -40,6 +41,9 @@ examples:
   raytracer brdf plot blinn phong_normalized ggx:alpha=0.1 -o lobes.png
   raytracer brdf gallery -o gallery.png
   raytracer brdf bake ggx:alpha=0.3 -o ggx.binary
+  raytracer reference assignment -o reference.npz
+  raytracer compare assignment.npz reference.npz --tolerance 0.002
+  raytracer compare assignment.png reference.npz -o difference.png --json
   raytracer doctor
 """
 
@@ -106,6 +110,8 @@ def _parser() -> argparse.ArgumentParser:
         ("view", "show a scene in a window", _view_arguments, _view),
         ("extremes", "measure how wrong pictures are where numbers get extreme", _extremes_arguments, _extremes),
         ("brdf", "measure and show the reflectance models", _brdf_arguments, None),
+        ("reference", "what a scene's picture converges to, in float64", _reference_arguments, None),
+        ("compare", "how far a picture is from a reference", _compare_arguments, None),
         ("doctor", "which OpenGL contexts open here, and what to install if none does", _doctor_arguments, _doctor),
     ):
         examples = [line for line in _EXAMPLES.splitlines()[1:] if f"raytracer {name}" in line]
@@ -173,6 +179,18 @@ def _brdf_arguments(parser: argparse.ArgumentParser) -> None:
     from raytracer.brdf_cli import add_commands
 
     add_commands(parser)
+
+
+def _reference_arguments(parser: argparse.ArgumentParser) -> None:
+    from raytracer.compare_cli import reference_arguments
+
+    reference_arguments(parser)
+
+
+def _compare_arguments(parser: argparse.ArgumentParser) -> None:
+    from raytracer.compare_cli import compare_arguments
+
+    compare_arguments(parser)
 
 
 def _doctor_arguments(parser: argparse.ArgumentParser) -> None:

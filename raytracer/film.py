@@ -22,9 +22,16 @@ from raytracer.estimate import Estimate
 SUFFIXES = (".png", ".npz")
 # Rows are encoded about this many values at a time: few enough for the processor's cache.
 _BLOCK = 30_000
+
+
+def linear(encoded: NDArray[Any]) -> NDArray[np.float64]:
+    """Values in [0, 1] by the sRGB transfer function (IEC 61966-2-1:1999) as linear ones, in float64."""
+    encoded = np.asarray(encoded, np.float64)
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
 # The linear values from which 8 bits say 1, 2, ... 255: where the sRGB curve is half-way between two levels.
-_HALF_WAY = (np.arange(1, 256) - 0.5) / 255.0
-_EDGES = np.where(_HALF_WAY <= 0.04045, _HALF_WAY / 12.92, ((_HALF_WAY + 0.055) / 1.055) ** 2.4)
+_EDGES = linear((np.arange(1, 256) - 0.5) / 255.0)
 _EDGES32 = _EDGES.astype(np.float32)
 _EDGES32 = np.where(_EDGES32 < _EDGES, np.nextafter(_EDGES32, np.float32(1)), _EDGES32)  # the first float32 beyond
 # Values in [0, 1] by their upper half of 32 bits: no two edges share one.
@@ -95,8 +102,8 @@ class Image(msgspec.Struct, frozen=True, eq=False):
             missing = [name for name, array in arrays.items() if array is None]
             if missing:
                 raise InputError(f"{path}: expected an image rendered with geometry=True, got none of {missing}")
-            if self.samples is not None:
-                arrays["samples"] = self.samples
+            more = {"samples": self.samples, "error": self.error}
+            arrays |= {name: array for name, array in more.items() if array is not None}
             with written_whole(path) as file:
                 np.savez(file, **arrays)
         else:

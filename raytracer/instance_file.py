@@ -13,21 +13,15 @@ import re
 from array import array
 from collections.abc import Sequence
 from pathlib import Path, PureWindowsPath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from raytracer.checks import InputError, shown
 from raytracer.files import read_bounded
 from raytracer.instances import Instances
 from raytracer.solids import MAX_SURFACES, Solid
 
-if TYPE_CHECKING:
-    from zipfile import ZipFile, ZipInfo
-
 # Of a file, and of an array in it when inflated: all places that a scene can have, generously written.
 MAX_BYTES = 64 * 1024 * 1024
-# A zip archive lists its members by this signature. An archive of two arrays has two, unless their
-# numbers look like it by chance; to list a million of them would take zipfile long.
-_MEMBER, _MEMBERS = b"PK\x01\x02", 16
 
 _HEADERS = (["x", "y", "z"], ["x", "y", "z", "scale"])
 _COLUMNS = {"positions": "x,y,z", "scales": "scale"}
@@ -128,43 +122,15 @@ def _csv_numbers(data: bytes) -> tuple[array[float], list[int], int]:
 
 def _npz_arrays(data: bytes) -> dict[str, Any]:
     """The arrays `positions` and, if it is there, `scales`."""
-    from zipfile import ZipFile  # takes long to import, and few scenes need it
+    from raytracer.npz import read_arrays
 
-    try:
-        if data.count(_MEMBER) > _MEMBERS:
-            raise ValueError("it has too many members")
-        with ZipFile(io.BytesIO(data)) as archive:
-            members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
-            if "positions" not in members or not members.keys() <= {"positions", "scales"}:
-                got = shown(", ".join(members))
-                raise InputError(f"expected the arrays positions and, if wanted, scales, got {got}")
-            return {name: _npz_array(archive, info, name) for name, info in members.items()}
-    except InputError:
-        raise
-    except Exception as error:  # what damaged archives and headers can raise is not written down anywhere
-        raise InputError(f"expected an .npz file: {' '.join(str(error).split())[:100]}") from None
+    def choose(names: list[str]) -> list[str]:
+        if "positions" not in names or not {*names} <= {"positions", "scales"}:
+            got = shown(", ".join(names))
+            raise InputError(f"expected the arrays positions and, if wanted, scales, got {got}")
+        return names
 
-
-def _npz_array(archive: ZipFile, info: ZipInfo, name: str) -> Any:
-    from zipfile import ZIP_DEFLATED, ZIP_STORED
-
-    from numpy.lib import format as npy
-
-    # The others' decoders take as much memory as the archive asks for; NumPy writes only these.
-    if info.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
-        raise InputError(f"{name}: expected an array as numpy.savez writes it, got another compression")
-    # zipfile inflates no more of a member than the size that its entry states.
-    if info.file_size > MAX_BYTES:
-        raise InputError(f"{name}: expected at most {MAX_BYTES} bytes, got {info.file_size}")
-    with archive.open(info) as file:
-        version = npy.read_magic(file)
-        if version not in ((1, 0), (2, 0)):
-            raise InputError(f"{name}: expected an array of numbers in .npy format 1.0 or 2.0")
-        read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-        shape, _, dtype = read(file)
-    _check_header(name, shape, dtype)
-    with archive.open(info) as file:
-        return npy.read_array(file, allow_pickle=False)
+    return read_arrays(io.BytesIO(data), choose, _check_header, MAX_BYTES)
 
 
 def _check_header(name: str, shape: Sequence[int], dtype: Any) -> None:

@@ -24,13 +24,20 @@ def ends_on(leaf: Primitive, light: PointLight) -> bool:
 
 
 def light_rays(
-    light: PointLight, to_center: Array, own: NDArray[np.bool_], n: Array, rays: int
+    light: PointLight,
+    to_center: Array,
+    own: NDArray[np.bool_],
+    n: Array,
+    rays: int,
+    shift: Array | None = None,
 ) -> Iterator[tuple[Array, Array, Array]]:
     """(L, distance, irradiance) of the rays from points to a light: one, or `rays` x `rays` to a sphere.
 
     `to_center` (R, 3) goes from the points to the light's centre; of a point on the light's `own` sphere `n` is the
     outward normal. `irradiance` (R, 3) is that on a surface across the ray: the light's radiance times the ray's solid
-    angle. Rays go through the middles of parts, of equal solid angle, of the directions in which the sphere is seen.
+    angle. Rays go through the middles of parts, of equal solid angle, of the directions in which the sphere is seen, or
+    of each point's parts through the places that its `shift` (R, 2) in [0, 1) says: where that is random and all places
+    are as likely, each point's mean over its rays is right in the mean, however few they are.
     """
     d = np.linalg.norm(to_center, axis=1)
     W = to_center / np.where(d == 0.0, 1.0, d)[:, None]
@@ -50,10 +57,11 @@ def light_rays(
     radiance = I / (math.pi * sine**2)[:, None]
     U = np.cross(W, np.eye(3)[np.argmin(np.abs(W), axis=1)])
     U /= np.linalg.norm(U, axis=1, keepdims=True)
+    across, around_it = (0.5, np.full(len(d), 0.5)) if shift is None else shift.T
     for i, j in itertools.product(range(rays), repeat=2):
-        off, angle = (i + 0.5) / rays * opening, 2.0 * math.pi * (j + 0.5) / rays
+        off, angle = (i + across) / rays * opening, (2.0 * math.pi * (j + around_it) / rays)[:, None]
         side = np.sqrt(off * (2.0 - off))
-        L = (1.0 - off)[:, None] * W + side[:, None] * (math.cos(angle) * U + math.sin(angle) * np.cross(W, U))
+        L = (1.0 - off)[:, None] * W + side[:, None] * (np.cos(angle) * U + np.sin(angle) * np.cross(W, U))
         half_chord = np.sqrt(np.maximum(r**2 - (d * side) ** 2, 0.0))
         distance = d * (1.0 - off) + np.where(own | around, half_chord, -half_chord)
         yield L, distance, radiance * (2.0 * math.pi * opening / rays**2)[:, None]

@@ -16,7 +16,10 @@ Progress = Callable[[int, int], None]
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Progress | None]:
-    """A callback that shows a bar on a terminal once the work has taken more than a moment."""
+    """A callback that shows a bar on a terminal once the work has taken more than a moment.
+
+    It is told (done, total), both in the same unit; the total may be another one each time.
+    """
     if not sys.stderr.isatty():
         yield None
         return
@@ -35,7 +38,7 @@ def progress_bar(title: str) -> Iterator[Progress | None]:
             task = bar.add_task(escape(title), total=total)
             bar.start()
         if bar is not None:
-            bar.update(task, completed=done)
+            bar.update(task, completed=done, total=total)
 
     try:
         yield progress

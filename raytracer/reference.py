@@ -1,9 +1,8 @@
 """The same ray tracer in float64 NumPy, from the definitions: the oracle that the shaders are tested against.
 
-A point is inside a CSG tree by Boolean logic over the primitives that it is inside of. Along a
-ray, a surface is a root of a primitive at which the tree is different just before and just
-after. Every root is tried; nothing is sorted, skipped or shared with the shaders. The axes are the
-world's, the origin is the camera: far from the world's own origin float64 runs out of bits, too. Slow.
+What rays meet is in reference_tracer.py, where rays to lights go in light_rays.py, reflectances are in
+reference_brdf.py. The axes are the world's, the origin is the camera: far from the world's own origin float64 runs
+out of bits, too. Slow.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +20,13 @@ from raytracer.light_rays import ends_on, light_rays
 from raytracer.models import MODELS
 from raytracer.reference_brdf import mirrored, reflected
 from raytracer.reference_facets import dot
+from raytracer.reference_tracer import Tracer
 from raytracer.sampling import sample_point
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
-from raytracer.solids import Complement, Intersection, Primitive, Solid, Sphere, Union, postfix
+from raytracer.solids import Sphere
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _ROWS = 64  # of pixels traced at once
 
@@ -50,20 +49,14 @@ def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None
         directions = camera_rays(scene.camera, size, sample_point(k, settings.sequence, settings.samples))
         for top in range(0, height, _ROWS):
             rows = slice(top, min(top + _ROWS, height))
-            rd = directions[rows]
-            shape = rd.shape[:2]
-            rd = rd.reshape(-1, 3)
-            ro = np.zeros(rd.shape)
-            t, surface = tracer.first(ro, rd)
-            normal = tracer.normals(np.where(np.isfinite(t), t, 0.0)[:, None] * rd, surface)
-            seen = _radiance(scene, settings, tracer, ro, rd, t, surface, normal, rays)
-            image.radiance[rows] += seen.reshape(*shape, 3)
+            shape = directions[rows].shape[:2]
+            seen = look(scene, settings, tracer, directions[rows].reshape(-1, 3), rays)
+            image.radiance[rows] += seen.radiance.reshape(*shape, 3)
             if k == 0:
                 assert image.depth is not None and image.normal is not None and image.material is not None
-                facing = -np.sign(dot(normal, rd))[:, None] * normal
-                image.depth[rows] = t.reshape(shape)
-                image.normal[rows] = facing.reshape(*shape, 3)
-                image.material[rows] = tracer.material_index[surface].reshape(shape)
+                image.depth[rows] = seen.depth.reshape(shape)
+                image.normal[rows] = seen.normal.reshape(*shape, 3)
+                image.material[rows] = seen.material.reshape(shape)
     image.radiance[...] /= settings.samples
     return image
 
@@ -71,170 +64,41 @@ def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None
 def camera_rays(camera: Camera, size: tuple[int, int], point: tuple[float, float] = (0.5, 0.5)) -> Array:
     """(H, W, 3) unit directions through `point` (from the top left, in [0, 1)) of every pixel."""
     width, height = size
+    y, x = np.mgrid[:height, :width] + np.reshape(point[::-1], (2, 1, 1))
+    return rays_through(camera, size, x, y)
+
+
+def rays_through(camera: Camera, size: tuple[int, int], x: Array, y: Array) -> Array:
+    """(..., 3) unit directions through points of the picture, in pixels from its top left corner."""
+    width, height = size
     right, up, forward = (np.array(axis) for axis in camera.axes())
     tangent = math.tan(math.radians(camera.vertical_fov) / 2.0)
-    x = (2.0 * (np.arange(width) + point[0]) / width - 1.0) * tangent * width / height
-    y = (1.0 - 2.0 * (np.arange(height) + point[1]) / height) * tangent
-    rd = forward + x[None, :, None] * right + y[:, None, None] * up
+    x = (2.0 * x / width - 1.0) * tangent * width / height
+    y = (1.0 - 2.0 * y / height) * tangent
+    rd = forward + x[..., None] * right + y[..., None] * up
     return rd / np.linalg.norm(rd, axis=-1, keepdims=True)
 
 
-def _inside(solid: list[Solid], leaf_inside: list[Mask]) -> list[Mask]:
-    """For every node of a postfix tree, whether the point is in it, given that for the leaves."""
-    results: list[Mask] = []
-    stack: list[Mask] = []
-    leaf = iter(leaf_inside)
-    for node in solid:
-        if isinstance(node, Primitive):
-            value = next(leaf)
-        elif isinstance(node, Complement):
-            value = ~stack.pop()
-        else:
-            b, a = stack.pop(), stack.pop()
-            value = a | b if isinstance(node, Union) else a & b if isinstance(node, Intersection) else a & ~b
-        stack.append(value)
-        results.append(value)
-    return results
+class Seen(NamedTuple):
+    """What R rays from the camera see: all as in film.Image."""
+
+    radiance: Array  # (R, 3)
+    depth: Array  # (R,)
+    normal: Array  # (R, 3)
+    material: NDArray[np.int32]  # (R,)
 
 
-class Tracer:
-    """The scene's leaves, and rays (ro, rd) of shape (R, 3) against them. A surface is a leaf's number.
+def look(scene: Scene, settings: Settings, tracer: Tracer, rd: Array, rays: int, shifts: Array | None = None) -> Seen:
+    """What the rays from the camera along unit vectors `rd` (R, 3) see, `tracer` being that of `scene`.
 
-    Points are relative to the camera. coincide[a, b]: whether leaves a and b have one surface.
+    At each light that has a radius they look along `rays` x `rays` rays under soft shadows. `shifts` (R, lights, 2)
+    in [0, 1) says where in its parts these go, see light_rays(); without, through their middles.
     """
-
-    def __init__(self, scene: Scene) -> None:
-        self._eye = scene.camera.position
-        self._trees = [postfix(solid) for solid in scene.solids()]
-        self.leaves = [node for tree in self._trees for node in tree if isinstance(node, Primitive)]
-        order = {material: i for i, material in enumerate(scene.materials)}
-        self.material_index = np.array([*(order[leaf.material] for leaf in self.leaves), -1], np.int32)
-        keys = [_geometry(leaf) for leaf in self.leaves]
-        self.coincide = np.array([[a == b for b in keys] for a in keys])
-
-    def spans(
-        self,
-        ro: Array,
-        rd: Array,
-        start: NDArray[np.int32] | None = None,
-        n: Array | None = None,
-        light: PointLight | None = None,
-        distance: Array | None = None,
-    ) -> list[tuple[Array, Array]]:
-        """(entry, exit) of every leaf along the whole line; (inf, -inf) where it is missed.
-
-        For rays that start on a surface, `start` is its number and `n` its outward normal: there
-        the root at the start is 0 by definition, not by computation. So it is `distance` for surfaces
-        that the `light` lies on, or that are its own, at which such rays end. All others start at the camera.
-        """
-        result = []
-        for k, leaf in enumerate(self.leaves):
-            on = self.coincide[k][start] if start is not None else np.zeros(len(rd), bool)
-            lit = distance if light and ends_on(leaf, light) else None
-            if isinstance(leaf, Sphere):
-                to_center = np.subtract(leaf.center, self._eye) - ro
-                along = dot(to_center, rd)
-                perp = to_center - along[:, None] * rd
-                # The product of the roots; the power of the ray's origin. Beside a huge sphere float64, too,
-                # needs it to more bits than a distance leaves, and the camera's is known exactly.
-                to = np.linalg.norm(to_center, axis=1)
-                power: Any = (to - leaf.radius) * (to + leaf.radius)
-                if start is None:
-                    power = leaf.power(self._eye)
-                square = np.where(np.abs(along) < leaf.radius, along**2 - power, leaf.radius**2 - dot(perp, perp))
-                outer = along + np.copysign(np.sqrt(np.maximum(square, 0.0)), along)
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    inner = power / outer
-                entry = np.where(square > 0, np.minimum(inner, outer), np.inf)
-                exit = np.where(square > 0, np.maximum(inner, outer), -np.inf)
-                if light and lit is not None:
-                    outward: Any = np.subtract(light.position, leaf.center)
-                    if light.radius:
-                        outward = ro + lit[:, None] * rd - np.subtract(leaf.center, self._eye)
-                    chord = -2.0 * dot(rd, outward)
-                    entry, exit = lit + np.minimum(chord, 0.0), lit + np.maximum(chord, 0.0)
-                    entry, exit = np.where(on, 0.0, entry), np.where(on, lit, exit)
-                elif n is not None:
-                    chord = -2.0 * leaf.radius * dot(n, rd)
-                    entry = np.where(on, np.minimum(chord, 0.0), entry)
-                    exit = np.where(on, np.maximum(chord, 0.0), exit)
-            else:
-                normal = np.array(leaf.unit()[0])
-                slope = rd @ normal
-                depth = np.where(on, 0.0, leaf.depth(self._eye) - ro @ normal)
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    t = depth / slope
-                if lit is not None:
-                    t = lit
-                parallel = np.where(depth >= 0.0, np.inf, -np.inf)
-                entry = np.where(slope == 0, -parallel, np.where(slope < 0, t, -np.inf))
-                exit = np.where(slope == 0, parallel, np.where(slope > 0, t, np.inf))
-            result.append((entry, exit))
-        return result
-
-    def first(self, ro: Array, rd: Array, *ends: Any) -> tuple[Array, NDArray[np.int32]]:
-        """(t, surface) of the first surface with t > 0: inf, -1 if there is none. `ends` as for spans()."""
-        nearest, surface = np.full(len(rd), np.inf), np.full(len(rd), -1, np.int32)
-        spans = self.spans(ro, rd, *ends)
-        first_leaf = 0
-        for tree in self._trees:
-            count = sum(isinstance(node, Primitive) for node in tree)
-            own = spans[first_leaf : first_leaf + count]
-            t = np.full(len(rd), np.inf)
-            for root in (root for span in own for root in span):
-                before, after = _inside(tree, _before(own, root))[-1], _inside(tree, _after(own, root))[-1]
-                t = np.where((before != after) & (root > 0.0) & (root < t), root, t)
-            closer = t < nearest
-            owner = first_leaf + _owner(tree, _inside(tree, _before(own, t)), _inside(tree, _after(own, t)))
-            nearest, surface = np.where(closer, t, nearest), np.where(closer, owner, surface).astype(np.int32)
-            first_leaf += count
-        return nearest, surface
-
-    def normals(self, P: Array, surface: NDArray[np.int32]) -> Array:
-        """Outward unit normals (R, 3) of the primitives at points on them; 0 for surface -1."""
-        result = np.zeros(P.shape)
-        for k, leaf in enumerate(self.leaves):
-            on = surface == k
-            if isinstance(leaf, Sphere):
-                outward = P[on] - np.subtract(leaf.center, self._eye)
-                result[on] = outward / np.linalg.norm(outward, axis=1, keepdims=True)
-            else:
-                result[on] = leaf.unit()[0]
-        return result
-
-
-def _before(spans: list[tuple[Array, Array]], t: Array) -> list[Mask]:
-    return [(entry < t) & (t <= exit) for entry, exit in spans]
-
-
-def _after(spans: list[tuple[Array, Array]], t: Array) -> list[Mask]:
-    return [(entry <= t) & (t < exit) for entry, exit in spans]
-
-
-def _owner(tree: list[Solid], before: list[Mask], after: list[Mask]) -> NDArray[np.int32]:
-    """The leaf (counted in the tree) whose surface it is: an operator's first operand that changes."""
-    stack: list[tuple[Mask, Any]] = []  # does the node change, its owner
-    leaf = 0
-    for node, b, a in zip(tree, before, after, strict=True):
-        if isinstance(node, Primitive):
-            owner: Any = np.full(a.shape, leaf, np.int32)
-            leaf += 1
-        elif isinstance(node, Complement):
-            owner = stack.pop()[1]
-        else:
-            _, second = stack.pop()
-            changes, first = stack.pop()
-            owner = np.where(changes, first, second)
-        stack.append((a != b, owner))
-    return stack[0][1]
-
-
-def _geometry(leaf: Primitive) -> object:
-    """Equal for leaves whose surfaces coincide, whatever their materials and sides."""
-    if isinstance(leaf, Sphere):
-        return leaf.center, leaf.radius
-    (x, y, z), offset = leaf.unit()
-    return max((x, y, z, offset), (-x, -y, -z, -offset))
+    ro = np.zeros(rd.shape)
+    t, surface = tracer.first(ro, rd)
+    normal = tracer.normals(np.where(np.isfinite(t), t, 0.0)[:, None] * rd, surface)
+    seen = _radiance(scene, settings, tracer, ro, rd, t, surface, normal, rays, shifts)
+    return Seen(seen, t, -np.sign(dot(normal, rd))[:, None] * normal, tracer.material_index[surface])
 
 
 def _radiance(
@@ -247,6 +111,7 @@ def _radiance(
     surface: NDArray[np.int32],
     normal: Array,
     rays: int,
+    shifts: Array | None,
     bounce: int = 0,
 ) -> Array:
     """The light along each ray, Le + ka Ia + sum of S Il f cos(theta_i), (R, 3), and what mirrors reflect.
@@ -260,6 +125,7 @@ def _radiance(
     P = ro + t[:, None] * rd
     N = -np.sign(dot(n, rd))[:, None] * n
     V = -rd
+    shifts = shifts if shifts is None else shifts[hit]
 
     materials = [settings.shaded(leaf.material) for leaf in tracer.leaves]
     leaves_of = {m: [k for k, other in enumerate(materials) if other == m] for m in dict.fromkeys(materials)}
@@ -268,12 +134,14 @@ def _radiance(
     for material, on in groups.items():
         I[on] = np.multiply(material.ka, scene.ambient) + np.array(material.le)
 
-    def rays_to(light: PointLight) -> Iterator[tuple[PointLight, Array, Array, Array]]:
+    def rays_to(k: int, light: PointLight) -> Iterator[tuple[PointLight, Array, Array, Array]]:
         own = np.array([light.radius > 0.0 and ends_on(leaf, light) for leaf in tracer.leaves])[surface]
         place = np.subtract(light.position, scene.camera.position)
-        return ((light, *ray) for ray in light_rays(light, place - P, own, n, rays))
+        shift = shifts if shifts is None else shifts[:, k]
+        return ((light, *ray) for ray in light_rays(light, place - P, own, n, rays, shift))
 
-    for light, L, distance, irradiance in itertools.chain.from_iterable(map(rays_to, map(settings.cast, scene.lights))):
+    lights = map(settings.cast, scene.lights)
+    for light, L, distance, irradiance in itertools.chain.from_iterable(itertools.starmap(rays_to, enumerate(lights))):
         NoL = dot(N, L)
         S = np.ones(len(P))
         if settings.shadows != "off":
@@ -294,7 +162,8 @@ def _radiance(
             start, R = P[on], rd[on] - 2.0 * dot(rd[on], N[on])[:, None] * N[on]
             t, met = tracer.first(start, R, surface[on], n[on])
             normals = tracer.normals(start + np.where(np.isfinite(t), t, 0.0)[:, None] * R, met)
-            seen = _radiance(scene, settings, tracer, start, R, t, met, normals, rays, bounce + 1)
+            shift = shifts if shifts is None else shifts[on]
+            seen = _radiance(scene, settings, tracer, start, R, t, met, normals, rays, shift, bounce + 1)
             I[on] += mirrored(material, N[on], V[on]) * seen
     result[hit] = I
     return result

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import raytracer as rt
 from raytracer import prune
 from raytracer.prune import Pruner
-from raytracer.reference import _inside, _owner
+from raytracer.reference_tracer import _inside, _owner
 from raytracer.solids import Solid, leaves, postfix
 from tests.scenes import random_tree
 

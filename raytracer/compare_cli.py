@@ -1,0 +1,199 @@
+"""`raytracer reference` and `raytracer compare`. Exit status as in `cli.py`; of compare 1 above the tolerance, too."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args
+
+from raytracer.checks import InputError, number, printable
+from raytracer.cli import _add_scene, _named, _size, _whole
+from raytracer.compare import SCALE, SUFFIXES, THRESHOLD, Comparison, compare, difference, load_radiance, size_of
+from raytracer.film import check_output
+from raytracer.progress import progress_bar
+from raytracer.settings import Settings, Shading, Shadows
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+# A sixteenth of the pixels that render makes: the processor traces them in float64, in seconds to minutes.
+_SIZE = (320, 180)
+
+
+def reference_arguments(parser: argparse.ArgumentParser) -> None:
+    """What `raytracer reference` takes."""
+    from raytracer.truth import FIRST, SAMPLES, TOLERANCE
+
+    _add_scene(parser)
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".npz (float64 arrays)")
+    size = f"{_SIZE[0]}x{_SIZE[1]}"
+    parser.add_argument(
+        "--size", metavar="WxH", type=_size, default=_SIZE, help=f"in pixels (default: {size}, as this takes long)"
+    )
+    parser.add_argument(
+        "--samples",
+        metavar="N",
+        type=_whole,
+        default=SAMPLES,
+        help=f"rays a pixel at most, {FIRST} at least: {FIRST}, doubled as often as it takes (default: {SAMPLES})",
+    )
+    parser.add_argument(
+        "--tolerance",
+        metavar="T",
+        type=float,
+        default=TOLERANCE,
+        help="more samples where a pixel's error is estimated to be above T, in linear radiance "
+        f"(default: {TOLERANCE:g})",
+    )
+    parser.add_argument("--shading", metavar="MODEL", choices=get_args(Shading), help="as for raytracer render")
+    parser.add_argument("--shadows", choices=get_args(Shadows), default="hard", help="default: hard")
+    parser.add_argument("--bounces", metavar="N", type=_whole, default=8, help="as for raytracer render (default: 8)")
+    parser.add_argument(
+        "--no-cache",
+        action="store_true",
+        help="make it anew, and do not keep it (default: keep it in the folder that the variable RAYTRACER_CACHE "
+        "names, or the user's cache)",
+    )
+    parser.set_defaults(run=_reference)
+
+
+def compare_arguments(parser: argparse.ArgumentParser) -> None:
+    """What `raytracer compare` takes."""
+    kinds = " or ".join(SUFFIXES)
+    parser.add_argument("a", metavar="A", help=f"a picture: {kinds}")
+    parser.add_argument(
+        "b",
+        metavar="B",
+        help=f"the reference to compare it with: {kinds}; if just one of the two is a .png, the other is clipped "
+        "to [0, 1] as that is",
+    )
+    parser.add_argument(
+        "--threshold",
+        metavar="T",
+        type=float,
+        default=THRESHOLD,
+        help=f"which share of pixels has a channel that is off by more (default: {THRESHOLD:g})",
+    )
+    parser.add_argument("--tolerance", metavar="RMSE", type=float, help="exit status 1 if the RMSE is above this")
+    parser.add_argument(
+        "--flip", action="store_true", help="FLIP, too, of high dynamic range for two .npz (needs flip-evaluator)"
+    )
+    parser.add_argument("-o", "--output", metavar="OUT", help=f"a .png of {SCALE}")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table; an infinite PSNR is null")
+    parser.set_defaults(run=_compare)
+
+
+def _reference(options: argparse.Namespace) -> int:
+    import numpy as np
+
+    from raytracer.scene_file import load
+    from raytracer.truth import truth
+
+    settings = Settings(shading=options.shading, shadows=options.shadows, bounces=options.bounces)
+    output = check_output(options.output, (".npz",))
+    scene = load(options.scene)
+    with _named(options.scene):
+        for material in scene.materials:
+            settings.shaded(material)
+    start = time.monotonic()
+    traced = False
+
+    with progress_bar(f"tracing {output.name}") as bar:
+
+        def progress(done: int, total: int) -> None:
+            nonlocal traced
+            traced = traced or done < total
+            if bar:
+                bar(done, total)
+
+        image = truth(
+            scene,
+            options.size,
+            settings,
+            samples=options.samples,
+            tolerance=options.tolerance,
+            cache=not options.no_cache,
+            progress=progress,
+        )
+    image.save(output)
+    assert image.samples is not None and image.error is not None
+    n, rmse = image.samples, math.sqrt(np.mean(image.error**2))
+    took = f"{time.monotonic() - start:.1f} s" if traced else "from the cache"
+    samples = f"{n.min()} to {n.max()} samples a pixel, {n.mean():.1f} on average"
+    print(f"wrote {output}: {size_of(image.radiance)}, {samples}, RMSE about {rmse:.1e}, {took}")
+    return 0
+
+
+def _compare(options: argparse.Namespace) -> int:
+    if options.tolerance is not None:
+        number(options.tolerance, "--tolerance", 0.0, expected="a finite number of at least 0 (linear radiance)")
+    number(options.threshold, "--threshold", 0.0, expected="a finite number of at least 0 (linear radiance)")
+    output = check_output(options.output, (".png",)) if options.output else None
+    names = (options.a, options.b)
+    a, b = (load_radiance(name) for name in names)
+    if a.shape != b.shape:
+        raise InputError(f"{names[0]}: expected the size of {names[1]}, {size_of(b)}, got {size_of(a)}")
+    deep = [Path(name).suffix.lower() == ".npz" for name in names]
+    clipped = (
+        next((name for name, is_deep in zip(names, deep, strict=True) if is_deep), None) if sum(deep) == 1 else None
+    )
+    if clipped is not None:
+        a, b = a.clip(0.0, 1.0), b.clip(0.0, 1.0)
+    flip = None if not options.flip else "hdr" if all(deep) else "ldr"
+    found = compare(a, b, threshold=options.threshold, flip=flip)
+    if output:
+        image = difference(a, b)
+        image.save(output)
+    within = options.tolerance is None or found.rmse <= options.tolerance
+    if options.json:
+        print(json.dumps(_json(found, options, a, clipped, within), indent=1, allow_nan=False))
+    else:
+        _print(found, options, a, clipped, within)
+    return 0 if within else 1
+
+
+def _json(
+    found: Comparison, options: argparse.Namespace, a: NDArray[Any], clipped: str | None, within: bool
+) -> dict[str, Any]:
+    return {
+        "a": options.a,
+        "b": options.b,
+        "size": [a.shape[1], a.shape[0]],
+        "clipped": clipped,
+        "rmse": found.rmse,
+        "largest": found.largest,
+        "pixel": found.pixel,
+        "psnr": found.psnr if math.isfinite(found.psnr) else None,
+        "relative": found.relative,
+        "threshold": found.threshold,
+        "over": found.over,
+        "flip": found.flip,
+        "tolerance": options.tolerance,
+        "within_tolerance": within,
+    }
+
+
+def _print(found: Comparison, options: argparse.Namespace, a: NDArray[Any], clipped: str | None, within: bool) -> None:
+    x, y = found.pixel
+    rows = [
+        ("size", size_of(a)),
+        ("RMSE", f"{found.rmse:.3g}"),
+        ("largest", f"{found.largest:.3g}" + (f", in the pixel ({x}, {y})" if found.largest else "")),
+        ("PSNR", f"{found.psnr:.1f} dB"),
+        ("relative", "the reference is black" if found.relative is None else f"{found.relative:.3g}"),
+        (f"over {found.threshold:g}", f"{100.0 * found.over:.3g} % of the pixels"),
+    ]
+    if found.flip is not None:
+        rows.append(("FLIP", f"{found.flip:.3g}"))
+    if clipped is not None:
+        rows.append(("clipped", f"{printable(clipped)}, to [0, 1]"))
+    if options.tolerance is not None:
+        rows.append(("tolerance", f"{options.tolerance:g}: {'kept' if within else 'the RMSE is above it'}"))
+    if options.output:
+        rows.append(("wrote", printable(options.output)))
+    width = max(len(name) for name, _ in rows)
+    for name, value in rows:
+        print(f"{name:{width}}  {value}")

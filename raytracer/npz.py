@@ -1,0 +1,68 @@
+"""Arrays in an `.npz` file, which may be anything: no pickle is read, and what an array takes is known before it is.
+
+Little can inflate to much. Every error is an `InputError`, without the file's name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import IO, TYPE_CHECKING, Any
+
+from raytracer.checks import InputError, shown
+
+if TYPE_CHECKING:
+    from zipfile import ZipFile, ZipInfo
+
+# A zip archive lists its members by this signature at its end, in 46 bytes and the name each. What this program
+# writes has 6 members; to list a million of them would take zipfile long.
+_MEMBER, _MEMBERS, _DIRECTORY = b"PK\x01\x02", 64, 1 << 16
+
+# (name, shape, dtype) of an array that is about to be read: raises InputError if that should not be.
+Check = Callable[[str, tuple[int, ...], Any], None]
+
+
+def read_arrays(
+    file: IO[bytes], choose: Callable[[list[str]], Iterable[str]], check: Check, most: int
+) -> dict[str, Any]:
+    """The arrays in a file that `choose` takes of all that are there; others are not looked at.
+
+    None may be of more than `most` bytes. Raises InputError.
+    """
+    from zipfile import ZipFile  # takes long to import
+
+    try:
+        file.seek(-min(_DIRECTORY, file.seek(0, 2)), 2)
+        if file.read().count(_MEMBER) > _MEMBERS:
+            raise ValueError("it has too many members")
+        with ZipFile(file) as archive:
+            members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
+            names = list(choose([*members]))
+            if missing := [name for name in names if name not in members]:
+                raise InputError(f"expected an array {missing[0]}, got {shown(', '.join(members))}")
+            return {name: _array(archive, members[name], name, check, most) for name in names}
+    except InputError:
+        raise
+    except Exception as error:  # what damaged archives and headers can raise is not written down anywhere
+        raise InputError(f"expected an .npz file: {' '.join(str(error).split())[:100]}") from None
+
+
+def _array(archive: ZipFile, info: ZipInfo, name: str, check: Check, most: int) -> Any:
+    from zipfile import ZIP_DEFLATED, ZIP_STORED
+
+    from numpy.lib import format as npy
+
+    # The others' decoders take as much memory as the archive asks for; NumPy writes only these.
+    if info.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
+        raise InputError(f"{name}: expected an array as numpy.savez writes it, got another compression")
+    # zipfile inflates no more of a member than the size that its entry states: not even of a header that is longer.
+    if info.file_size > most:
+        raise InputError(f"{name}: expected at most {most} bytes, got {info.file_size}")
+    with archive.open(info) as file:
+        version = npy.read_magic(file)
+        if version not in ((1, 0), (2, 0)):
+            raise InputError(f"{name}: expected an array of numbers in .npy format 1.0 or 2.0")
+        read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+        shape, _, dtype = read(file)
+    check(name, shape, dtype)
+    with archive.open(info) as file:
+        return npy.read_array(file, allow_pickle=False)

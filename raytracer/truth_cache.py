@@ -1,0 +1,123 @@
+"""Truths (truth.py) on the disk: made once for all that decides them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import numpy as np
+
+from raytracer.checks import InputError
+from raytracer.film import Image, written_whole
+from raytracer.material import Material
+from raytracer.merl import Measured
+from raytracer.npz import read_arrays
+from raytracer.solids import Primitive, Solid, postfix
+
+if TYPE_CHECKING:
+    from raytracer.scene import Scene
+    from raytracer.truth import Job
+
+# The files whose change makes older truths worthless.
+_SOURCES = ("reference*.py", "light_rays.py", "truth.py")
+
+
+def folder() -> Path:
+    """Where truths are kept: the variable RAYTRACER_CACHE, or the system's place for what can be made again."""
+    from platformdirs import user_cache_dir
+
+    return Path(os.environ.get("RAYTRACER_CACHE") or user_cache_dir("raytracer"))
+
+
+def path_of(job: Job, samples: int, tolerance: float) -> Path:
+    """The file of a truth, named by a hash of all that decides what is in it."""
+    from raytracer.truth import VERSION
+
+    decides = {
+        "scene": canonical(job.scene),
+        "size": list(map(int, job.size)),
+        "settings": [job.settings.shading, job.settings.shadows, job.settings.bounces],
+        "samples": int(samples),
+        "tolerance": tolerance,
+        "version": VERSION,
+        "sources": _sources(),
+    }
+    text = json.dumps(decides, sort_keys=True)
+    return folder() / f"truth-{hashlib.sha256(text.encode()).hexdigest()}.npz"
+
+
+def read(path: Path, size: tuple[int, int]) -> Image | None:
+    """The truth in a file; None if there is none, or it is damaged."""
+    width, height = size
+    arrays = {
+        "radiance": ((height, width, 3), np.float64),
+        "depth": ((height, width), np.float64),
+        "normal": ((height, width, 3), np.float64),
+        "material": ((height, width), np.int32),
+        "samples": ((height, width), np.int32),
+        "error": ((height, width), np.float64),
+    }
+
+    def check(name: str, shape: tuple[int, ...], dtype: Any) -> None:
+        if (shape, dtype) != arrays[name]:
+            raise InputError(f"{name}: expected {arrays[name]}, got {shape} of {dtype}")
+
+    try:
+        with path.open("rb") as file:
+            return Image(**read_arrays(file, lambda names: arrays, check, path.stat().st_size))
+    except (OSError, InputError):
+        return None
+
+
+def write(path: Path, image: Image) -> None:
+    """Keep a truth. Where that cannot be, a warning says so: the truth itself is none the worse for it."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with written_whole(path) as file:
+            np.savez(file, **{name: getattr(image, name) for name in image.__struct_fields__ if name != "metadata"})
+    except OSError as error:
+        reason = error.strerror or error
+        warnings.warn(f"{path.parent}: the reference was not kept for the next time: {reason}", stacklevel=1)
+
+
+def canonical(scene: Scene) -> Any:
+    """What `scene` is, in lists, numbers and strings: the same for scenes that make the same truth, else another one.
+
+    Names of the scene and of materials do not count. Arrays are there by their hash, other numbers as they are, which
+    JSON has to the last bit.
+    """
+    number = {material: i for i, material in enumerate(scene.materials)}
+
+    def plain(value: Any) -> Any:
+        match value:
+            case Material():  # of a leaf
+                return number[value]
+            case Measured():
+                return plain(value.values)
+            case np.ndarray():
+                return [list(value.shape), value.dtype.str, hashlib.sha256(value.tobytes()).hexdigest()]
+            case tuple() | list():
+                return [plain(part) for part in value]
+            case Solid() if not isinstance(value, Primitive):
+                nodes = postfix(value)
+                return [plain(node) if isinstance(node, Primitive) else type(node).__name__ for node in nodes]
+            case msgspec.Struct():
+                return [type(value).__name__, *(plain(getattr(value, name)) for name in value.__struct_fields__)]
+        return value
+
+    materials = [[m.model, {key: plain(value) for key, value in m.parameters.items()}] for m in scene.materials]
+    others = {
+        name: plain(getattr(scene, name)) for name in scene.__struct_fields__ if name not in ("materials", "name")
+    }
+    return {"materials": materials, **others}
+
+
+def _sources() -> list[list[str]]:
+    package = Path(__file__).parent
+    files = sorted(file for pattern in _SOURCES for file in package.glob(pattern))
+    return [[file.name, hashlib.sha256(file.read_bytes()).hexdigest()] for file in files]
