@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import math
+import sys
 from pathlib import Path
+from typing import get_args
 
-from raytracer.checks import InputError, printable
-from raytracer.cli import _add_backend, _add_scene, _size, _whole
+from raytracer.checks import InputError, number, printable
+from raytracer.cli import _add_backend, _add_scene, _named, _size, _whole
 from raytracer.progress import progress_bar
 from raytracer.scene_file import load
+from raytracer.settings import Precision, Settings, Shading, Shadows
 
 # Small, for the float64 reference takes its time; quick is for tests.
 _SIZE, _QUICK_SIZE = (320, 180), (64, 36)
@@ -89,3 +93,79 @@ def _trade(options: argparse.Namespace) -> int:
     if not found.complete:
         print("interrupted: this is what was measured by then")
     return 0 if found.complete else 1
+
+
+def tune_arguments(parser: argparse.ArgumentParser) -> None:
+    """What `raytracer tune` takes."""
+    _add_scene(parser)
+    targets = parser.add_mutually_exclusive_group(required=True)
+    targets.add_argument(
+        "--max-error",
+        metavar="E",
+        type=float,
+        help="find the fastest settings whose picture has at most this root mean square error, in linear radiance",
+    )
+    targets.add_argument(
+        "--time", metavar="T", type=float, help="find those with the least error whose picture takes at most T seconds"
+    )
+    parser.add_argument("--size", metavar="WxH", type=_size, default=(1280, 720), help="in pixels (default: 1280x720)")
+    parser.add_argument("--shading", metavar="MODEL", choices=get_args(Shading), help="as for raytracer render")
+    parser.add_argument("--shadows", choices=get_args(Shadows), default="hard", help="default: hard")
+    parser.add_argument(
+        "--precision", choices=get_args(Precision), type=int, default=32, help="as for raytracer render (default: 32)"
+    )
+    parser.add_argument("--bounces", metavar="N", type=_whole, default=8, help="as for raytracer render (default: 8)")
+    _add_backend(parser)
+    parser.set_defaults(run=_tune)
+
+
+def _tune(options: argparse.Namespace) -> int:
+    """Search, and print what was found; 1 if nothing meets the target."""
+    for value, name, unit in ((options.max_error, "--max-error", "linear radiance"), (options.time, "--time", "seconds")):
+        if value is not None:
+            number(value, name, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
+    base = Settings(
+        shading=options.shading, shadows=options.shadows, precision=options.precision, bounces=options.bounces
+    )
+    scene = load(options.scene)
+    from raytracer.limits import check_size
+    from raytracer.renderer import shared_renderer
+    from raytracer.trade.report import flags
+    from raytracer.trade.tune import tune
+
+    check_size(options.size)
+    renderer = shared_renderer(options.backend)
+    with _named(options.scene):
+        found = tune(
+            renderer,
+            scene,
+            options.size,
+            base,
+            max_error=options.max_error,
+            time=options.time,
+            progress=lambda what: print(f"measuring {what}", file=sys.stderr),
+        )
+    best = found.best
+    says = (
+        f"{best.seconds:.3g} s, error {best.error:.2g} (RMSE, linear radiance), {best.samples:.3g} samples a pixel "
+        f"at {options.size[0]}x{options.size[1]}"
+    )
+    if found.pick is None:
+        print(f"of {found.tried} tried nothing meets that; the closest is {flags(best.settings)}: {says}")
+        return 1
+    print(f"{flags(best.settings) or '--samples 1'}: {says}\n\n{settings_table(best.settings)}", end="")
+    return 0
+
+
+def settings_table(settings: Settings) -> str:
+    """The table `[settings]` of a scene file, of what is not by default."""
+    default = Settings()
+    given = {name: getattr(settings, name) for name in settings.__struct_fields__}
+    if settings.asks:
+        del given["samples"]  # the default is another one then
+    lines = [
+        f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value}"
+        for name, value in given.items()
+        if value != getattr(default, name)
+    ]
+    return "\n".join(["[settings]", *lines]) + "\n"

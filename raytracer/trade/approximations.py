@@ -95,7 +95,8 @@ def _series(extent: Extent, renderer: Renderer) -> Iterator[_Series]:
         (f"{extent.most_terms} terms", lambda _: Material("he", terms=extent.most_terms)),
         tuple((f"{n} terms", _only("he", terms=n)) for n in extent.terms),
     )
-    yield _measured(renderer)
+    if extent.tables:
+        yield _measured(renderer)
 
 
 def _with(model: str, **parameters: float) -> Change:

@@ -72,6 +72,7 @@ class Extent(NamedTuple):
     terms: Sequence[int] = (16, 32, 64)
     most_terms: int = 128
     shading_samples: int = 1
+    tables: bool = True  # of measured materials, whose making takes a while
 
 
 FULL = Extent()
@@ -90,6 +91,7 @@ QUICK = Extent(
     most_nodes=256,
     terms=(16,),
     most_terms=32,
+    tables=False,
 )
 
 # The target whose pictures most knobs are about.
