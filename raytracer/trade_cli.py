@@ -14,7 +14,7 @@ from raytracer.progress import progress_bar
 from raytracer.scene_file import load
 from raytracer.settings import Precision, Settings, Shading, Shadows
 
-# Small, for the float64 reference takes its time; quick is for tests.
+# Small, for a truth takes its time; quick is for tests.
 _SIZE, _QUICK_SIZE = (320, 180), (64, 36)
 _ROUNDS, _QUICK_ROUNDS = 5, 2
 _QUICK_GPU_SAMPLES = 256
@@ -34,17 +34,17 @@ def trade_arguments(parser: argparse.ArgumentParser) -> None:
         "--size",
         metavar="WxH",
         type=_size,
-        help=f"in pixels (default: {_SIZE[0]}x{_SIZE[1]}, as the float64 reference takes its time)",
+        help=f"in pixels (default: {_SIZE[0]}x{_SIZE[1]}, as a truth takes its time)",
     )
     parser.add_argument(
         "--rounds", metavar="N", type=_whole, help=f"how often each is timed, in turns with all (default: {_ROUNDS})"
     )
     parser.add_argument(
         "--truth",
-        choices=("auto", "float64", "gpu"),
+        choices=("auto", "gpu", "float64"),
         default="auto",
-        help="what errors are against: the float64 reference, or many samples on the GPU (default: auto, the "
-        "reference for scenes of few primitives)",
+        help="what errors are against: many samples on the GPU, or the float64 reference (default: auto, the "
+        "GPU's, and for scenes of few primitives how far the reference is from it)",
     )
     parser.add_argument(
         "--quick", action="store_true", help="a tiny picture, few of all configurations, a truth by the GPU"
@@ -121,7 +121,10 @@ def tune_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _tune(options: argparse.Namespace) -> int:
     """Search, and print what was found; 1 if nothing meets the target."""
-    for value, name, unit in ((options.max_error, "--max-error", "linear radiance"), (options.time, "--time", "seconds")):
+    for value, name, unit in (
+        (options.max_error, "--max-error", "linear radiance"),
+        (options.time, "--time", "seconds"),
+    ):
         if value is not None:
             number(value, name, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
     base = Settings(

@@ -30,7 +30,7 @@ def test_the_pick_meets_the_error_against_many_random_samples(renderer: Renderer
     found = tune(renderer, scene, SIZE, Settings(), max_error=0.005)
     assert found.pick and found.pick.error <= 0.005
     picture = renderer.render(scene, SIZE, found.pick.settings).radiance
-    # Of 4096 random samples an error of 0.005 with 16 is below 0.001, which is a fiftieth of this one's, squared.
+    # 4096 random samples are off by a 64th of what one is, 0.02 here: squared that is less than 1 % of what is measured.
     truth = renderer.render(scene, SIZE, Settings(samples=4096, sequence="random")).radiance
     assert np.sqrt(np.mean((picture.astype(float) - truth) ** 2)) <= 1.02 * 0.005
 
@@ -67,8 +67,10 @@ def test_the_table_holds_what_is_not_by_default() -> None:
         Settings(samples=6),
     ):
         table = tomllib.loads(settings_table(settings))["settings"]
-        samples = {"samples": settings.samples} if settings.asks else {}
-        assert Settings(**table, **samples) == settings
+        if settings.asks:
+            assert "samples" not in table, "the default is another one then"
+            table["samples"] = settings.samples
+        assert Settings(**table) == settings
 
 
 @pytest.mark.gl

@@ -81,9 +81,7 @@ def _series(extent: Extent, renderer: Renderer) -> Iterator[_Series]:
     )
     gold = Material("ggx", fresnel="conductor")
     f0 = tuple(((n - 1.0) ** 2 + k**2) / ((n + 1.0) ** 2 + k**2) for n, k in zip(gold.n, gold.k, strict=True))
-    yield _Series(
-        "Fresnel factor of gold", ("exact", lambda _: gold), (("Schlick", lambda _: Material("ggx", f0=f0)),)
-    )
+    yield _Series("Fresnel factor of gold", ("exact", lambda _: gold), (("Schlick", lambda _: Material("ggx", f0=f0)),))
     yield _rough(extent)
     yield _Series(
         "quadrature nodes",

@@ -186,9 +186,7 @@ def with_round_lights(scene: Scene) -> tuple[Scene, str]:
     if not scene.lights or any(light.radius for light in scene.lights):
         return scene, ""
     lights = [
-        msgspec.structs.replace(
-            light, radius=max(RADIUS_SHARE * math.dist(light.position, scene.camera.look_at), 1e-9)
-        )
+        msgspec.structs.replace(light, radius=max(RADIUS_SHARE * math.dist(light.position, scene.camera.look_at), 1e-9))
         for light in scene.lights
     ]
     return msgspec.structs.replace(scene, lights=lights), (

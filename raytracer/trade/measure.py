@@ -80,9 +80,7 @@ class Trade(msgspec.Struct):
         return [
             result
             for result in self.results
-            if knob in result.configuration.knobs
-            and result.measured
-            and target in (None, result.configuration.target)
+            if knob in result.configuration.knobs and result.measured and target in (None, result.configuration.target)
         ]
 
 

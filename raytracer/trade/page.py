@@ -87,9 +87,7 @@ def _sequences(trade: Trade) -> Iterable[str]:
         if trade.of_knob(knob):
             yield f"<h2>{title}</h2>"
             yield plots.error_against_samples(trade, knob)
-            rows = [
-                (name, f"{fit[0]:.2f}", f"{fit[1]:.2g}") for name, fit in slopes(trade, knob).items() if fit
-            ]
+            rows = [(name, f"{fit[0]:.2f}", f"{fit[1]:.2g}") for name, fit in slopes(trade, knob).items() if fit]
             yield _rows(("sequence", "p of error = c n^-p", "c"), rows)
 
 
@@ -167,9 +165,10 @@ def _table(results: Sequence[Result]) -> str:
         numbers += [f"{result.error.largest:.2g}"]
         cells = "".join(f'<td class="n">{number}</td>' for number in numbers)
         front = ' class="front"' if result.beaten_by is None else ""
+        label, knobs = result.configuration.label, ", ".join(result.configuration.knobs)
         lines.append(
-            f"<tr{front}><td>{escape(result.configuration.label)}</td><td>{escape(', '.join(result.configuration.knobs))}"
-            f"</td>{cells}<td>{escape(result.beaten_by or 'none: on the front')}</td></tr>"
+            f"<tr{front}><td>{escape(label)}</td><td>{escape(knobs)}</td>{cells}"
+            f"<td>{escape(result.beaten_by or 'none: on the front')}</td></tr>"
         )
     return f'<div class="wide"><table>{_heading(heading)}{"".join(lines)}</table></div>'
 

@@ -16,6 +16,8 @@ from raytracer.trade.truths import RESOLVED
 _COLORS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#bbbbbb", "#882255", "#999933", "#000000")
 _MARKS = "osD^vP*Xhd"
 _REFERENCE_SLOPES = (0.5, 0.75)
+# What float32 does not tell from 0.
+_LEAST = 1e-8
 
 
 def _figure(width: float, height: float) -> Any:
@@ -41,40 +43,56 @@ def _svg(figure: Any) -> str:
 
 
 def error_against_time(trade: Trade, target: str) -> str:
-    """A point for each configuration, marked by its knob, and the front."""
+    """A point for each configuration, marked by what it is, and the front."""
     figure = _figure(9.0, 5.2)
     axes = figure.add_subplot()
     results = trade.of(target)
     floor = RESOLVED * trade.truths[target].error
-    for k, knob in enumerate(dict.fromkeys(result.configuration.knobs[-1] for result in results)):
-        own = [result for result in results if result.configuration.knobs[-1] == knob]
+    for k, kind in enumerate(dict.fromkeys(map(_kind, results))):
+        own = [result for result in results if _kind(result) == kind]
         axes.plot(
             [1e3 * result.median for result in own],
-            [_error(result, floor) for result in own],
+            [_error(result) for result in own],
             _MARKS[k % len(_MARKS)],
             color=_COLORS[k % len(_COLORS)],
             ms=6,
             mec="white",
             mew=0.5,
-            label=knob,
+            label=kind,
         )
-    _draw_front(axes, results, floor)
-    if floor:
-        axes.axhspan(axes.get_ylim()[0], floor, color="0.9", zorder=0, label="not resolved by the truth")
+    _draw_front(axes, results)
     _label(axes, "milliseconds, median", "error (RMSE, linear radiance)")
+    _draw_floor(axes, floor)
     axes.legend(fontsize=8, loc="upper right")
     return _svg(figure)
 
 
-def _error(result: Result, floor: float = 0.0) -> float:
-    return max(result.error.rmse, 1e-3 * floor) if result.error else 0.0
+def _kind(result: Result) -> str:
+    """The sequence, unless another knob is turned."""
+    configuration = result.configuration
+    settings = configuration.settings
+    if configuration.scale != 1.0:
+        return "resolution"
+    if configuration.estimates:
+        return "with its error"
+    if settings.adaptive is not None:
+        return "adaptive"
+    if settings.max_error is not None:
+        return "max error"
+    if settings.precision != 32 or settings.evaluator != "cells":
+        return "precision, evaluator"
+    return settings.sequence
 
 
-def _draw_front(axes: Any, results: Sequence[Result], floor: float) -> None:
+def _error(result: Result) -> float:
+    return max(result.error.rmse, _LEAST) if result.error else _LEAST
+
+
+def _draw_front(axes: Any, results: Sequence[Result]) -> None:
     front = sorted((result for result in results if result.beaten_by is None), key=lambda result: result.median)
     axes.step(
         [1e3 * result.median for result in front],
-        [_error(result, floor) for result in front],
+        [_error(result) for result in front],
         where="post",
         color="0.3",
         lw=1.0,
@@ -83,8 +101,21 @@ def _draw_front(axes: Any, results: Sequence[Result], floor: float) -> None:
     )
 
 
+def _draw_floor(axes: Any, floor: float) -> None:
+    """What the truth does not resolve, if that is in the plot."""
+    low, high = axes.get_ylim()
+    if floor > low:
+        axes.axhspan(low, floor, color="0.9", zorder=0, label="not resolved by the truth")
+        axes.set_ylim(low, high)
+
+
 def _label(axes: Any, x: str, y: str) -> None:
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_yscale("log")
     axes.set_xlabel(x)
     axes.set_ylabel(y)
@@ -113,12 +144,10 @@ def error_against_samples(trade: Trade, knob: str) -> str:
             ms=5,
             lw=1.2,
         )
-    if results:
-        target = results[0].configuration.target
-        _draw_slopes(axes)
-        if floor := RESOLVED * trade.truths[target].error:
-            axes.axhspan(axes.get_ylim()[0], floor, color="0.9", zorder=0, label="not resolved by the truth")
+    _draw_slopes(axes)
     _label(axes, "samples a pixel", "error (RMSE, linear radiance)")
+    if results:
+        _draw_floor(axes, RESOLVED * trade.truths[results[0].configuration.target].error)
     axes.legend(fontsize=8)
     return _svg(figure)
 
@@ -144,17 +173,22 @@ def approximations(trade: Trade, targets: Sequence[str]) -> str:
         axes = figure.add_subplot(rows, columns, k + 1)
         results = trade.of(target)
         exact = [result for result in results if result.error and result.error.rmse == 0.0]
-        for result in results:
-            if result not in exact:
-                axes.plot(1e3 * result.median, _error(result), "o", color=_COLORS[0], ms=5)
-                label = result.configuration.label
-                axes.annotate(label, (1e3 * result.median, _error(result)), (4, 4), textcoords="offset points", fontsize=7)
+        for k, result in enumerate(result for result in results if result not in exact):
+            x, y = 1e3 * result.median, _error(result)
+            axes.plot(x, y, "o", color=_COLORS[0], ms=4)
+            above = (0, 5) if k % 2 else (0, -10)  # so that neighbours' names stand apart
+            axes.annotate(
+                result.configuration.label, (x, y), above, textcoords="offset points", fontsize=6.5, ha="center"
+            )
         for result in exact:
             axes.axvline(1e3 * result.median, color="0.5", lw=1.0, ls="--")
         axes.set_title(target, fontsize=8)
-        _label(axes, "milliseconds; dashed: the exact form's", "RMSE")
-        axes.margins(0.35)
+        axes.set_yscale("log")
+        axes.margins(0.3)
+        axes.set_xlim(0.0, 1.25e3 * max(result.median for result in results))
+        axes.set_xlabel("milliseconds; dashed: the exact form's", fontsize=7)
+        axes.set_ylabel("RMSE", fontsize=7)
         axes.tick_params(labelsize=7, which="both")
-        axes.xaxis.label.set_size(7)
-        axes.yaxis.label.set_size(7)
+        axes.grid(which="major", color="0.9", lw=0.6)
+        axes.spines[["top", "right"]].set_visible(False)
     return _svg(figure)

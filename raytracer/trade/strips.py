@@ -19,7 +19,7 @@ _PIECE, _TIMES = (40, 30), 6
 # Of what strips have in common: as much as Sobol' samples of this number.
 _SAMPLES = 16
 # By how much what is about the same may differ.
-_ABOUT = 1.1
+_ABOUT = 1.2
 
 
 class Tile(NamedTuple):

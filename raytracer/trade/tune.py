@@ -56,7 +56,10 @@ class Measured(NamedTuple):
 
 
 class Tuned(msgspec.Struct, frozen=True):
-    """What was found: the `pick`, or None if nothing meets the target; then `best` comes closest. `tried`: at full size."""
+    """What was found: the `pick`, or None if nothing meets the target; then `best` comes closest.
+
+    `tried`: how many at full size. `reference`: samples of what they were compared with.
+    """
 
     pick: Measured | None
     best: Measured
