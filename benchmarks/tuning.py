@@ -85,11 +85,13 @@ def compared(renderer: Renderer, scene: rt.Scene, samples: int, size: tuple[int,
     met = stage.in_turns((each for each in swept if each.error <= error), 3)
     least = min(each.seconds for each in met)
     close = [each for each in met if each.seconds <= _CLOSE * least]
-    if found.pick:
+    swept_settings = {each.settings for each in close}
+    if found.pick and found.pick.settings not in swept_settings:
         close.append(found.pick)
     again = stage.in_turns(close, rounds)
-    pick = again.pop() if found.pick else None
-    return Row(scene.name, error, pick, min(again, key=lambda each: each.seconds), len(swept), took)
+    pick = next((each for each in again if found.pick and each.settings == found.pick.settings), None)
+    best = min((each for each in again if each.settings in swept_settings), key=lambda each: each.seconds)
+    return Row(scene.name, error, pick, best, len(swept), took)
 
 
 def as_markdown(rows: list[Row], renderer: Renderer, size: tuple[int, int], rounds: int) -> str:
@@ -114,8 +116,8 @@ def as_markdown(rows: list[Row], renderer: Renderer, size: tuple[int, int], roun
         )
     lines += [
         "",
-        f"Asked: at most {ASKED} times the time of the sweep's. Kept on {kept} of {len(rows)} scenes; a ratio below 1 is "
-        "a pick that the sweep did not find, or noise. The sweep's is the least median of several, which favours it.",
+        f"Asked: at most {ASKED} times the time of the sweep's. Kept on {kept} of {len(rows)} scenes. Below 1: a pick "
+        "that the sweep has not. The sweep's is the least median of several, which favours it.",
     ]
     return "\n".join(lines) + "\n"
 

@@ -30,7 +30,7 @@ def test_the_pick_meets_the_error_against_many_random_samples(renderer: Renderer
     found = tune(renderer, scene, SIZE, Settings(), max_error=0.005)
     assert found.pick and found.pick.error <= 0.005
     picture = renderer.render(scene, SIZE, found.pick.settings).radiance
-    # 4096 random samples are off by a 64th of what one is, 0.02 here: squared that is less than 1 % of what is measured.
+    # 4096 random samples are off by a 64th of what one is, 0.02 here: squared, less than 1 % of what is measured.
     truth = renderer.render(scene, SIZE, Settings(samples=4096, sequence="random")).radiance
     assert np.sqrt(np.mean((picture.astype(float) - truth) ** 2)) <= 1.02 * 0.005
 
