@@ -155,7 +155,7 @@ def configuration(knob: str, settings: Settings, scale: float = 1.0, *, estimate
     """A configuration of a picture with those shadows, labelled by what it is."""
     label = describe(settings)
     if scale != 1.0:
-        label += f", at {scale:g} of the size"
+        label += f", at {scale:g} x the size"
     if estimates:
         label += ", with its error"
     return Configuration((knob,), label, f"{settings.shadows} shadows", settings, scale, estimates)

@@ -33,15 +33,19 @@ ASKED_ERRORS = (1.0, 1.15, 1.3)
 
 # The side of the pictures on which candidates are ranked, of the picture's.
 _SMALL = 0.25
-# Samples of what pictures are compared with, for each of theirs; Roberts' points are off by a sixth then, or less,
-# which counts as the picture's own error.
+# Samples of what pictures are compared with, for each of theirs; Roberts' points are off by a fifth as much then, or
+# less, which counts as the picture's own error.
 _TIMES, _FEWEST, _MOST = 16, 64, 4096
 # By how much predictions of errors and of times are taken to be wrong.
 _UNSURE_ERROR, _UNSURE_TIME = 1.1, 1.25
 # How many are tried at full size at a time, and how often each is timed; those within _CLOSE of the fastest more often.
 _FEW, _ROUNDS, _CLOSE, _MORE_ROUNDS = 6, 3, 1.4, 9
+# How many times as long as usual a single picture may take.
+_ONCE = 2.5
 # How often each is timed at the small size, where the shortest time counts: what else runs on the machine only adds.
 _SMALL_ROUNDS = 3
+# What is not told from 0, in linear radiance.
+_LEAST = 1e-7
 # The thresholds of adaptive samples that are tried lie between these multiples of the picture's error.
 _THRESHOLD = 1.0, 60.0
 
@@ -156,31 +160,33 @@ def tune(
     time: float | None = None,
     progress: Callable[[str], None] = lambda what: None,
 ) -> Tuned:
-    """Search, for a root mean square error in linear radiance or for seconds. `progress` is told what is done next."""
+    """Search, for a root mean square error in linear radiance or for seconds: one of the two is given.
+
+    `base`: what of the settings stays. `progress` is told, in words, what is measured next.
+    """
     small = Stage(renderer, scene, base, tuple(max(16, round(_SMALL * side)) for side in size))  # pyright: ignore[reportArgumentType]
     full = Stage(renderer, scene, base, size)
     ranked = _ranked(small, full, base, max_error, time, progress)
     target = _Target(max_error, time)
     tried: list[Measured] = []
+    count = 0
     extra = asked(base, max_error) if max_error is not None else []
     while ranked or extra:
         batch, ranked = extra + ranked[:_FEW], ranked[_FEW:]
         extra = []
+        count += len(batch)
         progress(f"{len(batch)} candidates at {size[0]}x{size[1]}")
         found = [full.measure(settings) for settings in batch]
         # What is far from the target needs no second look.
         found = full.in_turns(filter(target.is_near, found), _ROUNDS) or found
-        tried += found
-        if any(target.is_met(each) for each in found):
-            break
-    met = sorted((each for each in tried if target.is_met(each)), key=target.order)
-    if not met:
-        return Tuned(None, min(tried, key=target.miss), len(tried), full.samples)
-    progress("the best of them again")
-    close = [each for each in met if target.is_close(each, met[0])]
-    if len(close) > 1 or time is not None:
-        met = sorted(filter(target.is_met, full.in_turns(close, _MORE_ROUNDS)), key=target.order) or met
-    return Tuned(met[0], met[0], len(tried), full.samples)
+        if met := sorted(filter(target.is_met, found), key=target.order):
+            progress("the best of them again")
+            met = full.in_turns((each for each in met if target.is_close(each, met[0])), _MORE_ROUNDS)
+        tried += [*found, *met]
+        if met := list(filter(target.is_met, met)):
+            pick = min(met, key=target.order)
+            return Tuned(pick, pick, count, full.samples)
+    return Tuned(None, min(tried, key=target.miss), count, full.samples)
 
 
 class _Target(NamedTuple):
@@ -194,11 +200,11 @@ class _Target(NamedTuple):
 
     def is_near(self, found: Measured) -> bool:
         """Whether it meets the target, but for what a single time is off by."""
-        return self.is_met(found) or (self.time is not None and found.seconds <= 2.0 * _UNSURE_TIME * self.time)
+        return self.is_met(found) or (self.time is not None and found.seconds <= _ONCE * self.time)
 
-    def order(self, found: Measured) -> float:
+    def order(self, found: Measured) -> tuple[float, float]:
         """Less is better."""
-        return found.seconds if self.max_error is not None else found.error
+        return (found.seconds, found.error) if self.max_error is not None else (found.error, found.seconds)
 
     def miss(self, found: Measured) -> float:
         """How far it is from the target."""
@@ -227,7 +233,7 @@ def _ranked(
     progress(f"what pictures are compared with, {_TIMES} times {start.samples} samples")
     full.refer(start.samples * (1 if max_error is not None else 4))
     scales = {False: _scale(small, full, start)}
-    error = max_error if max_error is not None else scales[False][0] * small.measure(start).error
+    error = max_error if max_error is not None else max(scales[False][0] * small.measure(start).error, _LEAST)
     near = [
         settings
         for settings in grid(base)
