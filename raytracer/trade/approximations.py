@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -97,12 +97,12 @@ def _series(extent: Extent, renderer: Renderer) -> Iterator[_Series]:
         yield _measured(renderer)
 
 
-def _with(model: str, **parameters: float) -> Change:
+def _with(model: str, **parameters: Any) -> Change:
     """A material of that model which is like the one it replaces, but for some parameters."""
     return lambda material: translated(material, model).replace(**parameters)
 
 
-def _only(model: str, **parameters: float) -> Change:
+def _only(model: str, **parameters: Any) -> Change:
     return lambda _: Material(model, **parameters)
 
 

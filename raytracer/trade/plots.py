@@ -13,9 +13,24 @@ from raytracer.trade.report import slopes
 from raytracer.trade.truths import RESOLVED
 
 # Paul Tol's bright and muted schemes: told apart by the colour-blind.
-_COLORS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#bbbbbb", "#882255", "#999933", "#000000")
-_MARKS = "osD^vP*Xhd"
+_COLORS = (
+    "#4477aa",
+    "#ee6677",
+    "#228833",
+    "#ccbb44",
+    "#66ccee",
+    "#aa3377",
+    "#bbbbbb",
+    "#882255",
+    "#999933",
+    "#000000",
+    "#332288",
+    "#dd7711",
+)
+_MARKS = "osD^vP*Xhd<>"
 _REFERENCE_SLOPES = (0.5, 0.75)
+# Times that differ by more are shown by their logarithm.
+_WIDE = 5.0
 # What float32 does not tell from 0.
 _LEAST = 1e-8
 
@@ -109,13 +124,18 @@ def _draw_floor(axes: Any, floor: float) -> None:
         axes.set_ylim(low, high)
 
 
-def _label(axes: Any, x: str, y: str) -> None:
+def _ticks(axes: Any) -> None:
+    """A logarithmic x axis with plain numbers."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _label(axes: Any, x: str, y: str) -> None:
+    _ticks(axes)
     axes.set_yscale("log")
     axes.set_xlabel(x)
     axes.set_ylabel(y)
@@ -185,7 +205,12 @@ def approximations(trade: Trade, targets: Sequence[str]) -> str:
         axes.set_title(target, fontsize=8)
         axes.set_yscale("log")
         axes.margins(0.3)
-        axes.set_xlim(0.0, 1.25e3 * max(result.median for result in results))
+        times = [1e3 * result.median for result in results]
+        if max(times) > _WIDE * min(times):
+            _ticks(axes)
+            axes.set_xlim(0.5 * min(times), 2.0 * max(times))
+        else:
+            axes.set_xlim(0.0, 1.25 * max(times))
         axes.set_xlabel("milliseconds; dashed: the exact form's", fontsize=7)
         axes.set_ylabel("RMSE", fontsize=7)
         axes.tick_params(labelsize=7, which="both")

@@ -17,7 +17,7 @@ from raytracer.trade.measure import Result, Trade
 from raytracer.trade.pareto import slope
 from raytracer.trade.truths import RESOLVED
 
-_FIELDS = (
+_FIELDS: tuple[str, ...] = (
     "target",
     "configuration",
     "knobs",

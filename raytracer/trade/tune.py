@@ -42,7 +42,7 @@ _UNSURE_ERROR, _UNSURE_TIME = 1.1, 1.25
 _FEW, _ROUNDS, _CLOSE, _MORE_ROUNDS = 6, 3, 1.4, 9
 # How many times as long as usual a single picture may take.
 _ONCE = 2.5
-# How often each is timed at the small size, where the shortest time counts: what else runs on the machine only adds.
+# How often each is timed at the small size.
 _SMALL_ROUNDS = 3
 # What is not told from 0, in linear radiance.
 _LEAST = 1e-7
@@ -51,12 +51,16 @@ _THRESHOLD = 1.0, 60.0
 
 
 class Measured(NamedTuple):
-    """A picture's cost and error. `seconds`: those of render(); `samples`: a pixel's, on average."""
+    """A picture's cost and error. `seconds`: those of render(), the median; `samples`: a pixel's, on average.
+
+    `least`: the shortest time. What else runs on the machine only adds, so that tells who is faster.
+    """
 
     settings: Settings
     seconds: float
     error: float
     samples: float
+    least: float
 
 
 class Tuned(msgspec.Struct, frozen=True):
@@ -122,7 +126,7 @@ class Stage:
             image = self._renderer.render(self._scene, self.size, settings, geometry=False)
             seconds = time.perf_counter() - begin
             samples = image.estimate.samples if image.estimate else float(settings.samples)
-            self._known[settings] = Measured(settings, seconds, self._error(image.radiance, samples), samples)
+            self._known[settings] = Measured(settings, seconds, self._error(image.radiance, samples), samples, seconds)
         return self._known[settings]
 
     def seconds(self, settings: Settings) -> float:
@@ -138,16 +142,14 @@ class Stage:
         # Points on lights are the same whatever the sequence: so much of the reference is the picture's own.
         return error / (1.0 - min(0.5, samples / self.samples)) if self._shared else error
 
-    def in_turns(
-        self, candidates: Iterable[Measured], rounds: int, choose: Callable[[list[float]], float] = median
-    ) -> list[Measured]:
-        """With the median, or what else to `choose`, of so many times."""
+    def in_turns(self, candidates: Iterable[Measured], rounds: int) -> list[Measured]:
+        """With so many times."""
         found = list(candidates)
         times: list[list[float]] = [[] for _ in found]
         for _ in range(rounds):
             for each, candidate in zip(times, found, strict=True):
                 each.append(self.seconds(candidate.settings))
-        return [each._replace(seconds=choose(own)) for each, own in zip(found, times, strict=True)]
+        return [each._replace(seconds=median(own), least=min(own)) for each, own in zip(found, times, strict=True)]
 
 
 def tune(
@@ -204,7 +206,7 @@ class _Target(NamedTuple):
 
     def order(self, found: Measured) -> tuple[float, float]:
         """Less is better."""
-        return (found.seconds, found.error) if self.max_error is not None else (found.error, found.seconds)
+        return (found.least, found.error) if self.max_error is not None else (found.error, found.least)
 
     def miss(self, found: Measured) -> float:
         """How far it is from the target."""
@@ -212,7 +214,7 @@ class _Target(NamedTuple):
 
     def is_close(self, found: Measured, best: Measured) -> bool:
         """Whether times decide between the two."""
-        return self.max_error is None or found.seconds <= _CLOSE * best.seconds
+        return self.max_error is None or found.least <= _CLOSE * best.least
 
 
 def _ranked(
@@ -248,10 +250,12 @@ def _ranked(
     near += [msgspec.structs.replace(base, samples=n) for n in LADDER[max(0, k - 2) : k + 3]]
     progress(f"{len(near)} candidates at {small.size[0]}x{small.size[1]}")
     predicted = []
-    for found in small.in_turns([small.measure(settings) for settings in near], _SMALL_ROUNDS, min):
+    for found in small.in_turns([small.measure(settings) for settings in near], _SMALL_ROUNDS):
         settings = found.settings
         by_error, by_time = scales[settings.adaptive is not None]
-        predicted.append(found._replace(error=by_error * found.error, seconds=by_time * found.seconds))
+        predicted.append(
+            found._replace(error=by_error * found.error, seconds=by_time * found.least, least=by_time * found.least)
+        )
     target = _Target(
         None if max_error is None else _UNSURE_ERROR * max_error, None if time is None else _UNSURE_TIME * time
     )
@@ -265,8 +269,8 @@ def _ranked(
 
 def _scale(small: Stage, full: Stage, settings: Settings) -> tuple[float, float]:
     """Error and time at full size, of those at the small one."""
-    [a], [b] = (stage.in_turns([stage.measure(settings)], _SMALL_ROUNDS, min) for stage in (small, full))
-    return (b.error / a.error if a.error else 1.0), b.seconds / a.seconds
+    [a], [b] = (stage.in_turns([stage.measure(settings)], _SMALL_ROUNDS) for stage in (small, full))
+    return (b.error / a.error if a.error else 1.0), b.least / a.least
 
 
 def _first_fixed(
