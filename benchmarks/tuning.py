@@ -109,7 +109,7 @@ def as_markdown(rows: list[Row], renderer: Renderer, size: tuple[int, int], roun
         "",
         *(f"- {key}: {value}" for key, value in machine(renderer).items()),
         "",
-        "| scene | error asked for | tune's pick | ms | error | the sweep's | ms | error | of | ratio | of the shortest | tune took |",
+        "| scene | asked for | tune's pick | ms | error | the sweep's | ms | error | of | ratio | shortest | took |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for row in rows:
@@ -121,9 +121,10 @@ def as_markdown(rows: list[Row], renderer: Renderer, size: tuple[int, int], roun
         )
     lines += [
         "",
+        "*Ratio*: of the medians; *shortest*: of the shortest times.",
         f"Asked: at most {ASKED} times the time of the sweep's. Kept on {kept} of {len(rows)} scenes by medians, on "
-        f"{by_least} by the shortest times, which other work on the machine does not lengthen. Below 1: a pick that the "
-        "sweep has not, or noise. The sweep's is the one with the shortest time of several, which favours it.",
+        f"{by_least} by the shortest times, which other work on the machine does not lengthen. Below 1: a pick that "
+        "the sweep has not, or noise. The sweep's is the one with the shortest time of several, which favours it.",
     ]
     return "\n".join(lines) + "\n"
 
