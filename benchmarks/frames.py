@@ -17,7 +17,6 @@ from statistics import median, quantiles
 import glfw
 
 from raytracer.interaction import Cursor, Press
-from raytracer.settings import Settings
 from raytracer.viewer import Viewer, opened
 from tests.displays import environment, x_server
 
@@ -68,7 +67,7 @@ def main() -> None:
     """Measure and print, where there is a display; or else again where there is one."""
     name = sys.argv[1] if len(sys.argv) > 1 else "assignment"
     if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
-        with opened(name, Settings(samples=256), SIZE, budget=1e9) as viewer:
+        with opened(name, {"size": SIZE}, budget=1e9) as viewer:
             measure(viewer)
         return
     with x_server(*SIZE) as display:

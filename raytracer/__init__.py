@@ -17,8 +17,9 @@ from raytracer.checks import InputError
 from raytracer.instances import Instances
 from raytracer.material import Material
 from raytracer.models import Lobe
+from raytracer.presets import quality
 from raytracer.scene import Camera, PointLight, Scene
-from raytracer.scene_file import load
+from raytracer.scene_file import load, load_settings
 from raytracer.settings import Settings
 from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union
 
@@ -53,7 +54,9 @@ __all__ = [
     "Union",
     "brdf",
     "load",
+    "load_settings",
     "published",
+    "quality",
     "render",
 ]
 

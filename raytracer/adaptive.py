@@ -29,7 +29,7 @@ import numpy as np
 
 from raytracer.blocks import BlockPass, Blocks
 from raytracer.cells import BLOCK, CELL
-from raytracer.estimate import EDGES
+from raytracer.estimate import P
 from raytracer.glsl_source import Source, assemble
 from raytracer.movement import Movement
 from raytracer.settings import Settings
@@ -104,14 +104,16 @@ class Refinement:
         # Later, pixels around a block may have fewer samples.
         find = self._errors[0 if self._blocks.active.all() else 1]
         radiance.use(0)
-        return find.find(self._blocks, radianceSum=0, summed=float(summed), samples=float(done))[..., 0]
+        return find.find(self._blocks, self._blocks.cells, radianceSum=0, summed=float(summed), samples=float(done))[
+            ..., 0
+        ]
 
     def _without(self, errors: np.ndarray, squares: np.ndarray, more: float) -> Mask:
         """Which active blocks can be left as they are: the surest ones, that together hold a small share of the squared
         error that there is to be at last. But none if those that would have been left with half the samples turned
         out to hold much more: then there are things that so many samples often miss.
         """
-        asked = squares.sum() / max(more, 1.0) ** (2.0 * EDGES)
+        asked = squares.sum() / max(more, 1.0) ** (2.0 * P)
         if self._settings.max_error is not None:
             asked = max(asked, self._settings.max_error**2 * 3 * self._blocks.area[2] * self._blocks.area[3])
         active = self._blocks.active

@@ -68,13 +68,13 @@ class BlockPass:
         self._found = context.texture((columns, rows), components, dtype="f4")
         self._target = context.framebuffer([self._found])
 
-    def find(self, blocks: Blocks, **uniforms: object) -> NDArray[np.float32]:
-        """(rows, columns, components): 0 in cells without active blocks. Textures must be bound."""
+    def find(self, blocks: Blocks, cells: Mask, **uniforms: object) -> NDArray[np.float32]:
+        """(rows, columns, components): 0 in all but these of the blocks' cells. Textures must be bound."""
         rows, columns = blocks.active.shape
         port, shown = viewport((0, 0, columns, rows))
         draw: dict[str, Any] = {"draw.viewport": shown}
         set_uniforms(self._squares.program, side=_PER_CELL, drawn=blocks.area[2:], **draw, **uniforms)
-        self._squares.set(runs(blocks.cells))
+        self._squares.set(runs(cells))
         self._target.use()
         self._target.viewport, self._target.scissor = port, (0, 0, columns, rows)
         self._target.clear()

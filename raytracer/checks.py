@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import msgspec
@@ -15,6 +17,8 @@ MAX_LENGTH = 1e12
 MIN_RADIUS = 1e-12
 # Light times reflectance, summed over lights and samples, must stay finite in float32 (3.4e38).
 MAX_COLOR = 1e12
+# Of a picture, in pixels.
+MAX_SIDE = 65536
 # Highlights sharper than this (0.1 degrees) are no shading model's any more.
 MAX_EXPONENT = 1e6
 
@@ -74,6 +78,15 @@ def direction(value: Any, key: str) -> Vec3:
     if math.hypot(*result) < 1.0 / MAX_LENGTH:
         raise InputError(f"{key}: expected a vector that is not 0, got {shown(value)}")
     return result
+
+
+@contextmanager
+def about(what: object) -> Iterator[None]:
+    """InputErrors in the block are about `what`, such as a file: they begin with that."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{what}: {error}") from None
 
 
 def set_fields(struct: msgspec.Struct, **values: Any) -> None:

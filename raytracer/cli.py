@@ -1,38 +1,33 @@
-"""The command line: `raytracer render`, `view`, `extremes`, `brdf` (in `brdf_cli.py`),
-`reference` and `compare` (in `compare_cli.py`), `trade` and `tune` (in `trade_cli.py`) and `doctor`.
+"""The command line: `raytracer render` and `view` (in `render_cli.py`), `extremes`, `brdf` (`brdf_cli.py`),
+`reference` and `compare` (`compare_cli.py`), `trade` and `tune` (`trade_cli.py`), `doctor`.
 
 Exit status: 0 done; 2 the input is wrong, with one line on standard error that says what and
-where, and nothing written; 1 anything else.
+where, and nothing written; 1 anything else, such as a picture less accurate than was asked for.
 """
 
 from __future__ import annotations
 
 import argparse
-import gc
 import os
-import re
 import sys
-import time
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NoReturn, get_args
+from typing import Any, NoReturn
 
 from raytracer import __version__
-from raytracer.checks import InputError, number, printable
+from raytracer.checks import InputError, printable
+from raytracer.options import add_backend, whole
 from raytracer.progress import progress_bar
-from raytracer.scene_file import load
-from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
-
-# Pictures that need more host memory than this say so before they start.
-_MEMORY_WORTH_MENTION = 2**30
+from raytracer.render_cli import render, render_arguments, view, view_arguments
 
 _EXAMPLES = """\
 examples:
   raytracer render assets/scenes/assignment.toml -o assignment.png
   raytracer render assignment -o big.png --size 1920x1080 --samples 16 --adaptive 0.01
   raytracer render my.toml -o my.npz --shading blinn --shadows diluted
+  raytracer render assignment -o good.png --max-error 0.002 --samples 256 --time 10
+  raytracer render assignment -o better.png --quality high
   raytracer view assets/scenes/assignment.toml
   raytracer extremes -o benchmarks/results
   raytracer extremes --fuzz 10000
@@ -109,8 +104,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"raytracer {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Command)
     for name, summary, arguments, run in (
-        ("render", "render a scene to a file", _render_arguments, _render),
-        ("view", "show a scene in a window", _view_arguments, _view),
+        ("render", "render a scene to a file", render_arguments, render),
+        ("view", "show a scene in a window", view_arguments, view),
         ("extremes", "measure how wrong pictures are where numbers get extreme", _extremes_arguments, _extremes),
         ("brdf", "measure and show the reflectance models", _brdf_arguments, None),
         ("reference", "what a scene's picture converges to, in float64", _reference_arguments, None),
@@ -132,39 +127,6 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _render_arguments(parser: argparse.ArgumentParser) -> None:
-    _add_scene(parser)
-    parser.add_argument(
-        "-o", "--output", metavar="OUT", required=True, help=".png (8-bit sRGB) or .npz (float32 arrays)"
-    )
-    _add_settings(parser, samples=1)
-    parser.add_argument(
-        "--adaptive",
-        metavar="T",
-        type=float,
-        help="more than 3 samples only where a pixel's error is estimated to be above T, in linear radiance: "
-        "--samples 16 --adaptive 0.01 (default: all samples everywhere)",
-    )
-    _add_backend(parser)
-
-
-def _view_arguments(parser: argparse.ArgumentParser) -> None:
-    from raytracer.interaction import CONTROLS, DEFAULT_SAMPLES
-
-    _add_scene(parser)
-    _add_settings(parser, samples=DEFAULT_SAMPLES)
-    parser.add_argument(
-        "--budget",
-        metavar="MS",
-        type=float,
-        default=33.0,
-        help="milliseconds that a moving picture's sample may take; above, its pixels are enlarged (default: 33)",
-    )
-    width = max(len(control.key) for control in CONTROLS)
-    controls = "".join(f"  {control.key:{width}}  {control.does}\n" for control in CONTROLS)
-    parser.epilog = f"mouse and keys:\n{controls}\n{parser.epilog}"
-
-
 def _extremes_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o",
@@ -175,9 +137,9 @@ def _extremes_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--short", action="store_true", help="only the ends of the ranges, as in the tests")
     parser.add_argument(
-        "--fuzz", metavar="N", type=_whole, default=1000, help="random scenes over all ranges together (default: 1000)"
+        "--fuzz", metavar="N", type=whole, default=1000, help="random scenes over all ranges together (default: 1000)"
     )
-    _add_backend(parser)
+    add_backend(parser)
 
 
 def _brdf_arguments(parser: argparse.ArgumentParser) -> None:
@@ -212,149 +174,6 @@ def _tune_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _doctor_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
-
-
-def _add_scene(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", metavar="SCENE", help="a TOML scene file, or the name of an example: assignment")
-
-
-def _add_backend(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--backend",
-        metavar="NAME",
-        help="how OpenGL is reached: auto, egl, window or osmesa (default: the variable RAYTRACER_BACKEND, or auto)",
-    )
-
-
-def _add_settings(parser: argparse.ArgumentParser, samples: int) -> None:
-    parser.add_argument("--size", metavar="WxH", type=_size, default=(1280, 720), help="in pixels (default: 1280x720)")
-    parser.add_argument(
-        "--samples", metavar="N", type=_whole, default=samples, help=f"rays a pixel (default: {samples})"
-    )
-    parser.add_argument(
-        "--shading",
-        metavar="MODEL",
-        choices=get_args(Shading),
-        help="a model for all materials, as like theirs as it can be (default: each one's own): "
-        + ", ".join(get_args(Shading)),
-    )
-    parser.add_argument("--shadows", choices=get_args(Shadows), default="hard", help="default: hard")
-    parser.add_argument(
-        "--evaluator",
-        choices=get_args(Evaluator),
-        default="cells",
-        help="how CSG is evaluated: cells (the default: only what a cell of the picture can see), walk (all of it "
-        "everywhere) or roth (the assignment's hit lists)",
-    )
-    parser.add_argument(
-        "--precision",
-        choices=get_args(Precision),
-        type=int,
-        default=32,
-        help="bits of the numbers in which rays meet surfaces (default: 32; 64 needs OpenGL 4.0)",
-    )
-    parser.add_argument(
-        "--bounces",
-        metavar="N",
-        type=_whole,
-        default=8,
-        help="mirrors in a row that light is followed through (default: 8)",
-    )
-
-
-def _settings(options: argparse.Namespace, adaptive: float | None = None) -> Settings:
-    return Settings(
-        samples=options.samples,
-        adaptive=adaptive,
-        shading=options.shading,
-        shadows=options.shadows,
-        evaluator=options.evaluator,
-        precision=options.precision,
-        bounces=options.bounces,
-    )
-
-
-def _size(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"([0-9]+)x([0-9]+)", text)
-    if not match:
-        raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, such as 1280x720, got {text!r}")
-    return _whole(match[1]), _whole(match[2])
-
-
-def _whole(text: str) -> int:
-    if not (text.isascii() and text.isdigit()):
-        raise argparse.ArgumentTypeError(f"expected a whole number that is not negative, got {text!r}")
-    return int(text.lstrip("0")[:9] or "0")  # more digits are too many in any case
-
-
-def _render(options: argparse.Namespace) -> int:
-    # What is wrong is found as early as it can be: most of it before NumPy and OpenGL are loaded.
-    settings = _settings(options, options.adaptive)
-    scene = load(options.scene)
-
-    # Next to nothing of what an import makes is garbage: it is not looked for, now or when all ends.
-    gc.disable()
-    from raytracer.film import check_output
-    from raytracer.limits import check_size, host_memory
-    from raytracer.renderer import shared_renderer
-
-    gc.freeze()
-    gc.enable()
-
-    check_size(options.size)
-    output = check_output(options.output)
-    geometry = output.suffix.lower() == ".npz"
-    _check_memory(host_memory(options.size, geometry, settings.adaptive is not None), options.size)
-    if warning := precision_warning(scene, settings):
-        warnings.warn(f"{options.scene}: {warning}", stacklevel=1)
-    renderer = shared_renderer(options.backend)
-    start = time.monotonic()
-    with _named(options.scene), progress_bar(f"rendering {output.name}") as progress:
-        image = renderer.render(scene, options.size, settings, geometry=geometry, progress=progress, only=True)
-    image.save(output)
-    width, height = options.size
-    samples = f"{settings.samples} sample{'s' if settings.samples > 1 else ''} a pixel"
-    if image.samples is not None and (fewest := image.samples.min()) < settings.samples:
-        samples = f"{fewest} to {samples}, {image.samples.mean():.2f} on average"
-    print(f"wrote {output}: {width}x{height}, {samples}, {time.monotonic() - start:.1f} s")
-    return 0
-
-
-def _view(options: argparse.Namespace) -> int:
-    settings = _settings(options)
-    budget = number(options.budget, "--budget", 0.001, 1e6, "milliseconds in [0.001, 1e6]") / 1000.0
-
-    from raytracer.limits import check_size
-    from raytracer.viewer import view
-
-    check_size(options.size)
-    with suppress(KeyboardInterrupt):  # one of the ways to close the window
-        view(options.scene, settings, options.size, budget)
-    return 0
-
-
-@contextmanager
-def _named(scene: str) -> Iterator[None]:
-    """Errors in the block are the scene's, such as being beyond the driver's limits: they name its file."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(f"{scene}: {error}") from None
-
-
-def _check_memory(needed: int, size: tuple[int, int]) -> None:
-    gib = needed / 2**30
-    try:
-        physical = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):  # not on this system
-        physical = needed
-    if needed > physical:
-        raise InputError(
-            f"--size: expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
-            f"got {size[0]}x{size[1]}, which needs {gib:.1f} GiB"
-        )
-    if needed > _MEMORY_WORTH_MENTION:
-        print(f"raytracer: this picture needs {gib:.1f} GiB of memory", file=sys.stderr)
 
 
 def _extremes(options: argparse.Namespace) -> int:

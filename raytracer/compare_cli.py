@@ -9,10 +9,10 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
-from raytracer.checks import InputError, number, printable
-from raytracer.cli import _add_scene, _named, _size, _whole
+from raytracer.checks import InputError, about, number, printable
 from raytracer.compare import SCALE, SUFFIXES, THRESHOLD, Comparison, compare, difference, load_radiance, size_of
 from raytracer.film import check_output
+from raytracer.options import add_scene, picture_size, whole
 from raytracer.progress import progress_bar
 from raytracer.settings import Settings, Shading, Shadows
 
@@ -27,16 +27,20 @@ def reference_arguments(parser: argparse.ArgumentParser) -> None:
     """What `raytracer reference` takes."""
     from raytracer.truth import FIRST, SAMPLES, TOLERANCE
 
-    _add_scene(parser)
+    add_scene(parser)
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".npz (float64 arrays)")
-    size = f"{_SIZE[0]}x{_SIZE[1]}"
+    default = f"{_SIZE[0]}x{_SIZE[1]}"
     parser.add_argument(
-        "--size", metavar="WxH", type=_size, default=_SIZE, help=f"in pixels (default: {size}, as this takes long)"
+        "--size",
+        metavar="WxH",
+        type=picture_size,
+        default=_SIZE,
+        help=f"in pixels (default: {default}, as this takes long)",
     )
     parser.add_argument(
         "--samples",
         metavar="N",
-        type=_whole,
+        type=whole,
         default=SAMPLES,
         help=f"rays a pixel at most, {FIRST} at least: {FIRST}, doubled as often as it takes (default: {SAMPLES})",
     )
@@ -50,7 +54,7 @@ def reference_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--shading", metavar="MODEL", choices=get_args(Shading), help="as for raytracer render")
     parser.add_argument("--shadows", choices=get_args(Shadows), default="hard", help="default: hard")
-    parser.add_argument("--bounces", metavar="N", type=_whole, default=8, help="as for raytracer render (default: 8)")
+    parser.add_argument("--bounces", metavar="N", type=whole, default=8, help="as for raytracer render (default: 8)")
     parser.add_argument(
         "--no-cache",
         action="store_true",
@@ -95,7 +99,7 @@ def _reference(options: argparse.Namespace) -> int:
     settings = Settings(shading=options.shading, shadows=options.shadows, bounces=options.bounces)
     output = check_output(options.output, (".npz",))
     scene = load(options.scene)
-    with _named(options.scene):
+    with about(options.scene):
         for material in scene.materials:
             settings.shaded(material)
     start = time.monotonic()

@@ -6,13 +6,13 @@ falls as n^-p, then
 
     e_n^2 = D_n^2 / (4^p - 1).
 
-Independent samples have p = 1/2: the error is as large as the last movement. Scrambled Sobol' points on an edge have
-p = 3/4, and it is 0.74 of that; so have those on a light, of its outline. Features smaller than the distance of samples
-have 1/2 until samples get as dense. Which it is tells how much the means moved before: the slope of the movement, which
-lags behind, is averaged with 3/4. So the factor lies between 0.67 and 1 whatever the picture has. It is measured where
-n is a power of two, as the points are spread best then; from there to the number of samples it is taken to fall as
-that of independent ones. On random edges, lines and discs of all sizes it is within 30 % of the true one from 8
-samples on, within 26 % with 2 to 7 (tests/test_estimate.py).
+Scrambled Sobol' points on an edge have p = 3/4, and so have those on a light, of its outline: e_n is 0.74 of D_n.
+Independent samples have p = 1/2: it is as large as D_n. So it is of features smaller than the distance of samples,
+until these get as dense. Where light changes smoothly p is 1 or more, but there errors are small. One p is taken for
+all pictures: how fast movements fell before would tell, but less surely than not to look, as it is a ratio of two sums
+of which a few pixels may be most. It is measured where n is a power of two, as the points are spread best then; from
+there to the number of samples it is taken to fall as that of independent ones. On random edges, lines and discs of
+all sizes it is within 30 % of the true one (tests/test_estimate.py).
 
 It is an average over many pixels, as good as the number of those that move. What single pixels are off by is told by
 how far apart their samples lie, sqrt(variance / n), scaled so that its mean square is the same.
@@ -31,12 +31,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-# How the error falls: as n^-p, p within these.
-_RANDOM, EDGES = 0.5, 0.75  # independent samples; scrambled Sobol' points on edges
-# The steepest that is believed.
-_MOST = 0.85
-# Samples from which a slope of movements is to be had: from 2 to 4 to 8.
-_HAVE_SLOPE = 8
+# How the error falls, as n^-p: a little slower than on edges alone.
+P = 0.72
+# What the mean square of the last movement is multiplied by to give that of the error.
+FACTOR = 1.0 / (4.0**P - 1.0)
 
 
 class Estimate(msgspec.Struct, frozen=True):
@@ -69,15 +67,19 @@ class Estimate(msgspec.Struct, frozen=True):
         )
 
 
-def factor(n: int, slope: float | None) -> float:
-    """What the mean square of the movement from n / 2 to n samples is multiplied by to give that of the error after n.
+# By how much an estimate must be below the error that is asked for, from 8 samples on and with fewer: so far off it may
+# be.
+_SURE, _LESS_SURE, _SURE_FROM = 1.1, 1.4, 8
 
-    `slope`: as what power of the number of samples movements fell, since that from n / 4 to n / 2. None if not known.
+
+def is_surely_below(error: float, rmse: float, samples: int) -> bool:
+    """Whether with so many samples a picture, estimated to be off by `rmse`, is good enough for the `error` asked for.
+
+    Only with 2, 3, 4, 6, 8, 12, 16 ... samples: with others the points are not spread as well.
     """
-    if n == 2:
-        return 1.0 / (4.0**_RANDOM - 1.0)
-    p = EDGES if slope is None or n < _HAVE_SLOPE else (slope + EDGES) / 2.0
-    return 1.0 / (4.0 ** min(max(p, _RANDOM), _MOST) - 1.0)
+    power = samples // 3 if samples % 3 == 0 else samples
+    sure = _SURE if samples >= _SURE_FROM else _LESS_SURE
+    return samples > 1 and not power & (power - 1) and sure * rmse <= error
 
 
 class Moved(NamedTuple):

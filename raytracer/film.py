@@ -92,18 +92,22 @@ class Image(msgspec.Struct, frozen=True, eq=False):
         return srgb8(self.radiance)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a .png (8-bit sRGB) or .npz (the arrays), whole or not at all.
+        """Write a .png (8-bit sRGB) or .npz (the arrays, and the metadata as JSON), whole or not at all.
 
         Raises InputError for another suffix, a folder that is not there, or arrays that were not rendered.
         """
         path = check_output(path)
         if path.suffix.lower() == ".npz":
+            import json  # which a .png does without
+
             arrays = {name: getattr(self, name) for name in ("radiance", "depth", "normal", "material")}
             missing = [name for name, array in arrays.items() if array is None]
             if missing:
                 raise InputError(f"{path}: expected an image rendered with geometry=True, got none of {missing}")
             more = {"samples": self.samples, "error": self.error}
             arrays |= {name: array for name, array in more.items() if array is not None}
+            # Text and no object, so that it loads without pickles.
+            arrays["metadata"] = np.array(json.dumps(dict(self.metadata)))
             with written_whole(path) as file:
                 np.savez(file, **arrays)
         else:

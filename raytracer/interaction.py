@@ -9,12 +9,15 @@ from __future__ import annotations
 import enum
 import math
 import shlex
-from collections.abc import Callable, Sequence
-from typing import Literal, TypeVar, get_args
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, TypeVar, get_args
 
 import msgspec
 
 from raytracer import turntable
+from raytracer.checks import InputError, shown
+from raytracer.presets import Fields, combined, flags
+from raytracer.sampling import PROGRESSIVE
 from raytracer.scene import Scene
 from raytracer.settings import Settings, Shading, Shadows
 from raytracer.shader import Show, material_layout
@@ -23,6 +26,7 @@ T = TypeVar("T")
 
 # Samples a pixel to which a still picture is refined unless the user names another number.
 DEFAULT_SAMPLES = 256
+_DEFAULTS: Fields = {"samples": DEFAULT_SAMPLES}
 # Dragging along the window's height turns by this angle.
 _TURN = math.pi
 # One step of the wheel changes a distance by this factor.
@@ -41,6 +45,7 @@ class State(msgspec.Struct, frozen=True):
     scene: Scene
     settings: Settings  # its samples are those to which a still picture is refined
     limit: int  # those at first, which A offers besides 1, 4 and 16
+    of_file: Mapping[str, Any] = {}  # the settings that the file gives
     show: Show = "picture"
     light: int = 0  # the selected one
     marker: bool = True
@@ -99,6 +104,7 @@ class Loaded(msgspec.Struct, frozen=True):
 
     text: str
     scene: Scene
+    of_file: Mapping[str, Any] = {}  # its settings
 
 
 class Failed(msgspec.Struct, frozen=True):
@@ -116,13 +122,17 @@ class Told(msgspec.Struct, frozen=True):
 Event = Key | Press | Release | Cursor | Wheel | Loaded | Failed | Told
 
 
-def start(text: str, scene: Scene, settings: Settings) -> State:
-    """The state of a window that opens on `scene`, which is in a file of this text."""
-    return State(text, scene, scene, settings, settings.samples)
+def start(text: str, scene: Scene, of_file: Fields, given: Fields) -> State:
+    """The state of a window that opens on `scene`, which is in a file of this text and these settings.
+
+    The settings `given` besides are in place of the file's. Raises InputError for those that no window can have.
+    """
+    settings = _of_window(_DEFAULTS, of_file, given)
+    return State(text, scene, scene, settings, settings.samples, of_file)
 
 
 def step(state: State, event: Event) -> tuple[State, Redo]:
-    """The state after `event`, and what must be redone to show it."""
+    """The state after `event`, and what must be redone to show it. Raises InputError as start()."""
     new, redo = msgspec.structs.replace(state, notice=""), Redo.NOTHING
     match event:
         case Key(name):
@@ -148,8 +158,8 @@ def step(state: State, event: Event) -> tuple[State, Redo]:
                 new = _set(new, scene=turntable.scale_camera(state.scene, factor))
             else:
                 new = _set(new, scene=turntable.scale_light(state.scene, state.light, factor))
-        case Loaded(text, scene):
-            new = _set(_reloaded(new, scene), text=text, error="")
+        case Loaded(text, scene, of_file):
+            new = _set(_resettled(_reloaded(new, scene), of_file), text=text, error="")
         case Failed(error):
             new = _set(new, error=error)
         case Told(notice):
@@ -160,7 +170,9 @@ def step(state: State, event: Event) -> tuple[State, Redo]:
 def reverted(state: State, good: State) -> State:
     """`state` with the picture of `good`, because its own cannot be drawn."""
     light = min(state.light, max(0, len(good.scene.lights) - 1))
-    picture = {name: getattr(good, name) for name in ("text", "loaded", "scene", "settings", "show")}
+    picture = {
+        name: getattr(good, name) for name in ("text", "loaded", "scene", "settings", "limit", "of_file", "show")
+    }
     return _set(state, **picture, light=light)
 
 
@@ -186,6 +198,25 @@ def _reloaded(state: State, scene: Scene) -> State:
             lights[i] = msgspec.structs.replace(lights[i], position=moved.position)
     light = min(state.light, max(0, len(lights) - 1))
     return _set(state, loaded=scene, scene=msgspec.structs.replace(scene, camera=camera, lights=lights), light=light)
+
+
+def _of_window(*places: Fields) -> Settings:
+    settings = combined(*places)
+    if settings.sequence not in PROGRESSIVE:
+        raise InputError(
+            f"settings.sequence: expected one of {', '.join(PROGRESSIVE)} for a window, which adds one sample after "
+            f"another (or try --sequence sobol), got {shown(settings.sequence)}"
+        )
+    return settings
+
+
+def _resettled(state: State, of_file: Fields) -> State:
+    """With the file's settings in place of those before: what differs is taken up, all else stays as it is."""
+    before, now = (msgspec.structs.asdict(combined(_DEFAULTS, fields)) for fields in (state.of_file, of_file))
+    changed = {key: value for key, value in now.items() if value != before[key]}
+    settings = _of_window(msgspec.structs.asdict(state.settings), {"samples": state.settings.samples, **changed})
+    limit = settings.samples if "samples" in changed else state.limit
+    return _set(state, settings=settings, limit=limit, of_file=of_file)
 
 
 def _next(choices: Sequence[T], now: T, by: int = 1) -> T:
@@ -267,16 +298,20 @@ _ACTS = {control.key: control.act for control in CONTROLS}
 
 def command(state: State, size: tuple[int, int], path: str) -> str:
     """The command line that renders a file of the state's scene to its picture in the window."""
-    settings, default = msgspec.structs.asdict(state.settings), msgspec.structs.asdict(Settings())
-    options = [f"--{name} {value}" for name, value in settings.items() if value != default[name]]
+    settings, default = state.settings, msgspec.structs.asdict(combined(state.of_file))
+    # An error or a time that is given would change the number of samples.
+    options = {
+        name: value
+        for name, value in msgspec.structs.asdict(settings).items()
+        if value != default[name] or (settings.asks and name == "samples")
+    }
     output = path.removesuffix(".toml") + "-rendered.png"  # not a name of P's
-    return " ".join(
-        ("raytracer render", shlex.quote(path), "-o", shlex.quote(output), f"--size {size[0]}x{size[1]}", *options)
-    )
+    parts = "raytracer render", shlex.quote(path), "-o", shlex.quote(output), f"--size {size[0]}x{size[1]}"
+    return " ".join(filter(None, (*parts, flags(options))))
 
 
-def title(state: State, samples: int, milliseconds: float) -> str:
-    """The window's title: time of a frame, `samples` so far, and what is on."""
+def title(state: State, samples: int, milliseconds: float, error: float | None = None) -> str:
+    """The window's title: time of a frame, `samples` so far and the picture's `error` if known, and what is on."""
     settings = state.settings
     shading = settings.shading or " and ".join(material_layout(state.scene, settings).models)
     shadows = "no shadows" if settings.shadows == "off" else f"{settings.shadows} shadows"
@@ -284,6 +319,7 @@ def title(state: State, samples: int, milliseconds: float) -> str:
     parts = (
         f"{state.scene.name} - {milliseconds:.0f} ms",
         f"{samples} of {settings.samples} sample{'s' * (settings.samples > 1)}",
+        f"error {error:.2g}" if error is not None else "",
         f"{shading}, {shadows}" if state.show == "picture" else f"showing {state.show}",
         f"light {state.light + 1} of {lights}" if lights > 1 else "",
         "H for help",

@@ -7,14 +7,13 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from raytracer.checks import InputError, shown
+from raytracer.checks import MAX_SIDE, InputError, shown
 from raytracer.scene import Scene
 from raytracer.settings import Precision, Settings
 from raytracer.shader import is_listed, roth_loops
 from raytracer.squares import MARGIN
 from raytracer.table import table
 
-MAX_SIDE = 65536
 # llvmpipe's compile time triples with every two loops in a row: 2 s for 11, 5 s for 13, 16 s for 15.
 MAX_ROTH_LOOPS = 14
 # The evaluators walk and roth write all trees out in one shader: llvmpipe compiles 100 primitives in 2 s, 300 in 13 s.
@@ -32,10 +31,10 @@ def check_size(size: Any) -> None:
         raise InputError(f"size: expected width and height in whole pixels in [1, {MAX_SIDE}], got {shown(size)}")
 
 
-def host_memory(size: tuple[int, int], geometry: bool, adaptive: bool = False) -> int:
+def host_memory(size: tuple[int, int], geometry: bool, refines: bool = False) -> int:
     """Bytes of host memory that rendering and saving a picture take at most, beside the program itself."""
-    # radiance 12; depth 4, normal 12, material 4 and its index 4; the number of samples 4
-    return size[0] * size[1] * (12 + 24 * geometry + 4 * adaptive)
+    # radiance 12; depth 4, normal 12, material 4 and its index 4, error 4; the number of samples 4
+    return size[0] * size[1] * (12 + 28 * geometry + 4 * refines)
 
 
 class Limits:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import moderngl
 import msgspec
@@ -13,14 +14,16 @@ from numpy.typing import NDArray
 
 from raytracer import view_space
 from raytracer.checks import InputError
+from raytracer.estimate import Estimate, is_surely_below
 from raytracer.film import Image
-from raytracer.glsl_source import assemble
+from raytracer.glsl_source import ShaderError, assemble
 from raytracer.opengl import release, set_uniforms
 from raytracer.passes import Passes, Programs
 from raytracer.renderer import Renderer
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
-from raytracer.shader import Show, light_defines
+from raytracer.shader import Show, light_defines, plain_vertex_source
+from raytracer.still import StillError
 
 # Text or the like: (h, w, 4) uint8 with the top row first, and the window's pixel under its lower left one.
 Panel = tuple[NDArray[np.uint8], tuple[int, int]]
@@ -77,8 +80,15 @@ class Live:
         self._arrays: dict[str, moderngl.VertexArray] = {}
         self._panels: list[tuple[moderngl.Texture, tuple[int, int]]] = []
         self._reread = False
+        self._settings = Settings()
+        self._error: StillError | None = None
+        self._tells = True  # whether samples are looked at for the error
+        self._mistaken = False  # the shaders that do that
+        self._seconds = 0.0  # that the samples took
+        self._enough = False
         self.size = (0, 0)
         self.samples = 0
+        self.moving = False  # then it is not to get a second sample, but begun anew as a still one
         self.enlarged = 1  # the side of a pixel in pixels of the window
 
     def reread(self) -> None:
@@ -106,17 +116,26 @@ class Live:
         if size != self.size or self._passes is None or self._passes.geometry != geometry:
             if self._passes:
                 self._passes.close()
+            self._drop_error()
             self._passes = Passes(self._context, size, geometry=geometry)
             self.size = size
         assert programs
-        self._passes.load(programs, scene, settings, _enlarged(size, enlarged))
-        self.enlarged, self.samples = enlarged, 0
+        # A moving picture's only sample is the pixel's centre.
+        drawn = msgspec.structs.replace(settings, samples=1) if moving else settings
+        self._passes.load(programs, scene, drawn, _enlarged(size, enlarged))
+        self.enlarged, self.samples, self.moving = enlarged, 0, moving and (enlarged > 1 or settings.samples > 1)
+        self._settings, self._seconds, self._enough = settings, 0.0, False
+        self._tells = not self.moving and not geometry and settings.sequence == "sobol" and settings.samples > 1
+        if self._error:
+            self._error.forget()
         if not known:
             self._pace = Pace(self._budget)
             release(self._context, *self._arrays.values())
             self._arrays = {name: self._context.vertex_array(program, []) for name, program in on_screen.items()}
             self._programs, self._structure = (programs, on_screen), structure
         if reread:  # what the files held before is not needed any more
+            self._drop_error()
+            self._mistaken = False
             self._renderer.forget([*filter(None, programs), *on_screen.values()])
 
     def _find_programs(
@@ -130,13 +149,54 @@ class Live:
         return programs, on_screen
 
     def sample(self) -> None:
-        """Draw one more sample and wait for it."""
+        """Draw one more sample and wait for it. That of a still picture may be looked at for the picture's error.
+
+        Raises ShaderError for a mistake in the shaders that do that, once until they are read again.
+        """
         assert self._passes
         begin = time.perf_counter()
         width, height = _enlarged(self.size, self.enlarged)
         self._passes.draw((0, 0, width, height), self.samples, anew=self.samples == 0)
         self.samples += 1
-        self._pace.add((time.perf_counter() - begin) / (width * height))
+        drawn = time.perf_counter() - begin
+        self._pace.add(drawn / (width * height))
+        if self._tells and not self._mistaken:
+            try:
+                self._look(self._passes)
+            except ShaderError:
+                self._mistaken = True
+                raise
+        self._seconds += time.perf_counter() - begin
+        if self._settings.time is not None and self._seconds + drawn > self._settings.time:
+            self._enough = True
+
+    def _look(self, passes: Passes) -> None:
+        if self._error is None:
+            program = partial(self._renderer.program, vertex=plain_vertex_source())
+            self._error = StillError(self._context, program, self.size)
+        settings, n = self._settings, self.samples
+        if not n & (n - 1):
+            self._error.look(n, passes, last=2 * n > settings.samples)
+        if settings.max_error is not None and (rmse := self._error.rmse(n)) is not None:
+            self._enough |= is_surely_below(settings.max_error, rmse, n)
+
+    @property
+    def done(self) -> bool:
+        """Whether the picture has all samples that the settings want."""
+        return self._enough or self.samples >= self._settings.samples
+
+    def rmse(self) -> float | None:
+        """The estimate of the picture's root mean square error, linear radiance; None where it is not known (yet)."""
+        return self._error.rmse(self.samples) if self._error else None
+
+    def estimate(self) -> Estimate | None:
+        """The estimate of its error; None where it is not known (yet)."""
+        return self._error.estimate(self.samples, self._seconds) if self._error else None
+
+    def _drop_error(self) -> None:
+        if self._error:
+            self._error.close()
+        self._error = None
 
     def set_panels(self, panels: Sequence[Panel]) -> None:
         """What `present` draws over the picture."""
@@ -184,6 +244,7 @@ class Live:
         """Give back everything on the GPU but the renderer's programs."""
         self.set_panels(())
         release(self._context, *self._arrays.values())
+        self._drop_error()
         if self._passes:
             self._passes.close()
 

@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 
 from raytracer.blocks import BlockPass, Blocks
 from raytracer.cells import BLOCK, CELL
-from raytracer.estimate import Moved, factor
+from raytracer.estimate import FACTOR, Moved
 from raytracer.glsl_source import Source, assemble
 from raytracer.opengl import release, set_uniforms
-from raytracer.squares import Rectangle, Squares, runs, viewport
+from raytracer.squares import Mask, Rectangle, Squares, runs, viewport
 
 Array = NDArray[np.float64]
+
+# A tile of more pixels is judged by every fourth cell, in a slanted pattern that leaves out no row or column.
+_ENOUGH, _PART = 2**18, 4
 
 
 class Movement:
@@ -31,15 +34,20 @@ class Movement:
         self._before: moderngl.Texture | None = None
         self._passes: dict[bool, tuple[BlockPass, Squares]] = {}
 
-    def begin(self, blocks: Blocks) -> None:
-        """Turn to a tile."""
+    def begin(self, blocks: Blocks, *, sparse: bool) -> None:
+        """Turn to a tile. `sparse`: a large one may be judged by a part of it."""
         self._blocks = blocks
+        width, height = blocks.area[2:]
+        self._looked = np.ones_like(blocks.cells)
+        if sparse and width * height > _ENOUGH:
+            row, column = np.indices(blocks.cells.shape)
+            self._looked = (column + 2 * row) % _PART == 0
+        self._share = self._looked[blocks.cells].mean() if blocks.cells.any() else 1.0
         self._copied = 0  # of how many samples `_earlier` holds the sums
         shape = blocks.active.shape
         # Of each block, when it was looked at last: after how many samples, and what was found.
         self.at: NDArray[np.int32] = np.zeros(shape, np.int32)
         self._moved, self._variance, self._most = (np.zeros(shape, np.float32) for _ in range(3))
-        self._factors: dict[int, float] = {}
 
     def look(
         self, n: int, summed: int, radiance: moderngl.Texture, total: NDArray[np.floating] | None, *, last: bool
@@ -58,10 +66,12 @@ class Movement:
             self._before.use(2)
         radiance.use(0)
         blocks, (find, squares) = self._blocks, self._compiled(before)
+        cells = blocks.cells & self._looked
         if self._copied:
             self._earlier.use(1)
             found = find.find(
                 blocks,
+                cells,
                 radianceSum=0,
                 earlierSum=1,
                 summedBefore=2,
@@ -69,9 +79,10 @@ class Movement:
                 summed=float(summed),
                 samples=float(n),
             )
-            self._note(n, found, blocks.active)
+            per = CELL // BLOCK
+            self._note(n, found, blocks.active & cells.repeat(per, axis=0).repeat(per, axis=1))
         if not last:
-            self._keep(squares, blocks)
+            self._keep(squares, cells)
             self._copied = n
 
     def _compiled(self, before: bool) -> tuple[BlockPass, Squares]:
@@ -81,38 +92,31 @@ class Movement:
             self._passes[before] = BlockPass(self._context, find, self._size, 4), Squares(self._context, keep)
         return self._passes[before]
 
-    def _keep(self, squares: Squares, blocks: Blocks) -> None:
-        """Copy the sums of all cells with active blocks."""
-        port, shown = viewport((0, 0, *blocks.area[2:]))
+    def _keep(self, squares: Squares, cells: Mask) -> None:
+        """Copy the sums in these cells."""
+        area = (0, 0, *self._blocks.area[2:])
+        port, shown = viewport(area)
         set_uniforms(squares.program, side=CELL, radianceSum=0, summedBefore=2, **{"draw.viewport": shown})
-        squares.set(runs(blocks.cells))
+        squares.set(runs(cells))
         self._copy.use()
-        self._copy.viewport, self._copy.scissor = port, (0, 0, *blocks.area[2:])
+        self._copy.viewport, self._copy.scissor = port, area
         squares.draw()
 
     def _note(self, n: int, found: NDArray[np.float32], active: NDArray[np.bool_]) -> None:
-        moved = found[..., 0]
-        known = active & (self.at == n // 2)
-        slope = None
-        if n > 2 and (now := moved[known].sum(dtype=float)) > 0.0:
-            slope = float(np.log2(max(self._moved[known].sum(dtype=float) / now, 1e-30))) / 2.0
-        self._factors[n] = factor(n, slope)
         self.at[active] = n
         for mine, new in zip((self._moved, self._variance, self._most), np.moveaxis(found, 2, 0), strict=False):
             mine[active] = new[active]
 
     def squares(self) -> Array:
         """(rows, columns): of each block the squared error of all its pixels and channels together."""
-        factors = np.zeros(self.at.max() + 1)
-        for n, value in self._factors.items():
-            factors[n] = value
         # From where it was looked at on as that of independent samples.
         later = self.at / np.maximum(self._blocks.samples, 1)
-        return self._moved * factors[self.at] * later
+        return FACTOR * self._moved * later
 
-    def total(self, tile: Rectangle) -> float:
-        """The squared error of all pixels of a tile, summed over channels."""
-        return float(self.squares()[self._blocks.part(tile)].sum())
+    def rmse(self, tile: Rectangle) -> float:
+        """The estimated root mean square error of a tile."""
+        total = self.squares()[self._blocks.part(tile)].sum() / self._share
+        return float(np.sqrt(total / (3 * tile[2] * tile[3])))
 
     def moved(self, tile: Rectangle) -> Moved:
         """What is found of a tile's blocks."""
@@ -127,7 +131,7 @@ class Movement:
         row, column = np.unravel_index(int(worst.argmax()), worst.shape)
         y, x = ((index + where.start) * BLOCK + BLOCK // 2 for index, where in zip((row, column), part, strict=True))
         return Moved(
-            float(squares.sum()),
+            float(squares.sum()) / self._share,
             float(worst[row, column]),
             (self._blocks.area[0] + x, self._blocks.area[1] + y),
             scales,

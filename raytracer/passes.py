@@ -18,7 +18,7 @@ from raytracer.film import Image
 from raytracer.numbers import Numbers
 from raytracer.opengl import clear_integers, release, set_uniforms
 from raytracer.rectangles import Over, Rectangles, touching, which_touch
-from raytracer.sampling import sample_point
+from raytracer.sampling import sample_place, scatters
 from raytracer.scene import Scene
 from raytracer.settings import Settings
 from raytracer.sight import Mask, quiet_cells
@@ -190,7 +190,7 @@ class Passes:
     def draw(self, tile: Rectangle, k: int, *, anew: bool) -> None:
         """Draw sample k = 0, 1, ... of a tile and wait for it; add it to the sum, or begin one `anew`."""
         assert self._programs
-        sx, sy = sample_point(k, self._settings.sequence, self._settings.samples)
+        place = sample_place(k, self._settings.sequence, self._settings.samples)
         if anew and self._side == CELL and self._rectangles and self._programs.kinds:
             found = self._numbers.rectangles
             whole = tile == (0, 0, *self._size)
@@ -206,7 +206,8 @@ class Passes:
                 **{
                     "draw.tileOrigin": tile[:2],
                     "draw.viewport": shown,
-                    "draw.samplePoint": (2.0 * sx - 1.0, 1.0 - 2.0 * sy),
+                    "draw.samplePlace": place,
+                    "draw.scatter": 0xFFFFFFFF if scatters(self._settings.sequence, self._settings.samples) else 0,
                     "draw.sampleIndex": k,
                 },
             )

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from raytracer.film import Image
 from raytracer.light_rays import ends_on, light_rays
@@ -21,7 +21,7 @@ from raytracer.models import MODELS
 from raytracer.reference_brdf import mirrored, reflected
 from raytracer.reference_facets import dot
 from raytracer.reference_tracer import Tracer
-from raytracer.sampling import sample_point
+from raytracer.sampling import sample_points
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
 from raytracer.solids import Sphere
@@ -46,13 +46,16 @@ def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None
     )
     tracer = Tracer(scene)
     for k in range(settings.samples):
-        directions = camera_rays(scene.camera, size, sample_point(k, settings.sequence, settings.samples))
+        directions = camera_rays(scene.camera, size, sample_points(k, size, settings.sequence, settings.samples))
         for top in range(0, height, _ROWS):
             rows = slice(top, min(top + _ROWS, height))
             shape = directions[rows].shape[:2]
             seen = look(scene, settings, tracer, directions[rows].reshape(-1, 3), rays)
             image.radiance[rows] += seen.radiance.reshape(*shape, 3)
             if k == 0:
+                if settings.samples > 1:
+                    centers = camera_rays(scene.camera, size)[rows].reshape(-1, 3)
+                    seen = look(scene, settings, tracer, centers, rays)
                 assert image.depth is not None and image.normal is not None and image.material is not None
                 image.depth[rows] = seen.depth.reshape(shape)
                 image.normal[rows] = seen.normal.reshape(*shape, 3)
@@ -61,11 +64,12 @@ def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None
     return image
 
 
-def camera_rays(camera: Camera, size: tuple[int, int], point: tuple[float, float] = (0.5, 0.5)) -> Array:
-    """(H, W, 3) unit directions through `point` (from the top left, in [0, 1)) of every pixel."""
+def camera_rays(camera: Camera, size: tuple[int, int], point: ArrayLike = (0.5, 0.5)) -> Array:
+    """(H, W, 3) unit directions through `point` (from the top left, in [0, 1)) of every pixel: (2,), or (H, W, 2)."""
     width, height = size
-    y, x = np.mgrid[:height, :width] + np.reshape(point[::-1], (2, 1, 1))
-    return rays_through(camera, size, x, y)
+    y, x = np.mgrid[:height, :width]
+    offset = np.asarray(point)
+    return rays_through(camera, size, x + offset[..., 0], y + offset[..., 1])
 
 
 def rays_through(camera: Camera, size: tuple[int, int], x: Array, y: Array) -> Array:

@@ -73,9 +73,9 @@ def render(
     """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
 
     See `Settings` for `samples` to `bounces`; `samples` is 1 by default, or 4096 where `max_error` or `time` is given.
-    The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error. `backend`
-    is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl", "window" or
-    "osmesa"; the context is kept for the next call. `progress(done, total)` is called after each pass.
+    The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
+    `backend` is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl",
+    "window" or "osmesa"; the context is kept for the next call. `progress(done, total)` is called after each pass.
 
     Warns (UserWarning) of a scene whose distances and radii are further apart than 32 bits resolve. Raises
     InputError for a wrong value or a scene beyond this driver's limits, ContextError if no OpenGL

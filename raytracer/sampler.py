@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from raytracer.adaptive import MARGIN, Refinement, surrounded
 from raytracer.blocks import Blocks
-from raytracer.estimate import Moved
+from raytracer.estimate import Moved, is_surely_below
 from raytracer.glsl_source import Source
 from raytracer.movement import Movement
 from raytracer.passes import Passes
@@ -23,9 +22,6 @@ from raytracer.squares import Rectangle
 # Samples summed in float32 on the GPU before the sum goes on in float64 here: rounding of a longer
 # sum would outweigh what more samples gain.
 SUMMED = 256
-# By how much an estimate must be below the error that is asked for, from 8 samples on and with fewer: so far off it may
-# be.
-_SURE, _LESS_SURE, _SURE_FROM = 1.1, 1.4, 8
 
 
 class Summed(NamedTuple):
@@ -80,8 +76,10 @@ class Sampler:
         begin = now = time.perf_counter()
         area = surrounded(tile, size) if refinement else tile
         blocks = Blocks(area, passes)
-        for listener in filter(None, (movement, refinement)):
-            listener.begin(blocks)
+        if movement:
+            movement.begin(blocks, sparse=not settings.asks)
+        if refinement:
+            refinement.begin(blocks)
         total: Any = None
         done, last = 0, False
         variance: NDArray[np.float32] | None = None
@@ -95,8 +93,8 @@ class Sampler:
             last = done == settings.samples
             if movement and self._looks(done):
                 movement.look(done, summed, passes.radiance, total, last=2 * done > settings.samples)
-            if movement and settings.max_error is not None and self._is_met(movement, tile, done):
-                last = True
+            if movement and settings.max_error is not None:
+                last |= is_surely_below(settings.max_error, movement.rmse(tile), done)
             if refinement and not last:
                 expected = (
                     settings.samples
@@ -127,18 +125,9 @@ class Sampler:
         return Summed(np.divide(total[where], count), samples, moved, error)
 
     def _looks(self, done: int) -> bool:
-        """Whether to see what moved: at all powers of two, or at the last three of which that is to be had."""
+        """Whether to see what moved: at all powers of two, or at the last two."""
         last = 1 << self._settings.samples.bit_length() - 1
-        return not done & (done - 1) and (self._settings.refines or 4 * done >= last)
-
-    def _is_met(self, movement: Movement, tile: Rectangle, done: int) -> bool:
-        """Whether a tile's error is surely below the one asked for; seen at 2, 3, 4, 6, 8, 12, 16 ... samples."""
-        power = done // 3 if done % 3 == 0 else done
-        if done < 2 or power & (power - 1):
-            return False
-        sure = _SURE if done >= _SURE_FROM else _LESS_SURE
-        mean = movement.total(tile) / (3 * tile[2] * tile[3])
-        return sure * math.sqrt(mean) <= (self._settings.max_error or 0.0)
+        return not done & (done - 1) and (self._settings.refines or 2 * done >= last)
 
     def close(self) -> None:
         """Give back everything on the GPU but the programs."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 Sequence = Literal["sobol", "r2", "random", "grid", "rotated", "corners"]
 # Of these any number of first points is spread over the pixel, so samples can be added one at a time.
@@ -18,13 +18,40 @@ _SCRAMBLES = 0xE7DAAF3E, 0xBB162E79
 _ALPHA = (0.7548776662466927, 0.5698402909980532)
 
 
-def sample_point(k: int, sequence: Sequence = "sobol", samples: int = 1) -> tuple[float, float]:
-    """Point k = 0, 1, 2, ... of a pixel that gets so many `samples`, in [0, 1)^2: x from the left, y from the top.
+def sample_place(k: int, sequence: Sequence = "sobol", samples: int = 1) -> tuple[int, int]:
+    """Sample k = 0, 1, 2, ... of a pixel that gets so many, in 2^-24 of the pixel: x from the left, y from the top.
 
-    All pixels have the same points. With n x n samples:
+    The first of "sobol", and the only one of all but "random" and "corners", is the pixel's centre.
+    """
+    x, y = _sobol(k, *_SCRAMBLES) if sequence == "sobol" else (v * 2.0**24 for v in _point(k, sequence, samples))
+    return int(x), int(y)
+
+
+def scatters(sequence: Sequence, samples: int) -> bool:
+    """Whether each pixel exchanges digits of its own in the samples' places: of a single one none."""
+    return sequence in PROGRESSIVE and samples > 1
+
+
+def sample_points(k: int, size: tuple[int, int], sequence: Sequence = "sobol", samples: int = 1) -> Any:
+    """(2,), or (H, W, 2) where they differ: where sample k is in the pixels of a picture of `size` (width, height), in
+    [0, 1)^2, x from the left, y from the top. The same as camera.glsl has.
+    """
+    import numpy as np
+
+    place = np.array(sample_place(k, sequence, samples), np.uint32)
+    if scatters(sequence, samples):
+        width, height = size
+        x, y = np.meshgrid(np.arange(width), np.arange(height)[::-1])
+        at = x.astype(np.uint32) * np.uint32(3242174889) + y.astype(np.uint32) * np.uint32(2447445413)
+        place = place ^ (np.stack([at, at * np.uint32(1010068087)], axis=-1) >> np.uint32(8))
+    return place * 2.0**-24
+
+
+def _point(k: int, sequence: Sequence, samples: int) -> tuple[float, float]:
+    """In [0, 1)^2; of n x n samples
 
     "sobol": Sobol' points (1967), a (0, 2)-sequence, with Owen's nested scrambling by the hash of shaders/sobol.glsl:
-    of the first 2^m points each box of any shape 2^-i x 2^(i - m) holds one. Point 0 is the pixel's centre.
+    of the first 2^m points each box of any shape 2^-i x 2^(i - m) holds one. The first is the pixel's centre.
     "r2": the additive recurrence of Roberts (2018, "The unreasonable effectiveness of quasirandom sequences").
     "random": independent points, always the same.
     "grid": the middles of n x n squares.
@@ -32,8 +59,6 @@ def sample_point(k: int, sequence: Sequence = "sobol", samples: int = 1) -> tupl
     "corners": the corners of n x n squares, as the plain double loop over i / n and j / n has it.
     """
     match sequence:
-        case "sobol":
-            return _sobol(k, *_SCRAMBLES)
         case "r2":
             return (0.5 + k * _ALPHA[0]) % 1.0, (0.5 + k * _ALPHA[1]) % 1.0
         case "random":
@@ -51,12 +76,11 @@ def sample_point(k: int, sequence: Sequence = "sobol", samples: int = 1) -> tupl
             return (i + 0.5) / n, (j + 0.5) / n
 
 
-def _sobol(k: int, x_seed: int, y_seed: int) -> tuple[float, float]:
-    """Owen-scrambled Sobol' point k, then shifted digit by digit so that point 0 is the centre."""
+def _sobol(k: int, x_seed: int, y_seed: int) -> tuple[int, int]:
+    """Owen-scrambled Sobol' point k, then shifted digit by digit so that point 0 is the centre; in 2^-24."""
     x = _reversed(_scrambled(k, x_seed) ^ _scrambled(0, x_seed))
     y = _reversed(_scrambled(_pascal(k), y_seed) ^ _scrambled(0, y_seed))
-    # 24 bits, which float32 has, also of twice that less 1.
-    return ((x >> 8) ^ 1 << 23) * 2.0**-24, ((y >> 8) ^ 1 << 23) * 2.0**-24
+    return (x >> 8) ^ 1 << 23, (y >> 8) ^ 1 << 23
 
 
 # As in shaders/sobol.glsl, which explains them.

@@ -1,4 +1,4 @@
-"""Scene files: TOML in, Scene out.
+"""Scene files: TOML in, Scene and Settings out.
 
 A scene file is untrusted input. It is parsed, never run; no text of it reaches a shader; its
 size is bounded. Every error is an `InputError` that names the file, the key and what was expected.
@@ -6,14 +6,12 @@ size is bounded. Every error is an `InputError` that names the file, the key and
 
 from __future__ import annotations
 
-import itertools
 import os
-import re
-import tomllib
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import msgspec
 
@@ -24,19 +22,19 @@ from raytracer.instance_file import is_plain, read_instances
 from raytracer.instances import Instances
 from raytracer.material import Material
 from raytracer.models import MODELS
+from raytracer.presets import Fields, combined
 from raytracer.scene import Camera, PointLight, Scene
+from raytracer.settings import Settings
+from raytracer.settings_table import settings_table
 from raytracer.solids import Plane, Primitive, Solid, Sphere, leaves
+from raytracer.toml_table import convert, known, toml
 
 MAX_BYTES = 4 * 1024 * 1024
 # Each takes 17 MiB here and on the GPU.
 MAX_TABLES = 16
-# tomllib takes time that is quadratic in the parts of a dotted key: a.b.c.
-_LONG_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
 
 # Of the files that a scene file names.
 _SUFFIXES = (".csv", ".npz", ".binary")
-
-T = TypeVar("T")
 
 
 class _SphereTable(msgspec.Struct):
@@ -72,6 +70,11 @@ class _SceneTable(msgspec.Struct):
     instances: dict[str, Any] = {}
     ambient: Vec3 | None = None
     background: Vec3 | None = None
+    settings: dict[str, Any] = {}
+
+
+class _SettingsOnly(msgspec.Struct):
+    settings: dict[str, Any]
 
 
 def examples() -> dict[str, Path]:
@@ -88,6 +91,18 @@ def load(path: str | os.PathLike[str]) -> Scene:
     read or is not a scene.
     """
     return parse(*read(path))
+
+
+def load_settings(path: str | os.PathLike[str]) -> Settings:
+    """The settings in the table [settings] of the scene file that `load` takes for `path`; what it does not give is the
+    default. A scene has none, as they are what is traded, whatever the scene is.
+
+    Raises InputError if the file cannot be read, is no TOML, or has wrong settings; the scene is not looked at.
+    """
+    path, text = read(path)
+    with _located(path, text):
+        table = convert({"settings": toml(text).get("settings", {})}, _SettingsOnly, "")
+        return combined(settings_table(table.settings))
 
 
 def read(path: str | os.PathLike[str]) -> tuple[Path, str]:
@@ -111,21 +126,33 @@ def read(path: str | os.PathLike[str]) -> tuple[Path, str]:
 
 def parse(path: Path, text: str) -> Scene:
     """The scene in the text of file `path`. Warns and raises as `load`; messages name file and line."""
+    return parse_all(path, text)[0]
+
+
+def parse_all(path: Path, text: str) -> tuple[Scene, Fields]:
+    """As parse(), and what the file's [settings] give, for presets.combined()."""
+    with _located(path, text):
+        scene, given, unused = _scene(text, path.stem.encode(errors="replace").decode(), path.parent)
+    if unused:
+        warnings.warn(f"{path}: {unused}", stacklevel=4)
+    return scene, given
+
+
+@contextmanager
+def _located(path: Path, text: str) -> Iterator[None]:
+    """Errors in the block are about the text of file `path`: they name it and the line."""
     try:
-        scene, unused = _scene(text, path.stem.encode(errors="replace").decode(), path.parent)
+        yield
     except InputError as error:
         from raytracer.scene_text import line_of_error  # its patterns take a while to compile
 
         line = line_of_error(text, str(error))
         raise InputError(f"{path}:{line}: {error}" if line else f"{path}: {error}") from None
-    if unused:
-        warnings.warn(f"{path}: {unused}", stacklevel=3)
-    return scene
 
 
 def loads(text: str, name: str = "scene") -> Scene:
     """The scene in a TOML text. Warns and raises as `load`, without a file's name; no files of instances are read."""
-    scene, unused = _scene(text, name, None)
+    scene, _, unused = _scene(text, name, None)
     if unused:
         warnings.warn(unused, stacklevel=2)
     return scene
@@ -133,7 +160,7 @@ def loads(text: str, name: str = "scene") -> Scene:
 
 def named_files(path: Path, text: str) -> list[Path]:
     """The other files that the text of file `path` names, there or not. Raises InputError if it is no TOML."""
-    document = _toml(text)
+    document = toml(text)
     tables = [table for key in ("instances", "materials") if isinstance(table := document.get(key), dict)]
     entries = [entry for table in tables for entry in table.values() if isinstance(entry, dict)]
     names = (entry.get("file") for entry in entries)
@@ -168,20 +195,12 @@ def moved(text: str, scene: Scene, folder: Path | None = None) -> str:
     return result
 
 
-def _toml(text: str) -> dict[str, Any]:
-    if _LONG_KEY.search(text):
-        raise InputError("expected keys of at most 32 parts")
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"expected TOML: {error}") from None
-    except (RecursionError, ValueError):  # deep nesting; an integer of more digits than Python converts
-        raise InputError("expected TOML without deep nesting or numbers of thousands of digits") from None
+def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, Fields, str]:
+    """The scene, its file's settings, and a warning or "".
 
-
-def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, str]:
-    """The scene, and a warning or "". `folder`: where its files of instances are; None if it can have none."""
-    table = _convert(_toml(text), _SceneTable, "")
+    `folder`: where its files of instances are; None if it can have none.
+    """
+    table = convert(toml(text), _SceneTable, "")
     tables: dict[str, Any] = {}
     materials = {key: _material(value, key, folder, tables) for key, value in table.materials.items()}
     shapes = {key: _shape(value, key, materials) for key, value in table.shapes.items()}
@@ -190,55 +209,13 @@ def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, str]:
     options = {key: getattr(table, key) for key in ("ambient", "background") if getattr(table, key) is not None}
     scene = Scene(
         objects=tuple(objects.values()),
-        lights=[_convert(value, PointLight, f"lights[{i}]") for i, value in enumerate(table.lights)],
-        camera=_convert(table.camera, Camera, "camera"),
+        lights=[convert(value, PointLight, f"lights[{i}]") for i, value in enumerate(table.lights)],
+        camera=convert(table.camera, Camera, "camera"),
         materials=tuple(materials.values()),
         name=name,
         **options,
     )
-    return scene, _unused(shapes, solids.values())
-
-
-def _convert(value: Any, kind: type[T], key: str, keys: Sequence[str] = ()) -> T:
-    """`value` as a `kind`, of which a file may give `keys` (default: all its fields).
-
-    Errors begin with the whole key, e.g. `shapes.a.sphere.radius`.
-    """
-    keys = keys or kind.__struct_fields__  # pyright: ignore[reportAttributeAccessIssue]
-    if isinstance(value, dict) and (unknown := [name for name in value if name not in keys]):
-        raise InputError(": ".join(filter(None, (key, f"unknown key `{unknown[0]}` ({_known(keys)})"))))
-    try:
-        return msgspec.convert(value, kind)
-    except msgspec.ValidationError as error:
-        message, _, inner = str(error).partition(" - at `$")
-        where = ".".join(filter(None, (key, inner.rstrip("`").removeprefix("."))))
-        if isinstance(error.__cause__, InputError):  # from a __post_init__: the message begins with the field
-            raise InputError(".".join(filter(None, (where, message)))) from None
-        raise InputError(": ".join(filter(None, (where, _reworded(message))))) from None
-
-
-_WORDS = {
-    "`float | array`": "a number or a list",
-    "`array`": "a list",
-    "`object`": "a table",
-    "`float`": "a number",
-    "`str`": "a string",
-    "`int`": "a number",
-}
-
-
-def _reworded(message: str) -> str:
-    """A message of msgspec in the words of TOML."""
-    message = message.replace("Object missing required field", "missing key")
-    for word, plain in _WORDS.items():
-        message = message.replace(word, plain)
-    return message[:1].lower() + message[1:]
-
-
-def _known(names: Iterable[str]) -> str:
-    """A remedy for a name that is not there."""
-    shown = ", ".join(itertools.islice(names, 8))
-    return f"known: {shown}" if len(shown) <= 120 else f"known: {shown[:120]}..."
+    return scene, settings_table(table.settings), _unused(shapes, solids.values())
 
 
 def _material(value: Any, name: str, folder: Path | None, tables: dict[str, Any]) -> Material:
@@ -252,7 +229,7 @@ def _material(value: Any, name: str, folder: Path | None, tables: dict[str, Any]
         raise InputError(f"{key}.model: expected one of {', '.join(MODELS)}, got {shown(model)}")
     keys = "model", *MODELS[model].parameters
     if unknown := [name for name in value if name not in keys]:
-        raise InputError(f"{key}: unknown key `{unknown[0]}` ({_known(keys)})")
+        raise InputError(f"{key}: unknown key `{unknown[0]}` ({known(keys)})")
     try:
         if "file" in value:
             value = value | {"file": _measured_file(value["file"], folder, tables)}
@@ -284,14 +261,14 @@ def _shape(value: Any, name: str, materials: dict[str, Material]) -> Primitive:
     key = f"shapes.{name}"
     if not expression.is_name(name):
         raise InputError(f'{key}: expected a name of letters, digits and "_" that begins with no digit')
-    table = _convert(value, _ShapeTable, key)
+    table = convert(value, _ShapeTable, key)
     material = _material_of(table.material, f"{key}.material", materials)
     tables = {"sphere": (table.sphere, _SphereTable, Sphere), "plane": (table.plane, _PlaneTable, Plane)}
     given = [name for name, (value, _, _) in tables.items() if value is not None]
     if len(given) != 1:
         raise InputError(f"{key}: expected one of sphere or plane, got {' and '.join(given) or 'neither'}")
     value, kind, primitive = tables[given[0]]
-    numbers = msgspec.structs.asdict(_convert(value, kind, f"{key}.{given[0]}"))
+    numbers = msgspec.structs.asdict(convert(value, kind, f"{key}.{given[0]}"))
     try:
         return primitive(**numbers, material=material)
     except InputError as error:
@@ -303,7 +280,7 @@ def _material_of(name: str, key: str, materials: dict[str, Material]) -> Materia
     if name in materials:
         return materials[name]
     if "/" not in name:
-        raise InputError(f"{key}: expected the name of a material, got {name[:40]!r} ({_known(materials)})")
+        raise InputError(f"{key}: expected the name of a material, got {name[:40]!r} ({known(materials)})")
     from raytracer.library import published
 
     try:
@@ -318,7 +295,7 @@ def _object(text: Any, key: str, shapes: dict[str, Primitive], objects: dict[str
     try:
         return expression.parse(text, shapes)
     except InputError as error:
-        hint = f" ({_known(shapes)})" if "the name of a shape" in str(error) else ""
+        hint = f" ({known(shapes)})" if "the name of a shape" in str(error) else ""
         if any(f'"{name}"' in str(error) for name in objects.keys() - shapes.keys()):
             hint = " (an object; only shapes can be named)"
         raise InputError(f"objects.{key}: {error}{hint}") from None
@@ -327,8 +304,8 @@ def _object(text: Any, key: str, shapes: dict[str, Primitive], objects: dict[str
 def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | None) -> Instances:
     key = f"instances.{name}"
     if name not in solids:
-        raise InputError(f"{key}: expected the name of an object ({_known(solids)})")
-    table = _convert(value, _InstancesTable, key)
+        raise InputError(f"{key}: expected the name of an object ({known(solids)})")
+    table = convert(value, _InstancesTable, key)
     if ("file" in value) == ("positions" in value):
         given = "both" if "file" in value else "neither"
         raise InputError(f"{key}: expected one of positions or file, got {given}")

@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 from typing import get_args
 
-from raytracer.checks import InputError, number, printable
-from raytracer.cli import _add_backend, _add_scene, _named, _size, _whole
+from raytracer.checks import InputError, about, number, printable
+from raytracer.options import add_backend, add_scene, picture_size, whole
 from raytracer.progress import progress_bar
 from raytracer.scene_file import load
 from raytracer.settings import Precision, Settings, Shading, Shadows
@@ -22,7 +22,7 @@ _QUICK_GPU_SAMPLES = 256
 
 def trade_arguments(parser: argparse.ArgumentParser) -> None:
     """Those of `raytracer trade`."""
-    _add_scene(parser)
+    add_scene(parser)
     parser.add_argument(
         "-o",
         "--output",
@@ -33,11 +33,11 @@ def trade_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--size",
         metavar="WxH",
-        type=_size,
+        type=picture_size,
         help=f"in pixels (default: {_SIZE[0]}x{_SIZE[1]}, as a truth takes its time)",
     )
     parser.add_argument(
-        "--rounds", metavar="N", type=_whole, help=f"how often each is timed, in turns with all (default: {_ROUNDS})"
+        "--rounds", metavar="N", type=whole, help=f"how often each is timed, in turns with all (default: {_ROUNDS})"
     )
     parser.add_argument(
         "--truth",
@@ -49,7 +49,7 @@ def trade_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--quick", action="store_true", help="a tiny picture, few of all configurations, a truth by the GPU"
     )
-    _add_backend(parser)
+    add_backend(parser)
     parser.set_defaults(run=_trade)
 
 
@@ -97,7 +97,7 @@ def _trade(options: argparse.Namespace) -> int:
 
 def tune_arguments(parser: argparse.ArgumentParser) -> None:
     """What `raytracer tune` takes."""
-    _add_scene(parser)
+    add_scene(parser)
     targets = parser.add_mutually_exclusive_group(required=True)
     targets.add_argument(
         "--max-error",
@@ -108,14 +108,16 @@ def tune_arguments(parser: argparse.ArgumentParser) -> None:
     targets.add_argument(
         "--time", metavar="T", type=float, help="find those with the least error whose picture takes at most T seconds"
     )
-    parser.add_argument("--size", metavar="WxH", type=_size, default=(1280, 720), help="in pixels (default: 1280x720)")
+    parser.add_argument(
+        "--size", metavar="WxH", type=picture_size, default=(1280, 720), help="in pixels (default: 1280x720)"
+    )
     parser.add_argument("--shading", metavar="MODEL", choices=get_args(Shading), help="as for raytracer render")
     parser.add_argument("--shadows", choices=get_args(Shadows), default="hard", help="default: hard")
     parser.add_argument(
         "--precision", choices=get_args(Precision), type=int, default=32, help="as for raytracer render (default: 32)"
     )
-    parser.add_argument("--bounces", metavar="N", type=_whole, default=8, help="as for raytracer render (default: 8)")
-    _add_backend(parser)
+    parser.add_argument("--bounces", metavar="N", type=whole, default=8, help="as for raytracer render (default: 8)")
+    add_backend(parser)
     parser.set_defaults(run=_tune)
 
 
@@ -138,7 +140,7 @@ def _tune(options: argparse.Namespace) -> int:
 
     check_size(options.size)
     renderer = shared_renderer(options.backend)
-    with _named(options.scene):
+    with about(options.scene):
         found = tune(
             renderer,
             scene,

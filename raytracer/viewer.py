@@ -14,7 +14,7 @@ import glfw
 import moderngl
 import msgspec
 
-from raytracer.checks import InputError, printable
+from raytracer.checks import InputError, about, printable
 from raytracer.context import open_window
 from raytracer.film import written_new
 from raytracer.glsl_source import ShaderError
@@ -39,10 +39,11 @@ from raytracer.interaction import (
     title,
 )
 from raytracer.live import Live
+from raytracer.options import DEFAULT_SIZE
 from raytracer.overlay import panels
+from raytracer.presets import Fields
 from raytracer.renderer import Renderer, metadata
-from raytracer.scene_file import moved, named_files, parse, read
-from raytracer.settings import Settings
+from raytracer.scene_file import moved, named_files, parse_all, read
 from raytracer.watch import Files
 
 # Seconds. How often files are looked at; also, Python notices Ctrl+C only between two waits for events.
@@ -55,9 +56,9 @@ _NAMES = {glfw.KEY_TAB: "Tab", glfw.KEY_HOME: "Home", glfw.KEY_ESCAPE: "Escape"}
 _OTHER_MODIFIERS = glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER
 
 
-def view(scene: str, settings: Settings, size: tuple[int, int], budget: float) -> None:
+def view(scene: str, given: Fields, budget: float) -> None:
     """Show a scene until the user closes its window. Arguments and errors are those of `opened`."""
-    with opened(scene, settings, size, budget) as viewer:
+    with opened(scene, given, budget) as viewer:
         while not glfw.window_should_close(viewer.window):
             wait = viewer.frame()
             if wait > 0.0:
@@ -68,17 +69,20 @@ def view(scene: str, settings: Settings, size: tuple[int, int], budget: float) -
 
 
 @contextmanager
-def opened(scene: str | os.PathLike[str], settings: Settings, size: tuple[int, int], budget: float) -> Iterator[Viewer]:
+def opened(scene: str | os.PathLike[str], given: Fields, budget: float) -> Iterator[Viewer]:
     """A window with the scene that `load` takes for `scene`, closed after the block.
 
-    `settings.samples` are those to which a still picture is refined; `size` is in screen coordinates;
-    `budget` is the seconds that a sample of a moving picture may take before its pixels are enlarged.
-    Raises ContextError if no window opens, InputError for a wrong scene file; drawing raises InputError
-    for a scene beyond this driver's limits.
+    The settings `given` (see presets.combined()) are in place of those of its file: `samples` are those to which a
+    still picture is refined at most, "size" is in screen coordinates. `budget` is the seconds that a sample of a moving
+    picture may take before its pixels are enlarged. Raises ContextError if no window opens, InputError for a wrong
+    scene file; drawing raises InputError for a scene beyond this driver's limits.
     """
     path, text = read(scene)
     files = Files(path)
-    state = start(text, parse(path, text), settings)
+    loaded, of_file = parse_all(path, text)
+    with about(path):
+        state = start(text, loaded, of_file, given)
+    size = given.get("size") or of_file.get("size") or DEFAULT_SIZE
     context, window = open_window(size, f"{state.scene.name} - compiling")
     try:
         viewer = Viewer(context, window, files, state, budget)
@@ -122,7 +126,9 @@ class Viewer:
             glfw.set_window_should_close(self.window, True)
         if Redo.SCREENSHOT in redo:
             self._screenshot_due = True
-            self.handle(Told(f"a screenshot will be written with {self.state.settings.samples} samples a pixel"))
+            settings = self.state.settings
+            most = f"{'up to ' if settings.asks else ''}{settings.samples} samples a pixel"
+            self.handle(Told(f"a screenshot will be written with {most}"))
         if Redo.EXPORT in redo:
             self._write(self._export)
 
@@ -131,34 +137,45 @@ class Viewer:
         size = glfw.get_framebuffer_size(self.window)
         if 0 in size or glfw.get_window_attrib(self.window, glfw.ICONIFIED):
             return _LOOK
-        live, samples, begin = self.live, self.state.settings.samples, time.perf_counter()
+        live, begin = self.live, time.perf_counter()
         still_in = self._moved_at + _STILL - begin
         if Redo.SAMPLES in self._redo or size != live.size:
             self._moved_at = begin
             self._begin(size, moving=True)
-        elif live.enlarged > 1 and still_in <= 0.0:
+        elif live.moving and still_in <= 0.0:
             self._begin(size, moving=False)
-        elif live.enlarged > 1:
+        elif live.moving:
             if Redo.PRESENT not in self._redo:
                 return still_in
-        elif live.samples < samples:
-            live.sample()
-            while still_in <= 0.0 and live.samples < samples and time.perf_counter() < begin + self._budget:
-                live.sample()
+        elif not live.done:
+            self._refine(begin)
         elif self._screenshot_due:
             self._take_screenshot()
         elif Redo.PRESENT not in self._redo:
             return _LOOK
         self._present()
         now = time.perf_counter()
-        if now > self._titled_at + _RETITLE or live.samples >= samples:
+        if now > self._titled_at + _RETITLE or live.done:
             self._titled_at = now
-            glfw.set_window_title(self.window, title(self.state, live.samples, 1000.0 * (now - begin)))
+            text = title(self.state, live.samples, 1000.0 * (now - begin), live.rmse())
+            glfw.set_window_title(self.window, text)
         return 0.0
+
+    def _refine(self, begin: float) -> None:
+        """Draw one more sample, or as many as the budget allows since `begin`."""
+        live = self.live
+        try:
+            live.sample()
+            while not live.done and time.perf_counter() < begin + self._budget:
+                live.sample()
+        except ShaderError as error:  # of those that find the error, without which the picture goes on
+            self._tell_terminal(str(error))
+            self.handle(Failed(str(error)))
 
     def _begin(self, size: tuple[int, int], *, moving: bool) -> None:
         """Start the picture and draw its first sample; or that of the state before, if this is impossible."""
-        self._take_screenshot()
+        if moving:
+            self._take_screenshot()
         self._redo &= ~Redo.SAMPLES
         try:
             self._start(self.state, size, moving)
@@ -200,7 +217,9 @@ class Viewer:
         path = self._files.scene
         try:
             text = read(path)[1] if self._files.has_scene else self.state.text
-            self.handle(Loaded(text, parse(path, text)))
+            loaded, of_file = parse_all(path, text)
+            with about(path):
+                self.handle(Loaded(text, loaded, of_file))
         except InputError as error:
             self._tell_terminal(str(error))
             self.handle(Failed(str(error)))
@@ -225,9 +244,10 @@ class Viewer:
 
     def _screenshot(self) -> str:
         state, live = self._drawn or self.state, self.live
-        settings = msgspec.structs.replace(state.settings, samples=live.samples, adaptive=None)
+        drawn: Fields = {"samples": live.samples, "adaptive": None, "max_error": None, "time": None}
+        settings = msgspec.structs.replace(state.settings, **drawn)
         with written_new(state.scene.name, ".png") as (path, file):
-            text = metadata(state.scene, live.size, settings)
+            text = metadata(state.scene, live.size, settings, live.estimate())
             text["Description"] += f", showing {state.show}" if state.show != "picture" else ""
             live.image(text).write_png(file)
         return f"wrote {path}: {live.size[0]}x{live.size[1]}, {live.samples} of {state.settings.samples} samples"

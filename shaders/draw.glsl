@@ -10,7 +10,8 @@ struct Draw {
     vec2 tileOrigin;    // the lower left pixel of the tile being drawn
     vec4 viewport;      // its lower left pixel, width and height: a tile and a margin, as points with a centre
                         // beyond it are not drawn
-    real2 samplePoint;  // from the pixel's centre, in half pixels, +y up: within [-1, 1)
+    uvec2 samplePlace;  // where in the pixel the sample lies, from its upper left corner, in 2^-24 of the pixel
+    uint scatter;       // which digits of that are exchanged, for each pixel others (camera.glsl)
     real pixelScale;    // tan(fov/2) / H
     vec3 ambient;
     vec3 background;
@@ -26,7 +27,8 @@ uniform Draw draw;
 
 flat out vec2 resolution;
 flat out vec2 tileOrigin;
-flat out real2 samplePoint;
+flat out uvec2 samplePlace;
+flat out uint scatter;
 flat out real pixelScale;
 flat out vec3 ambient;
 flat out vec3 background;
@@ -42,7 +44,8 @@ flat out int sampleIndex;
 void handOn() {
     resolution = draw.resolution;
     tileOrigin = draw.tileOrigin;
-    samplePoint = draw.samplePoint;
+    samplePlace = draw.samplePlace;
+    scatter = draw.scatter;
     pixelScale = draw.pixelScale;
     ambient = draw.ambient;
     background = draw.background;

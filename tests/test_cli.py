@@ -33,6 +33,7 @@ def test_render_writes_a_png_with_the_scene_the_settings_and_the_version(tmp_pat
         text = {key: str(value) for key, value in picture.info.items()}
     assert text["Title"] == "assignment" and text["Software"] == f"raytracer {raytracer.__version__}"
     assert "32x18" in text["Description"] and "samples=2" in text["Description"] and "blinn" in text["Description"]
+    assert text["Samples"] == "2" and float(text["Seconds"]) > 0.0 and text["Error"].startswith("error about ")
     assert list(tmp_path.iterdir()) == [out]
 
 
@@ -43,11 +44,15 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
         shapes = {name: (array.shape, array.dtype.str) for name, array in arrays.items()}
         sky, ground = arrays["depth"][0, 0], arrays["depth"][-1, 0]
         materials = arrays["material"]
+        metadata = json.loads(str(arrays["metadata"]))
+    kind = shapes.pop("metadata")
+    assert kind[0] == () and kind[1].startswith("<U") and metadata["Title"] == "assignment"
     assert shapes == {
         "radiance": ((18, 32, 3), "<f4"),
         "depth": ((18, 32), "<f4"),
         "normal": ((18, 32, 3), "<f4"),
         "material": ((18, 32), "<i4"),
+        "error": ((18, 32), "<f4"),
     }
     assert np.isinf(sky) and np.isfinite(ground), "top row first"
     assert materials[0, 0] == -1 and materials[-1, 0] == 3, "the file's materials in order"
@@ -79,6 +84,14 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
         (["render", SCENE, "-o", "{tmp}/a.png", "--shading", "gouraud"], "gouraud"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--shadows", "long"], "long"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--backend", "vulkan"], "egl, window, osmesa"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--max-error", "0"], "max_error: expected a finite number above 0"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--max-error", "little"], "--max-error: invalid number value"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--time=-1"], "time: expected a finite number above 0 (seconds)"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--quality", "best"], "best"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--sequence", "grid", "--samples", "5"], "a square number"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--time", "1", "--adaptive", "0.1"], "adaptive: expected none"),
+        (["view", SCENE, "--sequence", "grid"], "sobol"),
+        (["view", SCENE, "--size", "0x5"], "size"),
     ],
 )
 def test_wrong_input_is_status_2_and_one_line(
@@ -108,6 +121,60 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     with written_whole(out) as file:
         file.write(b"all of it")
     assert out.read_bytes() == b"all of it" and list(tmp_path.iterdir()) == [out]
+
+
+SMALL = "--size", "64x36"
+
+
+def test_an_error_that_was_not_reached_is_status_1_with_the_picture_and_a_remedy(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def run(*options: str) -> tuple[int, str, str]:
+        out = tmp_path / "a.png"
+        out.unlink(missing_ok=True)
+        status = main(["render", SCENE, "-o", str(out), *SMALL, *options])
+        assert out.exists()
+        text = capsys.readouterr()
+        return status, text.out.splitlines()[1], text.err
+
+    status, line, errors = run("--max-error", "0.01")
+    assert status == 0 and errors == "" and float(line.split()[2]) < 0.01 and "(RMSE, linear radiance)" in line
+    for options, says in (
+        (("--max-error", "1e-6", "--samples", "8"), "8 samples were not enough: try more --samples"),
+        (("--max-error", "1e-6", "--time", "0.05"), "0.05 s were not enough: try more --time"),
+        (("--max-error", "0.01", "--samples", "1"), "unknown (1 sample a pixel)"),
+        (("--max-error", "0.01", "--samples", "2", "--sequence", "r2"), "try --sequence sobol"),
+    ):
+        status, _, errors = run(*options)
+        assert status == 1 and says in errors and errors.count("\n") == 1
+    status, _, errors = run("--quality", "high", "--samples", "4")
+    assert status == 0 and "was to be below 0.0005" in errors, "by its name it is asked for with so many samples"
+
+
+def test_what_is_given_nearest_holds(tmp_path: Path) -> None:
+    file = tmp_path / "scene.toml"
+
+    def drawn(settings: str, *options: str) -> str:
+        file.write_text(scenes.ASSIGNMENT.read_text() + f"\n[settings]\n{settings}\n")
+        out = tmp_path / "a.png"
+        main(["render", str(file), "-o", str(out), "--shadows", "off", *options])
+        with Pillow.open(out) as picture:
+            return str(picture.info["Description"])
+
+    for settings, options, says in (
+        ("size = [9, 8]\nsamples = 2", (), "9x8, Settings(samples=2, "),
+        ("size = [9, 8]\nsamples = 2", ("--size", "8x9", "--samples", "3"), "8x9, Settings(samples=3, "),
+        ("size = [9, 8]\nquality = 'normal'", (), "samples=256, "),
+        ("size = [9, 8]\nquality = 'normal'\nsamples = 4", (), "samples=4, "),
+        ("size = [9, 8]\nmax_error = 0.1", (), "samples=4096, "),
+        ("size = [9, 8]\nmax_error = 0.1", ("--quality", "draft"), "samples=1, "),
+        ("size = [9, 8]\nmax_error = 0.1", ("--max-error", "none"), "max_error=None"),
+        ("size = [9, 8]\nmax_error = 0.1", ("--adaptive", "0.2"), "adaptive=0.2"),
+        ("size = [9, 8]\nsamples = 2\nadaptive = 0.1", ("--max-error", "0.3"), "samples=4096, "),
+        ("size = [9, 8]\nshading = 'ggx'\nshadows = 'soft'", ("--shading", "none"), "shading=None, shadows='off'"),
+        ("size = [9, 8]\nsequence = 'grid'\nsamples = 4", ("--samples", "9"), "sequence='grid'"),
+    ):
+        assert says in drawn(settings, *options), (settings, options)
 
 
 def start(*arguments: str, terminal: int | None = None) -> subprocess.Popen[bytes]:

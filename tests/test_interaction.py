@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+import itertools
 import math
 import shlex
 from typing import Literal, get_args
@@ -32,8 +34,11 @@ from raytracer.interaction import (
     step,
     title,
 )
+from raytracer.options import given as given_by
 from raytracer.overlay import panels
-from raytracer.settings import Settings, Shading, Shadows
+from raytracer.presets import Fields, combined
+from raytracer.render_cli import render_arguments
+from raytracer.settings import Shading, Shadows
 from raytracer.turntable import turn_camera, turn_light
 
 from . import scenes
@@ -41,8 +46,8 @@ from . import scenes
 TEXT = scenes.ASSIGNMENT.read_text()
 
 
-def opened(scene: rt.Scene | None = None) -> State:
-    return start(TEXT, scene or scenes.assignment(), Settings(samples=256))
+def opened(scene: rt.Scene | None = None, of_file: Fields | None = None, **given: object) -> State:
+    return start(TEXT, scene or scenes.assignment(), of_file or {}, given)
 
 
 def after(state: State, *events: Event) -> State:
@@ -137,7 +142,7 @@ def test_each_of_the_shadings_and_shadows_there_are_is_reached_by_its_key() -> N
         state = after(state, Key(key))
         order.append(state.settings.shading)
     assert order == ["phong", "blinn", "phong", None, get_args(Shading)[-1], None]
-    given = start(TEXT, scenes.assignment(), Settings(shading="phong"))
+    given = opened(shading="phong")
     assert after(given, Key("B")).settings.shading == "blinn", "no key press without effect"
 
 
@@ -206,6 +211,7 @@ def test_the_title_says_how_far_the_picture_is_and_what_is_on() -> None:
     assert title(state, 12, 31.4) == (
         "assignment - 31 ms, 12 of 256 samples, blinn, diluted shadows, light 2 of 2, H for help"
     )
+    assert "64 of 4096 samples, error 0.0013, " in title(opened(max_error=0.001), 64, 9.0, 0.00128)
     assert "phong" in title(opened(), 1, 1.0) and "showing depth" in title(after(opened(), Key("Z")), 1, 1.0)
 
 
@@ -215,6 +221,40 @@ def test_the_command_renders_the_picture_that_is_shown() -> None:
     assert arguments == shlex.split(
         "raytracer render 'a b-1.toml' -o 'a b-1-rendered.png' --size 640x360 --shading blinn --shadows diluted"
     )
+
+
+def test_the_command_renders_with_what_the_window_has_whatever_the_file_says() -> None:
+    files: list[Fields] = [
+        {},
+        {"samples": 16, "shading": "ggx"},
+        {"max_error": 0.01},
+        {"time": 2.0, "samples": 8},
+        {"adaptive": 0.1, "samples": 16},
+        {"quality": "high", "shadows": "off"},
+    ]
+    flags: list[Fields] = [{}, {"max_error": 0.001}, {"time": 1.0, "max_error": None}, {"quality": "draft"}]
+    for of_file, given, keys in itertools.product(files, flags, ("", "A", "BS", "V")):
+        state = after(opened(of_file=of_file, **given), *map(Key, keys))
+        words = shlex.split(command(state, (640, 360), "a.toml"))
+        options = argparse.ArgumentParser()
+        render_arguments(options)
+        assert combined(of_file, given_by(options.parse_args(["a.toml", *words[3:]]))) == state.settings
+    assert "--max-error 0.001 " in command(opened(max_error=0.001), (8, 8), "a.toml") + " "
+
+
+def test_saved_settings_are_taken_up_where_the_file_has_changed_them() -> None:
+    state = after(opened(of_file={"samples": 16, "shadows": "soft"}, bounces=3), Key("B"))
+    assert (state.settings.samples, state.limit) == (16, 16)
+    same = after(state, Loaded(TEXT, scenes.assignment(), {"shadows": "soft", "samples": 16}))
+    assert same.settings == state.settings
+    other = after(state, Loaded(TEXT, scenes.assignment(), {"samples": 16, "max_error": 0.01, "bounces": 8}))
+    assert other.settings == msgspec.structs.replace(state.settings, shadows="hard", max_error=0.01)
+    assert other.settings.bounces == 3 and other.settings.shading == "blinn"
+    gone = after(other, Loaded(TEXT, scenes.assignment()))
+    assert (gone.settings.samples, gone.limit, gone.settings.max_error) == (256, 256, None)
+    with pytest.raises(rt.InputError, match=r"^settings.sequence: expected one of sobol, r2, random for a window"):
+        after(state, Loaded(TEXT, scenes.assignment(), {"sequence": "grid"}))
+    assert opened(of_file={"sequence": "grid"}, sequence="r2").settings.sequence == "r2"
 
 
 def test_the_overlay_is_twice_as_large_at_display_scale_2_and_fits_into_any_window() -> None:

@@ -66,6 +66,75 @@ def drawn(live: Live, renderer: Renderer, scene: rt.Scene, settings: Settings, s
     return shown(live, renderer)
 
 
+def refined(live: Live, scene: rt.Scene, settings: Settings, show: Show = "picture") -> None:
+    live.start(scene, settings, show, SIZE, moving=False)
+    while not live.done:
+        live.sample()
+
+
+@pytest.mark.parametrize("samples", [4, 37, 64, 600])
+def test_a_still_picture_knows_its_error_as_that_of_render_does(live: Live, renderer: Renderer, samples: int) -> None:
+    settings = Settings(samples=samples)
+    image = renderer.render(scenes.assignment(), SIZE, settings)
+    assert image.estimate and image.estimate.rmse
+    with renderer.context:
+        refined(live, scenes.assignment(), settings)
+        estimate = live.estimate()
+    assert estimate and estimate.rmse == live.rmse() == pytest.approx(image.estimate.rmse, rel=1e-4)
+    assert estimate.worst == pytest.approx(image.estimate.worst, rel=1e-4) and estimate.samples == samples
+
+
+def test_a_still_picture_stops_at_the_error_or_time_that_is_asked_for(live: Live, renderer: Renderer) -> None:
+    scene, asked = scenes.assignment(), Settings(samples=4096, max_error=0.002)
+    truth = renderer.render(scene, SIZE, Settings(samples=1024, sequence="r2")).radiance
+    with renderer.context:
+        refined(live, scene, asked)
+        assert 8 <= live.samples <= 128 and (live.rmse() or 1.0) < 0.002
+        assert np.sqrt(np.mean((live.image({}).radiance - truth) ** 2)) < 0.002
+        refined(live, scene, msgspec.structs.replace(asked, max_error=1e-9, time=0.1))
+        assert 8 <= live.samples < 4096
+        for other in ({"sequence": "r2"}, {"max_error": 1e-9}):
+            refined(live, scene, msgspec.structs.replace(asked, samples=64, **other))
+            assert live.samples == 64
+
+
+def test_a_picture_that_moves_or_shows_something_else_is_not_looked_at(renderer: Renderer) -> None:
+    live, settings, scene = Live(renderer, 1e-9), Settings(samples=16), scenes.assignment()
+    centers = renderer.render(scene, SIZE, Settings(), geometry=False).radiance
+    with renderer.context:
+        live.start(scene, settings, "picture", SIZE, moving=True)
+        live.sample()
+        assert live.moving and live.rmse() is None
+        np.testing.assert_array_equal(live.image({}).radiance, centers)
+        live.start(scene, settings, "picture", SIZE, moving=True)
+        assert live.moving and live.enlarged > 1
+        refined(live, scene, settings, "normal")
+        assert not live.moving and live.rmse() is None and live._error is None
+        refined(live, scene, settings)
+        assert live.rmse()
+        live.close()
+
+
+def test_a_mistake_in_the_shader_that_finds_the_error_leaves_the_picture(renderer: Renderer, shaders: Path) -> None:
+    own, settings = Renderer(renderer.context), Settings(samples=8)
+    live, file = Live(own, 1e9), shaders / "movement.frag"
+    good = file.read_text()
+    file.write_text(good.replace("vec3 moved =", "vec2 moved ="))
+    with renderer.context:
+        live.start(scenes.assignment(), settings, "picture", SIZE, moving=False)
+        live.sample()
+        with pytest.raises(rt.ShaderError, match=r"movement\.frag:\d+"):
+            live.sample()
+        while not live.done:
+            live.sample()
+        assert live.samples == 8 and live.rmse() is None
+        file.write_text(good)
+        live.reread()
+        refined(live, scenes.assignment(), settings)
+        assert live.rmse() is not None
+        live.close()
+
+
 @pytest.mark.parametrize("shadows", ["off", "hard", "diluted", "soft"])
 def test_the_refined_picture_is_that_of_render(live: Live, renderer: Renderer, shadows: str) -> None:
     settings = Settings(samples=16, shadows=shadows)  # pyright: ignore[reportArgumentType]

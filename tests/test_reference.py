@@ -8,7 +8,7 @@ import pytest
 import raytracer as rt
 from raytracer import reference
 from raytracer.film import srgb8
-from raytracer.sampling import sample_point
+from raytracer.sampling import SEQUENCES, sample_points
 from raytracer.settings import Shadows
 
 from . import scenes
@@ -88,8 +88,9 @@ def test_camera_rays_go_where_the_formula_says() -> None:
 
 
 def test_samples_begin_at_the_centre_and_spread_evenly() -> None:
-    assert sample_point(0) == (0.5, 0.5)
-    points = np.array([sample_point(k) for k in range(256)])
+    for sequence in SEQUENCES[:2]:
+        np.testing.assert_array_equal(sample_points(0, (3, 2), sequence), (0.5, 0.5))
+    points = np.array([sample_points(k, (1, 1), samples=256)[0, 0] for k in range(256)])
     assert points.min() >= 0 and points.max() < 1
     # Each of 8 x 8 cells holds 4 of 256 on average; random points would leave some empty and overfill others.
     counts, _, _ = np.histogram2d(*points.T, bins=8, range=[(0, 1), (0, 1)])

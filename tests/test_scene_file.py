@@ -158,9 +158,45 @@ BAD = [
         f'{END}\n[instances.one]\nfile = "../a.csv"',
         "instances.one.file: expected the plain name of a .csv or .npz",
     ),
+    (END, f"{END}\n[settings]\nsample = 3", "settings: unknown key `sample` (known: samples, "),
+    (END, f"{END}\n[settings]\nsamples = 1.5", "settings.samples: expected a whole number in [1, 65536], got 1.5"),
+    (END, f"{END}\n[settings]\nsamples = true", "settings.samples: expected a whole number in [1, 65536], got True"),
+    (
+        END,
+        f"{END}\n[settings]\nmax_error = 0",
+        "settings.max_error: expected a finite number above 0 (linear radiance)",
+    ),
+    (END, f"{END}\n[settings]\ntime = nan", "settings.time: expected a finite number above 0 (seconds), got nan"),
+    (END, f'{END}\n[settings]\ntime = "1"', "settings.time: expected a finite number above 0 (seconds), got '1'"),
+    (END, f"{END}\n[settings]\ntime = 1\nadaptive = 1", "settings.adaptive: expected none with max_error or time"),
+    (END, f"{END}\n[settings]\nshading = 3", "settings.shading: expected one of "),
+    (END, f"{END}\n[settings]\nprecision = 16", "settings.precision: expected one of 32, 64, got 16"),
+    (END, f'{END}\n[settings]\nquality = "best"', "settings.quality: expected one of draft, normal, high, reference"),
+    (END, f"{END}\n[settings]\nquality = []", "settings.quality: expected one of draft, normal, high, reference"),
+    (END, f"{END}\n[settings]\nsize = [1280, 0]", "settings.size: expected [width, height] in whole pixels in [1, "),
+    (END, f'{END}\n[settings]\nsize = "1280x720"', "settings.size: expected [width, height] in whole pixels in [1, "),
+    (END, f"{END}\n[[settings]]\nsamples = 3", "settings: expected a table, got a list"),
+    ("background", "settings = 3\nbackground", "settings: expected a table, got a number"),
     ("[objects]", "[objects", "expected TOML"),
     ("background = ", "background = " + "[" * 5000, "expected TOML"),
 ]
+
+
+def test_the_settings_of_a_file_are_no_part_of_its_scene(tmp_path: Path) -> None:
+    file = tmp_path / "scene.toml"
+    file.write_text(GOOD)
+    plain = load(file)
+    assert rt.load_settings(file) == rt.Settings()
+    file.write_text(GOOD + '[settings]\nmax_error = 0.01\nshadows = "soft"\nsize = [8, 8]\n')
+    assert load(file) == plain
+    assert rt.load_settings(file) == rt.Settings(samples=4096, max_error=0.01, shadows="soft")
+    file.write_text(GOOD + '[settings]\nquality = "normal"\nsamples = 9\n')
+    assert rt.load_settings(file) == rt.Settings(samples=9, max_error=rt.quality("normal").max_error)
+    assert rt.load_settings("assignment") == rt.Settings()
+    file.write_text(GOOD + "[settings]\nbounces = 99\n")
+    for read in (load, rt.load_settings):
+        with pytest.raises(rt.InputError, match=rf"^{file}:{GOOD.count(chr(10)) + 2}: settings.bounces: expected"):
+            read(file)
 
 
 def status_of(path: Path, *options: str) -> tuple[int, str]:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from raytracer import glsl
 from raytracer.renderer import Renderer
-from raytracer.sampling import sample_point
+from raytracer.sampling import sample_place
 
 pytestmark = pytest.mark.gl
 
@@ -70,7 +70,7 @@ def test_pixels_lights_and_samples_know_nothing_of_each_other(renderer: Renderer
                 assert abs(np.corrcoef(grid[..., i].ravel(), other[..., j].ravel())[0, 1]) < most
         assert abs(np.corrcoef(grid[..., 0].ravel(), grid[..., 1].ravel())[0, 1]) < most
     # In each pixel, its 64 points with the places of its samples: the mean of 400 pixels is that of independent ones.
-    places = np.array([sample_point(k) for k in range(64)]) - 0.5
+    places = np.array([sample_place(k) for k in range(64)]) * 2.0**-24 - 0.5
     each = np.repeat(pixels[:400], 64, axis=0)
     found = points(renderer, each, 0, np.tile(np.arange(64), 400)).reshape(400, 64, 2) - 0.5
     correlation = np.einsum("pki,kj->pij", found, places) / 64.0 * 12.0

@@ -262,8 +262,14 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opened]]:
             monkeypatch.setenv(name, value)
         monkeypatch.setattr(glfw, "swap_buffers", swap)
 
-        def open_one(scene: Path = ASSIGNMENT, size: tuple[int, int] = SIZE, samples: int = 4, budget: float = 1e9):
-            viewer = raytracer.viewer.opened(scene, Settings(samples=samples), size, budget)
+        def open_one(
+            scene: Path = ASSIGNMENT,
+            size: tuple[int, int] | None = SIZE,
+            samples: int = 4,
+            budget: float = 1e9,
+        ) -> Opened:
+            given = {"samples": samples, "size": size}
+            viewer = raytracer.viewer.opened(scene, given, budget)
             found.append(Opened(windows.enter_context(viewer)))
             return found[0]
 
@@ -312,13 +318,42 @@ def test_with_time_to_spare_a_picture_gets_more_samples_a_frame_only_when_nothin
 
 
 @pytest.mark.window
+def test_the_title_has_the_error_and_a_still_picture_ends_with_what_was_asked_for(
+    opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "ball.toml"
+    file.write_text(BALL + "[settings]\nmax_error = 0.004\nsize = [64, 36]\n")
+    one = opened(scene=file, size=None, samples=1000)
+    one.until_idle()
+    drawn, window = one.viewer.live, one.viewer.window
+    assert drawn.size == (64, 36) and 4 <= drawn.samples < 1000 and (drawn.rmse() or 1.0) < 0.004
+    assert f"{drawn.samples} of 1000 samples, error {drawn.rmse():.2g}, " in glfw.get_window_title(window)
+    one.frame(Key("P"))
+    one.until_idle()
+    with Image.open("ball-1.png") as screenshot:
+        assert screenshot.info["Error"].startswith(f"error about {drawn.rmse():.2g} ")
+        assert f"samples={drawn.samples}, " in screenshot.info["Description"]
+    few = drawn.samples
+    for settings, right in (("max_error = 0.0004", lambda n: n > few), ("sequence = 'grid'", lambda n: n > few)):
+        file.write_text(f"{BALL}[settings]\n{settings}\n")
+        time.sleep(0.1)
+        one.viewer.look_at_files()
+        one.until_idle()
+        assert right(drawn.samples)
+    assert f"{file}: settings.sequence: expected one of sobol, r2, random" in one.viewer.state.error
+    assert capsys.readouterr().err.count(f"raytracer: {file}: settings.sequence") == 1
+
+
+@pytest.mark.window
 def test_nothing_is_drawn_for_a_still_picture_or_a_minimised_window(
     opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     one = opened()
     one.until_idle()
     assert glfw.get_window_title(one.viewer.window).startswith("assignment - ")
-    assert "4 of 4 samples, phong, hard shadows" in glfw.get_window_title(one.viewer.window)
+    title = glfw.get_window_title(one.viewer.window)
+    assert "4 of 4 samples, error 0.00" in title and title.endswith("phong, hard shadows, H for help")
     swaps = one.swaps
     for _ in range(20):
         assert one.frame() == _LOOK

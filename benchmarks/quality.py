@@ -1,0 +1,160 @@
+"""What each quality costs, how wrong its pictures are and how wrong they say they are.
+
+python -m benchmarks.quality [--rounds N] [--only SCENE ...] [--truths FOLDER] [-o FOLDER] [--readme]
+
+Pictures of all qualities are rendered in turns. The truth they are compared with is a picture of another sequence of
+samples, "r2", which takes minutes: in FOLDER it is kept for the next run. It has errors of its own, and its points on
+lights of soft shadows are the same, so what is measured of a picture with nearly as many samples says little. With
+--readme the table is put into README.md, too.
+"""
+
+import argparse
+import csv
+import io
+import re
+import time
+from pathlib import Path
+from statistics import median
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+import raytracer as rt
+from benchmarks.measure import Bench
+from benchmarks.report import machine
+from raytracer.presets import QUALITIES, flags
+from raytracer.renderer import Renderer, shared_renderer
+from raytracer.settings import Settings, Shadows
+
+SIZE = (1280, 720)
+# Each with its shadows and the samples of its truth: as many as some minutes allow.
+SCENES: dict[str, tuple[Shadows, int]] = {
+    "assignment": ("hard", 4096),
+    "many": ("hard", 1024),
+    "materials": ("soft", 512),
+}
+# A picture that takes longer is rendered once.
+_LONG = 10.0
+_MARKS = "<!-- quality -->", "<!-- end of quality -->"
+
+
+class Row(NamedTuple):
+    """A quality on a scene."""
+
+    scene: str
+    quality: str
+    seconds: float
+    samples: float
+    estimate: float | None
+    error: float
+
+
+def truth(renderer: Renderer, name: str, folder: Path | None) -> NDArray[np.float32]:
+    """The radiance of a scene's picture that has converged, as far as it has."""
+    shadows, samples = SCENES[name]
+    file = folder / f"{name}-{samples}.npy" if folder else None
+    if file and file.exists():
+        return np.load(file)
+    settings = Settings(samples=samples, shadows=shadows, sequence="r2")
+    radiance = renderer.render(rt.load(name), SIZE, settings, geometry=False).radiance
+    if file:
+        np.save(file, radiance)
+    return radiance
+
+
+def rows(renderer: Renderer, name: str, rounds: int, right: NDArray[np.float32]) -> list[Row]:
+    """All qualities on one scene, in turns."""
+    scene = rt.load(name)
+    settings = {quality: Settings(**fields, shadows=SCENES[name][0]) for quality, fields in QUALITIES.items()}
+    found: dict[str, tuple[rt.Image, list[float]]] = {}
+    for k in range(rounds):
+        for quality, each in settings.items():
+            if k and found[quality][1][0] > _LONG:
+                continue
+            if not k:  # compiles
+                few = msgspec.structs.replace(each, samples=min(each.samples, 16))
+                renderer.render(scene, SIZE, few, geometry=False)
+            begin = time.perf_counter()
+            image = renderer.render(scene, SIZE, each, geometry=False)
+            found.setdefault(quality, (image, []))[1].append(time.perf_counter() - begin)
+    result = []
+    for quality, (image, times) in found.items():
+        assert image.estimate
+        error = float(np.sqrt(np.mean((image.radiance - right) ** 2, dtype=float)))
+        row = Row(name, quality, median(times), image.estimate.samples, image.estimate.rmse, error)
+        print(*row, len(times), sep=", ", flush=True)
+        result.append(row)
+    return result
+
+
+def table(found: list[Row]) -> str:
+    """Markdown: a row for each quality, with time, samples, estimate and error on each scene."""
+    names = list(dict.fromkeys(row.scene for row in found))
+    head = " | ".join(f"`{name}`{', soft shadows' if SCENES[name][0] == 'soft' else ''}" for name in names)
+    lines = [f"| quality | the same as | {head} |", "|---|---|" + "---|" * len(names)]
+    for quality, fields in QUALITIES.items():
+        by_scene = {row.scene: row for row in found if row.quality == quality}
+        lines.append(f"| `{quality}` | `{flags(fields)}` | {' | '.join(_cell(by_scene[name]) for name in names)} |")
+    return "\n".join(lines)
+
+
+def _cell(row: Row) -> str:
+    estimate = "unknown" if row.estimate is None else f"{row.estimate:.1e}"
+    seconds = f"{row.seconds:.2g}" if row.seconds < 10.0 else f"{row.seconds:.0f}"
+    samples = f"{row.samples:.1f}".removesuffix(".0")
+    return f"{seconds} s, {samples} sample{'s' if row.samples > 1.0 else ''}, {row.error:.1e} ({estimate})"
+
+
+def into_readme(text: str, path: Path = Path("README.md")) -> None:
+    """Put a table between the marks."""
+    start, end = map(re.escape, _MARKS)
+    readme, count = re.subn(
+        f"{start}.*?{end}", lambda _: f"{_MARKS[0]}\n{text}\n{_MARKS[1]}", path.read_text(), flags=re.DOTALL
+    )
+    assert count == 1, f"{path} has no place for it"
+    path.write_text(readme)
+
+
+def main() -> None:
+    """Measure, print and write quality.md and quality.csv."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--only", nargs="+", default=list(SCENES), choices=list(SCENES))
+    parser.add_argument("--truths", type=Path)
+    parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
+    parser.add_argument("--readme", action="store_true")
+    options = parser.parse_args()
+    renderer = shared_renderer()
+    start = time.perf_counter()
+    found: list[Row] = []
+    for name in options.only:
+        found += rows(renderer, name, options.rounds, truth(renderer, name, options.truths))
+    truths = ", ".join(f"{samples} of {name}" for name, (_, samples) in SCENES.items() if name in options.only)
+    lines = [
+        "# What a quality costs",
+        "",
+        f"Written by `python -m benchmarks.quality`: pictures of {SIZE[0]}x{SIZE[1]}, linear radiance. Seconds are",
+        f"medians of {options.rounds} pictures, in turns, without compilation, geometry and the file's writing; one",
+        f"picture where it takes more than {_LONG:.0f} s. Samples a pixel are means. The error is the root mean square",
+        "difference to a picture of another sequence of samples (r2), which has an error of its own; in parentheses is",
+        f"what the picture itself estimates. Samples of those pictures: {truths}.",
+        "",
+        machine(Bench(renderer, SIZE, options.rounds)),
+        "",
+        table(found),
+    ]
+    text = "\n".join(lines) + "\n"
+    print(text)
+    (options.output / "quality.md").write_text(text)
+    file = io.StringIO()
+    csv.writer(file).writerows([Row._fields, *found])
+    (options.output / "quality.csv").write_text(file.getvalue())
+    if options.readme:
+        into_readme(table(found))
+    print(f"wrote {options.output / 'quality.md'} in {time.perf_counter() - start:.0f} s")
+
+
+if __name__ == "__main__":
+    main()

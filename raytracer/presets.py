@@ -1,0 +1,71 @@
+"""Settings by a name, and settings that are given at several places."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from raytracer.checks import InputError, shown
+from raytracer.settings import ASKED_SAMPLES, Settings
+
+# Some fields of Settings by their names; "quality" is one of them, and a "size" is nothing here.
+Fields = Mapping[str, Any]
+
+Quality = Literal["draft", "normal", "high", "reference"]
+# How the README has them: benchmarks/quality.py measures each. "reference" leaves nothing to an estimate. It is not of
+# 64 bits: those take no more than 512 primitives, and `render` says where 32 are not enough.
+QUALITIES: dict[Quality, Fields] = {
+    "draft": {"samples": 1},
+    "normal": {"max_error": 0.002, "samples": 256},
+    "high": {"max_error": 0.0005, "samples": 4096},
+    "reference": {"samples": 1024},
+}
+# What else a quality decides, so that it is the same whatever it is put over.
+_ELSE: Fields = {"sequence": "sobol", "adaptive": None, "max_error": None, "time": None}
+
+
+def quality(name: str) -> Settings:
+    """The settings of a quality: "draft", "normal", "high" or "reference". Raises InputError for another name."""
+    return combined({"quality": name})
+
+
+def combined(*places: Fields) -> Settings:
+    """Settings that are given at several places: what a place gives is in place of what those before it give.
+
+    A place's "quality" comes before all else that it gives. `adaptive` is in place of `max_error` and `time`, too, and
+    these of `adaptive`, as they exclude each other. Where nobody says how many samples an error or a time may take,
+    ASKED_SAMPLES: a number given before those were is no such limit. Raises InputError as Settings does.
+    """
+    fields: dict[str, Any] = {}
+    for place in places:
+        if "quality" in place:
+            fields |= _of_quality(place["quality"])
+        fields = _over(fields, {key: value for key, value in place.items() if key not in ("quality", "size")})
+    return Settings(**fields)
+
+
+def flags(fields: Fields) -> str:
+    """Fields of Settings as the command line has them."""
+    return " ".join(f"--{key.replace('_', '-')} {'none' if v is None else v}" for key, v in fields.items())
+
+
+def _of_quality(name: Any) -> Fields:
+    if not isinstance(name, str) or name not in QUALITIES:
+        raise InputError(f"quality: expected one of {', '.join(QUALITIES)}, got {shown(name)}")
+    return {**_ELSE, **QUALITIES[name]}
+
+
+def _over(before: Fields, given: Fields) -> dict[str, Any]:
+    fields = {**before, **given}
+    if _asks(given):
+        if "adaptive" not in given:
+            fields["adaptive"] = None
+        if "samples" not in given and not _asks(before):
+            fields["samples"] = ASKED_SAMPLES
+    elif given.get("adaptive") is not None:
+        fields |= {"max_error": None, "time": None}
+    return fields
+
+
+def _asks(fields: Fields) -> bool:
+    return any(fields.get(key) is not None for key in ("max_error", "time"))

@@ -1,0 +1,164 @@
+"""`raytracer render` and `raytracer view`."""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import os
+import sys
+import time
+import warnings
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from raytracer.checks import InputError, about, number, printable
+from raytracer.options import DEFAULT_SIZE, add_backend, add_scene, add_settings, given
+from raytracer.presets import Fields, combined
+from raytracer.progress import progress_bar
+from raytracer.sampling import PROGRESSIVE
+from raytracer.scene_file import parse_all, read
+from raytracer.settings import Settings, precision_warning
+
+if TYPE_CHECKING:
+    from raytracer.film import Image
+
+# Pictures that need more host memory than this say so before they start.
+_MEMORY_WORTH_MENTION = 2**30
+
+
+def render_arguments(parser: argparse.ArgumentParser) -> None:
+    """What `render` takes."""
+    add_scene(parser)
+    parser.add_argument(
+        "-o", "--output", metavar="OUT", required=True, help=".png (8-bit sRGB) or .npz (float32 arrays)"
+    )
+    add_settings(parser, samples=1, adaptive=True)
+    add_backend(parser)
+    parser.description = (
+        "Render a scene to a file, with the settings that are given here or else in the scene file's [settings], and "
+        "say how wrong the picture is. The status is 1, though it is written, if --max-error was not reached with the "
+        "samples or in the time there were."
+    )
+
+
+def view_arguments(parser: argparse.ArgumentParser) -> None:
+    """What `view` takes."""
+    from raytracer.interaction import CONTROLS, DEFAULT_SAMPLES
+
+    add_scene(parser)
+    add_settings(parser, DEFAULT_SAMPLES, PROGRESSIVE, adaptive=False)
+    parser.add_argument(
+        "--budget",
+        metavar="MS",
+        type=float,
+        default=33.0,
+        help="milliseconds that a moving picture's sample may take; above, its pixels are enlarged (default: 33)",
+    )
+    width = max(len(control.key) for control in CONTROLS)
+    controls = "".join(f"  {control.key:{width}}  {control.does}\n" for control in CONTROLS)
+    parser.epilog = f"mouse and keys:\n{controls}\n{parser.epilog}"
+
+
+def render(options: argparse.Namespace) -> int:
+    """Run `render`; the exit status."""
+    # What is wrong is found as early as it can be: most of it before NumPy and OpenGL are loaded.
+    flags = given(options)
+    combined(flags)
+    scene, of_file = parse_all(*read(options.scene))
+    settings = combined(of_file, flags)
+    size = flags.get("size") or of_file.get("size") or DEFAULT_SIZE
+
+    # Next to nothing of what an import makes is garbage: it is not looked for, now or when all ends.
+    gc.disable()
+    from raytracer.film import check_output
+    from raytracer.limits import check_size, host_memory
+    from raytracer.renderer import shared_renderer
+
+    gc.freeze()
+    gc.enable()
+
+    check_size(size)
+    output = check_output(options.output)
+    geometry = output.suffix.lower() == ".npz"
+    _check_memory(host_memory(size, geometry, settings.refines), size)
+    if warning := precision_warning(scene, settings):
+        warnings.warn(f"{options.scene}: {warning}", stacklevel=1)
+    renderer = shared_renderer(options.backend)
+    start = time.monotonic()
+    # Beyond the driver's limits is the scene.
+    with about(options.scene), progress_bar(f"rendering {output.name}") as progress:
+        image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, only=True)
+    image.save(output)
+    print(f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {time.monotonic() - start:.1f} s")
+    print(image.estimate)
+    if missed := _missed(image, settings):
+        print(f"raytracer: {printable(str(output))}: {missed}", file=sys.stderr)
+        return int(_by_number(of_file, flags))
+    return 0
+
+
+def _samples(image: Image, settings: Settings) -> str:
+    """How many samples the pixels of a picture got."""
+    fewest = most = settings.samples
+    if image.samples is not None:
+        fewest, most = image.samples.min(), image.samples.max()
+    text = f"{most} sample{'s' if most > 1 else ''} a pixel"
+    if image.samples is not None and fewest < most:
+        text = f"{fewest} to {text}, {image.samples.mean():.2f} on average"
+    return text
+
+
+def _missed(image: Image, settings: Settings) -> str:
+    """What to say of a picture that is not, or not known to be, as accurate as was asked for; else ""."""
+    estimate = image.estimate
+    assert estimate
+    if settings.max_error is None or (estimate.rmse is not None and estimate.rmse < settings.max_error):
+        return ""
+    if estimate.rmse is None:
+        found = f"its error is unknown ({estimate.unknown})"
+    else:
+        found = f"its error is about {estimate.rmse:.2g}"
+    if settings.sequence != "sobol":
+        remedy = "try --sequence sobol"
+    elif image.samples is not None and image.samples.max() < settings.samples:
+        remedy = f"{settings.time:g} s were not enough: try more --time"
+    else:
+        remedy = f"{settings.samples} samples were not enough: try more --samples"
+    return f"{found} and was to be below {settings.max_error:g}; {remedy}"
+
+
+def _by_number(of_file: Fields, flags: Fields) -> bool:
+    """Whether the error was asked for by a number. By a quality's name it is asked for with so many samples at most."""
+    places = (flags,) if "quality" in flags else (of_file, flags)
+    return any(place.get("max_error") is not None for place in places)
+
+
+def view(options: argparse.Namespace) -> int:
+    """Run `view`; the exit status."""
+    budget = number(options.budget, "--budget", 0.001, 1e6, "milliseconds in [0.001, 1e6]") / 1000.0
+    flags = given(options)
+    combined(flags)
+
+    from raytracer.limits import check_size
+    from raytracer.viewer import view as show
+
+    if "size" in flags:
+        check_size(flags["size"])
+    with suppress(KeyboardInterrupt):  # one of the ways to close the window
+        show(options.scene, flags, budget)
+    return 0
+
+
+def _check_memory(needed: int, size: tuple[int, int]) -> None:
+    gib = needed / 2**30
+    try:
+        physical = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):  # not on this system
+        physical = needed
+    if needed > physical:
+        raise InputError(
+            f"--size: expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
+            f"got {size[0]}x{size[1]}, which needs {gib:.1f} GiB"
+        )
+    if needed > _MEMORY_WORTH_MENTION:
+        print(f"raytracer: this picture needs {gib:.1f} GiB of memory", file=sys.stderr)

@@ -1,0 +1,60 @@
+"""What the window knows of a still picture's error, as samples are drawn: as sampler.py knows that of a tile."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import moderngl
+
+from raytracer.blocks import Blocks
+from raytracer.estimate import Estimate, estimated
+from raytracer.glsl_source import Source
+from raytracer.movement import Movement
+from raytracer.passes import Passes
+
+
+class StillError:
+    """Of one picture after another, in targets of one size. On the GPU until closed.
+
+    All samples are in one sum of float32, other than render()'s. Of 4096 that is rounded by some 1e-5 of the radiance.
+    """
+
+    def __init__(
+        self, context: moderngl.Context, program: Callable[[Source], moderngl.Program], size: tuple[int, int]
+    ) -> None:
+        """`program` compiles a fragment shader for blocks or cells."""
+        self._movement = Movement(context, program, size)
+        self._size = size
+        self._tile = (0, 0, *size)
+        self._blocks: Blocks | None = None
+
+    def forget(self) -> None:
+        """A new picture begins."""
+        self._blocks = None
+
+    def look(self, n: int, passes: Passes, *, last: bool) -> None:
+        """The picture has n samples now, a power of two. The `last` such look needs none after it.
+
+        Raises ShaderError for a mistake in shaders/, when first asked for.
+        """
+        if self._blocks is None:
+            self._blocks = Blocks(self._tile, passes)
+            self._movement.begin(self._blocks, sparse=True)
+        self._movement.look(n, n, passes.radiance, None, last=last)
+
+    def rmse(self, n: int) -> float | None:
+        """That of the picture, which has n samples now; None where it is not known (yet)."""
+        if self._blocks is None or n < 2:
+            return None
+        self._blocks.samples[:] = n
+        return self._movement.rmse(self._tile)
+
+    def estimate(self, n: int, seconds: float) -> Estimate | None:
+        """That of the picture, whose n samples took so long; None where it is not known (yet)."""
+        if self.rmse(n) is None:
+            return None
+        return estimated([self._movement.moved(self._tile)], self._size, n, seconds)
+
+    def close(self) -> None:
+        """Give back everything on the GPU but the programs."""
+        self._movement.close()
