@@ -14,7 +14,7 @@ import pytest
 from raytracer.cli import main
 from raytracer.material import Material
 from raytracer.renderer import Renderer
-from raytracer.sampling import Sequence, sample_point
+from raytracer.sampling import Sequence, sample_place
 from raytracer.settings import Settings
 from raytracer.trade import measure as measuring
 from raytracer.trade.approximations import with_materials
@@ -55,7 +55,7 @@ def coverage_error(sequence: Sequence, n: int) -> float:
     rng = np.random.default_rng(1)
     tangent = rng.uniform(-1.0, 1.0, 2000)  # x = middle + tangent * (y - 1/2)
     middle = rng.uniform(0.5 * np.abs(tangent), 1.0 - 0.5 * np.abs(tangent))
-    points = np.array([sample_point(k, sequence, n) for k in range(n)])
+    points = np.array([sample_place(k, sequence, n) for k in range(n)]) * 2.0**-24
     # Edges along y as well as along x.
     inside = points[:, 0] < middle[:, None] + tangent[:, None] * (points[:, 1] - 0.5)
     other = points[:, 1] < middle[:, None] + tangent[:, None] * (points[:, 0] - 0.5)

@@ -35,7 +35,7 @@ ASKED_ERRORS = (1.0, 1.15, 1.3)
 _SMALL = 0.25
 # Samples of what pictures are compared with, for each of theirs; Roberts' points are off by a fifth as much then, or
 # less, which counts as the picture's own error.
-_TIMES, _FEWEST, _MOST = 16, 64, 4096
+_TIMES, _FEWEST, _MOST = 16, 256, 4096
 # By how much predictions of errors and of times are taken to be wrong.
 _UNSURE_ERROR, _UNSURE_TIME = 1.1, 1.25
 # How many are tried at full size at a time, and how often each is timed; those within _CLOSE of the fastest more often.
