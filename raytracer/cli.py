@@ -1,5 +1,5 @@
 """The command line: `raytracer render` and `view` (in `render_cli.py`), `extremes`, `brdf` (`brdf_cli.py`),
-`reference` and `compare` (`compare_cli.py`), `doctor`.
+`reference` and `compare` (`compare_cli.py`), `trade` and `tune` (`trade_cli.py`), `doctor`.
 
 Exit status: 0 done; 2 the input is wrong, with one line on standard error that says what and
 where, and nothing written; 1 anything else, such as a picture less accurate than was asked for.
@@ -39,6 +39,9 @@ examples:
   raytracer reference assignment -o reference.npz
   raytracer compare assignment.npz reference.npz --tolerance 0.002
   raytracer compare assignment.png reference.npz -o difference.png --json
+  raytracer trade assignment -o trade
+  raytracer tune assignment --max-error 0.002
+  raytracer tune assignment --time 0.5 --shadows soft
   raytracer doctor
 """
 
@@ -107,6 +110,8 @@ def _parser() -> argparse.ArgumentParser:
         ("brdf", "measure and show the reflectance models", _brdf_arguments, None),
         ("reference", "what a scene's picture converges to, in float64", _reference_arguments, None),
         ("compare", "how far a picture is from a reference", _compare_arguments, None),
+        ("trade", "measure what each knob costs on a scene, and what error it leaves", _trade_arguments, None),
+        ("tune", "find the fastest settings that meet an error, or the best within a time", _tune_arguments, None),
         ("doctor", "which OpenGL contexts open here, and what to install if none does", _doctor_arguments, _doctor),
     ):
         examples = [line for line in _EXAMPLES.splitlines()[1:] if f"raytracer {name}" in line]
@@ -153,6 +158,18 @@ def _compare_arguments(parser: argparse.ArgumentParser) -> None:
     from raytracer.compare_cli import compare_arguments
 
     compare_arguments(parser)
+
+
+def _trade_arguments(parser: argparse.ArgumentParser) -> None:
+    from raytracer.trade_cli import trade_arguments
+
+    trade_arguments(parser)
+
+
+def _tune_arguments(parser: argparse.ArgumentParser) -> None:
+    from raytracer.trade_cli import tune_arguments
+
+    tune_arguments(parser)
 
 
 def _doctor_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,0 +1,176 @@
+"""`raytracer trade` and `raytracer tune`: arguments, and what they do. Exit status as in `cli.py`."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from pathlib import Path
+from typing import get_args
+
+from raytracer.checks import InputError, about, number, printable
+from raytracer.options import add_backend, add_scene, picture_size, whole
+from raytracer.progress import progress_bar
+from raytracer.scene_file import load
+from raytracer.settings import Precision, Settings, Shading, Shadows
+
+# Small, for a truth takes its time; quick is for tests.
+_SIZE, _QUICK_SIZE = (320, 180), (64, 36)
+_ROUNDS, _QUICK_ROUNDS = 5, 2
+_QUICK_GPU_SAMPLES = 256
+
+
+def trade_arguments(parser: argparse.ArgumentParser) -> None:
+    """Those of `raytracer trade`."""
+    add_scene(parser)
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="DIR",
+        required=True,
+        help="folder for trade.csv, trade.json and trade.html, over those that are there; made if it is not there",
+    )
+    parser.add_argument(
+        "--size",
+        metavar="WxH",
+        type=picture_size,
+        help=f"in pixels (default: {_SIZE[0]}x{_SIZE[1]}, as a truth takes its time)",
+    )
+    parser.add_argument(
+        "--rounds", metavar="N", type=whole, help=f"how often each is timed, in turns with all (default: {_ROUNDS})"
+    )
+    parser.add_argument(
+        "--truth",
+        choices=("auto", "gpu", "float64"),
+        default="auto",
+        help="what errors are against: many samples on the GPU, or the float64 reference (default: auto, the "
+        "GPU's, and for scenes of few primitives how far the reference is from it)",
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="a tiny picture, few of all configurations, a truth by the GPU"
+    )
+    add_backend(parser)
+    parser.set_defaults(run=_trade)
+
+
+def _trade(options: argparse.Namespace) -> int:
+    """Measure, and write what there is; 1 if that is not all of it."""
+    scene = load(options.scene)
+    if options.rounds is not None and options.rounds < 1:
+        raise InputError("--rounds: expected at least 1, got 0")
+    from raytracer.film import check_folder
+    from raytracer.limits import check_size
+    from raytracer.renderer import shared_renderer
+    from raytracer.trade.approximations import add_approximations
+    from raytracer.trade.configurations import FULL, QUICK, plan
+    from raytracer.trade.measure import measure
+    from raytracer.trade.page import write
+
+    size = options.size or (_QUICK_SIZE if options.quick else _SIZE)
+    check_size(size)
+    folder = Path(options.output)
+    if not folder.exists():
+        check_folder(folder.parent, folder)
+        folder.mkdir()
+    check_folder(folder)
+    extent = QUICK if options.quick else FULL
+    renderer = shared_renderer(options.backend)
+    planned = plan(scene, extent)
+    add_approximations(planned, scene, extent, renderer)
+    found = measure(
+        scene,
+        planned,
+        renderer,
+        size,
+        options.rounds or (_QUICK_ROUNDS if options.quick else _ROUNDS),
+        progress_bar,
+        source="gpu" if options.quick and options.truth == "auto" else options.truth,
+        **({"gpu_samples": _QUICK_GPU_SAMPLES} if options.quick else {}),
+    )
+    page = write(found, renderer, folder)
+    measured = sum(result.measured for result in found.results)
+    print(f"wrote {page}, with trade.csv and trade.json: {measured} configurations of {printable(scene.name)}")
+    if not found.complete:
+        print("interrupted: this is what was measured by then")
+    return 0 if found.complete else 1
+
+
+def tune_arguments(parser: argparse.ArgumentParser) -> None:
+    """What `raytracer tune` takes."""
+    add_scene(parser)
+    targets = parser.add_mutually_exclusive_group(required=True)
+    targets.add_argument(
+        "--max-error",
+        metavar="E",
+        type=float,
+        help="find the fastest settings whose picture has at most this root mean square error, in linear radiance",
+    )
+    targets.add_argument(
+        "--time", metavar="T", type=float, help="find those with the least error whose picture takes at most T seconds"
+    )
+    parser.add_argument(
+        "--size", metavar="WxH", type=picture_size, default=(1280, 720), help="in pixels (default: 1280x720)"
+    )
+    parser.add_argument("--shading", metavar="MODEL", choices=get_args(Shading), help="as for raytracer render")
+    parser.add_argument("--shadows", choices=get_args(Shadows), default="hard", help="default: hard")
+    parser.add_argument(
+        "--precision", choices=get_args(Precision), type=int, default=32, help="as for raytracer render (default: 32)"
+    )
+    parser.add_argument("--bounces", metavar="N", type=whole, default=8, help="as for raytracer render (default: 8)")
+    add_backend(parser)
+    parser.set_defaults(run=_tune)
+
+
+def _tune(options: argparse.Namespace) -> int:
+    """Search, and print what was found; 1 if nothing meets the target."""
+    for value, name, unit in (
+        (options.max_error, "--max-error", "linear radiance"),
+        (options.time, "--time", "seconds"),
+    ):
+        if value is not None:
+            number(value, name, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
+    base = Settings(
+        shading=options.shading, shadows=options.shadows, precision=options.precision, bounces=options.bounces
+    )
+    scene = load(options.scene)
+    from raytracer.limits import check_size
+    from raytracer.renderer import shared_renderer
+    from raytracer.trade.report import flags
+    from raytracer.trade.tune import tune
+
+    check_size(options.size)
+    renderer = shared_renderer(options.backend)
+    with about(options.scene):
+        found = tune(
+            renderer,
+            scene,
+            options.size,
+            base,
+            max_error=options.max_error,
+            time=options.time,
+            progress=lambda what: print(f"measuring {what}", file=sys.stderr),
+        )
+    best = found.best
+    says = (
+        f"{best.seconds:.3g} s, error {best.error:.2g} (RMSE, linear radiance), {best.samples:.3g} samples a pixel "
+        f"at {options.size[0]}x{options.size[1]}"
+    )
+    if found.pick is None:
+        print(f"of {found.tried} tried nothing meets that; the closest is {flags(best.settings)}: {says}")
+        return 1
+    print(f"{flags(best.settings) or '--samples 1'}: {says}\n\n{settings_table(best.settings)}", end="")
+    return 0
+
+
+def settings_table(settings: Settings) -> str:
+    """The table `[settings]` of a scene file, of what is not by default."""
+    default = Settings()
+    given = {name: getattr(settings, name) for name in settings.__struct_fields__}
+    if settings.asks:
+        del given["samples"]  # the default is another one then
+    lines = [
+        f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value}"
+        for name, value in given.items()
+        if value != getattr(default, name)
+    ]
+    return "\n".join(["[settings]", *lines]) + "\n"
