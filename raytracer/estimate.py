@@ -31,8 +31,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-# How the error falls, as n^-p: a little slower than on edges alone.
-P = 0.72
+# How the error falls, as n^-p: as on edges.
+P = 0.75
 # What the mean square of the last movement is multiplied by to give that of the error.
 FACTOR = 1.0 / (4.0**P - 1.0)
 

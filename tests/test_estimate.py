@@ -129,18 +129,23 @@ def test_the_error_that_is_asked_for_is_kept(renderer: Renderer, seed: int) -> N
 def test_a_picture_with_nothing_to_be_off_by_is_said_to_have_no_error(renderer: Renderer) -> None:
     camera = rt.Camera((0, 0, 5), (0, 0, 0))
     flat = rt.Scene([rt.Plane((0, 0, 1), 0, rt.Material(ka=(0.3, 0.3, 0.3)))], [], camera)
-    for fields in ({"samples": 4}, {"samples": 64, "max_error": 1e-6}, {"samples": 16, "adaptive": 0.01}):
-        image = renderer.render(flat, (64, 48), Settings(**fields))
+    for settings in (Settings(samples=4), Settings(samples=64, max_error=1e-6), Settings(samples=16, adaptive=0.01)):
+        image = renderer.render(flat, (64, 48), settings)
         assert image.estimate and image.estimate.rmse is not None and image.estimate.rmse < 1e-6
         assert image.estimate.samples <= 8
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize(
-    ("fields", "why"), [({}, "1 sample"), ({"samples": 16, "sequence": "grid"}, "grid"), ({"samples": 1}, "1 sample")]
+    ("settings", "why"),
+    [
+        (Settings(), "1 sample"),
+        (Settings(samples=16, sequence="grid"), "grid"),
+        (Settings(samples=16, sequence="r2"), "r2"),
+    ],
 )
-def test_where_the_error_cannot_be_known_that_is_said(renderer: Renderer, fields: dict, why: str) -> None:
-    image = renderer.render(scenes.assignment(), (64, 36), Settings(**fields))
+def test_where_the_error_cannot_be_known_that_is_said(renderer: Renderer, settings: Settings, why: str) -> None:
+    image = renderer.render(scenes.assignment(), (64, 36), settings)
     assert image.estimate and image.estimate.rmse is None and why in str(image.estimate)
     assert image.error is not None and np.isnan(image.error).all()
     assert why in image.metadata["Error"]
@@ -149,10 +154,8 @@ def test_where_the_error_cannot_be_known_that_is_said(renderer: Renderer, fields
 @pytest.mark.gl
 @pytest.mark.parametrize("tile", [64, 96])
 def test_tiles_say_together_what_the_whole_says(renderer: Renderer, tile: int) -> None:
-    for fields in ({"samples": 16}, {"samples": 16, "adaptive": 0.02}, {"samples": 600}):
-        whole, parts = (
-            renderer.render(scenes.assignment(), (200, 120), Settings(**fields), tile=t) for t in (2048, tile)
-        )
+    for settings in (Settings(samples=16), Settings(samples=16, adaptive=0.02), Settings(samples=600)):
+        whole, parts = (renderer.render(scenes.assignment(), (200, 120), settings, tile=t) for t in (2048, tile))
         assert whole.estimate and parts.estimate and whole.estimate.rmse
         assert parts.estimate.rmse == pytest.approx(whole.estimate.rmse, rel=1e-5)
         assert parts.estimate.worst_at == whole.estimate.worst_at
