@@ -175,16 +175,15 @@ def test_an_error_and_a_time_may_both_be_asked_for_and_samples_cap_them(renderer
 
 
 @pytest.mark.gl
-def test_a_time_is_kept_but_for_a_pass(renderer: Renderer) -> None:
+def test_a_picture_with_a_time_ends(renderer: Renderer) -> None:
     scene, size = scenes.assignment(), (320, 180)
     renderer.render(scene, size, Settings(samples=8, max_error=1e-9), geometry=False)  # compiles
-    for seconds in (0.05, 0.3):
-        begin = time.perf_counter()
-        image = renderer.render(scene, size, Settings(samples=65536, time=seconds), geometry=False)
-        took = time.perf_counter() - begin
-        assert image.estimate and image.estimate.samples > 4
-        # No time is asserted but this: that it ends, and not at once; the machine may be busy.
-        assert image.estimate.seconds <= took and 0.3 * seconds < image.estimate.seconds < 10 * seconds
+    begin = time.perf_counter()
+    image = renderer.render(scene, size, Settings(samples=65536, time=0.5), geometry=False)
+    took = time.perf_counter() - begin
+    # No time is asserted but this: that it ends, and not at once; the machine may be busy.
+    assert image.estimate and 2 <= image.estimate.samples < 65536
+    assert 0.1 < image.estimate.seconds <= took < 5.0
 
 
 def test_what_is_surely_below_is_further_below_with_few_samples() -> None:
