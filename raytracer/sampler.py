@@ -74,6 +74,7 @@ class Sampler:
         """
         settings, movement, refinement = self._settings, self._movement, self._refinement
         begin = now = time.perf_counter()
+        reading = 0.0
         area = surrounded(tile, size) if refinement else tile
         blocks = Blocks(area, passes)
         if movement:
@@ -89,6 +90,8 @@ class Sampler:
             drawing = time.perf_counter()
             passes.draw(area, done - 1, anew=summed == 1)
             spent = time.perf_counter() - drawing
+            # To read the sums takes no longer than to draw all pixels.
+            reading = spent if blocks.active.all() else reading
             blocks.samples += blocks.active
             last = done == settings.samples
             if movement and self._looks(done):
@@ -104,7 +107,7 @@ class Sampler:
                 refinement.decide(done, summed, passes.radiance, min(expected, settings.samples))
                 last = not blocks.active.any()
             before, now = now, time.perf_counter()
-            if seconds is not None and now + (now - before) > begin + seconds:
+            if seconds is not None and now + (now - before) + reading > begin + seconds:
                 last = True
             if last or summed == SUMMED:
                 whole = (0, 0, *area[2:])
