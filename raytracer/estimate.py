@@ -24,7 +24,7 @@ stand for the others; of a few it may be none.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import msgspec
@@ -75,14 +75,15 @@ _WORST = 3.0
 _SURE, _LESS_SURE, _SURE_FROM = 1.05, 1.4, 8
 
 
-def is_surely_below(error: float, rmse: float, samples: int) -> bool:
-    """Whether with so many samples a picture, estimated to be off by `rmse`, is good enough for the `error` asked for.
+def is_surely_below(error: float, rmse: Callable[[], float], samples: int) -> bool:
+    """Whether with so many samples a picture, estimated to be off by `rmse()`, is good enough for the `error` asked
+    for.
 
     Only with 2, 3, 4, 6, 8, 12, 16 ... samples: with others the points are not spread as well.
     """
     power = samples // 3 if samples % 3 == 0 else samples
     sure = _SURE if samples >= _SURE_FROM else _LESS_SURE
-    return samples > 1 and not power & (power - 1) and sure * rmse <= error
+    return samples > 1 and not power & (power - 1) and sure * rmse() <= error
 
 
 class Moved(NamedTuple):

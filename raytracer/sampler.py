@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import moderngl
@@ -97,7 +98,7 @@ class Sampler:
             if movement and self._looks(done):
                 movement.look(done, summed, passes.radiance, total, last=2 * done > settings.samples)
             if movement and settings.max_error is not None:
-                last |= is_surely_below(settings.max_error, movement.rmse(tile), done)
+                last |= is_surely_below(settings.max_error, partial(movement.rmse, tile), done)
             if refinement and not last:
                 expected = (
                     settings.samples

@@ -187,6 +187,9 @@ def test_a_picture_with_a_time_ends(renderer: Renderer) -> None:
 
 
 def test_what_is_surely_below_is_further_below_with_few_samples() -> None:
-    assert is_surely_below(1.0, 0.9, 8) and not is_surely_below(1.0, 0.9, 4)
-    assert is_surely_below(1.0, 0.7, 2) and not is_surely_below(1.0, 0.7, 1)
-    assert not is_surely_below(1.0, 0.1, 7) and is_surely_below(1.0, 0.1, 12)
+    def below(rmse: float, samples: int) -> bool:
+        return is_surely_below(1.0, lambda: rmse, samples)
+
+    assert below(0.9, 8) and not below(0.9, 4)
+    assert below(0.7, 2) and not below(0.7, 1)
+    assert not below(0.1, 7) and below(0.1, 12)
