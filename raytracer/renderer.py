@@ -232,6 +232,7 @@ class Renderer:
     ) -> None:
         """Fill in what the centre rays of an image's pixels see."""
         size = image.radiance.shape[1], image.radiance.shape[0]
+        settings = msgspec.structs.replace(settings, samples=1, sequence="sobol")  # that sample is the centre
         with self.context, closing(Passes(self.context, target, geometry=True)) as passes:
             passes.load(self.programs(scene, settings, None), scene, settings, size)
             for rectangle in tiles:
