@@ -17,8 +17,9 @@ from raytracer.squares import Mask, Rectangle, Squares, runs, viewport
 
 Array = NDArray[np.float64]
 
-# A tile of more pixels is judged by every fourth cell, in a slanted pattern that leaves out no row or column.
-_ENOUGH, _PART = 2**18, 4
+# A tile in whose cells with anything in them are more pixels is judged by every fifth cell: a knight's moves apart, so
+# that some are in each row, column and diagonal.
+_ENOUGH, _PART = 2**18, 5
 
 
 class Movement:
@@ -37,9 +38,8 @@ class Movement:
     def begin(self, blocks: Blocks, *, sparse: bool) -> None:
         """Turn to a tile. `sparse`: a large one may be judged by a part of it."""
         self._blocks = blocks
-        width, height = blocks.area[2:]
         self._looked = np.ones_like(blocks.cells)
-        if sparse and width * height > _ENOUGH:
+        if sparse and blocks.cells.sum() * CELL**2 > _ENOUGH:
             row, column = np.indices(blocks.cells.shape)
             self._looked = (column + 2 * row) % _PART == 0
         self._share = self._looked[blocks.cells].mean() if blocks.cells.any() else 1.0
