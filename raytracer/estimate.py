@@ -24,15 +24,15 @@ stand for the others; of a few it may be none.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-# How the error falls, as n^-p: a little slower than on edges alone.
-P = 0.72
+# How the error falls, as n^-p: as on edges.
+P = 0.75
 # What the mean square of the last movement is multiplied by to give that of the error.
 FACTOR = 1.0 / (4.0**P - 1.0)
 
@@ -40,9 +40,10 @@ FACTOR = 1.0 / (4.0**P - 1.0)
 class Estimate(msgspec.Struct, frozen=True):
     """What a picture says of its own error, and what it took.
 
-    `rmse`: root mean square over pixels and channels, linear radiance; `worst`: that of the worst pixel, which is in
-    the block of pixels around `worst_at` (x, y), from the top left. All None where nothing can be known, and then
-    `unknown` says why. `samples`: how many a pixel got on average. `seconds`: what they took.
+    `rmse`: root mean square over pixels and channels, linear radiance; `worst`: what the worst pixel may be off by,
+    three times its own; it is in the block of pixels around `worst_at` (x, y), from the top left. All None where
+    nothing can be known, and then `unknown` says why. `samples`: how many a pixel got on average. `seconds`: what
+    they took.
     """
 
     samples: float
@@ -62,24 +63,27 @@ class Estimate(msgspec.Struct, frozen=True):
             return f"error unknown: {self.unknown}"
         x, y = self.worst_at
         return (
-            f"error about {self.rmse:.2g} (RMSE, linear radiance), {self.worst:.2g} at worst, near pixel ({x}, {y}); "
+            f"error about {self.rmse:.2g} (RMSE, linear radiance), up to {self.worst:.2g} near pixel ({x}, {y}); "
             f"what is smaller than {self.spacing:.2g} pixels may have been missed"
         )
 
 
+# Standard errors that the worst of many pixels is off by.
+_WORST = 3.0
 # By how much an estimate must be below the error that is asked for, from 8 samples on and with fewer: so far off it may
 # be.
 _SURE, _LESS_SURE, _SURE_FROM = 1.05, 1.4, 8
 
 
-def is_surely_below(error: float, rmse: float, samples: int) -> bool:
-    """Whether with so many samples a picture, estimated to be off by `rmse`, is good enough for the `error` asked for.
+def is_surely_below(error: float, rmse: Callable[[], float], samples: int) -> bool:
+    """Whether with so many samples a picture, estimated to be off by `rmse()`, is good enough for the `error` asked
+    for.
 
     Only with 2, 3, 4, 6, 8, 12, 16 ... samples: with others the points are not spread as well.
     """
     power = samples // 3 if samples % 3 == 0 else samples
     sure = _SURE if samples >= _SURE_FROM else _LESS_SURE
-    return samples > 1 and not power & (power - 1) and sure * rmse <= error
+    return samples > 1 and not power & (power - 1) and sure * rmse() <= error
 
 
 class Moved(NamedTuple):
@@ -97,4 +101,6 @@ def estimated(found: Sequence[Moved], size: tuple[int, int], samples: float, sec
     worst = max(found, key=lambda moved: moved.worst)
     rmse = math.sqrt(sum(moved.total for moved in found) / (3 * width * height))
     x, y = worst.at
-    return Estimate(samples, seconds, rmse, math.sqrt(worst.worst / 3.0), (min(x, width - 1), max(0, height - 1 - y)))
+    return Estimate(
+        samples, seconds, rmse, _WORST * math.sqrt(worst.worst / 3.0), (min(x, width - 1), max(0, height - 1 - y))
+    )

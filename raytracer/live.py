@@ -178,8 +178,8 @@ class Live:
         settings, n = self._settings, self.samples
         if not n & (n - 1):
             self._error.look(n, passes, last=2 * n > settings.samples)
-        if settings.max_error is not None and (rmse := self._error.rmse(n)) is not None:
-            self._enough |= is_surely_below(settings.max_error, rmse, n)
+        if settings.max_error is not None:
+            self._enough |= is_surely_below(settings.max_error, partial(self._error.rmse, n), n)
 
     @property
     def done(self) -> bool:
@@ -188,11 +188,13 @@ class Live:
 
     def rmse(self) -> float | None:
         """The estimate of the picture's root mean square error, linear radiance; None where it is not known (yet)."""
-        return self._error.rmse(self.samples) if self._error else None
+        error = self._error
+        return error.rmse(self.samples) if error and error.is_known(self.samples) else None
 
     def estimate(self) -> Estimate | None:
         """The estimate of its error; None where it is not known (yet)."""
-        return self._error.estimate(self.samples, self._seconds) if self._error else None
+        error = self._error
+        return error.estimate(self.samples, self._seconds) if error and error.is_known(self.samples) else None
 
     def _drop_error(self) -> None:
         if self._error:

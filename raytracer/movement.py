@@ -129,7 +129,7 @@ class Movement:
                 scales[n] = squares[those].sum() / spread
         worst = scales[samples] * self._most[part] / samples
         row, column = np.unravel_index(int(worst.argmax()), worst.shape)
-        y, x = ((index + where.start) * BLOCK + BLOCK // 2 for index, where in zip((row, column), part, strict=True))
+        y, x = (int(index + where.start) * BLOCK + BLOCK // 2 for index, where in zip((row, column), part, strict=True))
         return Moved(
             float(squares.sum()) / self._share,
             float(worst[row, column]),

@@ -207,7 +207,7 @@ class Passes:
                     "draw.tileOrigin": tile[:2],
                     "draw.viewport": shown,
                     "draw.samplePlace": place,
-                    "draw.scatter": 0xFFFFFFFF if scatters(self._settings.sequence, self._settings.samples) else 0,
+                    "draw.scatter": -1 if scatters(self._settings.sequence, self._settings.samples) else 0,
                     "draw.sampleIndex": k,
                 },
             )

@@ -114,13 +114,10 @@ def _missed(image: Image, settings: Settings) -> str:
     assert estimate
     if settings.max_error is None or (estimate.rmse is not None and estimate.rmse < settings.max_error):
         return ""
-    if estimate.rmse is None:
-        found = f"its error is unknown ({estimate.unknown})"
-    else:
+    found = f"its error is unknown ({estimate.unknown})"
+    if estimate.rmse is not None:
         found = f"its error is about {estimate.rmse:.2g}"
-    if settings.sequence != "sobol":
-        remedy = "try --sequence sobol"
-    elif image.samples is not None and image.samples.max() < settings.samples:
+    if image.samples is not None and image.samples.max() < settings.samples:
         remedy = f"{settings.time:g} s were not enough: try more --time"
     else:
         remedy = f"{settings.samples} samples were not enough: try more --samples"

@@ -22,11 +22,12 @@ from raytracer.glsl_source import ShaderError, Source, assemble
 from raytracer.groups import groups
 from raytracer.limits import Limits, check_size
 from raytracer.passes import Passes, Programs, Rectangle
+from raytracer.presets import Quality, combined
 from raytracer.progress import Progress
 from raytracer.sampler import Sampler
 from raytracer.sampling import Sequence as SampleSequence
 from raytracer.scene import Scene
-from raytracer.settings import ASKED_SAMPLES, Evaluator, Precision, Settings, Shading, Shadows, precision_warning
+from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
 from raytracer.shader import (
     Show,
     is_listed,
@@ -56,23 +57,25 @@ def render(
     scene: Scene,
     size: tuple[int, int] = (1280, 720),
     *,
+    quality: Quality | None = None,
     samples: int | None = None,
     adaptive: float | None = None,
     max_error: float | None = None,
     time: float | None = None,
-    sequence: SampleSequence = "sobol",
+    sequence: SampleSequence | None = None,
     shading: Shading | None = None,
-    shadows: Shadows = "hard",
-    evaluator: Evaluator = "cells",
-    precision: Precision = 32,
-    bounces: int = 8,
+    shadows: Shadows | None = None,
+    evaluator: Evaluator | None = None,
+    precision: Precision | None = None,
+    bounces: int | None = None,
     geometry: bool = True,
     backend: Backend | None = None,
     progress: Progress | None = None,
 ) -> Image:
     """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
 
-    See `Settings` for `samples` to `bounces`; `samples` is 1 by default, or 4096 where `max_error` or `time` is given.
+    See `Settings` for `samples` to `bounces`, whose defaults hold for what is None; but `samples` is 4096 where
+    `max_error` or `time` is given. `quality` is a name for some (presets.py), and what is given comes before it.
     The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
     `backend` is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl",
     "window" or "osmesa"; the context is kept for the next call. `progress(done, total)` is called after each pass.
@@ -83,20 +86,20 @@ def render(
     """
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}")
-    if samples is None:
-        samples = 1 if max_error is None and time is None else ASKED_SAMPLES
-    settings = Settings(
-        samples=samples,
-        adaptive=adaptive,
-        max_error=max_error,
-        time=time,
-        sequence=sequence,
-        shading=shading,
-        shadows=shadows,
-        evaluator=evaluator,
-        precision=precision,
-        bounces=bounces,
-    )
+    given = {
+        "quality": quality,
+        "samples": samples,
+        "adaptive": adaptive,
+        "max_error": max_error,
+        "time": time,
+        "sequence": sequence,
+        "shading": shading,
+        "shadows": shadows,
+        "evaluator": evaluator,
+        "precision": precision,
+        "bounces": bounces,
+    }
+    settings = combined({key: value for key, value in given.items() if value is not None})
     check_size(size)
     if warning := precision_warning(scene, settings):
         warnings.warn(warning, stacklevel=2)
@@ -229,6 +232,7 @@ class Renderer:
     ) -> None:
         """Fill in what the centre rays of an image's pixels see."""
         size = image.radiance.shape[1], image.radiance.shape[0]
+        settings = msgspec.structs.replace(settings, samples=1, sequence="sobol")  # that sample is the centre
         with self.context, closing(Passes(self.context, target, geometry=True)) as passes:
             passes.load(self.programs(scene, settings, None), scene, settings, size)
             for rectangle in tiles:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import moderngl
@@ -74,6 +75,7 @@ class Sampler:
         """
         settings, movement, refinement = self._settings, self._movement, self._refinement
         begin = now = time.perf_counter()
+        reading = 0.0
         area = surrounded(tile, size) if refinement else tile
         blocks = Blocks(area, passes)
         if movement:
@@ -89,12 +91,14 @@ class Sampler:
             drawing = time.perf_counter()
             passes.draw(area, done - 1, anew=summed == 1)
             spent = time.perf_counter() - drawing
+            # To read the sums takes no longer than to draw all pixels.
+            reading = spent if blocks.active.all() else reading
             blocks.samples += blocks.active
             last = done == settings.samples
             if movement and self._looks(done):
                 movement.look(done, summed, passes.radiance, total, last=2 * done > settings.samples)
             if movement and settings.max_error is not None:
-                last |= is_surely_below(settings.max_error, movement.rmse(tile), done)
+                last |= is_surely_below(settings.max_error, partial(movement.rmse, tile), done)
             if refinement and not last:
                 expected = (
                     settings.samples
@@ -104,7 +108,7 @@ class Sampler:
                 refinement.decide(done, summed, passes.radiance, min(expected, settings.samples))
                 last = not blocks.active.any()
             before, now = now, time.perf_counter()
-            if seconds is not None and now + (now - before) > begin + seconds:
+            if seconds is not None and now + (now - before) + reading > begin + seconds:
                 last = True
             if last or summed == SUMMED:
                 whole = (0, 0, *area[2:])

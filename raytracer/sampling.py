@@ -28,8 +28,10 @@ def sample_place(k: int, sequence: Sequence = "sobol", samples: int = 1) -> tupl
 
 
 def scatters(sequence: Sequence, samples: int) -> bool:
-    """Whether each pixel exchanges digits of its own in the samples' places: of a single one none."""
-    return sequence in PROGRESSIVE and samples > 1
+    """Whether each pixel exchanges digits of its own in the samples' places: of a single one none, and where the order
+    is another than that of digits it would be lost.
+    """
+    return sequence in ("sobol", "random") and samples > 1
 
 
 def sample_points(k: int, size: tuple[int, int], sequence: Sequence = "sobol", samples: int = 1) -> Any:

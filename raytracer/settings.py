@@ -89,10 +89,10 @@ class Settings(msgspec.Struct, frozen=True):
         for key, unit in (("adaptive", "linear radiance"), ("max_error", "linear radiance"), ("time", "seconds")):
             if (value := getattr(self, key)) is not None:
                 number(value, key, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
-                if self.sequence not in PROGRESSIVE:
-                    raise InputError(
-                        f"sequence: expected one of {', '.join(PROGRESSIVE)} with {key}, got {shown(self.sequence)}"
-                    )
+                # The samples of no other tell the error.
+                fit = ("sobol",) if key == "max_error" else PROGRESSIVE
+                if self.sequence not in fit:
+                    raise InputError(f"sequence: expected {' or '.join(fit)} with {key}, got {shown(self.sequence)}")
         if self.adaptive is not None and self.asks:
             raise InputError("adaptive: expected none with max_error or time, which decide themselves where samples go")
         if self.sequence not in PROGRESSIVE and math.isqrt(self.samples) ** 2 != self.samples:

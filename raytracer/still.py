@@ -42,17 +42,20 @@ class StillError:
             self._movement.begin(self._blocks, sparse=True)
         self._movement.look(n, n, passes.radiance, None, last=last)
 
-    def rmse(self, n: int) -> float | None:
-        """That of the picture, which has n samples now; None where it is not known (yet)."""
-        if self._blocks is None or n < 2:
-            return None
+    def is_known(self, n: int) -> bool:
+        """Whether it is known of a picture with n samples."""
+        return self._blocks is not None and n > 1
+
+    def rmse(self, n: int) -> float:
+        """That of the picture, which has n samples now. It must be known."""
+        assert self._blocks
         self._blocks.samples[:] = n
         return self._movement.rmse(self._tile)
 
-    def estimate(self, n: int, seconds: float) -> Estimate | None:
-        """That of the picture, whose n samples took so long; None where it is not known (yet)."""
-        if self.rmse(n) is None:
-            return None
+    def estimate(self, n: int, seconds: float) -> Estimate:
+        """That of the picture, whose n samples took so long. It must be known."""
+        assert self._blocks
+        self._blocks.samples[:] = n
         return estimated([self._movement.moved(self._tile)], self._size, n, seconds)
 
     def close(self) -> None:

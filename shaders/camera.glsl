@@ -13,8 +13,8 @@
 
 flat in vec2 resolution;    // W, H of the whole picture in pixels
 flat in vec2 tileOrigin;    // the lower left pixel of the tile being drawn
-flat in uvec2 samplePlace;  // from the pixel's upper left corner, in 2^-24 of the pixel
-flat in uint scatter;       // which of these digits are exchanged: none or all
+flat in vec2 samplePlace;   // from the pixel's upper left corner, in 2^-24 of the pixel
+flat in real scatter;       // which of these digits are exchanged: all, -1, or none, 0
 flat in real pixelScale;    // tan(fov/2) / H
 
 // The pixel's centre from the picture's, in half pixels: whole numbers, so exact.
@@ -33,7 +33,7 @@ uvec2 pixelDigits() {
 
 // From the pixel's centre, in half pixels, +y up: within [-1, 1], and exact.
 real2 samplePoint() {
-    uvec2 place = samplePlace ^ (pixelDigits() & scatter);
+    uvec2 place = uvec2(samplePlace) ^ (pixelDigits() & uint(int(scatter)));
     return real2(vec2(place) * exp2(-23.0) - 1.0) * real2(1.0, -1.0);
 }
 

@@ -10,8 +10,9 @@ struct Draw {
     vec2 tileOrigin;    // the lower left pixel of the tile being drawn
     vec4 viewport;      // its lower left pixel, width and height: a tile and a margin, as points with a centre
                         // beyond it are not drawn
-    uvec2 samplePlace;  // where in the pixel the sample lies, from its upper left corner, in 2^-24 of the pixel
-    uint scatter;       // which digits of that are exchanged, for each pixel others (camera.glsl)
+    vec2 samplePlace;   // where in the pixel the sample lies, from its upper left corner, in 2^-24 of the pixel
+    real scatter;       // which digits of that are exchanged, for each pixel others (camera.glsl): all, -1, or none, 0.
+                        // Not an int: llvmpipe mixes up a double, the next one, that shares its slot with none.
     real pixelScale;    // tan(fov/2) / H
     vec3 ambient;
     vec3 background;
@@ -27,8 +28,8 @@ uniform Draw draw;
 
 flat out vec2 resolution;
 flat out vec2 tileOrigin;
-flat out uvec2 samplePlace;
-flat out uint scatter;
+flat out vec2 samplePlace;
+flat out real scatter;
 flat out real pixelScale;
 flat out vec3 ambient;
 flat out vec3 background;

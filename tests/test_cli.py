@@ -143,10 +143,13 @@ def test_an_error_that_was_not_reached_is_status_1_with_the_picture_and_a_remedy
         (("--max-error", "1e-6", "--samples", "8"), "8 samples were not enough: try more --samples"),
         (("--max-error", "1e-6", "--time", "0.05"), "0.05 s were not enough: try more --time"),
         (("--max-error", "0.01", "--samples", "1"), "unknown (1 sample a pixel)"),
-        (("--max-error", "0.01", "--samples", "2", "--sequence", "r2"), "try --sequence sobol"),
     ):
         status, _, errors = run(*options)
         assert status == 1 and says in errors and errors.count("\n") == 1
+    unfit = "--max-error", "0.01", "--sequence", "r2"
+    assert main(["render", SCENE, "-o", str(tmp_path / "b.png"), *SMALL, *unfit]) == 2
+    assert "sequence: expected sobol with max_error, got 'r2'" in capsys.readouterr().err
+    assert not (tmp_path / "b.png").exists()
     status, _, errors = run("--quality", "high", "--samples", "4")
     assert status == 0 and "was to be below 0.0005" in errors, "by its name it is asked for with so many samples"
 

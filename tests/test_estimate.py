@@ -129,18 +129,23 @@ def test_the_error_that_is_asked_for_is_kept(renderer: Renderer, seed: int) -> N
 def test_a_picture_with_nothing_to_be_off_by_is_said_to_have_no_error(renderer: Renderer) -> None:
     camera = rt.Camera((0, 0, 5), (0, 0, 0))
     flat = rt.Scene([rt.Plane((0, 0, 1), 0, rt.Material(ka=(0.3, 0.3, 0.3)))], [], camera)
-    for fields in ({"samples": 4}, {"samples": 64, "max_error": 1e-6}, {"samples": 16, "adaptive": 0.01}):
-        image = renderer.render(flat, (64, 48), Settings(**fields))
+    for settings in (Settings(samples=4), Settings(samples=64, max_error=1e-6), Settings(samples=16, adaptive=0.01)):
+        image = renderer.render(flat, (64, 48), settings)
         assert image.estimate and image.estimate.rmse is not None and image.estimate.rmse < 1e-6
         assert image.estimate.samples <= 8
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize(
-    ("fields", "why"), [({}, "1 sample"), ({"samples": 16, "sequence": "grid"}, "grid"), ({"samples": 1}, "1 sample")]
+    ("settings", "why"),
+    [
+        (Settings(), "1 sample"),
+        (Settings(samples=16, sequence="grid"), "grid"),
+        (Settings(samples=16, sequence="r2"), "r2"),
+    ],
 )
-def test_where_the_error_cannot_be_known_that_is_said(renderer: Renderer, fields: dict, why: str) -> None:
-    image = renderer.render(scenes.assignment(), (64, 36), Settings(**fields))
+def test_where_the_error_cannot_be_known_that_is_said(renderer: Renderer, settings: Settings, why: str) -> None:
+    image = renderer.render(scenes.assignment(), (64, 36), settings)
     assert image.estimate and image.estimate.rmse is None and why in str(image.estimate)
     assert image.error is not None and np.isnan(image.error).all()
     assert why in image.metadata["Error"]
@@ -149,10 +154,8 @@ def test_where_the_error_cannot_be_known_that_is_said(renderer: Renderer, fields
 @pytest.mark.gl
 @pytest.mark.parametrize("tile", [64, 96])
 def test_tiles_say_together_what_the_whole_says(renderer: Renderer, tile: int) -> None:
-    for fields in ({"samples": 16}, {"samples": 16, "adaptive": 0.02}, {"samples": 600}):
-        whole, parts = (
-            renderer.render(scenes.assignment(), (200, 120), Settings(**fields), tile=t) for t in (2048, tile)
-        )
+    for settings in (Settings(samples=16), Settings(samples=16, adaptive=0.02), Settings(samples=600)):
+        whole, parts = (renderer.render(scenes.assignment(), (200, 120), settings, tile=t) for t in (2048, tile))
         assert whole.estimate and parts.estimate and whole.estimate.rmse
         assert parts.estimate.rmse == pytest.approx(whole.estimate.rmse, rel=1e-5)
         assert parts.estimate.worst_at == whole.estimate.worst_at
@@ -172,19 +175,21 @@ def test_an_error_and_a_time_may_both_be_asked_for_and_samples_cap_them(renderer
 
 
 @pytest.mark.gl
-def test_a_time_is_kept_but_for_a_pass(renderer: Renderer) -> None:
+def test_a_picture_with_a_time_ends(renderer: Renderer) -> None:
     scene, size = scenes.assignment(), (320, 180)
     renderer.render(scene, size, Settings(samples=8, max_error=1e-9), geometry=False)  # compiles
-    for seconds in (0.05, 0.3):
-        begin = time.perf_counter()
-        image = renderer.render(scene, size, Settings(samples=65536, time=seconds), geometry=False)
-        took = time.perf_counter() - begin
-        assert image.estimate and image.estimate.samples > 4
-        # No time is asserted but this: that it ends, and not at once; the machine may be busy.
-        assert image.estimate.seconds <= took and 0.3 * seconds < image.estimate.seconds < 10 * seconds
+    begin = time.perf_counter()
+    image = renderer.render(scene, size, Settings(samples=65536, time=0.5), geometry=False)
+    took = time.perf_counter() - begin
+    # No time is asserted but this: that it ends, and not at once; the machine may be busy.
+    assert image.estimate and 2 <= image.estimate.samples < 65536
+    assert 0.1 < image.estimate.seconds <= took < 5.0
 
 
 def test_what_is_surely_below_is_further_below_with_few_samples() -> None:
-    assert is_surely_below(1.0, 0.9, 8) and not is_surely_below(1.0, 0.9, 4)
-    assert is_surely_below(1.0, 0.7, 2) and not is_surely_below(1.0, 0.7, 1)
-    assert not is_surely_below(1.0, 0.1, 7) and is_surely_below(1.0, 0.1, 12)
+    def below(rmse: float, samples: int) -> bool:
+        return is_surely_below(1.0, lambda: rmse, samples)
+
+    assert below(0.9, 8) and not below(0.9, 4)
+    assert below(0.7, 2) and not below(0.7, 1)
+    assert not below(0.1, 7) and below(0.1, 12)

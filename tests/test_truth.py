@@ -289,7 +289,7 @@ def test_the_command_writes_the_arrays_and_says_what_they_are(
     assert capsys.readouterr().out.endswith("from the cache\n")
     with np.load(out) as arrays:
         assert arrays["radiance"].shape == (18, 32, 3) and arrays["radiance"].dtype == np.float64
-        assert {*arrays} == {"radiance", "depth", "normal", "material", "samples", "error"}
+        assert {*arrays} == {"radiance", "depth", "normal", "material", "samples", "error", "metadata"}
     for arguments, says in (
         (["-o", str(tmp_path / "a.png")], "ends in .npz"),
         (["-o", str(out), "--samples", "3"], "samples"),
