@@ -120,7 +120,7 @@ class Live:
             self._passes = Passes(self._context, size, geometry=geometry)
             self.size = size
         assert programs
-        # A moving picture's only sample is the pixel's centre.
+        # A moving picture's only sample is that of a picture of one: the pixel's centre, unless samples are random.
         drawn = msgspec.structs.replace(settings, samples=1) if moving else settings
         self._passes.load(programs, scene, drawn, _enlarged(size, enlarged))
         self.enlarged, self.samples, self.moving = enlarged, 0, moving and (enlarged > 1 or settings.samples > 1)
@@ -164,6 +164,7 @@ class Live:
             try:
                 self._look(self._passes)
             except ShaderError:
+                self._drop_error()  # what was not looked at has none, rather than 0
                 self._mistaken = True
                 raise
         self._seconds += time.perf_counter() - begin
@@ -187,13 +188,13 @@ class Live:
 
     def rmse(self) -> float | None:
         """The estimate of the picture's root mean square error, linear radiance; None where it is not known (yet)."""
-        known = self._error and not self._mistaken and self._error.is_known(self.samples)
-        return self._error.rmse(self.samples) if self._error and known else None
+        error = self._error
+        return error.rmse(self.samples) if error and error.is_known(self.samples) else None
 
     def estimate(self) -> Estimate | None:
         """The estimate of its error; None where it is not known (yet)."""
-        known = self._error and not self._mistaken and self._error.is_known(self.samples)
-        return self._error.estimate(self.samples, self._seconds) if self._error and known else None
+        error = self._error
+        return error.estimate(self.samples, self._seconds) if error and error.is_known(self.samples) else None
 
     def _drop_error(self) -> None:
         if self._error:

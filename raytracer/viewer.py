@@ -163,11 +163,13 @@ class Viewer:
 
     def _refine(self, begin: float) -> None:
         """Draw one more sample, or as many as the budget allows since `begin`."""
-        live = self.live
+        self._sample()
+        while not self.live.done and time.perf_counter() < begin + self._budget:
+            self._sample()
+
+    def _sample(self) -> None:
         try:
-            live.sample()
-            while not live.done and time.perf_counter() < begin + self._budget:
-                live.sample()
+            self.live.sample()
         except ShaderError as error:  # of those that find the error, without which the picture goes on
             self._tell_terminal(str(error))
             self.handle(Failed(str(error)))
@@ -176,6 +178,8 @@ class Viewer:
         """Start the picture and draw its first sample; or that of the state before, if this is impossible."""
         if moving:
             self._take_screenshot()
+        if self._reloaded:  # not before: a screenshot is of what the files held until now
+            self.live.reread()
         self._redo &= ~Redo.SAMPLES
         try:
             self._start(self.state, size, moving)
@@ -188,7 +192,7 @@ class Viewer:
             self._start(self.state, size, moving)
             self.handle(Failed(message) if self._reloaded else Told(message))
         self._drawn, self._reloaded = self.state, False
-        self.live.sample()
+        self._sample()
 
     def _start(self, state: State, size: tuple[int, int], moving: bool) -> None:
         self.live.start(state.scene, state.settings, state.show, size, moving=moving)
@@ -213,7 +217,6 @@ class Viewer:
         self._looked_at = now
         if not self._files.changed():
             return
-        self.live.reread()
         path = self._files.scene
         try:
             text = read(path)[1] if self._files.has_scene else self.state.text
@@ -237,10 +240,20 @@ class Viewer:
             self.handle(Told(message))
 
     def _take_screenshot(self) -> None:
-        """If one is due: of what was drawn last, which has the window's resolution unless it is moving."""
-        if self._screenshot_due and self.live.samples > 0 and self.live.enlarged == 1:
-            self._screenshot_due = False
-            self._write(self._screenshot)
+        """If one is due: of what was drawn last.
+
+        A single sample is drawn again, as that of a picture of one: a moving picture's pixels may be enlarged, and a
+        still one's first sample is not the pixel's centre.
+        """
+        live, drawn = self.live, self._drawn
+        if not self._screenshot_due or not drawn:
+            return
+        self._screenshot_due = False
+        if live.samples == 1:
+            settings = msgspec.structs.replace(drawn.settings, samples=1)
+            self._start(msgspec.structs.replace(drawn, settings=settings), live.size, moving=False)
+            live.sample()
+        self._write(self._screenshot)
 
     def _screenshot(self) -> str:
         state, live = self._drawn or self.state, self.live

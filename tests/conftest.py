@@ -1,9 +1,12 @@
 """One OpenGL context for the whole session; every test leaves it without an error."""
 
+import shutil
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
+from raytracer import glsl_source, watch
 from raytracer.renderer import Renderer, _shared, shared_renderer
 
 
@@ -11,6 +14,16 @@ from raytracer.renderer import Renderer, _shared, shared_renderer
 def renderer() -> Renderer:
     """The session's renderer, on the backend that RAYTRACER_BACKEND names. No context is a failure."""
     return shared_renderer()
+
+
+@pytest.fixture
+def shaders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of the shaders' folder, which takes its place."""
+    folder = tmp_path / "shaders"
+    shutil.copytree(glsl_source.shaders_folder(), folder)
+    for module in (glsl_source, watch):
+        monkeypatch.setattr(module, "shaders_folder", lambda: folder)
+    return folder
 
 
 @pytest.fixture(autouse=True)

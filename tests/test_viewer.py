@@ -282,42 +282,64 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opened]]:
     assert errors == ["GL_NO_ERROR"] * len(found)
 
 
+# No machine draws so fast, or waits so long.
+AT_ONCE, FOREVER = 1e-9, 1e9
+
+
 @pytest.mark.window
 def test_a_moving_picture_has_one_sample_a_frame_with_enlarged_pixels_and_then_sharpens(
-    opened: Callable[..., Opened],
+    opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    one = opened(samples=400, budget=1e-4)
-    one.frame()
-    one.frame()
+    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    one = opened(samples=400, budget=AT_ONCE)
     live = one.viewer.live
-    one.viewer.handle(Press("left"))
+    one.frame(Press("left"))
     for k in range(1, 5):
         one.frame(Cursor(0.1 * k, 0.5))
         assert live.samples == 1 and live.enlarged > 1
-    assert 0.0 < one.frame() <= 0.15, "it waits whether the mouse moves on"
-    time.sleep(0.2)
+    monkeypatch.setattr(raytracer.viewer, "_STILL", 0.0)
     one.frame()
     assert live.samples == 1 and live.enlarged == 1
-    one.frame()
-    assert live.samples == 2, "a sample takes longer than the budget"
+    for k in range(2, 5):
+        one.frame()
+        assert live.samples == k and live.enlarged == 1, "a sample takes longer than the budget"
 
 
 @pytest.mark.window
-def test_a_picture_gets_its_other_samples_when_nothing_moves_any_more_many_a_frame_with_time_to_spare(
+def test_a_picture_that_may_move_again_waits_and_a_still_one_gets_as_many_samples_a_frame_as_there_is_time_for(
     opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(raytracer.viewer, "_STILL", 1e9)
-    one = opened(samples=400, size=(16, 9), budget=0.5)
-    one.frame()
-    one.frame(Press("left"), Cursor(0.1, 0.5))
+    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    one = opened(samples=400, size=(16, 9), budget=FOREVER)
+    live = one.viewer.live
+    one.frame(Press("left"))
+    one.frame(Cursor(0.1, 0.5))
+    swaps = one.swaps
     for _ in range(3):
-        one.frame()
-        assert one.viewer.live.samples == 1 and one.viewer.live.moving
+        assert one.frame() > 1.0 and (live.samples, live.rmse(), one.swaps) == (1, None, swaps)
+    one.frame(Key("H"))
+    assert live.samples == 1 and one.swaps == swaps + 1, "the same picture under an overlay"
     monkeypatch.setattr(raytracer.viewer, "_STILL", 0.0)
     one.frame()
-    assert one.viewer.live.samples == 1 and not one.viewer.live.moving
+    assert live.samples == 1 and not live.done
     one.frame()
-    assert one.viewer.live.samples > 10
+    assert live.samples == 400 and live.rmse()
+
+
+@pytest.mark.window
+def test_a_picture_whose_error_cannot_be_found_has_its_samples_and_the_mistake(
+    opened: Callable[..., Opened], shaders: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = shaders / "movement.frag"
+    file.write_text(file.read_text().replace("vec3 moved =", "vec2 moved ="))
+    one = opened(samples=8)
+    for _ in range(2):
+        one.until_idle()
+        assert one.viewer.live.samples == 8 and one.viewer.live.rmse() is None
+        assert "movement.frag:" in one.viewer.state.error
+        assert "8 of 8 samples, phong" in glfw.get_window_title(one.viewer.window)
+        one.viewer.handle(Wheel(1.0, True))
+    assert capsys.readouterr().err.count("raytracer: movement.frag:") == 1
 
 
 @pytest.mark.window
@@ -374,32 +396,89 @@ def test_nothing_is_drawn_for_a_still_picture_or_a_minimised_window(
     assert one.swaps > swaps + 1, "restored, it shows what has changed meanwhile"
 
 
+def as_written(name: str) -> np.ndarray:
+    with Image.open(name) as picture:
+        return np.asarray(picture).astype(int)
+
+
 @pytest.mark.window
 def test_a_screenshot_has_all_samples_or_those_there_were_when_the_picture_changed(
     opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    pictures = rendered(assignment(), samples=4), rendered(assignment(), samples=1, shadows="diluted")
+    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    pictures = rendered(assignment(), samples=4), rendered(assignment(), samples=2, shadows="diluted")
     one = opened(samples=4)
     one.frame()
     one.frame(Key("P"))
     assert "4 samples" in one.viewer.state.notice and list(tmp_path.iterdir()) == []
+    monkeypatch.setattr(raytracer.viewer, "_STILL", 0.0)
     one.until_idle()
-    monkeypatch.setattr(raytracer.viewer, "_STILL", 1e9)
-    one.frame(Key("S"))  # a new picture
-    one.frame()
-    one.frame(Key("P"), Key("N"))  # and another before it had all its samples
-    one.frame(Key("P"))
+    monkeypatch.setattr(one.viewer, "_budget", 0.0)  # a sample a frame
+    for key in ("S", "", ""):  # a new picture, still, and its second sample
+        one.frame(Key(key))
+    one.viewer.handle(Key("P"))
+    one.frame(Key("N"))  # and another before it had all its samples
+    for key in ("", "", "P"):
+        one.frame(Key(key))
     one.viewer.close()
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["assignment-1.png", "assignment-2.png", "assignment-3.png"]
     lines = capsys.readouterr().out.splitlines()
-    assert [line.partition(", ")[2] for line in lines] == [f"{k} of 4 samples" for k in (4, 1, 1)]
+    assert [line.partition(", ")[2] for line in lines] == [f"{k} of 4 samples" for k in (4, 2, 3)]
     for name, picture in zip(names[:2], pictures, strict=True):
-        with Image.open(name) as screenshot:
-            assert np.abs(np.asarray(screenshot).astype(int) - picture).max() <= 1
+        assert np.abs(as_written(name) - picture).max() <= 1
     with Image.open(names[2]) as screenshot:
         assert "showing normal" in screenshot.info["Description"]
+
+
+@pytest.mark.window
+@pytest.mark.parametrize(("samples", "budget"), [(4, FOREVER), (4, AT_ONCE), (1, FOREVER), (1, AT_ONCE)])
+def test_a_screenshot_of_a_picture_with_one_sample_is_what_render_renders(
+    opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, samples: int, budget: float
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    pictures = rendered(assignment()), rendered(turn_light(assignment(), 0, half_turns(0.1 * SIZE[1]), 0.0))
+    one = opened(samples=samples, budget=budget)
+    live = one.viewer.live
+    one.frame(Cursor(0.0, 0.5), Press("left"))
+    one.frame(Wheel(1.0, True))
+    one.frame(Wheel(-1.0, True))
+    assert (live.enlarged > 1) == (budget == AT_ONCE)
+    one.viewer.handle(Key("P"))
+    one.frame(Cursor(0.1, 0.5))
+    assert live.samples == 1 and (live.enlarged > 1) == (budget == AT_ONCE)
+    if samples > 1:  # a still picture's first
+        monkeypatch.setattr(raytracer.viewer, "_STILL", 0.0)
+        one.frame(Key("P"))
+        assert live.samples == 1 and live.enlarged == 1
+    else:
+        one.viewer.handle(Key("P"))
+    one.viewer.close()
+    for k, picture in enumerate(pictures):
+        with Image.open(f"assignment-{k + 1}.png") as screenshot:
+            assert "320x180, Settings(samples=1, " in screenshot.info["Description"]
+        assert np.abs(as_written(f"assignment-{k + 1}.png") - picture).max() <= 1
+
+
+@pytest.mark.window
+def test_a_screenshot_is_of_what_a_file_held_before_it_was_saved(
+    opened: Callable[..., Opened], shaders: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    picture = rendered(assignment())
+    one = opened()
+    one.frame()
+    file = shaders / "lighting.glsl"
+    file.write_text(file.read_text().replace("m.ka * ambient", "oops"))
+    one.viewer.handle(Key("P"))
+    time.sleep(0.1)
+    one.viewer.look_at_files()
+    one.frame()
+    assert "lighting.glsl:" in one.viewer.state.error
+    assert np.abs(as_written("assignment-1.png") - picture).max() <= 1
 
 
 @pytest.mark.window
