@@ -44,6 +44,17 @@ def combined(*places: Fields) -> Settings:
     return Settings(**fields)
 
 
+def chosen(settings: Settings) -> Fields:
+    """What of the settings is not by default; no `samples` where an error or a time is asked for, whose own default is
+    another one.
+    """
+    default = Settings()
+    given = {name: getattr(settings, name) for name in settings.__struct_fields__}
+    if settings.asks:
+        del given["samples"]
+    return {name: value for name, value in given.items() if value != getattr(default, name)}
+
+
 def flags(fields: Fields) -> str:
     """Fields of Settings as the command line has them."""
     return " ".join(f"--{key.replace('_', '-')} {'none' if v is None else v}" for key, v in fields.items())

@@ -11,8 +11,7 @@ PROGRESSIVE: tuple[Sequence, ...] = ("sobol", "r2", "random")
 SEQUENCES: tuple[Sequence, ...] = get_args(Sequence)
 
 # What scrambles Sobol's two dimensions: of 1500 random pairs the one whose first 2, 3, 4, 8, 16, 32 and 64 points are
-# least wrong about which share of a pixel an edge cuts off (benchmarks/sequences.py). With 16 it is half of
-# what it is with "r2".
+# least wrong about which share of a pixel an edge cuts off. With 16 that is half of what it is with "r2".
 _SCRAMBLES = 0xE7DAAF3E, 0xBB162E79
 # 1/p and 1/p^2 with p the plastic number, the real root of p^3 = p + 1.
 _ALPHA = (0.7548776662466927, 0.5698402909980532)
@@ -50,10 +49,8 @@ def sample_points(k: int, size: tuple[int, int], sequence: Sequence = "sobol", s
 
 
 def _point(k: int, sequence: Sequence, samples: int) -> tuple[float, float]:
-    """In [0, 1)^2; of n x n samples
+    """In [0, 1)^2, of all sequences but "sobol"; of n x n samples
 
-    "sobol": Sobol' points (1967), a (0, 2)-sequence, with Owen's nested scrambling by the hash of shaders/sobol.glsl:
-    of the first 2^m points each box of any shape 2^-i x 2^(i - m) holds one. The first is the pixel's centre.
     "r2": the additive recurrence of Roberts (2018, "The unreasonable effectiveness of quasirandom sequences").
     "random": independent points, always the same.
     "grid": the middles of n x n squares.
@@ -79,7 +76,10 @@ def _point(k: int, sequence: Sequence, samples: int) -> tuple[float, float]:
 
 
 def _sobol(k: int, x_seed: int, y_seed: int) -> tuple[int, int]:
-    """Owen-scrambled Sobol' point k, then shifted digit by digit so that point 0 is the centre; in 2^-24."""
+    """Point k of Sobol's (1967) first two dimensions, a (0, 2)-sequence, with Owen's nested scrambling: of the first
+    2^m points each box of any shape 2^-i x 2^(i - m) holds one. Then shifted digit by digit so that point 0 is the
+    centre. In 2^-24.
+    """
     x = _reversed(_scrambled(k, x_seed) ^ _scrambled(0, x_seed))
     y = _reversed(_scrambled(_pascal(k), y_seed) ^ _scrambled(0, y_seed))
     return (x >> 8) ^ 1 << 23, (y >> 8) ^ 1 << 23

@@ -10,6 +10,7 @@ from typing import get_args
 
 from raytracer.checks import InputError, about, number, printable
 from raytracer.options import add_backend, add_scene, picture_size, whole
+from raytracer.presets import chosen
 from raytracer.progress import progress_bar
 from raytracer.scene_file import load
 from raytracer.settings import Precision, Settings, Shading, Shadows
@@ -164,13 +165,8 @@ def _tune(options: argparse.Namespace) -> int:
 
 def settings_table(settings: Settings) -> str:
     """The table `[settings]` of a scene file, of what is not by default."""
-    default = Settings()
-    given = {name: getattr(settings, name) for name in settings.__struct_fields__}
-    if settings.asks:
-        del given["samples"]  # the default is another one then
     lines = [
         f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value}"
-        for name, value in given.items()
-        if value != getattr(default, name)
+        for name, value in chosen(settings).items()
     ]
     return "\n".join(["[settings]", *lines]) + "\n"

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from raytracer.presets import chosen
 from raytracer.sampling import SEQUENCES
 from raytracer.settings import Settings
 from raytracer.trade.configurations import MAIN
@@ -44,14 +45,9 @@ def flags(settings: Settings) -> str:
 
     `samples` are left out where an error or a time is asked for, as the default is another one then.
     """
-    default = Settings()
-    given = {name: getattr(settings, name) for name in settings.__struct_fields__}
-    if settings.asks:
-        del given["samples"]
     return " ".join(
         f"--{name.replace('_', '-')} {value:g}" if isinstance(value, float) else f"--{name.replace('_', '-')} {value}"
-        for name, value in given.items()
-        if value != getattr(default, name)
+        for name, value in chosen(settings).items()
     )
 
 
