@@ -133,11 +133,13 @@ def metadata(
     return text
 
 
-def _why_unknown(settings: Settings, samples: float) -> str:
+def _why_unknown(settings: Settings, estimates: bool) -> str:
     """Why a picture does not know its error."""
     if settings.sequence != "sobol":
         return f"samples of the sequence {settings.sequence} do not tell it"
-    return "1 sample a pixel" if samples < 2.0 else "not asked for"
+    if not estimates:
+        return "not asked for"
+    return "1 sample a pixel" if settings.samples == 1 else "some pixels got 1 sample, for want of time"
 
 
 class Renderer:
@@ -194,6 +196,8 @@ class Renderer:
             quiet = not only or width * height * settings.samples >= _WORTH_QUIET
             passes.load(self.programs(scene, settings, quiet=quiet), scene, settings, size)
             sampler = stack.enter_context(closing(self.sampler(settings, target, estimates=estimates)))
+            if settings.time is not None:
+                sampler.warm(passes)
             begin = time.perf_counter()
             for i, rectangle in enumerate(tiles):
                 done = partial(_add_progress, progress, i * settings.samples, len(tiles) * settings.samples)
@@ -219,7 +223,7 @@ class Renderer:
         if len(moved) == len(tiles):
             estimate = estimated(moved, size, samples, took)
         else:
-            estimate = Estimate(samples, took, unknown=_why_unknown(settings, samples))
+            estimate = Estimate(samples, took, unknown=_why_unknown(settings, estimates))
         return msgspec.structs.replace(image, estimate=estimate, metadata=metadata(scene, size, settings, estimate))
 
     def _find_geometry(

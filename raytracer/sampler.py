@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from functools import partial
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from raytracer.adaptive import MARGIN, Refinement, surrounded
 from raytracer.blocks import Blocks
+from raytracer.cells import CELL
 from raytracer.estimate import Moved, is_surely_below
 from raytracer.glsl_source import Source
 from raytracer.movement import Movement
@@ -52,7 +54,9 @@ class Sampler:
         self._settings = settings
         tells = settings.sequence == "sobol" and settings.samples > 1
         self._movement = Movement(context, program, target) if tells and (estimates or settings.asks) else None
-        self._refinement = Refinement(context, program, target, settings, self._movement) if settings.refines else None
+        # Of other sequences' samples nothing is known that decides where more are needed.
+        decides = settings.adaptive is not None or (settings.asks and tells)
+        self._refinement = Refinement(context, program, target, settings, self._movement) if decides else None
 
     @staticmethod
     def margin(settings: Settings) -> int:
@@ -74,8 +78,8 @@ class Sampler:
         `progress` is told how many samples there are.
         """
         settings, movement, refinement = self._settings, self._movement, self._refinement
-        begin = now = time.perf_counter()
-        reading = 0.0
+        until = math.inf if seconds is None else time.perf_counter() + seconds
+        drawing = judging = reading = 0.0  # what each took last, in seconds
         area = surrounded(tile, size) if refinement else tile
         blocks = Blocks(area, passes)
         if movement:
@@ -88,33 +92,32 @@ class Sampler:
         while not last:
             done += 1
             summed = (done - 1) % SUMMED + 1
-            drawing = time.perf_counter()
+            begin = time.perf_counter()
             passes.draw(area, done - 1, anew=summed == 1)
-            spent = time.perf_counter() - drawing
-            # To read the sums takes no longer than to draw all pixels.
-            reading = spent if blocks.active.all() else reading
+            drawing = time.perf_counter() - begin
             blocks.samples += blocks.active
+            if done == 1 and seconds is not None:  # to know how long it takes
+                begin = time.perf_counter()
+                self._read(passes, blocks, errors=errors)
+                reading = time.perf_counter() - begin
             last = done == settings.samples
-            if movement and self._looks(done):
+            begin = time.perf_counter()
+            looks = movement and self._looks(done)
+            if movement and looks:
                 movement.look(done, summed, passes.radiance, total, last=2 * done > settings.samples)
             if movement and settings.max_error is not None:
                 last |= is_surely_below(settings.max_error, partial(movement.rmse, tile), done)
             if refinement and not last:
-                expected = (
-                    settings.samples
-                    if seconds is None
-                    else done + (begin + seconds - time.perf_counter()) / max(spent, 1e-9)
-                )
+                expected = done + (until - reading - time.perf_counter()) / max(drawing, 1e-9)
                 refinement.decide(done, summed, passes.radiance, min(expected, settings.samples))
                 last = not blocks.active.any()
-            before, now = now, time.perf_counter()
-            if seconds is not None and now + (now - before) + reading > begin + seconds:
-                last = True
+            now = time.perf_counter()
+            if looks:
+                judging = now - begin
+            last |= now + drawing + (judging if self._looks(done + 1) else 0.0) + reading > until
             if last or summed == SUMMED:
-                whole = (0, 0, *area[2:])
-                found = passes.read_sum(whole)
-                if errors and movement and variance is None:
-                    variance = passes.read_variance(whole, blocks.samples_in(area)[0])
+                found, its = self._read(passes, blocks, errors=errors and variance is None)
+                variance = its if variance is None else variance
                 # A second part makes it float64. Until then that would change no bit of the quotient.
                 total = found if total is None else np.add(total, found, dtype=np.float64)
             progress(settings.samples if last else done)
@@ -127,6 +130,25 @@ class Sampler:
         if moved and variance is not None:
             error = np.sqrt(variance[where] * (moved.scales[samples] / samples / 3.0), dtype=np.float32)
         return Summed(np.divide(total[where], count), samples, moved, error)
+
+    def _read(
+        self, passes: Passes, blocks: Blocks, *, errors: bool
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
+        """The sums in an area (H, W, 3) and, if that is wanted and can be told, their variance (H, W)."""
+        whole = (0, 0, *blocks.area[2:])
+        if errors and self._movement:
+            return passes.read_sum(whole), passes.read_variance(whole, blocks.samples_in(blocks.area)[0])
+        return passes.read_sum(whole), None
+
+    def warm(self, passes: Passes) -> None:
+        """Have the driver compile all that sum() may draw, so that it takes nothing of a picture's time."""
+        area = (0, 0, CELL, CELL)
+        passes.warm(area)
+        blocks = Blocks(area, passes)
+        blocks.cells[:] = True
+        for thing in filter(None, (self._movement, self._refinement)):
+            thing.warm(blocks, passes.radiance)
+        passes.read_sum(area)
 
     def _looks(self, done: int) -> bool:
         """Whether to see what moved: at all powers of two, or at the last two."""
