@@ -65,7 +65,8 @@ def render(options: argparse.Namespace) -> int:
     flags = given(options)
     combined(flags)
     scene, of_file = parse_all(*read(options.scene))
-    settings = combined(of_file, flags)
+    with about(f"{options.scene}: [settings] and the options given"):  # that exclude each other
+        settings = combined(of_file, flags)
     size = flags.get("size") or of_file.get("size") or DEFAULT_SIZE
 
     # Next to nothing of what an import makes is garbage: it is not looked for, now or when all ends.
@@ -154,7 +155,7 @@ def _check_memory(needed: int, size: tuple[int, int]) -> None:
         physical = needed
     if needed > physical:
         raise InputError(
-            f"--size: expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
+            f"size: expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
             f"got {size[0]}x{size[1]}, which needs {gib:.1f} GiB"
         )
     if needed > _MEMORY_WORTH_MENTION:

@@ -174,5 +174,5 @@ def _reach_of_many(instances: Instances, eye: Vec3) -> tuple[float, float]:
 
 
 def _check_choice(key: str, value: object, choices: tuple[str | int | None, ...]) -> None:
-    if value not in choices:
+    if not any(value == choice and type(value) is type(choice) for choice in choices):  # 64.0 is no number of bits
         raise InputError(f"{key}: expected one of {', '.join(map(str, choices))}, got {shown(value)}")
