@@ -44,7 +44,7 @@ from raytracer.sight import has_quiet
 if TYPE_CHECKING:
     from raytracer.context import Backend
 
-# Side of a tile in pixels. A tile's targets take up to 48 bytes a pixel, 201 MB at this size.
+# Side of a tile in pixels. A tile's targets take up to 60 bytes a pixel, 252 MB at this size.
 TILE = 2048
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
 # quiet cells than it takes to compile.
