@@ -65,8 +65,10 @@ def _trade(options: argparse.Namespace) -> int:
     from raytracer.trade.approximations import add_approximations
     from raytracer.trade.configurations import FULL, QUICK, plan
     from raytracer.trade.measure import measure
-    from raytracer.trade.page import write
+    from raytracer.trade.page import write_page, write_tables
+    from raytracer.trade.plots import check_matplotlib
 
+    check_matplotlib()  # not found out when all is measured
     size = options.size or (_QUICK_SIZE if options.quick else _SIZE)
     check_size(size)
     folder = Path(options.output)
@@ -88,9 +90,15 @@ def _trade(options: argparse.Namespace) -> int:
         source="gpu" if options.quick and options.truth == "auto" else options.truth,
         **({"gpu_samples": _QUICK_GPU_SAMPLES} if options.quick else {}),
     )
-    page = write(found, renderer, folder)
-    measured = sum(result.measured for result in found.results)
-    print(f"wrote {page}, with trade.csv and trade.json: {measured} configurations of {printable(scene.name)}")
+    measured = f"{sum(result.measured for result in found.results)} configurations of {printable(scene.name)}"
+    write_tables(found, folder)
+    try:
+        page = write_page(found, renderer, folder)
+    except KeyboardInterrupt:
+        print(f"wrote trade.csv and trade.json in {folder}: {measured}")
+        print("interrupted: there is no trade.html")
+        return 1
+    print(f"wrote {page}, with trade.csv and trade.json: {measured}")
     if not found.complete:
         print("interrupted: this is what was measured by then")
     return 0 if found.complete else 1

@@ -35,13 +35,20 @@ _WIDE = 5.0
 _LEAST = 1e-8
 
 
-def _figure(width: float, height: float) -> Any:
-    """An empty figure, which needs no screen."""
+def check_matplotlib() -> None:
+    """Raise InputError unless there is what plots are made by."""
     try:
-        from matplotlib.backends.backend_svg import FigureCanvasSVG
-        from matplotlib.figure import Figure
+        import matplotlib.figure  # noqa: F401
     except ImportError:
         raise InputError("plots need matplotlib, which is not installed: pip install 'roth-raytracer[plots]'") from None
+
+
+def _figure(width: float, height: float) -> Any:
+    """An empty figure, which needs no screen."""
+    check_matplotlib()
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasSVG(figure)
     return figure
@@ -189,8 +196,8 @@ def approximations(trade: Trade, targets: Sequence[str]) -> str:
     columns = 3
     rows = -(-len(targets) // columns)
     figure = _figure(3.4 * columns, 2.6 * rows)
-    for k, target in enumerate(targets):
-        axes = figure.add_subplot(rows, columns, k + 1)
+    for place, target in enumerate(targets, 1):
+        axes = figure.add_subplot(rows, columns, place)
         results = trade.of(target)
         exact = [result for result in results if result.error and result.error.rmse == 0.0]
         for k, result in enumerate(result for result in results if result not in exact):
