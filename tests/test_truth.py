@@ -94,6 +94,13 @@ def test_samples_go_where_the_error_is_above_the_tolerance_and_no_farther() -> N
     assert (image.samples[~cut] == 512).sum() > 30 and (image.samples[~beside] == 16).all()
 
 
+def test_all_around_a_pixel_that_is_off_have_all_samples_also_if_they_had_ended_before() -> None:
+    image = truth(scenes.assignment(), (64, 36), samples=256, tolerance=2e-3, cache=False)
+    assert image.samples is not None
+    off = np.lib.stride_tricks.sliding_window_view(np.pad(stated(image) > 2e-3, 1), (3, 3)).any(axis=(2, 3))
+    assert off.sum() > 100 and (image.samples[off] == 256).all() and (image.samples == 16).sum() > 1000
+
+
 FLOOR = rt.Plane((0, 1, 0), 0, WHITE)
 LIGHT = rt.PointLight((-2, 4, 0), (0.7, 0.7, 0.7), radius=0.8)
 
