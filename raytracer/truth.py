@@ -12,9 +12,9 @@ only those pixels go on which are estimated to be off by more than the tolerance
 with as many samples as it has. So do pixels that had ended, once a neighbour turns out to be off: an edge cuts many
 pixels in a row, and of which of them few samples meet it is chance. What no sample meets in any of nine pixels, such as
 a sliver far smaller than they are, is in no estimate; and as samples end where the estimate is low, that is a little
-too low in the mean. On the assignment, against 2 x 8192 samples by the GPU, that is not seen: with up to 1024 samples it is
-estimated to be off by 2.8e-4 at 160x90 and 1.95e-4 at 320x180 and is by 2.7e-4 and 1.96e-4; with up to 4096 and a
-tolerance of 1e-4, by 9.2e-5 and 7.1e-5, and is by 8.7e-5 and 7.2e-5.
+too low in the mean. On the assignment, against 2 x 8192 samples by the GPU, that is not seen: with up to 1024 samples
+it is estimated to be off by 2.8e-4 at 160x90 and 1.95e-4 at 320x180 and is by 2.7e-4 and 1.96e-4; with up to 4096 and
+a tolerance of 1e-4, by 9.2e-5 and 7.1e-5, and is by 8.7e-5 and 7.2e-5.
 """
 
 from __future__ import annotations

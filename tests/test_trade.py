@@ -16,9 +16,9 @@ import pytest
 from raytracer.cli import main
 from raytracer.film import Image
 from raytracer.material import Material
+from raytracer.presets import combined, over
 from raytracer.renderer import Renderer
 from raytracer.sampling import Sequence, sample_place
-from raytracer.settings import Settings
 from raytracer.trade import approximations, configurations, page
 from raytracer.trade import measure as measuring
 from raytracer.trade.approximations import with_materials
@@ -26,7 +26,7 @@ from raytracer.trade.configurations import FULL, MAIN, QUICK, Plan, plan
 from raytracer.trade.measure import measure, resized
 from raytracer.trade.page import write_page
 from raytracer.trade.pareto import beaten_by, slope
-from raytracer.trade.report import as_json, flags
+from raytracer.trade.report import as_csv, as_json
 from raytracer.trade.truths import Truth
 
 from . import scenes
@@ -92,16 +92,24 @@ def test_every_knob_is_there_once_and_against_its_own_kind_of_shadows(extent) ->
     assert "no light" in made.left_out[0][1], "says that it gave lights a radius"
 
 
+def test_what_is_no_knob_is_as_the_scene_file_has_it_and_flags_are_over_it() -> None:
+    of_file = {"samples": 64, "adaptive": 0.01, "shading": "blinn", "shadows": "soft", "bounces": 2, "precision": 64}
+    made = plan(scenes.assignment(), QUICK, of_file)
+    everything = [c.settings for c in made.configurations] + [target.settings for target in made.targets.values()]
+    assert {(settings.shading, settings.bounces) for settings in everything} == {("blinn", 2)}
+    assert {settings.precision for settings in everything} == {32, 64}
+    labels = {c.label: c for c in made.configurations if c.target == MAIN}
+    assert "16 sobol" in labels and "4 sobol, 32 bits" in labels
+    for made_one in made.configurations:
+        assert combined(of_file, over(of_file, made_one.settings)) == made_one.settings
+    flags = measuring.Trade("", (1, 1), 1, {}, made, {}, [measuring.Result(labels["16 sobol"], [])])
+    assert "--samples 16 --shadows hard --adaptive none" in as_csv(flags)
+
+
 def test_a_scene_without_lights_has_one_kind_of_shadows() -> None:
     made = plan(msgspec.structs.replace(scenes.assignment(), lights=()), QUICK)
     assert list(made.targets) == ["hard shadows"] and made.left_out == [("shadows", "the scene has no lights")]
     assert {configuration.target for configuration in made.configurations} == {"hard shadows"}
-
-
-def test_flags_are_what_render_takes_and_leave_out_its_defaults() -> None:
-    assert flags(Settings()) == ""
-    assert flags(Settings(samples=16, adaptive=0.01, shadows="soft")) == "--samples 16 --shadows soft --adaptive 0.01"
-    assert flags(Settings(samples=4096, max_error=0.002)) == "--max-error 0.002"
 
 
 def test_resizing_keeps_the_mean_and_a_constant() -> None:

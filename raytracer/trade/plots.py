@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from raytracer.checks import InputError
+from raytracer.settings import Settings
 from raytracer.trade.measure import Result, Trade
 from raytracer.trade.report import slopes
 from raytracer.trade.truths import RESOLVED
@@ -70,8 +71,9 @@ def error_against_time(trade: Trade, target: str) -> str:
     axes = figure.add_subplot()
     results = trade.of(target)
     floor = RESOLVED * trade.truths[target].error
-    for k, kind in enumerate(dict.fromkeys(map(_kind, results))):
-        own = [result for result in results if _kind(result) == kind]
+    kinds = [_kind(result, trade.plan.targets[target].settings) for result in results]
+    for k, kind in enumerate(dict.fromkeys(kinds)):
+        own = [result for result, its in zip(results, kinds, strict=True) if its == kind]
         axes.plot(
             [1e3 * result.median for result in own],
             [_error(result) for result in own],
@@ -89,8 +91,8 @@ def error_against_time(trade: Trade, target: str) -> str:
     return _svg(figure)
 
 
-def _kind(result: Result) -> str:
-    """The sequence, unless another knob is turned."""
+def _kind(result: Result, base: Settings) -> str:
+    """The sequence, unless another knob is turned from where `base` has it."""
     configuration = result.configuration
     settings = configuration.settings
     if configuration.scale != 1.0:
@@ -101,7 +103,7 @@ def _kind(result: Result) -> str:
         return "adaptive"
     if settings.max_error is not None:
         return "max error"
-    if settings.precision != 32 or settings.evaluator != "cells":
+    if (settings.precision, settings.evaluator) != (base.precision, base.evaluator):
         return "precision, evaluator"
     return settings.sequence
 
