@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import msgspec
@@ -38,9 +38,6 @@ from raytracer.scene import Scene
 from raytracer.settings import MAX_SAMPLES, Settings
 
 Array = NDArray[np.float64]
-
-# Changed with whatever changes the result and is not in the files that truth_cache.py looks at.
-VERSION = 1
 
 # In linear radiance, of a pixel. Pictures that users ask for have a root mean square error of 2e-3 or so: a truth that
 # is off by a quarter of that makes what is measured against it wrong by 3 %.
@@ -60,9 +57,9 @@ _SEED = 20_190_521
 
 # Rays are traced so many at a time that those of all primitives stay within some processors' caches and 64 MiB,
 # and are no more than this.
-_RAYS, _RAYS_TIMES_LEAVES = 1 << 13, 1 << 21
+RAYS, _RAYS_TIMES_LEAVES = 1 << 13, 1 << 21
 # The share of pixels that are expected to go on after the first round, of which nothing is known before it ends.
-_EXPECTED = 0.1
+EXPECTED = 0.1
 
 
 def truth(
@@ -75,6 +72,7 @@ def truth(
     cache: bool = True,
     workers: int | None = None,
     progress: Progress | None = None,
+    before: Callable[[Job], None] | None = None,
 ) -> Image:
     """What the picture of `scene` at `size` (width, height) converges to, in float64, as a film.Image.
 
@@ -83,8 +81,8 @@ def truth(
     pixel's estimated standard error, `samples` (H, W) what it got; depth, normal and material are the centre rays'.
     What was made once is read from the disk, unless `cache` is False (truth_cache.py). As many processes as `workers`,
     by default as the machine has processors, work on it; the result does not depend on that. They are spawned:
-    a script that calls this needs `if __name__ == "__main__":`. `progress` is told (done, expected) samples.
-    Raises InputError.
+    a script that calls this needs `if __name__ == "__main__":`. `progress` is told (done, expected) samples,
+    `before` what is going to be traced, if it is. Raises InputError.
     """
     check_size(size)
     if isinstance(samples, bool) or not isinstance(samples, int | np.integer) or not FIRST <= samples <= MAX_SAMPLES:
@@ -94,16 +92,16 @@ def truth(
     job = Job(scene, size, Settings(shading=given.shading, shadows=given.shadows, bounces=given.bounces))
     for material in scene.materials:
         job.settings.shaded(material)  # what cannot be is found here, not in another process
-    if not cache:
-        return _traced(job, samples, tolerance, workers, progress)
     from raytracer import truth_cache
 
-    file = truth_cache.path_of(job, samples, tolerance)
-    if (image := truth_cache.read(file, size)) is None:
-        image = _traced(job, samples, tolerance, workers, progress)
+    file = truth_cache.path_of(job, samples, tolerance) if cache else None
+    if file and (image := truth_cache.read(file, size)):
+        return image
+    if before:
+        before(job)
+    image = _traced(job, samples, tolerance, workers, progress)
+    if file:
         truth_cache.write(file, image)
-    elif progress:
-        progress(1, 1)
     return image
 
 
@@ -133,12 +131,12 @@ def _traced(job: Job, samples: int, tolerance: float, workers: int | None, progr
     taken = np.zeros(count, np.int32)
     depth, normal, material = np.empty(count), np.empty((count, 3)), np.empty(count, np.int32)
     going = np.arange(count)
-    most = _most(samples)
+    most = most_samples(samples)
     done = 0  # samples of all pixels
-    with Processes(_Tracing, job, workers) as processes:
+    with Processes(Tracing, job, workers) as processes:
         for turn in itertools.count():
             more = np.where(taken[going], taken[going], FIRST)
-            left = most - taken[going] if done else np.array([count * FIRST + _EXPECTED * count * (most - FIRST)])
+            left = most - taken[going] if done else np.array([count * FIRST + EXPECTED * count * (most - FIRST)])
             expected = done + int(left.sum())
             for task, found in processes.map(_tasks(going, more, turn)):
                 at, n = task.pixels, task.samples
@@ -166,7 +164,7 @@ def _traced(job: Job, samples: int, tolerance: float, workers: int | None, progr
     )
 
 
-def _most(samples: int) -> int:
+def most_samples(samples: int) -> int:
     """What a pixel gets at most: 16, doubled as often as `samples` allows."""
     return FIRST << int(math.log2(samples / FIRST))
 
@@ -180,7 +178,7 @@ def _and_around(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _tasks(pixels: NDArray[np.intp], samples: NDArray[np.int32], turn: int) -> Iterator[Task]:
     """All pixels of a round, cut in a way that does not depend on who traces them."""
     for n in map(int, np.unique(samples)):
-        step = max(1, _RAYS // n)
+        step = max(1, RAYS // n)
         own = pixels[samples == n]
         for start in range(0, len(own), step):
             yield Task(own[start : start + step], n, (turn, n, start))
@@ -194,13 +192,13 @@ class Found(NamedTuple):
     centre: reference.Seen | None  # of a first round
 
 
-class _Tracing:
+class Tracing:
     """What a process does with its tasks."""
 
     def __init__(self, job: Job) -> None:
         self._job = job
         self._tracer = reference.Tracer(job.scene)
-        self._rays = min(_RAYS, max(1, _RAYS_TIMES_LEAVES // len(self._tracer.leaves)))
+        self._rays = min(RAYS, max(1, _RAYS_TIMES_LEAVES // len(self._tracer.leaves)))
 
     def __call__(self, task: Task) -> Found:
         y, x = np.divmod(task.pixels, self._job.size[0])

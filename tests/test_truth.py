@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
+import operator
 import os
 import pickle
 import re
@@ -19,7 +21,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import processes, reference, truth_cache
+from raytracer import compare_cli, memory, processes, reference, truth_cache, truth_cost
 from raytracer import truth as module
 from raytracer.cli import main
 from raytracer.film import Image
@@ -220,6 +222,32 @@ def test_what_was_made_once_is_not_traced_again(folder: Path, monkeypatch: pytes
     assert file.read_bytes() == b"", "neither read nor written"
 
 
+def test_what_was_not_asked_for_for_the_longest_time_makes_room(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = {}
+    for k, samples in enumerate((16, 32, 64)):
+        truth(edge(), SIZE, samples=samples)
+        names[samples] = name_of(edge(), samples=samples)
+        os.utime(folder / names[samples], (k, k))
+    size = (folder / names[16]).stat().st_size
+    truth(edge(), SIZE, samples=16)  # read, so no longer the oldest
+    monkeypatch.setattr(truth_cache, "MOST_BYTES", 2.5 * size)
+    truth(edge(), SIZE, samples=128)
+    assert {file.name for file in folder.iterdir()} == {names[16], name_of(edge(), samples=128)}
+
+
+def test_the_files_whose_change_makes_truths_worthless_are_all_that_a_truth_needs() -> None:
+    script = (
+        "import sys, raytracer as rt; from raytracer.truth import truth\n"
+        "settings = rt.Settings(shading='ggx', shadows='soft')\n"
+        "truth(rt.load('materials'), (4, 3), settings, samples=16, workers=1, cache=False)\n"
+        "print(*(m.__file__ for n, m in sys.modules.items() if n.partition('.')[0] == 'raytracer'), sep='\\n')"
+    )
+    found = subprocess.run([sys.executable, "-c", script], cwd=scenes.CHECKOUT, capture_output=True, check=True)
+    needed = {Path(line) for line in found.stdout.decode().splitlines()}
+    package = Path(truth_cache.__file__).parent
+    assert len(needed) > 20 and needed <= {package / name for name, _ in truth_cache._sources()}
+
+
 def test_a_folder_that_cannot_be_written_to_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RAYTRACER_CACHE", "/proc/nowhere")
     with pytest.warns(UserWarning, match=r"^/proc/nowhere: the reference was not kept"):
@@ -308,14 +336,58 @@ def test_the_command_writes_the_arrays_and_says_what_they_are(
         assert says in errors and errors.count("\n") == 1
 
 
+def test_the_command_takes_from_the_files_settings_what_it_has_no_flags_for(tmp_path: Path, folder: Path) -> None:
+    file, out = tmp_path / "scene.toml", str(tmp_path / "ref.npz")
+    of_file = 'samples = 4\nsize = [640, 360]\nshading = "blinn"\nshadows = "diluted"\nbounces = 1\n'
+    file.write_text(f"{scenes.ASSIGNMENT.read_text()}\n[settings]\n{of_file}")
+    command = ["reference", str(file), "-o", out, "--size", "16x9", "--samples", "16"]
+    assert main(command) == 0 and main([*command, "--shading", "none", "--shadows", "off"]) == 0
+    given = ({"shading": "blinn", "shadows": "diluted", "bounces": 1}, {"shadows": "off", "bounces": 1})
+    expected = {name_of(rt.load(file), size=(16, 9), **settings) for settings in given}
+    assert {kept.name for kept in folder.iterdir()} == expected
+
+
+def test_what_does_not_fit_into_memory_is_refused_before_it_is_begun(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["reference", "assignment", "-o", str(tmp_path / "ref.npz")]
+    monkeypatch.setattr(memory, "physical_memory", lambda: 2**34)
+    assert main([*command, "--size", "65536x65536"]) == 2
+    assert re.search(r"--size: expected a picture that fits .* got 65536x65536, which needs", capsys.readouterr().err)
+    monkeypatch.setattr(truth_cost, "physical_memory", lambda: 20)
+    with pytest.raises(rt.InputError, match=r"expected at most 4 primitives for the .* memory, got 5"):
+        truth_cost.check_cost(scenes.assignment(), SIZE, workers=1)
+
+
+def test_what_it_takes_is_told_before_it_is_begun(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = module.Job(scenes.assignment(), (320, 180), Settings())
+    tried = truth_cost.cost(job, 1024, workers=1)
+    assert tried.tried and 1.0 < tried.seconds < 600.0
+    assert truth_cost.cost(job, 4096, workers=1).seconds > 1.5 * tried.seconds
+    row = functools.reduce(operator.or_, [rt.Sphere((x, 0, 0), 1) for x in range(2000)])
+    many = rt.Scene([row], [], rt.Camera((0, 0, 5), (0, 0, 0)))
+    guessed = truth_cost.cost(module.Job(many, (320, 180), Settings()), 1024, workers=1)
+    assert re.fullmatch("at least [0-9]+ (hours|days): each ray meets each of 2000 primitives", str(guessed))
+    monkeypatch.setattr(compare_cli, "_WORTH_MENTION", 0.0)
+    command = ["reference", "assignment", "-o", str(tmp_path / "a.npz"), "--size", "16x9", "--samples", "16"]
+    for says in (1, 0):  # not of what is read from the disk
+        assert main(command) == 0
+        assert capsys.readouterr().err.count("raytracer: this takes about 0 seconds: each ray meets") == says
+
+
 def test_ctrl_c_ends_all_its_processes_and_writes_nothing(tmp_path: Path) -> None:
     out = tmp_path / "ref.npz"
     command = [sys.executable, "-m", "raytracer", "reference", "materials", "--shadows", "soft", "-o", str(out)]
     process = subprocess.Popen(command, cwd=scenes.CHECKOUT, stderr=subprocess.PIPE, start_new_session=True)
-    time.sleep(3)
+    deadline = time.monotonic() + 60
+    while len(in_group(process.pid)) < 3 and time.monotonic() < deadline:  # it, the one that counts resources, a worker
+        time.sleep(0.05)
     os.killpg(process.pid, signal.SIGINT)
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == 1 and errors == b"raytracer: interrupted, nothing written\n"
+    assert process.returncode == 1 and errors.endswith(b"raytracer: interrupted, nothing written\n")
+    assert b"Traceback" not in errors
     assert not out.exists() and not (tmp_path / "cache").exists()
     deadline = time.monotonic() + 10
     while (left := in_group(process.pid)) and time.monotonic() < deadline:
