@@ -128,7 +128,7 @@ def test_other_materials_stand_on_the_same_scene() -> None:
 @gl
 def test_a_quick_trade_writes_a_table_json_and_a_page_that_needs_nothing_else(tmp_path: Path) -> None:
     folder = tmp_path / "trade"
-    assert main(["trade", SCENE, "-o", str(folder), "--quick"]) == 0
+    assert main(["trade", SCENE, "-o", str(folder), "--quick", "--rounds", "1"]) == 0
     with (folder / "trade.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     found = json.loads((folder / "trade.json").read_text())

@@ -26,6 +26,13 @@ from . import scenes
 SIZE = (128, 72)
 
 
+@pytest.fixture
+def few_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For tests of which pictures are compared: no time is to be known well."""
+    for name in ("_ROUNDS", "_MORE_ROUNDS", "_SMALL_ROUNDS"):
+        monkeypatch.setattr(tune_module, name, 1)
+
+
 def test_candidates_are_all_different_and_keep_what_is_given() -> None:
     found = grid(Settings(shadows="soft")) + asked(Settings(shadows="soft"), 0.01)
     assert len(set(found)) == len(found) and {settings.shadows for settings in found} == {"soft"}
@@ -33,6 +40,7 @@ def test_candidates_are_all_different_and_keep_what_is_given() -> None:
 
 
 @pytest.mark.gl
+@pytest.mark.usefixtures("few_rounds")
 def test_the_pick_meets_the_error_against_many_random_samples(renderer: Renderer) -> None:
     scene = scenes.assignment()
     found = tune(renderer, scene, SIZE, Settings(), max_error=0.005)
@@ -82,6 +90,7 @@ def test_the_table_holds_what_is_not_by_default() -> None:
 
 
 @pytest.mark.gl
+@pytest.mark.usefixtures("few_rounds")
 def test_what_the_command_prints_makes_what_it_measured_as_flags_over_the_file_and_as_its_table(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
