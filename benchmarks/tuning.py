@@ -17,12 +17,13 @@ import numpy as np
 import raytracer as rt
 from benchmarks.scenes import BLUE, GREEN, GREY, RED
 from raytracer.film import check_folder, written_whole
+from raytracer.presets import flags, over
 from raytracer.progress import Progress, progress_bar
 from raytracer.renderer import Renderer, shared_renderer
 from raytracer.settings import Settings
 from raytracer.trade.measure import machine
-from raytracer.trade.report import flags
-from raytracer.trade.tune import Measured, Stage, asked, grid, tune
+from raytracer.trade.stage import Measured, Stage
+from raytracer.trade.tune import asked, grid, tune
 
 # How much longer tune's pick may take.
 ASKED = 1.15
@@ -130,7 +131,7 @@ def as_markdown(rows: list[Row], renderer: Renderer, size: tuple[int, int], roun
 
 
 def _cells(found: Measured) -> str:
-    return f"`{flags(found.settings) or '--samples 1'}` | {1e3 * found.seconds:.1f} | {found.error:.2g}"
+    return f"`{flags(over({}, found.settings)) or '--samples 1'}` | {1e3 * found.seconds:.1f} | {found.error:.2g}"
 
 
 def main() -> None:

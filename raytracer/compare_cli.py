@@ -5,38 +5,36 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 from raytracer.checks import InputError, about, number, printable
 from raytracer.compare import SCALE, SUFFIXES, THRESHOLD, Comparison, compare, difference, load_radiance, size_of
 from raytracer.film import check_output
-from raytracer.options import add_scene, picture_size, whole
+from raytracer.options import add_own, add_scene, add_size, given, whole
+from raytracer.presets import combined, own
 from raytracer.progress import progress_bar
-from raytracer.settings import Settings, Shading, Shadows
+from raytracer.scene_file import parse_all, read
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 # A sixteenth of the pixels that render makes: the processor traces them in float64, in seconds to minutes.
 _SIZE = (320, 180)
+# What takes longer, in seconds, says so before it starts.
+_WORTH_MENTION = 60.0
 
 
 def reference_arguments(parser: argparse.ArgumentParser) -> None:
     """What `raytracer reference` takes."""
     from raytracer.truth import FIRST, SAMPLES, TOLERANCE
+    from raytracer.truth_cache import MOST_BYTES
 
     add_scene(parser)
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".npz (float64 arrays)")
-    default = f"{_SIZE[0]}x{_SIZE[1]}"
-    parser.add_argument(
-        "--size",
-        metavar="WxH",
-        type=picture_size,
-        default=_SIZE,
-        help=f"in pixels (default: {default}, as this takes long)",
-    )
+    add_size(parser, f"{_SIZE[0]}x{_SIZE[1]}, as this takes long")
     parser.add_argument(
         "--samples",
         metavar="N",
@@ -52,14 +50,12 @@ def reference_arguments(parser: argparse.ArgumentParser) -> None:
         help="more samples where a pixel's error is estimated to be above T, in linear radiance "
         f"(default: {TOLERANCE:g})",
     )
-    parser.add_argument("--shading", metavar="MODEL", choices=get_args(Shading), help="as for raytracer render")
-    parser.add_argument("--shadows", choices=get_args(Shadows), default="hard", help="default: hard")
-    parser.add_argument("--bounces", metavar="N", type=whole, default=8, help="as for raytracer render (default: 8)")
+    add_own(parser, "shading", "shadows", "bounces")
     parser.add_argument(
         "--no-cache",
         action="store_true",
         help="make it anew, and do not keep it (default: keep it in the folder that the variable RAYTRACER_CACHE "
-        "names, or the user's cache)",
+        f"names, or the user's cache, which has the last {MOST_BYTES / 1e9:.0f} GB of them)",
     )
     parser.set_defaults(run=_reference)
 
@@ -93,34 +89,40 @@ def compare_arguments(parser: argparse.ArgumentParser) -> None:
 def _reference(options: argparse.Namespace) -> int:
     import numpy as np
 
-    from raytracer.scene_file import load
-    from raytracer.truth import truth
+    from raytracer.limits import check_size
+    from raytracer.truth import Job, truth
+    from raytracer.truth_cost import check_cost, cost
 
-    settings = Settings(shading=options.shading, shadows=options.shadows, bounces=options.bounces)
+    flags = given(options)
+    combined(own(flags))
+    size = flags.get("size", _SIZE)
+    check_size(size)
     output = check_output(options.output, (".npz",))
-    scene = load(options.scene)
+    scene, of_file = parse_all(*read(options.scene))
+    settings = combined(own(of_file), own(flags))
     with about(options.scene):
         for material in scene.materials:
             settings.shaded(material)
+        check_cost(scene, size)
     start = time.monotonic()
     traced = False
 
-    with progress_bar(f"tracing {output.name}") as bar:
+    def before(job: Job) -> None:
+        nonlocal traced
+        traced = True
+        if (takes := cost(job, options.samples)).seconds > _WORTH_MENTION:
+            print(f"raytracer: this takes {takes}", file=sys.stderr)
 
-        def progress(done: int, total: int) -> None:
-            nonlocal traced
-            traced = traced or done < total
-            if bar:
-                bar(done, total)
-
+    with progress_bar(f"tracing {output.name}") as progress:
         image = truth(
             scene,
-            options.size,
+            size,
             settings,
             samples=options.samples,
             tolerance=options.tolerance,
             cache=not options.no_cache,
             progress=progress,
+            before=before,
         )
     image.save(output)
     assert image.samples is not None and image.error is not None

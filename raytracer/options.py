@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 import re
 from functools import partial
-from typing import get_args
+from typing import Any, get_args
 
-from raytracer.presets import QUALITIES, Fields, flags
+from raytracer.presets import OWN, QUALITIES, Fields, flags
 from raytracer.sampling import SEQUENCES, Sequence
 from raytracer.settings import ASKED_SAMPLES, Evaluator, Precision, Settings, Shading, Shadows
 
@@ -28,6 +28,47 @@ def add_backend(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_size(parser: argparse.ArgumentParser, default: str = "1280x720") -> None:
+    """--size, of which `default` only tells: nothing is stored that is not given."""
+    parser.add_argument(
+        "--size",
+        metavar="WxH",
+        type=picture_size,
+        default=argparse.SUPPRESS,
+        help=f"in pixels (default: {default})",
+    )
+
+
+def add_own(parser: argparse.ArgumentParser, *names: str) -> None:
+    """Those of presets.OWN that are named: what given() looks for. Nothing is stored that is not given."""
+    options: dict[str, dict[str, Any]] = {
+        "shading": {
+            "metavar": "MODEL",
+            "choices": ("none", *get_args(Shading)),
+            "help": "a model for all materials, as like theirs as it can be (default: none, each one's own): "
+            + ", ".join(get_args(Shading)),
+        },
+        "shadows": {"choices": get_args(Shadows), "help": "default: hard"},
+        "evaluator": {
+            "choices": get_args(Evaluator),
+            "help": "how CSG is evaluated: cells (the default: only what a cell of the picture can see), walk (all of "
+            "it everywhere) or roth (the assignment's hit lists)",
+        },
+        "precision": {
+            "choices": get_args(Precision),
+            "type": int,
+            "help": "bits of the numbers in which rays meet surfaces (default: 32; 64 needs OpenGL 4.0)",
+        },
+        "bounces": {
+            "metavar": "N",
+            "type": whole,
+            "help": "mirrors in a row that light is followed through (default: 8)",
+        },
+    }
+    for name in names:
+        parser.add_argument(f"--{name}", default=argparse.SUPPRESS, **options[name])
+
+
 def add_settings(
     parser: argparse.ArgumentParser, samples: int, sequences: tuple[Sequence, ...] = SEQUENCES, *, adaptive: bool
 ) -> None:
@@ -36,7 +77,7 @@ def add_settings(
     `samples` is the default, which is only told: nothing is stored that is not given, as a scene file may give it.
     """
     add = partial(parser.add_argument, default=argparse.SUPPRESS)
-    add("--size", metavar="WxH", type=picture_size, help="in pixels (default: 1280x720)")
+    add_size(parser)
     add(
         "--quality",
         choices=tuple(QUALITIES),
@@ -69,32 +110,7 @@ def add_settings(
         choices=sequences,
         help="where in a pixel its samples lie (default: sobol, the only one that tells the error)",
     )
-    add(
-        "--shading",
-        metavar="MODEL",
-        choices=("none", *get_args(Shading)),
-        help="a model for all materials, as like theirs as it can be (default: none, each one's own): "
-        + ", ".join(get_args(Shading)),
-    )
-    add("--shadows", choices=get_args(Shadows), help="default: hard")
-    add(
-        "--evaluator",
-        choices=get_args(Evaluator),
-        help="how CSG is evaluated: cells (the default: only what a cell of the picture can see), walk (all of it "
-        "everywhere) or roth (the assignment's hit lists)",
-    )
-    add(
-        "--precision",
-        choices=get_args(Precision),
-        type=int,
-        help="bits of the numbers in which rays meet surfaces (default: 32; 64 needs OpenGL 4.0)",
-    )
-    add(
-        "--bounces",
-        metavar="N",
-        type=whole,
-        help="mirrors in a row that light is followed through (default: 8)",
-    )
+    add_own(parser, *OWN)
 
 
 def given(options: argparse.Namespace) -> Fields:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any, Literal
 
 from raytracer.checks import InputError, shown
@@ -20,6 +21,8 @@ QUALITIES: dict[Quality, Fields] = {
     "high": {"max_error": 0.0005, "samples": 4096},
     "reference": {"samples": 1024},
 }
+# What a picture is of, and how it is made, whatever its samples are.
+OWN = ("shading", "shadows", "evaluator", "precision", "bounces")
 # What else a quality decides, so that it is the same whatever it is put over.
 _ELSE: Fields = {"sequence": "sobol", "adaptive": None, "max_error": None, "time": None}
 
@@ -44,19 +47,29 @@ def combined(*places: Fields) -> Settings:
     return Settings(**fields)
 
 
-def chosen(settings: Settings) -> Fields:
-    """What of the settings is not by default; no `samples` where an error or a time is asked for, whose own default is
-    another one.
-    """
-    default = Settings()
-    given = {name: getattr(settings, name) for name in settings.__struct_fields__}
-    if settings.asks:
-        del given["samples"]
-    return {name: value for name, value in given.items() if value != getattr(default, name)}
+def own(fields: Fields) -> Fields:
+    """What of the fields is a picture's own, and does not say how many samples it has and where."""
+    return {name: value for name, value in fields.items() if name in OWN}
+
+
+def over(before: Fields, settings: Settings) -> Fields:
+    """The fewest fields that, put over those given before, make `settings`: of none, what is not by default."""
+    base = combined(before)
+    # An error or a time that is given may change the number of samples.
+    fields = {
+        name: getattr(settings, name)
+        for name in settings.__struct_fields__
+        if getattr(settings, name) != getattr(base, name) or (settings.asks and name == "samples")
+    }
+    for name in tuple(fields):
+        fewer = {key: value for key, value in fields.items() if key != name}
+        with suppress(InputError):
+            fields = fewer if combined(before, fewer) == settings else fields
+    return fields
 
 
 def flags(fields: Fields) -> str:
-    """Fields of Settings as the command line has them."""
+    """Fields of Settings as the command line has them, to the last digit."""
     return " ".join(f"--{key.replace('_', '-')} {'none' if v is None else v}" for key, v in fields.items())
 
 

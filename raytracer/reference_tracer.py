@@ -51,8 +51,9 @@ class Tracer:
         self.leaves = [node for tree in self._trees for node in tree if isinstance(node, Primitive)]
         order = {material: i for i, material in enumerate(scene.materials)}
         self.material_index = np.array([*(order[leaf.material] for leaf in self.leaves), -1], np.int32)
-        keys = [_geometry(leaf) for leaf in self.leaves]
-        self.coincide = np.array([[a == b for b in keys] for a in keys])
+        numbers: dict[object, int] = {}
+        surface = np.array([numbers.setdefault(_geometry(leaf), len(numbers)) for leaf in self.leaves])
+        self.coincide = surface[:, None] == surface
 
     def spans(
         self,

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 import gc
-import os
 import sys
 import time
 import warnings
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from raytracer.checks import InputError, about, number, printable
+from raytracer.checks import about, number, printable
+from raytracer.memory import check_memory
 from raytracer.options import DEFAULT_SIZE, add_backend, add_scene, add_settings, given
 from raytracer.presets import Fields, combined
 from raytracer.progress import progress_bar
@@ -21,9 +21,6 @@ from raytracer.settings import Settings, precision_warning
 
 if TYPE_CHECKING:
     from raytracer.film import Image
-
-# Pictures that need more host memory than this say so before they start.
-_MEMORY_WORTH_MENTION = 2**30
 
 
 def render_arguments(parser: argparse.ArgumentParser) -> None:
@@ -81,7 +78,7 @@ def render(options: argparse.Namespace) -> int:
     check_size(size)
     output = check_output(options.output)
     geometry = output.suffix.lower() == ".npz"
-    _check_memory(host_memory(size, geometry, settings.refines), size)
+    check_memory(host_memory(size, geometry, settings.refines), size)
     if warning := precision_warning(scene, settings):
         warnings.warn(f"{options.scene}: {warning}", stacklevel=1)
     renderer = shared_renderer(options.backend)
@@ -145,18 +142,3 @@ def view(options: argparse.Namespace) -> int:
     with suppress(KeyboardInterrupt):  # one of the ways to close the window
         show(options.scene, flags, budget)
     return 0
-
-
-def _check_memory(needed: int, size: tuple[int, int]) -> None:
-    gib = needed / 2**30
-    try:
-        physical = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):  # not on this system
-        physical = needed
-    if needed > physical:
-        raise InputError(
-            f"size: expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
-            f"got {size[0]}x{size[1]}, which needs {gib:.1f} GiB"
-        )
-    if needed > _MEMORY_WORTH_MENTION:
-        print(f"raytracer: this picture needs {gib:.1f} GiB of memory", file=sys.stderr)

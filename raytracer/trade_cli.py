@@ -6,14 +6,18 @@ import argparse
 import math
 import sys
 from pathlib import Path
-from typing import get_args
+from typing import TYPE_CHECKING
 
 from raytracer.checks import InputError, about, number, printable
-from raytracer.options import add_backend, add_scene, picture_size, whole
-from raytracer.presets import chosen
+from raytracer.options import DEFAULT_SIZE, add_backend, add_own, add_scene, add_size, given, whole
+from raytracer.presets import OWN, Fields, combined, over, own
+from raytracer.presets import flags as as_flags
 from raytracer.progress import progress_bar
-from raytracer.scene_file import load
-from raytracer.settings import Precision, Settings, Shading, Shadows
+from raytracer.scene_file import parse_all, read
+from raytracer.settings import Settings
+
+if TYPE_CHECKING:
+    from raytracer.trade.tune import Tuned
 
 # Small, for a truth takes its time; quick is for tests.
 _SIZE, _QUICK_SIZE = (320, 180), (64, 36)
@@ -31,12 +35,7 @@ def trade_arguments(parser: argparse.ArgumentParser) -> None:
         required=True,
         help="folder for trade.csv, trade.json and trade.html, over those that are there; made if it is not there",
     )
-    parser.add_argument(
-        "--size",
-        metavar="WxH",
-        type=picture_size,
-        help=f"in pixels (default: {_SIZE[0]}x{_SIZE[1]}, as a truth takes its time)",
-    )
+    add_size(parser, f"{_SIZE[0]}x{_SIZE[1]}, as a truth takes its time")
     parser.add_argument(
         "--rounds", metavar="N", type=whole, help=f"how often each is timed, in turns with all (default: {_ROUNDS})"
     )
@@ -56,7 +55,7 @@ def trade_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _trade(options: argparse.Namespace) -> int:
     """Measure, and write what there is; 1 if that is not all of it."""
-    scene = load(options.scene)
+    scene, of_file = parse_all(*read(options.scene))
     if options.rounds is not None and options.rounds < 1:
         raise InputError("--rounds: expected at least 1, got 0")
     from raytracer.film import check_folder
@@ -65,9 +64,11 @@ def _trade(options: argparse.Namespace) -> int:
     from raytracer.trade.approximations import add_approximations
     from raytracer.trade.configurations import FULL, QUICK, plan
     from raytracer.trade.measure import measure
-    from raytracer.trade.page import write
+    from raytracer.trade.page import write_page, write_tables
+    from raytracer.trade.plots import check_matplotlib
 
-    size = options.size or (_QUICK_SIZE if options.quick else _SIZE)
+    check_matplotlib()  # not found out when all is measured
+    size = given(options).get("size") or (_QUICK_SIZE if options.quick else _SIZE)
     check_size(size)
     folder = Path(options.output)
     if not folder.exists():
@@ -76,21 +77,28 @@ def _trade(options: argparse.Namespace) -> int:
     check_folder(folder)
     extent = QUICK if options.quick else FULL
     renderer = shared_renderer(options.backend)
-    planned = plan(scene, extent)
+    planned = plan(scene, extent, of_file)
     add_approximations(planned, scene, extent, renderer)
-    found = measure(
-        scene,
-        planned,
-        renderer,
-        size,
-        options.rounds or (_QUICK_ROUNDS if options.quick else _ROUNDS),
-        progress_bar,
-        source="gpu" if options.quick and options.truth == "auto" else options.truth,
-        **({"gpu_samples": _QUICK_GPU_SAMPLES} if options.quick else {}),
-    )
-    page = write(found, renderer, folder)
-    measured = sum(result.measured for result in found.results)
-    print(f"wrote {page}, with trade.csv and trade.json: {measured} configurations of {printable(scene.name)}")
+    with about(options.scene):
+        found = measure(
+            scene,
+            planned,
+            renderer,
+            size,
+            options.rounds or (_QUICK_ROUNDS if options.quick else _ROUNDS),
+            progress_bar,
+            source="gpu" if options.quick and options.truth == "auto" else options.truth,
+            **({"gpu_samples": _QUICK_GPU_SAMPLES} if options.quick else {}),
+        )
+    measured = f"{sum(result.measured for result in found.results)} configurations of {printable(scene.name)}"
+    write_tables(found, folder)
+    try:
+        page = write_page(found, renderer, folder)
+    except KeyboardInterrupt:
+        print(f"wrote trade.csv and trade.json in {folder}: {measured}")
+        print("interrupted: there is no trade.html")
+        return 1
+    print(f"wrote {page}, with trade.csv and trade.json: {measured}")
     if not found.complete:
         print("interrupted: this is what was measured by then")
     return 0 if found.complete else 1
@@ -109,15 +117,8 @@ def tune_arguments(parser: argparse.ArgumentParser) -> None:
     targets.add_argument(
         "--time", metavar="T", type=float, help="find those with the least error whose picture takes at most T seconds"
     )
-    parser.add_argument(
-        "--size", metavar="WxH", type=picture_size, default=(1280, 720), help="in pixels (default: 1280x720)"
-    )
-    parser.add_argument("--shading", metavar="MODEL", choices=get_args(Shading), help="as for raytracer render")
-    parser.add_argument("--shadows", choices=get_args(Shadows), default="hard", help="default: hard")
-    parser.add_argument(
-        "--precision", choices=get_args(Precision), type=int, default=32, help="as for raytracer render (default: 32)"
-    )
-    parser.add_argument("--bounces", metavar="N", type=whole, default=8, help="as for raytracer render (default: 8)")
+    add_size(parser)
+    add_own(parser, *OWN)
     add_backend(parser)
     parser.set_defaults(run=_tune)
 
@@ -130,43 +131,57 @@ def _tune(options: argparse.Namespace) -> int:
     ):
         if value is not None:
             number(value, name, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
-    base = Settings(
-        shading=options.shading, shadows=options.shadows, precision=options.precision, bounces=options.bounces
-    )
-    scene = load(options.scene)
+    flags = given(options)
+    combined(own(flags))
+    scene, of_file = parse_all(*read(options.scene))
+    size = flags.get("size") or of_file.get("size") or DEFAULT_SIZE
     from raytracer.limits import check_size
     from raytracer.renderer import shared_renderer
-    from raytracer.trade.report import flags
     from raytracer.trade.tune import tune
 
-    check_size(options.size)
+    check_size(size)
     renderer = shared_renderer(options.backend)
-    with about(options.scene):
-        found = tune(
-            renderer,
-            scene,
-            options.size,
-            base,
-            max_error=options.max_error,
-            time=options.time,
-            progress=lambda what: print(f"measuring {what}", file=sys.stderr),
-        )
-    best = found.best
-    says = (
-        f"{best.seconds:.3g} s, error {best.error:.2g} (RMSE, linear radiance), {best.samples:.3g} samples a pixel "
-        f"at {options.size[0]}x{options.size[1]}"
-    )
-    if found.pick is None:
-        print(f"of {found.tried} tried nothing meets that; the closest is {flags(best.settings)}: {says}")
+    try:
+        with about(options.scene):
+            found = tune(
+                renderer,
+                scene,
+                size,
+                combined(own(of_file), own(flags)),
+                max_error=options.max_error,
+                time=options.time,
+                progress=lambda what: print(f"measuring {what}", file=sys.stderr),
+            )
+    except KeyboardInterrupt:
+        print("raytracer: interrupted before any picture of the full size was measured", file=sys.stderr)
         return 1
-    print(f"{flags(best.settings) or '--samples 1'}: {says}\n\n{settings_table(best.settings)}", end="")
-    return 0
+    _report(found, size, of_file)
+    return 0 if found.pick and found.complete else 1
 
 
-def settings_table(settings: Settings) -> str:
-    """The table `[settings]` of a scene file, of what is not by default."""
-    lines = [
+def _report(found: Tuned, size: tuple[int, int], of_file: Fields) -> None:
+    """Print what was found."""
+    best = found.best
+    # What says nothing that the file does not say is said all the same.
+    named = over(of_file, best.settings) or over({}, best.settings) or {"samples": best.settings.samples}
+    says = (
+        f"{as_flags(named)}: {best.seconds:.3g} s, error {best.error:.2g} (RMSE, linear radiance), "
+        f"{best.samples:.3g} samples a pixel at {size[0]}x{size[1]}"
+    )
+    if not found.complete:
+        print(f"interrupted: the best of {found.tried} that were measured by then:")
+    if found.pick:
+        print(f"{says}\n\n{settings_table(best.settings, of_file.get('size'))}", end="")
+    else:
+        why = ", and that tells that no other will" if found.hopeless else ""
+        print(f"of {found.tried} tried nothing meets that{why}; the closest is {says}")
+
+
+def settings_table(settings: Settings, size: tuple[int, int] | None = None) -> str:
+    """The table `[settings]` of a scene file, of what is not by default; `size`: one that the file has already."""
+    lines = [f"size = [{size[0]}, {size[1]}]"] if size else []
+    lines += [
         f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value}"
-        for name, value in chosen(settings).items()
+        for name, value in over({}, settings).items()
     ]
     return "\n".join(["[settings]", *lines]) + "\n"

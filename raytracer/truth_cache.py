@@ -1,4 +1,4 @@
-"""Truths (truth.py) on the disk: made once for all that decides them."""
+"""Truths (truth.py) on the disk: made once for all that decides them, and kept while there is room for them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import warnings
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,8 +24,12 @@ if TYPE_CHECKING:
     from raytracer.scene import Scene
     from raytracer.truth import Job
 
-# The files whose change makes older truths worthless.
-_SOURCES = ("reference*.py", "light_rays.py", "truth.py")
+# The files whose change makes older truths worthless: the reference needs about half of these, by one way or another,
+# and what it needs of them may change.
+_SOURCES = ("*.py",)
+# Bytes of all truths that are kept. Beyond, those go that were not asked for for the longest time. Of 320x180 pixels
+# one has 5 MB.
+MOST_BYTES = 10**9
 
 
 def folder() -> Path:
@@ -36,15 +41,13 @@ def folder() -> Path:
 
 def path_of(job: Job, samples: int, tolerance: float) -> Path:
     """The file of a truth, named by a hash of all that decides what is in it."""
-    from raytracer.truth import VERSION
-
     decides = {
         "scene": canonical(job.scene),
         "size": list(map(int, job.size)),
         "settings": [job.settings.shading, job.settings.shadows, job.settings.bounces],
         "samples": int(samples),
         "tolerance": tolerance,
-        "version": VERSION,
+        "numpy": np.__version__,  # other random numbers
         "sources": _sources(),
     }
     text = json.dumps(decides, sort_keys=True)
@@ -69,9 +72,12 @@ def read(path: Path, size: tuple[int, int]) -> Image | None:
 
     try:
         with path.open("rb") as file:
-            return Image(**read_arrays(file, lambda names: arrays, check, path.stat().st_size))
+            image = Image(**read_arrays(file, lambda names: arrays, check, path.stat().st_size))
     except (OSError, InputError):
         return None
+    with suppress(OSError):
+        os.utime(path)  # asked for now
+    return image
 
 
 def write(path: Path, image: Image) -> None:
@@ -80,9 +86,24 @@ def write(path: Path, image: Image) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         with written_whole(path) as file:
             np.savez(file, **{name: getattr(image, name) for name in image.__struct_fields__ if name != "metadata"})
+        _make_room(path.parent)
     except OSError as error:
         reason = error.strerror or error
         warnings.warn(f"{path.parent}: the reference was not kept for the next time: {reason}", stacklevel=1)
+
+
+def _make_room(folder: Path) -> None:
+    """Remove the truths that were not asked for for the longest time, until the others have MOST_BYTES or less."""
+    found = []
+    for file in folder.glob("truth-*.npz"):
+        with suppress(OSError):  # another process removed it
+            status = file.stat()
+            found.append((status.st_mtime, status.st_size, file))
+    total = 0
+    for k, (_, size, file) in enumerate(sorted(found, reverse=True)):
+        total += size
+        if total > MOST_BYTES and k:  # never the newest
+            file.unlink(missing_ok=True)
 
 
 def canonical(scene: Scene) -> Any:

@@ -1,11 +1,12 @@
 """Qualities: that they are what the README says, and what is given besides."""
 
 import re
+from contextlib import suppress
 
 import pytest
 
 import raytracer as rt
-from raytracer.presets import QUALITIES, combined, flags
+from raytracer.presets import QUALITIES, combined, flags, over
 from raytracer.settings import ASKED_SAMPLES
 
 from . import scenes
@@ -39,3 +40,42 @@ def test_samples_given_before_an_error_or_a_time_was_asked_for_do_not_limit_it()
     assert combined({"adaptive": 0.2}, {"time": 1.0}) == rt.Settings(samples=ASKED_SAMPLES, time=1.0)
     with pytest.raises(rt.InputError, match="adaptive: expected none with max_error"):
         combined({"adaptive": 0.2, "max_error": 0.1})
+
+
+PLACES = (
+    {},
+    {"samples": 64, "shadows": "soft", "size": (64, 36)},
+    {"samples": 16, "adaptive": 0.01},
+    {"samples": 36, "sequence": "grid"},
+    {"max_error": 0.01},
+    {"samples": 16, "time": 2.0},
+    {"quality": "normal", "shading": "ggx"},
+)
+MADE = (
+    rt.Settings(),
+    rt.Settings(samples=16),
+    rt.Settings(samples=256, shadows="soft"),
+    rt.Settings(samples=16, adaptive=0.02, precision=64),
+    rt.Settings(samples=16, max_error=0.00123456789),
+    rt.Settings(samples=ASKED_SAMPLES, max_error=0.002, bounces=2),
+)
+
+
+@pytest.mark.parametrize("before", PLACES)
+@pytest.mark.parametrize("settings", MADE)
+def test_what_is_put_over_a_file_makes_the_settings_and_nothing_of_it_is_superfluous(before, settings) -> None:
+    fields = over(before, settings)
+    assert combined(before, fields) == settings
+    for name in fields:
+        fewer = {key: value for key, value in fields.items() if key != name}
+        with suppress(rt.InputError):
+            assert combined(before, fewer) != settings
+
+
+def test_flags_are_what_the_command_line_takes_to_the_last_digit() -> None:
+    assert flags(over({}, rt.Settings())) == ""
+    soft = rt.Settings(samples=16, adaptive=0.01, shadows="soft")
+    assert flags(over({}, soft)) == "--samples 16 --shadows soft --adaptive 0.01"
+    assert flags(over({"samples": 16, "adaptive": 0.1}, rt.Settings(samples=16))) == "--adaptive none"
+    asked = rt.Settings(samples=ASKED_SAMPLES, max_error=0.0012345678)
+    assert flags(over({"shading": "ggx"}, asked)) == "--shading none --max-error 0.0012345678"

@@ -5,24 +5,29 @@ from __future__ import annotations
 import csv
 import json
 import re
+import sys
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
 
 from raytracer.cli import main
+from raytracer.film import Image
 from raytracer.material import Material
+from raytracer.presets import combined, over
 from raytracer.renderer import Renderer
 from raytracer.sampling import Sequence, sample_place
-from raytracer.settings import Settings
+from raytracer.trade import approximations, configurations, page
 from raytracer.trade import measure as measuring
 from raytracer.trade.approximations import with_materials
-from raytracer.trade.configurations import FULL, QUICK, plan
+from raytracer.trade.configurations import FULL, MAIN, QUICK, Plan, plan
 from raytracer.trade.measure import measure, resized
-from raytracer.trade.page import write
+from raytracer.trade.page import write_page
 from raytracer.trade.pareto import beaten_by, slope
-from raytracer.trade.report import flags
+from raytracer.trade.report import as_csv, as_json
+from raytracer.trade.truths import Truth
 
 from . import scenes
 
@@ -87,16 +92,24 @@ def test_every_knob_is_there_once_and_against_its_own_kind_of_shadows(extent) ->
     assert "no light" in made.left_out[0][1], "says that it gave lights a radius"
 
 
+def test_what_is_no_knob_is_as_the_scene_file_has_it_and_flags_are_over_it() -> None:
+    of_file = {"samples": 64, "adaptive": 0.01, "shading": "blinn", "shadows": "soft", "bounces": 2, "precision": 64}
+    made = plan(scenes.assignment(), QUICK, of_file)
+    everything = [c.settings for c in made.configurations] + [target.settings for target in made.targets.values()]
+    assert {(settings.shading, settings.bounces) for settings in everything} == {("blinn", 2)}
+    assert {settings.precision for settings in everything} == {32, 64}
+    labels = {c.label: c for c in made.configurations if c.target == MAIN}
+    assert "16 sobol" in labels and "4 sobol, 32 bits" in labels
+    for made_one in made.configurations:
+        assert combined(of_file, over(of_file, made_one.settings)) == made_one.settings
+    flags = measuring.Trade("", (1, 1), 1, {}, made, {}, [measuring.Result(labels["16 sobol"], [])])
+    assert "--samples 16 --shadows hard --adaptive none" in as_csv(flags)
+
+
 def test_a_scene_without_lights_has_one_kind_of_shadows() -> None:
     made = plan(msgspec.structs.replace(scenes.assignment(), lights=()), QUICK)
     assert list(made.targets) == ["hard shadows"] and made.left_out == [("shadows", "the scene has no lights")]
     assert {configuration.target for configuration in made.configurations} == {"hard shadows"}
-
-
-def test_flags_are_what_render_takes_and_leave_out_its_defaults() -> None:
-    assert flags(Settings()) == ""
-    assert flags(Settings(samples=16, adaptive=0.01, shadows="soft")) == "--samples 16 --shadows soft --adaptive 0.01"
-    assert flags(Settings(samples=4096, max_error=0.002)) == "--max-error 0.002"
 
 
 def test_resizing_keeps_the_mean_and_a_constant() -> None:
@@ -115,7 +128,7 @@ def test_other_materials_stand_on_the_same_scene() -> None:
 @gl
 def test_a_quick_trade_writes_a_table_json_and_a_page_that_needs_nothing_else(tmp_path: Path) -> None:
     folder = tmp_path / "trade"
-    assert main(["trade", SCENE, "-o", str(folder), "--quick"]) == 0
+    assert main(["trade", SCENE, "-o", str(folder), "--quick", "--rounds", "1"]) == 0
     with (folder / "trade.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     found = json.loads((folder / "trade.json").read_text())
@@ -133,9 +146,9 @@ def test_a_quick_trade_writes_a_table_json_and_a_page_that_needs_nothing_else(tm
             assert max(float(other["rmse"]), floor) <= max(float(row["rmse"]), floor)
     error = {label: float(row["rmse"]) for (target, label), row in by.items() if target == "hard shadows"}
     assert error["16 sobol"] < error["4 sobol"] < error["1 sample, the centre"]
-    page = (folder / "trade.html").read_text()
-    assert "<svg" in page and "data:image/png;base64," in page
-    assert not re.search(r"""(?:src|href)\s*=\s*["'](?!data:|#)|url\((?!["']?#)|@import|<script|<link""", page)
+    html = (folder / "trade.html").read_text()
+    assert "<svg" in html and "data:image/png;base64," in html
+    assert not re.search(r"""(?:src|href)\s*=\s*["'](?!data:|#)|url\((?!["']?#)|@import|<script|<link""", html)
 
 
 @gl
@@ -164,9 +177,53 @@ def test_interrupted_it_keeps_what_it_has_and_escapes_the_scenes_name(
 
     found = measure(scene, made, renderer, (32, 18), 3, bar, source="gpu", gpu_samples=64)
     assert not found.complete and sum(result.measured for result in found.results) == 3
-    page = write(found, renderer, tmp_path).read_text()
-    assert "Interrupted" in page and name not in page and "&lt;script&gt;" in page
-    assert json.loads((tmp_path / "trade.json").read_text())["scene"] == name
+    html = write_page(found, renderer, tmp_path).read_text()
+    assert "Interrupted" in html and name not in html and "&lt;script&gt;" in html
+    assert json.loads(as_json(found))["scene"] == name
+
+
+@gl
+@pytest.mark.parametrize("why", ["Ctrl-C", "a driver's error"])
+def test_what_ends_the_page_leaves_the_tables_and_no_page_of_another_trade(
+    why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def ends(*_: object) -> None:
+        raise KeyboardInterrupt if why == "Ctrl-C" else RuntimeError("no more")
+
+    def little(*arguments: Any) -> Plan:
+        made = plan(*arguments)
+        made.targets = {MAIN: made.targets[MAIN]}
+        made.configurations = [c for c in made.configurations if c.target == MAIN][:2]
+        return made
+
+    monkeypatch.setattr(page, "strips", ends)
+    monkeypatch.setattr(configurations, "plan", little)
+    monkeypatch.setattr(approximations, "add_approximations", lambda *_: None)
+    (tmp_path / "trade.html").write_text("an older one")
+    assert main(["trade", SCENE, "-o", str(tmp_path), "--quick", "--size", "32x18"]) == 1
+    assert {file.name for file in tmp_path.iterdir()} == {"trade.csv", "trade.json"}
+    assert len(json.loads((tmp_path / "trade.json").read_text())["configurations"]) == 2
+    said = capsys.readouterr()
+    assert "there is no trade.html" in said.out if why == "Ctrl-C" else "no more" in said.err
+
+
+def test_without_matplotlib_nothing_is_measured(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    assert main(["trade", SCENE, "-o", str(tmp_path / "trade")]) == 2
+    assert "pip install 'roth-raytracer[plots]'" in capsys.readouterr().err
+    assert not (tmp_path / "trade").exists()
+
+
+def test_a_picture_that_is_no_numbers_is_refused_and_the_others_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = plan(scenes.assignment(), QUICK)
+    broken = Image(np.full((2, 2, 3), np.nan, np.float32))
+    monkeypatch.setattr(measuring, "picture", lambda *_: (broken, 0.0))
+    truths = {MAIN: Truth(np.zeros((2, 2, 3)), 0.0, "black")}
+    trade = measuring.Trade("scene", (2, 2), 1, {}, made, truths, [])
+    result = measuring._first(made.configurations[0], trade, None)  # pyright: ignore[reportArgumentType]
+    assert "finite" in result.refused and not result.measured
 
 
 @pytest.mark.parametrize(

@@ -2,20 +2,35 @@
 
 from __future__ import annotations
 
+import argparse
+import re
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from raytracer.cli import main
+from raytracer.options import add_settings, given
+from raytracer.presets import combined
 from raytracer.renderer import Renderer
+from raytracer.scene_file import load_settings, parse_all
 from raytracer.settings import Settings
-from raytracer.trade.tune import LADDER, Measured, Stage, asked, grid, tune
+from raytracer.trade import tune as tune_module
+from raytracer.trade.stage import Measured, Stage
+from raytracer.trade.tune import LADDER, asked, grid, tune
 from raytracer.trade_cli import settings_table
 
 from . import scenes
 
 SIZE = (128, 72)
+
+
+@pytest.fixture
+def few_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For tests of which pictures are compared: no time is to be known well."""
+    for name in ("_ROUNDS", "_MORE_ROUNDS", "_SMALL_ROUNDS"):
+        monkeypatch.setattr(tune_module, name, 1)
 
 
 def test_candidates_are_all_different_and_keep_what_is_given() -> None:
@@ -25,6 +40,7 @@ def test_candidates_are_all_different_and_keep_what_is_given() -> None:
 
 
 @pytest.mark.gl
+@pytest.mark.usefixtures("few_rounds")
 def test_the_pick_meets_the_error_against_many_random_samples(renderer: Renderer) -> None:
     scene = scenes.assignment()
     found = tune(renderer, scene, SIZE, Settings(), max_error=0.005)
@@ -74,15 +90,64 @@ def test_the_table_holds_what_is_not_by_default() -> None:
 
 
 @pytest.mark.gl
-def test_the_command_prints_flags_and_the_table(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["tune", str(scenes.ASSIGNMENT), "--max-error", "0.01", "--size", "96x54"]) == 0
+@pytest.mark.usefixtures("few_rounds")
+def test_what_the_command_prints_makes_what_it_measured_as_flags_over_the_file_and_as_its_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "scene.toml"
+    of_file = 'size = [96, 54]\nsamples = 24\nadaptive = 0.01\nsequence = "r2"\nshadows = "off"\nbounces = 3\n'
+    file.write_text(f"{scenes.ASSIGNMENT.read_text()}\n[settings]\n{of_file}")
+    found = []
+    search = tune_module.tune
+
+    def seen(*arguments, **options):
+        found.append(search(*arguments, **options))
+        return found[-1]
+
+    monkeypatch.setattr(tune_module, "tune", seen)
+    assert main(["tune", str(file), "--max-error", "0.01", "--shadows", "diluted"]) == 0
     line, table = capsys.readouterr().out.split("\n\n")
-    assert line.startswith("--") and "error 0.00" in line
-    given = tomllib.loads(table)["settings"]
-    assert all(f"--{name.replace('_', '-')} {value:g}" in line for name, value in given.items())
+    measured = found[0].pick.settings
+    assert (measured.shadows, measured.bounces) == ("diluted", 3) and "at 96x54" in line
+    parser = argparse.ArgumentParser()
+    add_settings(parser, 1, adaptive=True)
+    flags = given(parser.parse_args(line.partition(":")[0].split()))
+    assert combined(parse_all(file, file.read_text())[1], flags) == measured
+    file.write_text(f"{scenes.ASSIGNMENT.read_text()}\n{table}")
+    assert load_settings(file) == measured and parse_all(file, file.read_text())[1]["size"] == (96, 54)
 
 
 @pytest.mark.gl
-def test_what_cannot_be_met_is_status_1_with_the_best_there_is(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["tune", str(scenes.ASSIGNMENT), "--time", "1e-6", "--size", "32x18"]) == 1
-    assert "nothing meets that; the closest is" in capsys.readouterr().out
+@pytest.mark.parametrize("target", [("--time", "1e-6"), ("--max-error", "1e-9")])
+def test_what_cannot_be_met_is_status_1_with_the_closest_and_no_search_through_all(
+    target: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["tune", str(scenes.ASSIGNMENT), *target, "--size", "32x18"]) == 1
+    said = re.match(r"of (\d+) tried nothing meets that(.*); the closest is --samples", capsys.readouterr().out)
+    assert said and int(said[1]) <= 6
+    assert said[2] == (", and that tells that no other will" if target[0] == "--max-error" else "")
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("measured", [0, 3])
+def test_ctrl_c_prints_the_best_of_what_was_measured(
+    measured: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measure, count = Stage.measure, 0
+
+    def interrupted(stage: Stage, settings: Settings) -> Measured:
+        nonlocal count
+        if stage.size == (32, 18):
+            count += 1
+            if count > measured:
+                raise KeyboardInterrupt
+        return measure(stage, settings)
+
+    monkeypatch.setattr(Stage, "measure", interrupted)
+    assert main(["tune", str(scenes.ASSIGNMENT), "--max-error", "0.5", "--size", "32x18"]) == 1
+    said = capsys.readouterr()
+    if measured:
+        assert re.match(r"interrupted: the best of \d that were measured by then:\n--samples \d", said.out)
+        assert "[settings]" in said.out
+    else:
+        assert "interrupted before any picture of the full size was measured" in said.err and not said.out

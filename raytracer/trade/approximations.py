@@ -16,9 +16,8 @@ from raytracer.instances import Instances
 from raytracer.material import Material
 from raytracer.renderer import Renderer
 from raytracer.scene import Scene
-from raytracer.settings import Settings
 from raytracer.solids import Solid, with_leaves
-from raytracer.trade.configurations import Configuration, Extent, Plan, Target
+from raytracer.trade.configurations import MAIN, Configuration, Extent, Plan, Target
 from raytracer.translate import translated
 
 Change = Callable[[Material], Material]
@@ -39,7 +38,7 @@ class _Series(NamedTuple):
 
 def add_approximations(plan: Plan, scene: Scene, extent: Extent, renderer: Renderer) -> None:
     """Add to `plan` what the extent has of them. `renderer` makes the table of a measured material."""
-    settings = Settings(samples=extent.shading_samples)
+    settings = msgspec.structs.replace(plan.targets[MAIN].settings, samples=extent.shading_samples, shading=None)
     for series in _series(extent, renderer):
         name = f"{series.knob}: {series.exact[0]}"
         try:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import msgspec
 
+from raytracer.presets import Fields, combined, own
 from raytracer.sampling import SEQUENCES
 from raytracer.scene import Scene
 from raytracer.settings import Evaluator, Settings, Shadows
@@ -47,11 +48,15 @@ class Configuration(msgspec.Struct, frozen=True):
 
 
 class Plan(msgspec.Struct):
-    """All that is to be measured; `left_out` says of which knobs there is nothing, and why."""
+    """All that is to be measured; `left_out` says of which knobs there is nothing, and why.
+
+    `of_file`: what the scene file's [settings] give.
+    """
 
     targets: dict[str, Target]
     configurations: list[Configuration]
     left_out: list[tuple[str, str]]
+    of_file: Fields = {}
 
 
 class Extent(NamedTuple):
@@ -98,18 +103,25 @@ QUICK = Extent(
 MAIN = "hard shadows"
 
 
-def plan(scene: Scene, extent: Extent = FULL) -> Plan:
-    """What is tried on `scene`, apart from shading (approximations.py)."""
+def plan(scene: Scene, extent: Extent = FULL, of_file: Fields | None = None) -> Plan:
+    """What is tried on `scene`, apart from shading (approximations.py).
+
+    What is no knob, and what knobs are turned from, is as the scene file's [settings] have it; but for the shadows.
+    """
+    of_file = of_file or {}
+    base = msgspec.structs.replace(combined(own(of_file)), shadows="hard")
     round_scene, note = with_round_lights(scene)
-    targets = [Target(f"{kind} shadows", scene, Settings(shadows=kind)) for kind in ("hard", "off", "diluted")]
-    targets += [Target("soft shadows", round_scene, Settings(shadows="soft"))]
+    kinds = {"hard": scene, "off": scene, "diluted": scene, "soft": round_scene}
+    targets = [
+        Target(f"{kind} shadows", lit, msgspec.structs.replace(base, shadows=kind)) for kind, lit in kinds.items()
+    ]
     left_out = [("soft shadows", note)] if note else []
     if not scene.lights:
         targets = targets[:1]
         left_out = [("shadows", "the scene has no lights")]
-    found = Plan({target.name: target for target in targets}, [], left_out)
+    found = Plan({target.name: target for target in targets}, [], left_out, of_file)
     merged: dict[object, Configuration] = {}
-    for made in _configurations(extent):
+    for made in _configurations(extent, base):
         if made.target in found.targets:
             key = made.target, made.settings, made.scale, made.estimates
             known = merged.get(key)
@@ -122,38 +134,41 @@ def plan(scene: Scene, extent: Extent = FULL) -> Plan:
     return found
 
 
-def _configurations(extent: Extent) -> Iterator[Configuration]:
+def _configurations(extent: Extent, base: Settings) -> Iterator[Configuration]:
     for n in extent.samples:
-        yield configuration("samples", Settings(samples=n))
+        yield configuration("samples", base, samples=n)
     for n in extent.shadow_samples:
-        yield configuration("error estimate", Settings(samples=n), estimates=True)
+        yield configuration("error estimate", base, samples=n, estimates=True)
     for sequence in SEQUENCES:
         for n in extent.sequence_samples:
-            yield configuration("sequence", Settings(samples=n, sequence=sequence))
+            yield configuration("sequence", base, samples=n, sequence=sequence)
             if n <= max(extent.rays):
-                yield configuration("sequence, soft shadows", Settings(samples=n, sequence=sequence, shadows="soft"))
-    yield configuration("sequence", Settings(samples=1))
+                yield configuration("sequence, soft shadows", base, samples=n, sequence=sequence, shadows="soft")
+    yield configuration("sequence", base, samples=1)
     for n in extent.adaptive_samples:
-        yield configuration("adaptive", Settings(samples=n))
+        yield configuration("adaptive", base, samples=n)
         for threshold in extent.thresholds:
-            yield configuration("adaptive", Settings(samples=n, adaptive=threshold))
+            yield configuration("adaptive", base, samples=n, adaptive=threshold)
     for error in extent.errors:
-        yield configuration("max error", Settings(samples=4096, max_error=error))
+        yield configuration("max error", base, samples=4096, max_error=error)
     for kind in get_args(Shadows):
         for n in extent.rays if kind == "soft" else extent.shadow_samples:
-            yield configuration("shadows", Settings(samples=n, shadows=kind))
+            yield configuration("shadows", base, samples=n, shadows=kind)
     for precision in (32, 64):
-        yield configuration("precision", Settings(samples=extent.one, precision=precision))
+        yield configuration("precision", base, samples=extent.one, precision=precision)
     for evaluator in get_args(Evaluator):
-        yield configuration("evaluator", Settings(samples=extent.one, evaluator=evaluator))
+        yield configuration("evaluator", base, samples=extent.one, evaluator=evaluator)
     for n in extent.scale_samples:
         for scale in (1.0, *extent.scales):
-            yield configuration("resolution", Settings(samples=n), scale)
+            yield configuration("resolution", base, scale, samples=n)
 
 
-def configuration(knob: str, settings: Settings, scale: float = 1.0, *, estimates: bool = False) -> Configuration:
-    """A configuration of a picture with those shadows, labelled by what it is."""
-    label = describe(settings)
+def configuration(
+    knob: str, base: Settings, scale: float = 1.0, *, estimates: bool = False, **changes: Any
+) -> Configuration:
+    """`base` with some changes, labelled by what it is."""
+    settings = msgspec.structs.replace(base, **changes)
+    label = describe(settings, base)
     if scale != 1.0:
         label += f", at {scale:g} x the size"
     if estimates:
@@ -161,8 +176,8 @@ def configuration(knob: str, settings: Settings, scale: float = 1.0, *, estimate
     return Configuration((knob,), label, f"{settings.shadows} shadows", settings, scale, estimates)
 
 
-def describe(settings: Settings) -> str:
-    """In words, but for the shadows."""
+def describe(settings: Settings, base: Settings) -> str:
+    """In words, but for the shadows, and for what `base` has, too."""
     parts = []
     if settings.max_error is not None:
         parts.append(f"error {settings.max_error:g}")
@@ -174,9 +189,9 @@ def describe(settings: Settings) -> str:
         parts.append(f"{settings.samples} {settings.sequence}{grid}")
     if settings.adaptive is not None:
         parts.append(f"adaptive {settings.adaptive:g}")
-    if settings.precision != 32:
+    if settings.precision != base.precision:
         parts.append(f"{settings.precision} bits")
-    if settings.evaluator != "cells":
+    if settings.evaluator != base.evaluator:
         parts.append(settings.evaluator)
     return ", ".join(parts)
 

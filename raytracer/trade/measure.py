@@ -137,10 +137,10 @@ def _first(configuration: Configuration, trade: Trade, renderer: Renderer) -> Re
     result = Result(configuration, [])
     try:
         image, _ = picture(configuration, target, renderer, trade.size)
+        result.error = compare(image.radiance, truth.radiance)
     except (InputError, ShaderError) as error:
         result.refused = str(error).partition("\n")[0]
         return result
-    result.error = compare(image.radiance, truth.radiance)
     result.resolved = result.error.rmse > RESOLVED * truth.error or target.same_samples
     if image.estimate:
         result.samples = image.estimate.samples * configuration.scale**2

@@ -43,13 +43,26 @@ _HOW = (
 )
 
 
-def write(trade: Trade, renderer: Renderer, folder: Path) -> Path:
-    """Write trade.csv, trade.json and trade.html into `folder`; return the last. Raises InputError, OSError."""
-    for name, text in (("csv", as_csv(trade)), ("json", as_json(trade)), ("html", as_html(trade, renderer))):
-        path = folder / f"trade.{name}"
-        with written_whole(path) as file:
-            file.write(text.encode())
+def write_tables(trade: Trade, folder: Path) -> None:
+    """Write trade.csv and trade.json into `folder`. Raises OSError.
+
+    Before the page: it takes pictures, which may fail or be interrupted. One of another trade is not left beside them.
+    """
+    _write(folder / "trade.csv", as_csv(trade))
+    _write(folder / "trade.json", as_json(trade))
+    (folder / "trade.html").unlink(missing_ok=True)
+
+
+def write_page(trade: Trade, renderer: Renderer, folder: Path) -> Path:
+    """Write trade.html into `folder`, and return its path. Raises InputError, OSError."""
+    path = folder / "trade.html"
+    _write(path, as_html(trade, renderer))
     return path
+
+
+def _write(path: Path, text: str) -> None:
+    with written_whole(path) as file:
+        file.write(text.encode())
 
 
 def as_html(trade: Trade, renderer: Renderer) -> str:

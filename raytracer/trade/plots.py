@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from raytracer.checks import InputError
+from raytracer.settings import Settings
 from raytracer.trade.measure import Result, Trade
 from raytracer.trade.report import slopes
 from raytracer.trade.truths import RESOLVED
@@ -35,13 +36,20 @@ _WIDE = 5.0
 _LEAST = 1e-8
 
 
-def _figure(width: float, height: float) -> Any:
-    """An empty figure, which needs no screen."""
+def check_matplotlib() -> None:
+    """Raise InputError unless there is what plots are made by."""
     try:
-        from matplotlib.backends.backend_svg import FigureCanvasSVG
-        from matplotlib.figure import Figure
+        import matplotlib.figure  # noqa: F401
     except ImportError:
         raise InputError("plots need matplotlib, which is not installed: pip install 'roth-raytracer[plots]'") from None
+
+
+def _figure(width: float, height: float) -> Any:
+    """An empty figure, which needs no screen."""
+    check_matplotlib()
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasSVG(figure)
     return figure
@@ -63,8 +71,9 @@ def error_against_time(trade: Trade, target: str) -> str:
     axes = figure.add_subplot()
     results = trade.of(target)
     floor = RESOLVED * trade.truths[target].error
-    for k, kind in enumerate(dict.fromkeys(map(_kind, results))):
-        own = [result for result in results if _kind(result) == kind]
+    kinds = [_kind(result, trade.plan.targets[target].settings) for result in results]
+    for k, kind in enumerate(dict.fromkeys(kinds)):
+        own = [result for result, its in zip(results, kinds, strict=True) if its == kind]
         axes.plot(
             [1e3 * result.median for result in own],
             [_error(result) for result in own],
@@ -82,8 +91,8 @@ def error_against_time(trade: Trade, target: str) -> str:
     return _svg(figure)
 
 
-def _kind(result: Result) -> str:
-    """The sequence, unless another knob is turned."""
+def _kind(result: Result, base: Settings) -> str:
+    """The sequence, unless another knob is turned from where `base` has it."""
     configuration = result.configuration
     settings = configuration.settings
     if configuration.scale != 1.0:
@@ -94,7 +103,7 @@ def _kind(result: Result) -> str:
         return "adaptive"
     if settings.max_error is not None:
         return "max error"
-    if settings.precision != 32 or settings.evaluator != "cells":
+    if (settings.precision, settings.evaluator) != (base.precision, base.evaluator):
         return "precision, evaluator"
     return settings.sequence
 
@@ -189,8 +198,8 @@ def approximations(trade: Trade, targets: Sequence[str]) -> str:
     columns = 3
     rows = -(-len(targets) // columns)
     figure = _figure(3.4 * columns, 2.6 * rows)
-    for k, target in enumerate(targets):
-        axes = figure.add_subplot(rows, columns, k + 1)
+    for place, target in enumerate(targets, 1):
+        axes = figure.add_subplot(rows, columns, place)
         results = trade.of(target)
         exact = [result for result in results if result.error and result.error.rmse == 0.0]
         for k, result in enumerate(result for result in results if result not in exact):

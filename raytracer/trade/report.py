@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from raytracer.presets import chosen
+from raytracer.presets import Fields, flags, over
 from raytracer.sampling import SEQUENCES
-from raytracer.settings import Settings
 from raytracer.trade.configurations import MAIN
 from raytracer.trade.measure import Result, Trade
 from raytracer.trade.pareto import slope
@@ -40,26 +39,18 @@ _FIELDS: tuple[str, ...] = (
 )
 
 
-def flags(settings: Settings) -> str:
-    """What `raytracer render` takes for these settings: those that are not its defaults.
+def row(result: Result, of_file: Fields) -> dict[str, Any]:
+    """All that is known of a configuration, by the CSV's columns.
 
-    `samples` are left out where an error or a time is asked for, as the default is another one then.
+    `flags`: what `raytracer render` takes, over the file's [settings].
     """
-    return " ".join(
-        f"--{name.replace('_', '-')} {value:g}" if isinstance(value, float) else f"--{name.replace('_', '-')} {value}"
-        for name, value in chosen(settings).items()
-    )
-
-
-def row(result: Result) -> dict[str, Any]:
-    """All that is known of a configuration, by the CSV's columns."""
     configuration, error = result.configuration, result.error
     found: dict[str, Any] = dict.fromkeys(_FIELDS, None)
     found |= {
         "target": configuration.target,
         "configuration": configuration.label,
         "knobs": "; ".join(configuration.knobs),
-        "flags": flags(configuration.settings),
+        "flags": flags(over(of_file, configuration.settings)),
         "scale": configuration.scale,
         "refused": result.refused,
     }
@@ -88,7 +79,10 @@ def as_csv(trade: Trade) -> str:
     writer.writeheader()
     for result in trade.results:
         writer.writerow(
-            {key: f"{value:.6g}" if isinstance(value, float) else value for key, value in row(result).items()}
+            {
+                key: f"{value:.6g}" if isinstance(value, float) else value
+                for key, value in row(result, trade.plan.of_file).items()
+            }
         )
     return text.getvalue()
 
@@ -111,7 +105,7 @@ def as_json(trade: Trade) -> str:
             for name, knob in (("hard", "sequence"), ("soft", "sequence, soft shadows"))
         },
         "shadows": differences(trade),
-        "configurations": [{**row(result), "rounds": result.seconds} for result in trade.results],
+        "configurations": [{**row(result, trade.plan.of_file), "rounds": result.seconds} for result in trade.results],
     }
     return json.dumps(found, indent=1, allow_nan=False) + "\n"
 

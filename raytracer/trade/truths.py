@@ -13,7 +13,6 @@ from raytracer.checks import InputError
 from raytracer.progress import Progress
 from raytracer.renderer import Renderer
 from raytracer.scene import Scene
-from raytracer.settings import Settings
 from raytracer.solids import leaves
 from raytracer.trade.configurations import Target
 
@@ -50,8 +49,7 @@ def make_truth(
     """What `target` is at `size`: by the GPU, or by the float64 reference.
 
     "auto" is the GPU's, and says how far the reference is from it, of scenes of few primitives: with as many samples as
-    it can have in the time, the reference is off by more. It ends where 16 samples agree, and what they all miss in one
-    pixel, 2 x 4096 do not.
+    it can have in the time, the reference is off by more.
     """
     if target.same_samples:
         image = renderer.render(target.scene, size, target.settings, geometry=False, estimates=False)
@@ -95,22 +93,16 @@ def _by_gpu(
     picture's own estimate tells. A picture of n samples has n points in common with it, and differs from it by up to
     n / `samples` less than from the truth.
     """
-    bits = 64
+    settings = msgspec.structs.replace(target.settings, samples=samples, evaluator="cells", precision=64)
     try:
-        renderer.limits.check(target.scene, msgspec.structs.replace(target.settings, precision=64))
+        renderer.limits.check(target.scene, settings)
     except InputError:
-        bits = 32
+        settings = msgspec.structs.replace(settings, precision=32)
     first, second = (
         renderer.render(
             target.scene,
             size,
-            Settings(
-                samples=samples,
-                sequence=sequence,
-                precision=bits,
-                shadows=target.settings.shadows,
-                shading=target.settings.shading,
-            ),
+            msgspec.structs.replace(settings, sequence=sequence),
             geometry=False,
             progress=_half(progress, part),
         )
@@ -120,7 +112,7 @@ def _by_gpu(
     error = math.sqrt(float(np.mean((a - b) ** 2))) / 2.0
     if first.estimate and first.estimate.rmse is not None and target.settings.shadows == "soft":
         error = max(error, first.estimate.rmse)
-    kind = f"GPU, {bits} bits, 2 x {samples} samples a pixel"
+    kind = f"GPU, {settings.precision} bits, 2 x {samples} samples a pixel"
     return Truth((a + b) / 2.0, error, kind)
 
 

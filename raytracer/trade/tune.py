@@ -9,37 +9,33 @@ many more samples, by another sequence. Only what that finds counts.
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Iterable
-from statistics import median
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
-from raytracer.progress import Progress
 from raytracer.renderer import Renderer
 from raytracer.scene import Scene
 from raytracer.settings import ASKED_SAMPLES, Settings
+from raytracer.trade.stage import MOST, TIMES, Measured, Stage
 
 # 1, 2, 3, 4, 6, 8, 12, ... samples.
 LADDER = sorted({2**k for k in range(11)} | {3 * 2**k for k in range(9)})
 THRESHOLDS = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
 # With fewer, adaptive samples, of which all pixels get 3, leave out next to nothing.
 ADAPTIVE_FROM = 8
-# Of the error that is asked for: estimates are on the safe side by up to 1.4 (sampler.py), so less may do.
+# Of the error that is asked for: estimates are on the safe side by up to 1.4 (estimate.py), so less may do.
 ASKED_ERRORS = (1.0, 1.15, 1.3)
 
 # The side of the pictures on which candidates are ranked, of the picture's.
 _SMALL = 0.25
-# Samples of what pictures are compared with, for each of theirs; Roberts' points are off by a fifth as much then, or
-# less, which counts as the picture's own error.
-_TIMES, _FEWEST, _MOST = 16, 256, 4096
 # By how much predictions of errors and of times are taken to be wrong.
 _UNSURE_ERROR, _UNSURE_TIME = 1.1, 1.25
 # How many are tried at full size at a time, and how often each is timed; those within _CLOSE of the fastest more often.
 _FEW, _ROUNDS, _CLOSE, _MORE_ROUNDS = 6, 3, 1.4, 9
+# How far below what the most samples of LADDER leave an error may lie that more samples are tried for: that of smooth
+# pictures falls as their number grows.
+_HOPELESS = _UNSURE_ERROR * ASKED_SAMPLES / LADDER[-1]
 # How many times as long as usual a single picture may take.
 _ONCE = 2.5
 # How often each is timed at the small size.
@@ -50,29 +46,19 @@ _LEAST = 1e-7
 _THRESHOLD = 1.0, 60.0
 
 
-class Measured(NamedTuple):
-    """A picture's cost and error. `seconds`: those of render(), the median; `samples`: a pixel's, on average.
-
-    `least`: the shortest time. What else runs on the machine only adds, so that tells who is faster.
-    """
-
-    settings: Settings
-    seconds: float
-    error: float
-    samples: float
-    least: float
-
-
 class Tuned(msgspec.Struct, frozen=True):
     """What was found: the `pick`, or None if nothing meets the target; then `best` comes closest.
 
-    `tried`: how many at full size. `reference`: samples of what they were compared with.
+    `tried`: how many at full size. `reference`: samples of what they were compared with. `hopeless`: others were not
+    tried, as what was measured tells that they miss it, too. `complete` unless it was interrupted.
     """
 
     pick: Measured | None
     best: Measured
     tried: int
     reference: int
+    hopeless: bool = False
+    complete: bool = True
 
 
 def grid(base: Settings) -> list[Settings]:
@@ -88,68 +74,9 @@ def grid(base: Settings) -> list[Settings]:
 
 
 def asked(base: Settings, error: float) -> list[Settings]:
-    """Candidates that ask for an error."""
-    return [msgspec.structs.replace(base, samples=ASKED_SAMPLES, max_error=share * error) for share in ASKED_ERRORS]
-
-
-class Stage:
-    """Pictures of a scene at one size, and what they are compared with."""
-
-    def __init__(self, renderer: Renderer, scene: Scene, base: Settings, size: tuple[int, int]) -> None:
-        self._renderer, self._scene, self._base, self.size = renderer, scene, base, size
-        self._reference: NDArray[np.float64] | None = None
-        self.samples = 0
-        self._shared = base.shadows == "soft" and any(light.radius for light in scene.lights)
-        self._known: dict[Settings, Measured] = {}
-        self._compiled: set[tuple[bool, bool, bool]] = set()
-
-    def refer(self, samples: int, progress: Progress | None = None) -> None:
-        """Compare with a picture for pictures of so many samples."""
-        wanted = min(max(_FEWEST, _TIMES * samples), _MOST)
-        if wanted > self.samples:
-            self.samples = wanted
-            settings = msgspec.structs.replace(self._base, samples=wanted, sequence="r2")
-            image = self._renderer.render(
-                self._scene, self.size, settings, geometry=False, estimates=False, progress=progress
-            )
-            self._reference = image.radiance.astype(np.float64)
-            self._known.clear()
-
-    def measure(self, settings: Settings) -> Measured:
-        """Render for the error and one time; before that, where programs are not compiled yet, once for that."""
-        if settings not in self._known:
-            kind = settings.samples == 1, settings.adaptive is not None, settings.asks
-            if kind not in self._compiled:
-                self._compiled.add(kind)
-                self.seconds(settings)
-            begin = time.perf_counter()
-            image = self._renderer.render(self._scene, self.size, settings, geometry=False)
-            seconds = time.perf_counter() - begin
-            samples = image.estimate.samples if image.estimate else float(settings.samples)
-            self._known[settings] = Measured(settings, seconds, self._error(image.radiance, samples), samples, seconds)
-        return self._known[settings]
-
-    def seconds(self, settings: Settings) -> float:
-        """How long a picture takes."""
-        begin = time.perf_counter()
-        self._renderer.render(self._scene, self.size, settings, geometry=False)
-        return time.perf_counter() - begin
-
-    def _error(self, radiance: NDArray[Any], samples: float) -> float:
-        if self._reference is None:
-            return math.nan
-        error = math.sqrt(float(np.mean((radiance - self._reference) ** 2)))
-        # Points on lights are the same whatever the sequence: so much of the reference is the picture's own.
-        return error / (1.0 - min(0.5, samples / self.samples)) if self._shared else error
-
-    def in_turns(self, candidates: Iterable[Measured], rounds: int) -> list[Measured]:
-        """With so many times."""
-        found = list(candidates)
-        times: list[list[float]] = [[] for _ in found]
-        for _ in range(rounds):
-            for each, candidate in zip(times, found, strict=True):
-                each.append(self.seconds(candidate.settings))
-        return [each._replace(seconds=median(own), least=min(own)) for each, own in zip(found, times, strict=True)]
+    """Candidates that ask for an error: for that one, and for some others in few digits."""
+    errors = (error if share == 1.0 else float(f"{share * error:.3g}") for share in ASKED_ERRORS)
+    return [msgspec.structs.replace(base, samples=ASKED_SAMPLES, max_error=each) for each in errors]
 
 
 def tune(
@@ -165,20 +92,33 @@ def tune(
     """Search, for a root mean square error in linear radiance or for seconds: one of the two is given.
 
     `base`: what of the settings stays. `progress` is told, in words, what is measured next.
+    Ctrl-C ends it with the best of what was measured at full size by then; raises KeyboardInterrupt if nothing was.
     """
     small = Stage(renderer, scene, base, tuple(max(16, round(_SMALL * side)) for side in size))  # pyright: ignore[reportArgumentType]
     full = Stage(renderer, scene, base, size)
-    ranked = _ranked(small, full, base, max_error, time, progress)
     target = _Target(max_error, time)
+    try:
+        return _search(small, full, base, target, progress)
+    except KeyboardInterrupt:
+        if not (known := full.known()):
+            raise
+        met = sorted(filter(target.is_met, known), key=target.order)
+        best = met[0] if met else min(known, key=target.miss)
+        return Tuned(best if met else None, best, len(known), full.samples, complete=False)
+
+
+def _search(small: Stage, full: Stage, base: Settings, target: _Target, progress: Callable[[str], None]) -> Tuned:
+    ranked, hopeless = _ranked(small, full, base, target, progress)
+    extra = asked(base, target.max_error) if target.max_error is not None and not hopeless else []
     tried: list[Measured] = []
     count = 0
-    extra = asked(base, max_error) if max_error is not None else []
     while ranked or extra:
-        batch, ranked = extra + ranked[:_FEW], ranked[_FEW:]
+        batch, ranked = ranked[:_FEW], ranked[_FEW:]
+        candidates = extra + [predicted.settings for predicted in batch]
         extra = []
-        count += len(batch)
-        progress(f"{len(batch)} candidates at {size[0]}x{size[1]}")
-        found = [full.measure(settings) for settings in batch]
+        count += len(candidates)
+        progress(f"{len(candidates)} candidates at {full.size[0]}x{full.size[1]}")
+        found = [full.measure(settings) for settings in candidates]
         # What is far from the target needs no second look.
         found = full.in_turns(filter(target.is_near, found), _ROUNDS) or found
         if met := sorted(filter(target.is_met, found), key=target.order):
@@ -188,7 +128,12 @@ def tune(
         if met := list(filter(target.is_met, met)):
             pick = min(met, key=target.order)
             return Tuned(pick, pick, count, full.samples)
-    return Tuned(None, min(tried, key=target.miss), count, full.samples)
+        # By as much less than was predicted as the luckiest of these are the others taken to miss it.
+        ratios = (target.miss(full.measure(each.settings)) / max(target.miss(each), _LEAST) for each in batch)
+        luck = min(1.0, *ratios)
+        hopeful = [each for each in ranked if target.may_be_met(each, luck)]
+        hopeless, ranked = hopeless or len(hopeful) < len(ranked), hopeful
+    return Tuned(None, min(tried, key=target.miss), count, full.samples, hopeless=hopeless)
 
 
 class _Target(NamedTuple):
@@ -212,28 +157,37 @@ class _Target(NamedTuple):
         """How far it is from the target."""
         return found.error if self.max_error is not None else found.seconds
 
+    def may_be_met(self, predicted: Measured, share: float = 1.0) -> bool:
+        """Whether it may meet the target, where that share of what is predicted is true."""
+        if self.max_error is not None:
+            return share * predicted.error <= _UNSURE_ERROR * self.max_error
+        return share * predicted.seconds <= _UNSURE_TIME * (self.time or 0.0)
+
     def is_close(self, found: Measured, best: Measured) -> bool:
         """Whether times decide between the two."""
         return self.max_error is None or found.least <= _CLOSE * best.least
 
 
 def _ranked(
-    small: Stage,
-    full: Stage,
-    base: Settings,
-    max_error: float | None,
-    time: float | None,
-    progress: Callable[[str], None],
-) -> list[Settings]:
-    """Candidates that may well meet the target, the most promising first."""
+    small: Stage, full: Stage, base: Settings, target: _Target, progress: Callable[[str], None]
+) -> tuple[list[Measured], bool]:
+    """What candidates that may well meet the target are predicted to be at full size, the most promising first.
+
+    And whether there is no hope: then there is but the best of them.
+    """
+    max_error, time = target.max_error, target.time
     first = msgspec.structs.replace(base, samples=4)
     progress(f"numbers of samples at {small.size[0]}x{small.size[1]}")
-    small.refer(_MOST // _TIMES)
+    small.refer(MOST // TIMES)
     full.refer(first.samples)
     scale = _scale(small, full, first)
     start = _first_fixed(small, scale, base, max_error, time)
-    progress(f"what pictures are compared with, {_TIMES} times {start.samples} samples")
+    predicted = small.measure(start).error * scale[0]
+    hopeless = max_error is not None and predicted > _HOPELESS * max_error
+    progress(f"what pictures are compared with, {TIMES} times {start.samples} samples")
     full.refer(start.samples * (1 if max_error is not None else 4))
+    if hopeless:
+        return [small.measure(start)._replace(error=predicted)], True
     scales = {False: _scale(small, full, start)}
     error = max_error if max_error is not None else max(scales[False][0] * small.measure(start).error, _LEAST)
     near = [
@@ -249,22 +203,18 @@ def _ranked(
     k = LADDER.index(start.samples)
     near += [msgspec.structs.replace(base, samples=n) for n in LADDER[max(0, k - 2) : k + 3]]
     progress(f"{len(near)} candidates at {small.size[0]}x{small.size[1]}")
-    predicted = []
+    predictions = []
     for found in small.in_turns([small.measure(settings) for settings in near], _SMALL_ROUNDS):
         settings = found.settings
         by_error, by_time = scales[settings.adaptive is not None]
-        predicted.append(
+        predictions.append(
             found._replace(error=by_error * found.error, seconds=by_time * found.least, least=by_time * found.least)
         )
-    target = _Target(
-        None if max_error is None else _UNSURE_ERROR * max_error, None if time is None else _UNSURE_TIME * time
-    )
-    met = sorted(filter(target.is_met, predicted), key=target.order)
-    rest = sorted((each for each in predicted if not target.is_met(each)), key=target.miss)
-    ranked = [each.settings for each in (*met, *rest)]
+    met = sorted(filter(target.may_be_met, predictions), key=target.order)
+    ranked = met + sorted((each for each in predictions if not target.may_be_met(each)), key=target.miss)
     # The plain one is among the first: it is the one whose time is known best.
-    plain = next((settings for settings in ranked if settings.adaptive is None), None)
-    return list(dict.fromkeys((*filter(None, [plain]), *ranked)))
+    plain = [each for each in ranked if each.settings.adaptive is None][:1]
+    return plain + [each for each in ranked if each not in plain], False
 
 
 def _scale(small: Stage, full: Stage, settings: Settings) -> tuple[float, float]:
