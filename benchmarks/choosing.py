@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import raytracer as rt
+from raytracer.presets import flags, over
 from raytracer.progress import progress_bar
 from raytracer.renderer import shared_renderer
 from raytracer.sampling import SEQUENCES, sample_points
@@ -22,8 +23,8 @@ from raytracer.trade import plots
 from raytracer.trade.approximations import add_approximations
 from raytracer.trade.configurations import FULL, MAIN, QUICK, plan
 from raytracer.trade.measure import Result, Trade, measure
-from raytracer.trade.page import write
-from raytracer.trade.report import differences, flags, slopes
+from raytracer.trade.page import write_page, write_tables
+from raytracer.trade.report import differences, slopes
 
 # Of discs and lines, in spacings of samples.
 _WIDTHS = (0.25, 0.5, 1.0, 1.5, 2.0)
@@ -51,7 +52,7 @@ def front(trade: Trade) -> str:
     rows = []
     for result in found:
         configuration = result.configuration
-        text = f"`{flags(configuration.settings) or '--samples 1'}`"
+        text = f"`{flags(over({}, configuration.settings)) or '--samples 1'}`"
         if configuration.scale != 1.0:
             text += f" at {configuration.scale:g} times the size"
         rows.append([text, _ms(result), f"{result.samples:.1f}", _error(result)])
@@ -93,7 +94,7 @@ def exact(trade: Trade) -> str:
     return _table(
         ["16 samples", "ms", "error"],
         [
-            [f"`{flags(result.configuration.settings) or 'as it is'}`", _ms(result), _error(result)]
+            [f"`{flags(over({}, result.configuration.settings)) or 'as it is'}`", _ms(result), _error(result)]
             for result in own.values()
         ],
     )
@@ -156,7 +157,8 @@ def main() -> None:
     trade = measure(scene, planned, renderer, size, options.rounds, progress_bar, source="gpu")
     folder = options.docs / "choosing"
     folder.mkdir(exist_ok=True)
-    write(trade, renderer, folder)
+    write_tables(trade, folder)
+    write_page(trade, renderer, folder)
     drawn = {
         "time": plots.error_against_time(trade, MAIN),
         "samples": plots.error_against_samples(trade, "sequence"),
