@@ -4,8 +4,8 @@ python -m benchmarks.estimates [--scenes N] [--first SEED] [--check N] [-o FOLDE
 
 Of each scene: the estimate with 2, 4, ... 64 samples, and a picture for an error drawn at random between those of 64
 and of 2. What is true is what a picture converges to whose error is estimated to be a fifth of that with 64 samples
-(2048 at most); of the first `--check` scenes also, by another sequence, 512 samples of all pixels. Scenes whose rows
-the .csv has are not measured again: it may be interrupted.
+(2048 at most); of every `--check`th scene also, by another sequence, 512 samples of all pixels. Scenes whose rows the
+.csv has are not measured again: it may be interrupted.
 """
 
 import argparse
@@ -118,7 +118,7 @@ def main() -> None:
     columns = ["seed", "shadows", *(f"ratio {n}" for n in SAMPLES)]
     columns += ["asked", "true", "said", "samples", "other truth 16", "seconds"]
     for seed in track(seeds, "scenes"):
-        row = measured(shared_renderer(), seed, seed < options.first + options.check)
+        row = measured(shared_renderer(), seed, seed % options.check == 0)
         rows.append({key: str(row.get(key, "")) for key in columns})
         with path.open("w", newline="") as file:
             writer = csv.DictWriter(file, columns)

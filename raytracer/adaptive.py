@@ -15,6 +15,11 @@ may cut 1 / n off a pixel that no sample of it sees, 1 / (2 n) on average. That 
 as many, a block stops if no pixel of its own has an error above the threshold. So what is decided on a block depends on
 no pixel more than APRON away.
 
+Where an error or a time is asked for, blocks stop by what movement.py tells of them instead: with 8, 16, 32, ...
+samples those stop that together hold next to none of the squared error asked for, or to be had in the time. They must
+have held as little with half the samples already; and none stops if all that held as little then turned out to hold
+much more.
+
 What cannot be seen is what none of the FIRST samples of all these pixels meets: a ball of a quarter of a pixel,
 a thin line. The sums' rounding to float32 makes an error of about 2e-4 times a pixel's radiance where there is
 none: a threshold as low as that chooses by chance, though always the same.
@@ -45,7 +50,7 @@ APRON = 1
 MARGIN = CELL + BLOCK + APRON
 # The share of the squared error asked for that blocks may hold which get no more samples: a fortieth of the error.
 _LEFT = 0.05
-# How much more than that the blocks may hold that would have been left with half the samples.
+# How much more than that the blocks may hold that could have been left with half the samples.
 _MISJUDGED = 2.0
 
 
@@ -84,7 +89,13 @@ class Refinement:
     def begin(self, blocks: Blocks) -> None:
         """Turn to a tile."""
         self._blocks = blocks
-        self._unneeded: Mask | None = None
+        self._surest: Mask | None = None  # what could be left as it is, at the last look
+
+    def warm(self, blocks: Blocks, radiance: moderngl.Texture) -> None:
+        """Have the driver compile all that decide() draws."""
+        self.begin(blocks)
+        for find in self._errors:
+            self._find(find, NEXT, NEXT, radiance)
 
     def decide(self, done: int, summed: int, radiance: moderngl.Texture, expected: float) -> None:
         """Have those blocks drawn that need more samples than the `done` ones, `summed` of them in `radiance`.
@@ -102,16 +113,18 @@ class Refinement:
     def _found(self, done: int, summed: int, radiance: moderngl.Texture) -> np.ndarray:
         """(rows, columns): the error of each block, 0 in cells that nothing is decided of any more."""
         # Later, pixels around a block may have fewer samples.
-        find = self._errors[0 if self._blocks.active.all() else 1]
+        return self._find(self._errors[0 if self._blocks.active.all() else 1], done, summed, radiance)
+
+    def _find(self, errors: BlockPass, done: int, summed: int, radiance: moderngl.Texture) -> np.ndarray:
         radiance.use(0)
-        return find.find(self._blocks, self._blocks.cells, radianceSum=0, summed=float(summed), samples=float(done))[
-            ..., 0
-        ]
+        blocks, numbers = self._blocks, {"summed": float(summed), "samples": float(done)}
+        return errors.find(blocks, blocks.cells, radianceSum=0, **numbers)[..., 0]
 
     def _without(self, errors: np.ndarray, squares: np.ndarray, more: float) -> Mask:
-        """Which active blocks can be left as they are: the surest ones, that together hold a small share of the squared
-        error that there is to be at last. But none if those that would have been left with half the samples turned
-        out to hold much more: then there are things that so many samples often miss.
+        """Which active blocks can be left as they are: of the surest ones, that together hold a small share of the
+        squared error that there is to be at last, those that were among the surest with half the samples, too. But none
+        if what was found so then turns out to hold much more now: then there are things that so many samples often
+        miss.
         """
         asked = squares.sum() / max(more, 1.0) ** (2.0 * P)
         if self._settings.max_error is not None:
@@ -120,14 +133,14 @@ class Refinement:
         left = _LEFT * asked - squares[~active].sum()
         surest = np.argsort(errors[active], kind="stable")
         count = np.searchsorted(np.cumsum(squares[active][surest]), left, side="right")
-        unneeded = np.zeros(active.shape, bool)
         chosen = np.zeros(len(surest), bool)
         chosen[surest[:count]] = True
-        unneeded[active] = chosen
-        before, self._unneeded = self._unneeded, unneeded
-        if before is None or squares[before].sum() > _MISJUDGED * _LEFT * asked:
+        now = np.zeros(active.shape, bool)
+        now[active] = chosen
+        before, self._surest = self._surest, now
+        if before is None or squares[before & active].sum() > _MISJUDGED * _LEFT * asked:
             return np.zeros(active.shape, bool)
-        return unneeded
+        return before & now
 
     def close(self) -> None:
         """Give back everything on the GPU but the programs."""

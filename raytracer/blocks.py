@@ -39,15 +39,18 @@ class Blocks:
         self.cells = np.asarray(by_cell.any(axis=(1, 3)))
         self._passes.draw_only(self.active, self.area[:2])
 
-    def samples_in(self, tile: Rectangle) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-        """(H, W) and, the same for each channel, (H, W, 3): how many samples each pixel got in a part of the area,
-        top row first.
-        """
+    def samples_in(self, tile: Rectangle) -> NDArray[np.int32]:
+        """(H, W), top row first: how many samples each pixel got in a part of the area."""
         x, y, width, height = tile[0] - self.area[0], tile[1] - self.area[1], tile[2], tile[3]
         samples = self.samples.repeat(BLOCK, axis=1)[:, x : x + width].repeat(BLOCK, axis=0)[y : y + height]
-        # Rows last: they are copied whole. By broadcasting, a division takes three times as long.
+        return samples[::-1]
+
+    def divisors_in(self, tile: Rectangle) -> NDArray[np.float32]:
+        """(H, W, 3): the same for each channel. By broadcasting, a division takes three times as long."""
+        x, y, width, height = tile[0] - self.area[0], tile[1] - self.area[1], tile[2], tile[3]
+        # Rows last: they are copied whole.
         each = self.samples.astype(np.float32).repeat(3 * BLOCK, axis=1)[:, 3 * x : 3 * (x + width)]
-        return samples[::-1], each.repeat(BLOCK, axis=0)[y : y + height][::-1].reshape(height, width, 3)
+        return each.repeat(BLOCK, axis=0)[y : y + height][::-1].reshape(height, width, 3)
 
     def part(self, tile: Rectangle) -> tuple[slice, slice]:
         """Where the blocks of a tile are in the arrays."""

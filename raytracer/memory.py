@@ -24,7 +24,7 @@ def check_memory(needed: int, size: tuple[int, int]) -> None:
     gib, physical = needed / 2**30, physical_memory()
     if physical is not None and needed > physical:
         raise InputError(
-            f"--size: expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
+            f"size: expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
             f"got {size[0]}x{size[1]}, which needs {gib:.1f} GiB"
         )
     if needed > _WORTH_MENTION:

@@ -17,8 +17,8 @@ from raytracer.squares import Mask, Rectangle, Squares, runs, viewport
 
 Array = NDArray[np.float64]
 
-# A tile in whose cells with anything in them are more pixels is judged by every fifth cell: a knight's moves apart, so
-# that some are in each row, column and diagonal.
+# In a tile in whose cells with anything in them are more pixels, every fifth cell tells what moved: they are a knight's
+# moves apart, so that some are in each row, column and diagonal.
 _ENOUGH, _PART = 2**18, 5
 
 
@@ -36,7 +36,7 @@ class Movement:
         self._passes: dict[bool, tuple[BlockPass, Squares]] = {}
 
     def begin(self, blocks: Blocks, *, sparse: bool) -> None:
-        """Turn to a tile. `sparse`: a large one may be judged by a part of it."""
+        """Turn to a tile. `sparse`: of a large one it may be a part of it that tells what moved."""
         self._blocks = blocks
         self._looked = np.ones_like(blocks.cells)
         if sparse and blocks.cells.sum() * CELL**2 > _ENOUGH:
@@ -45,9 +45,17 @@ class Movement:
         self._share = self._looked[blocks.cells].mean() if blocks.cells.any() else 1.0
         self._copied = 0  # of how many samples `_earlier` holds the sums
         shape = blocks.active.shape
-        # Of each block, when it was looked at last: after how many samples, and what was found.
+        # Of each block, when it was looked at last: after how many samples, how far its means had moved, and how far
+        # apart its samples lie, which is found of all blocks.
         self.at: NDArray[np.int32] = np.zeros(shape, np.int32)
         self._moved, self._variance, self._most = (np.zeros(shape, np.float32) for _ in range(3))
+
+    def warm(self, blocks: Blocks, radiance: moderngl.Texture) -> None:
+        """Have the driver compile all that look() draws."""
+        self.begin(blocks, sparse=False)
+        total = np.zeros((blocks.area[3], blocks.area[2], 3), np.float32)
+        for n in (2, 4, 8):
+            self.look(n, min(n, 4), radiance, total, last=False)
 
     def look(
         self, n: int, summed: int, radiance: moderngl.Texture, total: NDArray[np.floating] | None, *, last: bool
@@ -66,12 +74,11 @@ class Movement:
             self._before.use(2)
         radiance.use(0)
         blocks, (find, squares) = self._blocks, self._compiled(before)
-        cells = blocks.cells & self._looked
         if self._copied:
             self._earlier.use(1)
             found = find.find(
                 blocks,
-                cells,
+                blocks.cells,
                 radianceSum=0,
                 earlierSum=1,
                 summedBefore=2,
@@ -79,10 +86,9 @@ class Movement:
                 summed=float(summed),
                 samples=float(n),
             )
-            per = CELL // BLOCK
-            self._note(n, found, blocks.active & cells.repeat(per, axis=0).repeat(per, axis=1))
+            self._note(n, found)
         if not last:
-            self._keep(squares, cells)
+            self._keep(squares, blocks.cells & self._looked)
             self._copied = n
 
     def _compiled(self, before: bool) -> tuple[BlockPass, Squares]:
@@ -102,10 +108,12 @@ class Movement:
         self._copy.viewport, self._copy.scissor = port, area
         squares.draw()
 
-    def _note(self, n: int, found: NDArray[np.float32], active: NDArray[np.bool_]) -> None:
-        self.at[active] = n
-        for mine, new in zip((self._moved, self._variance, self._most), np.moveaxis(found, 2, 0), strict=False):
-            mine[active] = new[active]
+    def _note(self, n: int, found: NDArray[np.float32]) -> None:
+        active = self._blocks.active
+        self._variance[active], self._most[active] = found[active, 1], found[active, 2]
+        per = CELL // BLOCK
+        active = active & self._looked.repeat(per, axis=0).repeat(per, axis=1)
+        self.at[active], self._moved[active] = n, found[active, 0]
 
     def squares(self) -> Array:
         """(rows, columns): of each block the squared error of all its pixels and channels together."""
@@ -122,11 +130,12 @@ class Movement:
         """What is found of a tile's blocks."""
         part = self._blocks.part(tile)
         squares, samples = self.squares()[part], np.maximum(self._blocks.samples[part], 1)
-        scales = np.zeros(samples.max() + 1)
+        spread, looked = self._variance[part] / samples, self.at[part] > 0
+        scales = np.full(samples.max() + 1, _scale(squares, spread, looked))
         for n in np.unique(samples):
-            those = samples == n
-            if spread := (self._variance[part][those].sum(dtype=float)) / n:
-                scales[n] = squares[those].sum() / spread
+            those = looked & (samples == n)
+            if those.any():
+                scales[n] = _scale(squares, spread, those)
         worst = scales[samples] * self._most[part] / samples
         row, column = np.unravel_index(int(worst.argmax()), worst.shape)
         y, x = (int(index + where.start) * BLOCK + BLOCK // 2 for index, where in zip((row, column), part, strict=True))
@@ -143,3 +152,9 @@ class Movement:
             find.close()
             squares.release()
         release(self._context, self._copy, self._earlier, *filter(None, [self._before]))
+
+
+def _scale(squares: Array, spread: Array, those: Mask) -> float:
+    """What the squared errors of some blocks are of what they would be if their samples were independent."""
+    total = float(spread[those].sum(dtype=float))
+    return float(squares[those].sum()) / total if total else 0.0

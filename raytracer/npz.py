@@ -5,6 +5,7 @@ Little can inflate to much. Every error is an `InputError`, without the file's n
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Iterable
 from typing import IO, TYPE_CHECKING, Any
 
@@ -13,9 +14,11 @@ from raytracer.checks import InputError, shown
 if TYPE_CHECKING:
     from zipfile import ZipFile, ZipInfo
 
-# A zip archive lists its members by this signature at its end, in 46 bytes and the name each. What this program
-# writes has 6 members; to list a million of them would take zipfile long.
-_MEMBER, _MEMBERS, _DIRECTORY = b"PK\x01\x02", 64, 1 << 16
+# A zip archive lists its members in a directory, whose length its end states. What this program writes has 8 members,
+# of some 60 bytes each there; to list a million of them would take zipfile long.
+_DIRECTORY = 1 << 14
+# The archive's end as NumPy writes it, without a comment, and what would stand before it and replace it in a large one.
+_END, _LARGE, _LARGE_SIZE = struct.Struct("<4s4H2LH"), b"PK\x06\x07", 20
 
 # (name, shape, dtype) of an array that is about to be read: raises InputError if that should not be.
 Check = Callable[[str, tuple[int, ...], Any], None]
@@ -31,9 +34,7 @@ def read_arrays(
     from zipfile import ZipFile  # takes long to import
 
     try:
-        file.seek(-min(_DIRECTORY, file.seek(0, 2)), 2)
-        if file.read().count(_MEMBER) > _MEMBERS:
-            raise ValueError("it has too many members")
+        _check_directory(file)
         with ZipFile(file) as archive:
             members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
             names = list(choose([*members]))
@@ -44,6 +45,18 @@ def read_arrays(
         raise
     except Exception as error:  # what damaged archives and headers can raise is not written down anywhere
         raise InputError(f"expected an .npz file: {' '.join(str(error).split())[:100]}") from None
+
+
+def _check_directory(file: IO[bytes]) -> None:
+    """Raise ValueError unless zipfile will read a short directory, from an end that cannot be taken for another."""
+    tail = _LARGE_SIZE + _END.size
+    file.seek(-min(tail, file.seek(0, 2)), 2)
+    data = file.read().rjust(tail, b"\0")
+    signature, _, _, _, _, size, _, comment = _END.unpack(data[_LARGE_SIZE:])
+    if signature != b"PK\x05\x06" or comment or data.startswith(_LARGE):
+        raise ValueError("File is not a zip file as numpy.savez writes it")
+    if size > _DIRECTORY:
+        raise ValueError("it has too many members")
 
 
 def _array(archive: ZipFile, info: ZipInfo, name: str, check: Check, most: int) -> Any:

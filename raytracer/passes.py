@@ -165,6 +165,16 @@ class Passes:
         for program, cells in self._drawn.items():
             self._set_squares(program, cells[part].repeat(per, axis=0).repeat(per, axis=1) & blocks, (x, y))
 
+    def warm(self, area: Rectangle) -> None:
+        """Have the driver compile what draws of cells and of blocks need, by draws that are clipped to an area."""
+        assert self._programs and self._programs.shade
+        for k in range(2):
+            self.draw(area, k, anew=k == 0)
+        per = CELL // BLOCK
+        self.draw_only(np.ones([per * side for side in self._drawn[self._programs.shade].shape], bool), (0, 0))
+        self.draw(area, 1, anew=False)
+        self._draw_size.clear()  # of so few pixels it tells nothing
+
     def cells(self, area: Rectangle) -> Mask:
         """(rows, columns): in which cells of an area, whole ones, something may be seen."""
         assert self._programs and self._programs.shade

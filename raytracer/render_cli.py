@@ -62,7 +62,8 @@ def render(options: argparse.Namespace) -> int:
     flags = given(options)
     combined(flags)
     scene, of_file = parse_all(*read(options.scene))
-    settings = combined(of_file, flags)
+    with about(f"{options.scene}: [settings] and the options given"):  # that exclude each other
+        settings = combined(of_file, flags)
     size = flags.get("size") or of_file.get("size") or DEFAULT_SIZE
 
     # Next to nothing of what an import makes is garbage: it is not looked for, now or when all ends.

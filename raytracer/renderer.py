@@ -44,7 +44,7 @@ from raytracer.sight import has_quiet
 if TYPE_CHECKING:
     from raytracer.context import Backend
 
-# Side of a tile in pixels. A tile's targets take up to 48 bytes a pixel, 201 MB at this size.
+# Side of a tile in pixels. A tile's targets take up to 60 bytes a pixel, 252 MB at this size.
 TILE = 2048
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
 # quiet cells than it takes to compile.
@@ -75,7 +75,8 @@ def render(
     """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
 
     See `Settings` for `samples` to `bounces`, whose defaults hold for what is None; but `samples` is 4096 where
-    `max_error` or `time` is given. `quality` is a name for some (presets.py), and what is given comes before it.
+    `max_error` or `time` is given. `quality` is a name for some (presets.py), and what is given comes before it; a
+    None takes nothing of it back.
     The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
     `backend` is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl",
     "window" or "osmesa"; the context is kept for the next call. `progress(done, total)` is called after each pass.
@@ -133,11 +134,13 @@ def metadata(
     return text
 
 
-def _why_unknown(settings: Settings, samples: float) -> str:
+def _why_unknown(settings: Settings, estimates: bool) -> str:
     """Why a picture does not know its error."""
     if settings.sequence != "sobol":
         return f"samples of the sequence {settings.sequence} do not tell it"
-    return "1 sample a pixel" if samples < 2.0 else "not asked for"
+    if not estimates:
+        return "not asked for"
+    return "1 sample a pixel" if settings.samples == 1 else "some pixels got 1 sample, for want of time"
 
 
 class Renderer:
@@ -194,6 +197,8 @@ class Renderer:
             quiet = not only or width * height * settings.samples >= _WORTH_QUIET
             passes.load(self.programs(scene, settings, quiet=quiet), scene, settings, size)
             sampler = stack.enter_context(closing(self.sampler(settings, target, estimates=estimates)))
+            if settings.time is not None:
+                sampler.warm(passes)
             begin = time.perf_counter()
             for i, rectangle in enumerate(tiles):
                 done = partial(_add_progress, progress, i * settings.samples, len(tiles) * settings.samples)
@@ -219,7 +224,7 @@ class Renderer:
         if len(moved) == len(tiles):
             estimate = estimated(moved, size, samples, took)
         else:
-            estimate = Estimate(samples, took, unknown=_why_unknown(settings, samples))
+            estimate = Estimate(samples, took, unknown=_why_unknown(settings, estimates))
         return msgspec.structs.replace(image, estimate=estimate, metadata=metadata(scene, size, settings, estimate))
 
     def _find_geometry(

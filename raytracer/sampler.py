@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from functools import partial
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from raytracer.adaptive import MARGIN, Refinement, surrounded
 from raytracer.blocks import Blocks
+from raytracer.cells import CELL
 from raytracer.estimate import Moved, is_surely_below
 from raytracer.glsl_source import Source
 from raytracer.movement import Movement
@@ -25,6 +27,10 @@ from raytracer.squares import Rectangle
 SUMMED = 256
 
 
+# Of the time that it takes to end a tile: that is taken longer than it was, as what comes after it takes some, too.
+_ENDING = 1.25
+
+
 class Summed(NamedTuple):
     """What one tile came to. Arrays have the top row first."""
 
@@ -32,6 +38,24 @@ class Summed(NamedTuple):
     samples: NDArray[np.int32] | int  # (H, W), or of all alike
     moved: Moved | None  # None where nothing moved can be told from
     error: NDArray[np.float32] | None  # (H, W)
+
+
+class _Sums:
+    """The sums of a tile's samples, as they are read from the GPU, and of the first of them their variance."""
+
+    def __init__(self, passes: Passes, blocks: Blocks, *, errors: bool) -> None:
+        self.passes, self.blocks, self.errors = passes, blocks, errors
+        self.total: Any = None  # (H, W, 3) of the area
+        self.variance: NDArray[np.float32] | None = None  # (H, W)
+
+    def read(self) -> None:
+        """Add what has been summed since the last time."""
+        whole = (0, 0, *self.blocks.area[2:])
+        found = self.passes.read_sum(whole)
+        if self.errors and self.variance is None:
+            self.variance = self.passes.read_variance(whole, self.blocks.samples_in(self.blocks.area))
+        # A second part makes it float64. Until then that would change no bit of the quotient.
+        self.total = found if self.total is None else np.add(self.total, found, dtype=np.float64)
 
 
 class Sampler:
@@ -52,7 +76,9 @@ class Sampler:
         self._settings = settings
         tells = settings.sequence == "sobol" and settings.samples > 1
         self._movement = Movement(context, program, target) if tells and (estimates or settings.asks) else None
-        self._refinement = Refinement(context, program, target, settings, self._movement) if settings.refines else None
+        # Of other sequences' samples nothing is known that decides where more are needed.
+        decides = settings.adaptive is not None or (settings.asks and tells)
+        self._refinement = Refinement(context, program, target, settings, self._movement) if decides else None
 
     @staticmethod
     def margin(settings: Settings) -> int:
@@ -74,59 +100,73 @@ class Sampler:
         `progress` is told how many samples there are.
         """
         settings, movement, refinement = self._settings, self._movement, self._refinement
-        begin = now = time.perf_counter()
-        reading = 0.0
+        until = math.inf if seconds is None else time.perf_counter() + seconds
+        drawing = judging = ending = 0.0  # seconds that each took last
         area = surrounded(tile, size) if refinement else tile
         blocks = Blocks(area, passes)
         if movement:
             movement.begin(blocks, sparse=not settings.asks)
         if refinement:
             refinement.begin(blocks)
-        total: Any = None
+        sums = _Sums(passes, blocks, errors=errors and movement is not None)
         done, last = 0, False
-        variance: NDArray[np.float32] | None = None
         while not last:
             done += 1
             summed = (done - 1) % SUMMED + 1
-            drawing = time.perf_counter()
+            begin = time.perf_counter()
             passes.draw(area, done - 1, anew=summed == 1)
-            spent = time.perf_counter() - drawing
-            # To read the sums takes no longer than to draw all pixels.
-            reading = spent if blocks.active.all() else reading
+            drawing = time.perf_counter() - begin
             blocks.samples += blocks.active
+            begin = time.perf_counter()
+            if done == 1 and begin + drawing < until < math.inf:  # to know how long it takes, or a little less
+                self._ended(_Sums(passes, blocks, errors=sums.errors), tile, done)
+                ending = _ENDING * (time.perf_counter() - begin)
+                begin = time.perf_counter()
             last = done == settings.samples
-            if movement and self._looks(done):
-                movement.look(done, summed, passes.radiance, total, last=2 * done > settings.samples)
+            looks = movement and self._looks(done)
+            if movement and looks:
+                movement.look(done, summed, passes.radiance, sums.total, last=2 * done > settings.samples)
             if movement and settings.max_error is not None:
                 last |= is_surely_below(settings.max_error, partial(movement.rmse, tile), done)
             if refinement and not last:
-                expected = (
-                    settings.samples
-                    if seconds is None
-                    else done + (begin + seconds - time.perf_counter()) / max(spent, 1e-9)
-                )
+                expected = done + (until - ending - time.perf_counter()) / max(drawing, 1e-9)
                 refinement.decide(done, summed, passes.radiance, min(expected, settings.samples))
                 last = not blocks.active.any()
-            before, now = now, time.perf_counter()
-            if seconds is not None and now + (now - before) + reading > begin + seconds:
-                last = True
-            if last or summed == SUMMED:
-                whole = (0, 0, *area[2:])
-                found = passes.read_sum(whole)
-                if errors and movement and variance is None:
-                    variance = passes.read_variance(whole, blocks.samples_in(area)[0])
-                # A second part makes it float64. Until then that would change no bit of the quotient.
-                total = found if total is None else np.add(total, found, dtype=np.float64)
+            now = time.perf_counter()
+            if looks:
+                judging = now - begin
+            last |= now + drawing + (judging if self._looks(done + 1) else 0.0) + ending > until
+            if summed == SUMMED and not last:
+                sums.read()
             progress(settings.samples if last else done)
-        samples, count = blocks.samples_in(tile) if refinement else (done, done)
-        moved = movement.moved(tile) if movement and done > 1 else None
+        return self._ended(sums, tile, done)
+
+    def _ended(self, sums: _Sums, tile: Rectangle, done: int) -> Summed:
+        """What a tile came to, after `done` passes."""
+        sums.read()
+        area, blocks = sums.blocks.area, sums.blocks
+        samples = blocks.samples_in(tile) if self._refinement else done
+        count = blocks.divisors_in(tile) if self._refinement else done
+        moved = self._movement.moved(tile) if self._movement else None
+        if done == 1:
+            moved = None  # which takes as long, but is no movement
         error = None
         # Of the area, from its top, what is the tile's.
         x, top = tile[0] - area[0], area[1] + area[3] - tile[1] - tile[3]
         where = slice(top, top + tile[3]), slice(x, x + tile[2])
-        if moved and variance is not None:
-            error = np.sqrt(variance[where] * (moved.scales[samples] / samples / 3.0), dtype=np.float32)
-        return Summed(np.divide(total[where], count), samples, moved, error)
+        if moved and sums.variance is not None:
+            error = np.sqrt(sums.variance[where] * (moved.scales[samples] / samples / 3.0), dtype=np.float32)
+        return Summed(np.divide(sums.total[where], count), samples, moved, error)
+
+    def warm(self, passes: Passes) -> None:
+        """Have the driver compile all that sum() may draw, so that it takes nothing of a picture's time."""
+        area = (0, 0, CELL, CELL)
+        passes.warm(area)
+        blocks = Blocks(area, passes)
+        blocks.cells[:], blocks.samples[:] = True, 2
+        for thing in filter(None, (self._movement, self._refinement)):
+            thing.warm(blocks, passes.radiance)
+        self._ended(_Sums(passes, blocks, errors=True), area, 2)
 
     def _looks(self, done: int) -> bool:
         """Whether to see what moved: at all powers of two, or at the last two."""

@@ -62,7 +62,8 @@ class Settings(msgspec.Struct, frozen=True):
     `sequence`: where in a pixel its samples lie (sampling.py); "grid", "rotated" and "corners" take a square number.
     `max_error`: None, or the root mean square error in linear radiance, above 0, such as 0.002: samples are added,
     up to `samples`, until it is estimated to be less (estimate.py). `time`: None, or seconds, above 0: samples are
-    added, up to `samples`, as long as they last; the programs are compiled before.
+    added, up to `samples`, as long as they last. Programs are compiled before, and what the centre rays of pixels see
+    (geometry) is found before.
     """
 
     samples: int = 1
@@ -173,5 +174,5 @@ def _reach_of_many(instances: Instances, eye: Vec3) -> tuple[float, float]:
 
 
 def _check_choice(key: str, value: object, choices: tuple[str | int | None, ...]) -> None:
-    if value not in choices:
+    if not any(value == choice and type(value) is type(choice) for choice in choices):  # 64.0 is no number of bits
         raise InputError(f"{key}: expected one of {', '.join(map(str, choices))}, got {shown(value)}")

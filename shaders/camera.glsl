@@ -34,7 +34,7 @@ uvec2 pixelDigits() {
 // From the pixel's centre, in half pixels, +y up: within [-1, 1], and exact.
 real2 samplePoint() {
     uvec2 place = uvec2(samplePlace) ^ (pixelDigits() & uint(int(scatter)));
-    return real2(vec2(place) * exp2(-23.0) - 1.0) * real2(1.0, -1.0);
+    return real2(vec2(place) * (1.0 / 8388608.0) - 1.0) * real2(1.0, -1.0);
 }
 
 real3 cameraDirection() {

@@ -180,6 +180,16 @@ def test_what_is_given_nearest_holds(tmp_path: Path) -> None:
         assert says in drawn(settings, *options), (settings, options)
 
 
+def test_a_conflict_of_the_files_settings_with_an_option_names_both(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "scene.toml"
+    file.write_text(scenes.ASSIGNMENT.read_text() + "\n[settings]\nsequence = 'r2'\n")
+    assert main(["render", str(file), "-o", str(tmp_path / "a.png"), "--max-error", "0.1"]) == 2
+    says = capsys.readouterr().err
+    assert f"{file}: [settings] and the options given: sequence: expected sobol with max_error, got 'r2'" in says
+
+
 def start(*arguments: str, terminal: int | None = None) -> subprocess.Popen[bytes]:
     command = [sys.executable, "-m", "raytracer", *arguments]
     errors = subprocess.PIPE if terminal is None else terminal

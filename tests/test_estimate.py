@@ -136,6 +136,24 @@ def test_a_large_picture_is_judged_by_a_part_of_it_unless_little_is_in_it(render
 
 
 @pytest.mark.gl
+@pytest.mark.parametrize("settings", [Settings(samples=16), Settings(samples=16, adaptive=0.02)])
+def test_a_part_of_a_picture_tells_where_the_whole_is_worst(
+    renderer: Renderer, settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    size = 320, 180
+    whole = renderer.render(scenes.assignment(), size, settings)
+    monkeypatch.setattr("raytracer.movement._ENOUGH", 0)
+    monkeypatch.setattr("raytracer.movement._PART", 7)  # so few cells that the worst is not among them
+    part = renderer.render(scenes.assignment(), size, settings)
+    assert whole.estimate and part.estimate and part.estimate.worst and part.error is not None
+    assert whole.estimate.rmse != part.estimate.rmse
+    assert part.estimate.worst == pytest.approx(whole.estimate.worst, rel=0.25)
+    assert part.estimate.worst_at == whole.estimate.worst_at
+    # No pixel whose samples differ is said to have no error.
+    np.testing.assert_array_equal(part.error == 0.0, whole.error == 0.0)
+
+
+@pytest.mark.gl
 def test_a_picture_with_nothing_to_be_off_by_is_said_to_have_no_error(renderer: Renderer) -> None:
     camera = rt.Camera((0, 0, 5), (0, 0, 0))
     flat = rt.Scene([rt.Plane((0, 0, 1), 0, rt.Material(ka=(0.3, 0.3, 0.3)))], [], camera)

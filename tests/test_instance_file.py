@@ -4,6 +4,7 @@ import io
 import os
 import pickle
 import random
+import struct
 import time
 import zipfile
 from pathlib import Path
@@ -159,6 +160,24 @@ def test_a_hostile_npz_file_is_refused_at_once(tmp_path: Path, members: dict[str
     with pytest.raises(rt.InputError, match=f"^a.npz: {says}"):
         read_instances(BALL, tmp_path, "a.npz")
     assert time.process_time() - begin < 0.1
+
+
+def test_what_hides_how_long_an_archives_directory_is_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.npz"
+    archive(path, {f"{i}.npy": b"" for i in range(10_000)})
+    data = path.read_bytes()
+    end = 22
+    comment = data[:-2] + b"\xff\xff" + bytes(0xFFFF)
+    # An end as for archives beyond 4 GB comes before the usual one, which says that there is nothing.
+    large = struct.pack("<4sQ2H2L4Q", b"PK\x06\x06", 44, 45, 45, 0, 0, 10_000, 10_000, 460_000, 0)
+    locator = struct.pack("<4sLQL", b"PK\x06\x07", 0, len(data) - end, 1)
+    empty = struct.pack("<4s4H2LH", b"PK\x05\x06", 0, 0, 0, 0, 0, 0, 0)
+    for hostile in (comment, data[:-end] + large + locator + empty, data[:5]):
+        path.write_bytes(hostile)
+        with pytest.raises(
+            rt.InputError, match=r"^a.npz: expected an .npz file: File is not a zip file as numpy\.savez"
+        ):
+            read_instances(BALL, tmp_path, "a.npz")
 
 
 def test_a_compression_that_takes_what_memory_it_likes_is_refused(tmp_path: Path) -> None:

@@ -1,0 +1,194 @@
+"""The plots and tables of docs/choosing.md: what `raytracer trade` measures of the assignment.
+
+python -m benchmarks.choosing [--scene SCENE] [--size W H] [--rounds N] [--quick] [--docs FOLDER]
+
+It takes a quarter of an hour. Tables are put between the page's marks, those of benchmarks/results among them, and
+plots into its folder choosing/.
+"""
+
+import argparse
+import math
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+import raytracer as rt
+from raytracer.presets import flags, over
+from raytracer.progress import progress_bar
+from raytracer.renderer import shared_renderer
+from raytracer.sampling import SEQUENCES, sample_points
+from raytracer.trade import plots
+from raytracer.trade.approximations import add_approximations
+from raytracer.trade.configurations import FULL, MAIN, QUICK, plan
+from raytracer.trade.measure import Result, Trade, measure
+from raytracer.trade.page import write_page, write_tables
+from raytracer.trade.report import differences, slopes
+
+# Of discs and lines, in spacings of samples.
+_WIDTHS = (0.25, 0.5, 1.0, 1.5, 2.0)
+
+
+def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    head = list(head)
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _ms(result: Result) -> str:
+    milliseconds = 1e3 * result.median
+    return f"{milliseconds:.1f}" if milliseconds < 10.0 else f"{milliseconds:.0f}"
+
+
+def _error(result: Result) -> str:
+    assert result.error
+    return f"{result.error.rmse:.1e}" + ("" if result.resolved else " (not resolved)")
+
+
+def front(trade: Trade) -> str:
+    """What nothing beats."""
+    found = sorted((result for result in trade.of(MAIN) if result.beaten_by is None), key=lambda result: result.median)
+    rows = []
+    for result in found:
+        configuration = result.configuration
+        text = f"`{flags(over({}, configuration.settings)) or '--samples 1'}`"
+        if configuration.scale != 1.0:
+            text += f" at {configuration.scale:g} times the size"
+        rows.append([text, _ms(result), f"{result.samples:.1f}", _error(result)])
+    return _table(["settings", "ms", "samples", "error"], rows)
+
+
+def sequences(trade: Trade) -> str:
+    """Errors of each, and slopes, on edges and under soft shadows."""
+    numbers = [4, 16, 64, 256]
+    hard, soft = (slopes(trade, knob) for knob in ("sequence", "sequence, soft shadows"))
+    rows = []
+    for sequence in SEQUENCES:
+        own = {
+            result.configuration.settings.samples: result
+            for result in trade.of_knob("sequence")
+            if result.configuration.settings.sequence == sequence and result.configuration.settings.samples > 1
+        }
+        fits = [f"{fit[0]:.2f}" if fit else "" for fit in (hard.get(sequence), soft.get(sequence))]
+        rows.append([f"`{sequence}`", *(_error(own[n]) if n in own else "" for n in numbers), *fits])
+    return _table(["sequence", *(f"{n} samples" for n in numbers), "n^-p: p", "p, soft shadows"], rows)
+
+
+def shadows(trade: Trade) -> str:
+    """Time and error of each kind, and how far it is from soft ones."""
+    apart = differences(trade)
+    rows = []
+    for kind in ("off", "hard", "diluted", "soft"):
+        target = f"{kind} shadows"
+        own = {result.configuration.settings.samples: result for result in trade.of_knob("shadows", target)}
+        cells = [f"{_ms(own[n])} ms, {_error(own[n])}" if n in own else "" for n in (1, 4, 16, 64)]
+        rows.append([f"`{kind}`", *cells, f"{apart[target]:.1e}" if target in apart else ""])
+    return _table(["shadows", *(f"{n} samples" for n in (1, 4, 16, 64)), "from soft ones"], rows)
+
+
+def exact(trade: Trade) -> str:
+    """Precision and evaluators."""
+    found = [*trade.of_knob("precision"), *trade.of_knob("evaluator")]
+    own = {result.configuration.label: result for result in found}
+    return _table(
+        ["16 samples", "ms", "error"],
+        [
+            [f"`{flags(over({}, result.configuration.settings)) or 'as it is'}`", _ms(result), _error(result)]
+            for result in own.values()
+        ],
+    )
+
+
+def approximations(trade: Trade) -> str:
+    """What is nearly as good, and what it saves."""
+    rows = []
+    for name, target in trade.plan.targets.items():
+        if target.same_samples and trade.of(name):
+            right = next(result for result in trade.of(name) if result.error and result.error.rmse == 0.0)
+            for result in trade.of(name):
+                if result is not right:
+                    assert result.error
+                    largest = f"{result.error.largest:.1e}"
+                    rows.append([name, result.configuration.label, _ms(result), _ms(right), _error(result), largest])
+    return _table(["what is approximated", "by", "ms", "exact: ms", "error", "largest"], rows)
+
+
+def blind() -> str:
+    """Of discs and of lines of ten pixels, anywhere, the share that no sample meets, by their width."""
+    rows = []
+    for what, length, n in (("discs", 0, 4), ("discs", 0, 16), ("discs", 0, 64), ("lines, 10 pixels long", 10, 16)):
+        missed = [_missed(width / math.sqrt(n), length, n) for width in _WIDTHS]
+        rows.append([what, str(n), f"{1.0 / math.sqrt(n):g}", *(f"{share:.0%}" for share in missed)])
+    return _table(["", "samples", "spacing, pixels", *(f"{width:g} of it wide" for width in _WIDTHS)], rows)
+
+
+def _missed(width: float, length: float, n: int) -> float:
+    rng = np.random.default_rng(2)
+    centers = rng.uniform(8, 56, (2000, 2))
+    angle = rng.uniform(0.0, math.pi, len(centers))
+    along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    corner = centers.astype(int)
+    met = np.zeros(len(centers), bool)
+    reach = math.ceil(length / 2.0 + width / 2.0)
+    for k in range(n):
+        points = sample_points(k, (64, 64), samples=n) + np.stack(np.meshgrid(np.arange(64), np.arange(64)), axis=-1)
+        for dx, dy in np.ndindex(2 * reach + 1, 2 * reach + 1):
+            away = points[corner[:, 1] + dy - reach, corner[:, 0] + dx - reach] - centers
+            t = np.clip((away * along).sum(axis=1), -length / 2.0, length / 2.0)
+            met |= np.linalg.norm(away - t[:, None] * along, axis=1) < width / 2.0
+    return 1.0 - float(met.mean())
+
+
+def main() -> None:
+    """Measure, and write the page's plots and tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scene", default="assignment")
+    parser.add_argument("--size", type=int, nargs=2, metavar=("W", "H"), default=(640, 360))
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--quick", action="store_true", help="little of it, to see that it works")
+    parser.add_argument("--docs", type=Path, default=Path("docs"))
+    options = parser.parse_args()
+    scene, extent = rt.load(options.scene), QUICK if options.quick else FULL
+    renderer = shared_renderer()
+    planned = plan(scene, extent)
+    add_approximations(planned, scene, extent, renderer)
+    size = options.size[0], options.size[1]
+    trade = measure(scene, planned, renderer, size, options.rounds, progress_bar, source="gpu")
+    folder = options.docs / "choosing"
+    folder.mkdir(exist_ok=True)
+    write_tables(trade, folder)
+    write_page(trade, renderer, folder)
+    drawn = {
+        "time": plots.error_against_time(trade, MAIN),
+        "samples": plots.error_against_samples(trade, "sequence"),
+        "soft": plots.error_against_samples(trade, "sequence, soft shadows"),
+    }
+    for name, svg in drawn.items():
+        text = svg.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1)
+        (folder / f"{name}.svg").write_text(text)
+    page = options.docs / "choosing.md"
+    text = page.read_text()
+    tables = {each.__name__: each(trade) for each in (front, sequences, shadows, exact, approximations)}
+    tables["blind"] = blind()
+    results = Path(__file__).parent / "results"
+    for name in ("estimates", "deadlines"):
+        found = (results / f"{name}.md").read_text()
+        tables[name] = found[found.index("|") :].rstrip()
+    tables["tuning"] = (results / "tuning.md").read_text().rstrip().splitlines()[-1]
+    tables["machine"] = f"{size[0]}x{size[1]}; " + "; ".join(f"{key}: {value}" for key, value in trade.machine.items())
+    for name, table in tables.items():
+        text, count = re.subn(
+            f"<!-- {name} -->.*?<!-- end -->",
+            lambda _, name=name, table=table: f"<!-- {name} -->\n{table}\n<!-- end -->",
+            text,
+            flags=re.DOTALL,
+        )
+        if count != 1:
+            parser.error(f"{page}: expected one place for {name}, found {count}")
+    page.write_text(text)
+    print(f"wrote {page}")
+
+
+if __name__ == "__main__":
+    main()
