@@ -80,7 +80,7 @@ def test_what_does_not_fit_into_memory_is_refused_before_it_is_begun(
     command = ["reference", "assignment", "-o", str(tmp_path / "ref.npz")]
     monkeypatch.setattr(memory, "physical_memory", lambda: 2**34)
     assert main([*command, "--size", "65536x65536"]) == 2
-    assert re.search(r"--size: expected a picture that fits .* got 65536x65536, which needs", capsys.readouterr().err)
+    assert re.search(r"size: expected a picture that fits .* got 65536x65536, which needs", capsys.readouterr().err)
     monkeypatch.setattr(truth_cost, "physical_memory", lambda: 20)
     with pytest.raises(rt.InputError, match=r"expected at most 4 primitives for the .* memory, got 5"):
         truth_cost.check_cost(scenes.assignment(), SIZE, workers=1)
