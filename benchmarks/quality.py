@@ -28,12 +28,19 @@ from raytracer.presets import QUALITIES, flags
 from raytracer.renderer import Renderer, shared_renderer
 from raytracer.settings import Settings, Shadows
 
-SIZE = (1280, 720)
-# Each with its shadows and the samples of its truth: as many as some minutes allow.
-SCENES: dict[str, tuple[Shadows, int]] = {
-    "assignment": ("hard", 4096),
-    "many": ("hard", 1024),
-    "materials": ("soft", 512),
+
+class _Case(NamedTuple):
+    """How a scene is rendered, and the samples of its truth: as many as some minutes allow."""
+
+    shadows: Shadows
+    samples: int
+    size: tuple[int, int]
+
+
+SCENES = {
+    "assignment": _Case("hard", 4096, (1280, 720)),
+    "many": _Case("hard", 1024, (1280, 720)),
+    "materials": _Case("soft", 2048, (640, 360)),
 }
 # A picture that takes longer is rendered once.
 _LONG = 10.0
@@ -53,12 +60,12 @@ class Row(NamedTuple):
 
 def truth(renderer: Renderer, name: str, folder: Path | None) -> NDArray[np.float32]:
     """The radiance of a scene's picture that has converged, as far as it has."""
-    shadows, samples = SCENES[name]
+    shadows, samples, size = SCENES[name]
     file = folder / f"{name}-{samples}.npy" if folder else None
     if file and file.exists():
         return np.load(file)
     settings = Settings(samples=samples, shadows=shadows, sequence="r2")
-    radiance = renderer.render(rt.load(name), SIZE, settings, geometry=False).radiance
+    radiance = renderer.render(rt.load(name), size, settings, geometry=False).radiance
     if file:
         np.save(file, radiance)
     return radiance
@@ -67,7 +74,7 @@ def truth(renderer: Renderer, name: str, folder: Path | None) -> NDArray[np.floa
 def rows(renderer: Renderer, name: str, rounds: int, right: NDArray[np.float32]) -> list[Row]:
     """All qualities on one scene, in turns."""
     scene = rt.load(name)
-    settings = {quality: Settings(**fields, shadows=SCENES[name][0]) for quality, fields in QUALITIES.items()}
+    settings = {quality: Settings(**fields, shadows=SCENES[name].shadows) for quality, fields in QUALITIES.items()}
     found: dict[str, tuple[rt.Image, list[float]]] = {}
     for k in range(rounds):
         for quality, each in settings.items():
@@ -75,9 +82,9 @@ def rows(renderer: Renderer, name: str, rounds: int, right: NDArray[np.float32])
                 continue
             if not k:  # compiles
                 few = msgspec.structs.replace(each, samples=min(each.samples, 16))
-                renderer.render(scene, SIZE, few, geometry=False)
+                renderer.render(scene, SCENES[name].size, few, geometry=False)
             begin = time.perf_counter()
-            image = renderer.render(scene, SIZE, each, geometry=False)
+            image = renderer.render(scene, SCENES[name].size, each, geometry=False)
             found.setdefault(quality, (image, []))[1].append(time.perf_counter() - begin)
     result = []
     for quality, (image, times) in found.items():
@@ -92,12 +99,16 @@ def rows(renderer: Renderer, name: str, rounds: int, right: NDArray[np.float32])
 def table(found: list[Row]) -> str:
     """Markdown: a row for each quality, with time, samples, estimate and error on each scene."""
     names = list(dict.fromkeys(row.scene for row in found))
-    head = " | ".join(f"`{name}`{', soft shadows' if SCENES[name][0] == 'soft' else ''}" for name in names)
+    head = " | ".join(f"`{name}`, {_says(SCENES[name])}" for name in names)
     lines = [f"| quality | the same as | {head} |", "|---|---|" + "---|" * len(names)]
     for quality, fields in QUALITIES.items():
         by_scene = {row.scene: row for row in found if row.quality == quality}
         lines.append(f"| `{quality}` | `{flags(fields)}` | {' | '.join(_cell(by_scene[name]) for name in names)} |")
     return "\n".join(lines)
+
+
+def _says(case: _Case) -> str:
+    return f"{case.size[0]}x{case.size[1]}{', soft shadows' if case.shadows == 'soft' else ''}"
 
 
 def _cell(row: Row) -> str:
@@ -131,17 +142,17 @@ def main() -> None:
     found: list[Row] = []
     for name in options.only:
         found += rows(renderer, name, options.rounds, truth(renderer, name, options.truths))
-    truths = ", ".join(f"{samples} of {name}" for name, (_, samples) in SCENES.items() if name in options.only)
+    truths = ", ".join(f"{SCENES[name].samples} of {name}" for name in options.only)
     lines = [
         "# What a quality costs",
         "",
-        f"Written by `python -m benchmarks.quality`: pictures of {SIZE[0]}x{SIZE[1]}, linear radiance. Seconds are",
+        "Written by `python -m benchmarks.quality`: errors in linear radiance. Seconds are",
         f"medians of {options.rounds} pictures, in turns, without compilation, geometry and the file's writing; one",
         f"picture where it takes more than {_LONG:.0f} s. Samples a pixel are means. The error is the root mean square",
         "difference to a picture of another sequence of samples (r2), which has an error of its own; in parentheses is",
         f"what the picture itself estimates. Samples of those pictures: {truths}.",
         "",
-        machine(Bench(renderer, SIZE, options.rounds)),
+        machine(Bench(renderer, SCENES[options.only[0]].size, options.rounds)),
         "",
         table(found),
     ]

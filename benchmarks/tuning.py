@@ -138,7 +138,7 @@ def main() -> None:
     """Measure, print and write tuning.md."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.tuning", description=__doc__)
     parser.add_argument("--scenes", type=int, default=10, help="how many (default: 10)")
-    parser.add_argument("--size", type=int, nargs=2, metavar=("W", "H"), default=(640, 360))
+    parser.add_argument("--size", type=int, nargs=2, metavar=("W", "H"), default=(320, 180))
     parser.add_argument("--rounds", type=int, default=15, help="of the last comparison (default: 15)")
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
     options = parser.parse_args()
@@ -146,7 +146,7 @@ def main() -> None:
     renderer = shared_renderer()
     size = options.size[0], options.size[1]
     scenes = [rt.load(name) for name in ("assignment", "materials", "many")]
-    scenes = [*scenes, *map(random_scene, range(7))][: options.scenes]
+    scenes = [scenes[0], *map(random_scene, range(7)), *scenes[1:]][: options.scenes]
     rows: list[Row] = []
     text = ""
     progress: Progress | None
