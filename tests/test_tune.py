@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +51,31 @@ def test_the_pick_meets_the_error_against_many_random_samples(renderer: Renderer
     # 4096 random samples are off by a 64th of what one is, 0.02 here: squared, less than 1 % of what is measured.
     truth = renderer.render(scene, SIZE, Settings(samples=4096, sequence="random")).radiance
     assert np.sqrt(np.mean((picture.astype(float) - truth) ** 2)) <= 1.05 * 0.005
+
+
+def test_the_search_goes_on_beside_the_best_until_none_is_better() -> None:
+    class Known(Stage):
+        """A scene whose errors and times are known: half a sample more where the threshold is half of what it was."""
+
+        def __init__(self) -> None:
+            self._known = {}
+
+        def measure(self, settings: Settings) -> Measured:
+            assert settings.adaptive is not None
+            seconds = settings.samples - math.log2(settings.adaptive) / 2.0
+            error = 1.0 / settings.samples + settings.adaptive
+            self._known[settings] = Measured(settings, seconds, error, settings.samples, seconds)
+            return self._known[settings]
+
+        def in_turns(self, candidates: Iterable[Measured], rounds: int) -> list[Measured]:
+            return list(candidates)
+
+    target, stage = tune_module._Target(0.05, None), Known()
+    start = stage.measure(Settings(samples=64, adaptive=0.001))
+    pick, count = tune_module._descended(stage, [start], target, lambda what: None)
+    met = filter(target.is_met, (Known().measure(s) for s in grid(Settings()) if s.adaptive is not None))
+    assert pick == min(met, key=target.order) and pick.settings == Settings(samples=24, adaptive=0.005)
+    assert count < 40
 
 
 @pytest.mark.gl

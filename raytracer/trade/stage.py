@@ -76,6 +76,10 @@ class Stage:
         """All that was measured against the present reference, by one time each."""
         return [found for found in self._known.values() if not math.isnan(found.error)]
 
+    def knows(self, settings: Settings) -> bool:
+        """Whether that was measured against the present reference."""
+        return settings in self._known
+
     def seconds(self, settings: Settings) -> float:
         """How long a picture takes."""
         begin = time.perf_counter()

@@ -3,7 +3,8 @@
 Candidates are numbers of samples, adaptive samples, and pictures that are asked for an error. Of the first two many are
 rendered at a quarter of the size. How errors and times there compare with those at full size is measured, of one of
 each kind, and tells which to try at full size: there the best few are timed in turns, and compared with a picture of
-many more samples, by another sequence. Only what that finds counts.
+many more samples, by another sequence. Then those beside the best are tried, until none of these is better. Only what
+is found at full size counts.
 """
 
 from __future__ import annotations
@@ -126,14 +127,53 @@ def _search(small: Stage, full: Stage, base: Settings, target: _Target, progress
             met = full.in_turns((each for each in met if target.is_close(each, met[0])), _MORE_ROUNDS)
         tried += [*found, *met]
         if met := list(filter(target.is_met, met)):
-            pick = min(met, key=target.order)
-            return Tuned(pick, pick, count, full.samples)
+            pick, more = _descended(full, met, target, progress)
+            return Tuned(pick, pick, count + more, full.samples)
         # By as much less than was predicted as the luckiest of these are the others taken to miss it.
         ratios = (target.miss(full.measure(each.settings)) / max(target.miss(each), _LEAST) for each in batch)
         luck = min(1.0, *ratios)
         hopeful = [each for each in ranked if target.may_be_met(each, luck)]
         hopeless, ranked = hopeless or len(hopeful) < len(ranked), hopeful
     return Tuned(None, min(tried, key=target.miss), count, full.samples, hopeless=hopeless)
+
+
+def _descended(
+    full: Stage, met: list[Measured], target: _Target, progress: Callable[[str], None]
+) -> tuple[Measured, int]:
+    """The best candidate that is reached from those that meet the target by steps to better ones beside the best two,
+    and how many were tried: what is predicted of small pictures is often wrong by a step.
+    """
+    leading = sorted(met, key=target.order)[:2]
+    count = 0
+    while True:
+        beside = dict.fromkeys(settings for each in leading for settings in _beside(each.settings))
+        new = [settings for settings in beside if not full.knows(settings)]
+        if new:
+            progress(f"{len(new)} candidates beside the best")
+        found = [full.measure(settings) for settings in new]
+        better = [each for each in found if target.is_met(each) and target.is_close(each, leading[0])]
+        count += len(new)
+        if not better:
+            return leading[0], count
+        found = full.in_turns((*leading, *better), _MORE_ROUNDS)
+        leading = sorted(filter(target.is_met, found), key=target.order)[:2] or leading
+
+
+def _beside(settings: Settings) -> list[Settings]:
+    """Candidates with a step more or fewer samples, a threshold a step away, or both."""
+    if settings.asks:
+        return []
+    k = LADDER.index(settings.samples)
+    thresholds: list[float | None] = [None]
+    if settings.adaptive is not None:
+        i = THRESHOLDS.index(settings.adaptive)
+        thresholds = list(THRESHOLDS[max(0, i - 1) : i + 2])
+    return [
+        msgspec.structs.replace(settings, samples=n, adaptive=threshold)
+        for n in LADDER[max(0, k - 1) : k + 2]
+        if settings.adaptive is None or n >= ADAPTIVE_FROM
+        for threshold in thresholds
+    ]
 
 
 class _Target(NamedTuple):
