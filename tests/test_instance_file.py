@@ -145,6 +145,7 @@ BIG = bytes(100_000_000)  # deflated to 100 kB
         ({"positions.npy": header((1, 3)) + BIG}, r"positions: expected at most 67108864 bytes, got 1000"),
         # The header itself says that it is 4 GB long, and would inflate to it.
         ({"positions.npy": b"\x93NUMPY\x02\x00\xff\xff\xff\xff" + BIG}, r"positions: expected at most 67108864 bytes"),
+        ({"positions.npy": b"\x93NUMPY\x02\x00\xff\xff\xff\x03" + BIG[: 2**25]}, r"expected an .npz file: EOF"),
         ({"positions.npy": header((1, 3)) + bytes(24), "more.npy": b""}, r"expected the arrays positions and"),
         (
             {"scales.npy": header((1,)) + bytes(8)},
@@ -152,7 +153,7 @@ BIG = bytes(100_000_000)  # deflated to 100 kB
         ),
         ({f"{i}.npy": b"" for i in range(10_000)}, r"expected an .npz file: it has too many members"),
     ],
-    ids=range(10),
+    ids=range(11),
 )
 def test_a_hostile_npz_file_is_refused_at_once(tmp_path: Path, members: dict[str, bytes], says: str) -> None:
     archive(tmp_path / "a.npz", members)
