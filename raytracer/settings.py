@@ -174,5 +174,6 @@ def _reach_of_many(instances: Instances, eye: Vec3) -> tuple[float, float]:
 
 
 def _check_choice(key: str, value: object, choices: tuple[str | int | None, ...]) -> None:
-    if value not in choices:
+    # By its kind, too: 64.0 and True are equal to whole numbers, and are none.
+    if not any(isinstance(value, type(choice)) and value == choice for choice in choices):
         raise InputError(f"{key}: expected one of {', '.join(map(str, choices))}, got {shown(value)}")

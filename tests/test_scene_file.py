@@ -171,6 +171,7 @@ BAD = [
     (END, f"{END}\n[settings]\ntime = 1\nadaptive = 1", "settings.adaptive: expected none with max_error or time"),
     (END, f"{END}\n[settings]\nshading = 3", "settings.shading: expected one of "),
     (END, f"{END}\n[settings]\nprecision = 16", "settings.precision: expected one of 32, 64, got 16"),
+    (END, f"{END}\n[settings]\nprecision = 64.0", "settings.precision: expected one of 32, 64, got 64.0"),
     (END, f'{END}\n[settings]\nquality = "best"', "settings.quality: expected one of draft, normal, high, reference"),
     (END, f"{END}\n[settings]\nquality = []", "settings.quality: expected one of draft, normal, high, reference"),
     (END, f"{END}\n[settings]\nsize = [1280, 0]", "settings.size: expected [width, height] in whole pixels in [1, "),
