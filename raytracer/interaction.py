@@ -16,7 +16,7 @@ import msgspec
 
 from raytracer import turntable
 from raytracer.checks import InputError, shown
-from raytracer.presets import Fields, combined, flags
+from raytracer.presets import Fields, combined, flags, over_file
 from raytracer.sampling import PROGRESSIVE
 from raytracer.scene import Scene
 from raytracer.settings import Settings, Shading, Shadows
@@ -127,7 +127,7 @@ def start(text: str, scene: Scene, of_file: Fields, given: Fields) -> State:
 
     The settings `given` besides are in place of the file's. Raises InputError for those that no window can have.
     """
-    settings = _of_window(_DEFAULTS, of_file, given)
+    settings = _of_window(over_file(of_file, given, _DEFAULTS))
     return State(text, scene, scene, settings, settings.samples, of_file)
 
 
@@ -200,8 +200,7 @@ def _reloaded(state: State, scene: Scene) -> State:
     return _set(state, loaded=scene, scene=msgspec.structs.replace(scene, camera=camera, lights=lights), light=light)
 
 
-def _of_window(*places: Fields) -> Settings:
-    settings = combined(*places)
+def _of_window(settings: Settings) -> Settings:
     if settings.sequence not in PROGRESSIVE:
         raise InputError(
             f"settings.sequence: expected one of {', '.join(PROGRESSIVE)} for a window, which adds one sample after "
@@ -214,7 +213,8 @@ def _resettled(state: State, of_file: Fields) -> State:
     """With the file's settings in place of those before: what differs is taken up, all else stays as it is."""
     before, now = (msgspec.structs.asdict(combined(_DEFAULTS, fields)) for fields in (state.of_file, of_file))
     changed = {key: value for key, value in now.items() if value != before[key]}
-    settings = _of_window(msgspec.structs.asdict(state.settings), {"samples": state.settings.samples, **changed})
+    window = msgspec.structs.asdict(state.settings)
+    settings = _of_window(combined(window, {"samples": state.settings.samples, **changed}))
     limit = settings.samples if "samples" in changed else state.limit
     return _set(state, settings=settings, limit=limit, of_file=of_file)
 

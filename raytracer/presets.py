@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any, Literal
 
@@ -24,8 +25,16 @@ QUALITIES: dict[Quality, Fields] = {
 _ELSE: Fields = {"sequence": "sobol", "adaptive": None, "max_error": None, "time": None}
 
 
+# What goes with every other setting, to be given in place of what does not: without it, the default.
+_FITS: Fields = {"samples": 16}
+
+
 def quality(name: str) -> Settings:
-    """The settings of a quality: "draft", "normal", "high" or "reference". Raises InputError for another name."""
+    """The settings of a quality: "draft", "normal", "high" or "reference". Raises InputError for another name.
+
+    render() takes None for what is not given: it does not take back the error that a quality asks for. All that is
+    left of "normal" without it is `samples=256`, and no quality.
+    """
     return combined({"quality": name})
 
 
@@ -42,6 +51,36 @@ def combined(*places: Fields) -> Settings:
             fields |= _of_quality(place["quality"])
         fields = _over(fields, {key: value for key, value in place.items() if key not in ("quality", "size")})
     return Settings(**fields)
+
+
+def over_file(of_file: Fields, given: Fields, defaults: Fields | None = None) -> Settings:
+    """What a file's [settings] and the command line give. InputErrors of what does not go together say whose it is."""
+    try:
+        return combined(defaults or {}, of_file, given)
+    except InputError as error:
+        raise InputError(f"{error}{_whose(str(error), of_file, given)}") from None
+
+
+def _whose(error: str, of_file: Fields, given: Fields) -> str:
+    """Where the settings that an error names are from, and a remedy; "" if they are not from both places."""
+    words = re.findall(r"\w+", error)
+    named = [key for key in Settings.__struct_fields__ if key in words]
+    here = {by: given[by] for key in named if (by := _giver(key, given))}
+    there = {key: by for key in named if not _giver(key, given) and (by := _giver(key, of_file))}
+    if not here or not there:
+        return ""
+    in_file = " and ".join(f"{by} = {of_file[by]!r}" for by in dict.fromkeys(there.values()))
+    instead = flags({key: _FITS.get(key, getattr(Settings(), key)) for key in there})
+    without = " and ".join(flags({by: ""}).strip() for by in here)
+    says = f"its [settings] have {in_file}, the command line {flags(here)}"
+    return f"; {says}: try {instead}, too, or without {without}"
+
+
+def _giver(key: str, place: Fields) -> str:
+    """What of a place gives the setting: itself, a quality, or nothing."""
+    if key in place:
+        return key
+    return "quality" if "quality" in place and key in _of_quality(place["quality"]) else ""
 
 
 def chosen(settings: Settings) -> Fields:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from raytracer.checks import InputError, about, number, printable
 from raytracer.options import DEFAULT_SIZE, add_backend, add_scene, add_settings, given
-from raytracer.presets import Fields, combined
+from raytracer.presets import Fields, combined, over_file
 from raytracer.progress import progress_bar
 from raytracer.sampling import PROGRESSIVE
 from raytracer.scene_file import parse_all, read
@@ -65,13 +65,14 @@ def render(options: argparse.Namespace) -> int:
     flags = given(options)
     combined(flags)
     scene, of_file = parse_all(*read(options.scene))
-    settings = combined(of_file, flags)
+    with about(options.scene):
+        settings = over_file(of_file, flags)
     size = flags.get("size") or of_file.get("size") or DEFAULT_SIZE
 
     # Next to nothing of what an import makes is garbage: it is not looked for, now or when all ends.
     gc.disable()
     from raytracer.film import check_output
-    from raytracer.limits import check_size, host_memory
+    from raytracer.limits import check_size
     from raytracer.renderer import shared_renderer
 
     gc.freeze()
@@ -80,7 +81,7 @@ def render(options: argparse.Namespace) -> int:
     check_size(size)
     output = check_output(options.output)
     geometry = output.suffix.lower() == ".npz"
-    _check_memory(host_memory(size, geometry, settings.refines), size)
+    _check_memory(size, geometry, settings.refines)
     if warning := precision_warning(scene, settings):
         warnings.warn(f"{options.scene}: {warning}", stacklevel=1)
     renderer = shared_renderer(options.backend)
@@ -146,16 +147,24 @@ def view(options: argparse.Namespace) -> int:
     return 0
 
 
-def _check_memory(needed: int, size: tuple[int, int]) -> None:
-    gib = needed / 2**30
+def _check_memory(size: tuple[int, int], geometry: bool, refines: bool) -> None:
+    """Raise InputError for a picture beyond this machine's memory, with what of it would fit."""
+    from raytracer.limits import host_memory
+
+    needed = host_memory(size, geometry, refines)
     try:
         physical = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):  # not on this system
         physical = needed
     if needed > physical:
+        remedies = ["a smaller --size"]
+        if host_memory(size, False, refines) <= physical:
+            remedies.append("a .png, which has no depth, normals or materials")
+        if host_memory(size, geometry, False) <= physical:
+            remedies.append("--samples without --max-error, --time and --adaptive")
         raise InputError(
-            f"--size: expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
-            f"got {size[0]}x{size[1]}, which needs {gib:.1f} GiB"
+            f"size: expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
+            f"got {size[0]}x{size[1]}, which needs {needed / 2**30:.1f} GiB: try {' or '.join(remedies)}"
         )
     if needed > _MEMORY_WORTH_MENTION:
-        print(f"raytracer: this picture needs {gib:.1f} GiB of memory", file=sys.stderr)
+        print(f"raytracer: this picture needs {needed / 2**30:.1f} GiB of memory", file=sys.stderr)

@@ -103,6 +103,39 @@ def test_wrong_input_is_status_2_and_one_line(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_settings_of_the_file_that_exclude_a_flag_are_named_with_the_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / "a.toml"
+    scene.write_text(Path(SCENE).read_text() + '\n[settings]\nsequence = "r2"\n')
+    assert main(["render", str(scene), "-o", str(tmp_path / "a.png"), "--max-error", "0.01"]) == 2
+    errors = capsys.readouterr().err
+    assert errors.startswith(f"raytracer: {scene}: sequence: expected sobol with max_error, got 'r2'; its [settings]")
+
+
+@pytest.mark.parametrize(
+    ("picture", "flags", "remedies"),
+    [
+        ("a.npz", [], "a smaller --size or a .png, which has no depth, normals or materials"),
+        ("a.png", ["--time", "1"], "a smaller --size or --samples without --max-error, --time and --adaptive"),
+        ("a.npz", ["--time", "1"], "a smaller --size"),
+    ],
+    ids=range(3),
+)
+def test_what_would_fit_into_memory_is_said_of_a_picture_that_does_not(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    picture: str,
+    flags: list[str],
+    remedies: str,
+) -> None:
+    monkeypatch.setattr(os, "sysconf", {"SC_PHYS_PAGES": 1, "SC_PAGE_SIZE": 15 * 64 * 36}.get)
+    assert main(["render", SCENE, "-o", str(tmp_path / picture), "--size", "64x36", *flags]) == 2
+    errors = capsys.readouterr().err
+    assert errors.startswith("raytracer: size: expected a picture that fits") and errors.endswith(f"try {remedies}\n")
+
+
 @pytest.mark.parametrize("command", [[], ["render"], ["doctor"], ["view"]])
 def test_help_shows_examples(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as end:

@@ -5,7 +5,7 @@ import re
 import pytest
 
 import raytracer as rt
-from raytracer.presets import QUALITIES, combined, flags
+from raytracer.presets import QUALITIES, Fields, combined, flags, over_file
 from raytracer.settings import ASKED_SAMPLES
 
 from . import scenes
@@ -27,6 +27,8 @@ def test_a_quality_replaces_what_else_says_how_many_samples_and_is_replaced_by_w
     assert combined({"adaptive": 0.1, "sequence": "r2"}, {"quality": "normal"}) == rt.quality("normal")
     assert combined({"quality": "high", "samples": 64}) == rt.Settings(samples=64, max_error=0.0005)
     assert combined({"samples": 64}, {"quality": "high"}) == rt.quality("high")
+    # As None for what is not given takes nothing back: the command line's `none` does.
+    assert combined({"quality": "normal", "max_error": None}) == rt.Settings(samples=256)
     with pytest.raises(rt.InputError, match=r"quality: expected one of draft, normal, high, reference, got 'best'"):
         rt.quality("best")
 
@@ -39,3 +41,37 @@ def test_samples_given_before_an_error_or_a_time_was_asked_for_do_not_limit_it()
     assert combined({"adaptive": 0.2}, {"time": 1.0}) == rt.Settings(samples=ASKED_SAMPLES, time=1.0)
     with pytest.raises(rt.InputError, match="adaptive: expected none with max_error"):
         combined({"adaptive": 0.2, "max_error": 0.1})
+
+
+@pytest.mark.parametrize(
+    ("of_file", "given", "says", "remedy"),
+    [
+        (
+            {"sequence": "r2"},
+            {"max_error": 0.01},
+            "sequence = 'r2', the command line --max-error 0.01: try --sequence sobol, too, or without --max-error",
+            {"sequence": "sobol"},
+        ),
+        (
+            {"quality": "normal"},
+            {"sequence": "random"},
+            "quality = 'normal', the command line --sequence random: try --max-error none, too, or without --sequence",
+            {"max_error": None},
+        ),
+        (
+            {"samples": 10},
+            {"sequence": "grid"},
+            "samples = 10, the command line --sequence grid: try --samples 16, too, or without --sequence",
+            {"samples": 16},
+        ),
+    ],
+    ids=range(3),
+)
+def test_of_settings_that_exclude_each_other_is_said_whose_they_are_and_what_helps(
+    of_file: Fields, given: Fields, says: str, remedy: Fields
+) -> None:
+    with pytest.raises(rt.InputError) as error:
+        over_file(of_file, given)
+    assert str(error.value).endswith(f"; its [settings] have {says}")
+    over_file(of_file, {**given, **remedy})
+    over_file(of_file, {})
