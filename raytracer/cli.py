@@ -66,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except MemoryError:
-        print("raytracer: the picture does not fit into memory; try a smaller --size", file=sys.stderr)
+        print("raytracer: this does not fit into memory; try it with a smaller picture", file=sys.stderr)
         return 1
     except (RuntimeError, OSError) as error:  # ContextError, ShaderError; a full disk, a vanished folder
         print(f"raytracer: {error}", file=sys.stderr)

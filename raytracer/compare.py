@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 import numpy as np
@@ -17,11 +20,16 @@ from raytracer.files import read_bounded
 from raytracer.film import Image, linear
 from raytracer.npz import read_arrays
 
+if TYPE_CHECKING:
+    from PIL.ImageFile import ImageFile
+
 Array = NDArray[np.float64]
 
 SUFFIXES = (".npz", ".png")
 # Of a picture that is read: 8K (7680x4320), as more would take gigabytes.
 MAX_PIXELS = 2**25
+# Of its file: from 2 GB on NumPy writes another kind of archive; a PNG's pixels take at most half of this.
+_MAX_BYTES = {".npz": 2**31 - 1, ".png": 16 * MAX_PIXELS}
 # What float32 can hold: what a file has beyond was not rendered, and its square might be beyond float64.
 _LARGEST = float(np.finfo(np.float32).max)
 # A difference that is seen as one: 1/255 where the sRGB curve is steepest in the middle of its range.
@@ -141,6 +149,8 @@ def load_radiance(path: str | os.PathLike[str]) -> Array:
         raise InputError(f"{path}: expected a file that ends in {' or '.join(readers)}")
     try:
         head = read_bounded(path, _HEAD)
+        if (size := path.stat().st_size) > (most := _MAX_BYTES[path.suffix.lower()]):
+            raise InputError(f"expected a file of at most {most} bytes, got {size}")
         return readers[path.suffix.lower()](path, head)
     except OSError as error:
         raise InputError(f"{path}: expected a picture that can be read: {error.strerror or error}") from None
@@ -171,8 +181,6 @@ _SIGNATURE = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"
 
 
 def _from_png(path: Path, head: bytes) -> Array:
-    from PIL import Image as Pillow
-
     if len(head) < _HEAD or not head.startswith(_SIGNATURE):
         raise InputError("expected a PNG file")
     _check_size(int.from_bytes(head[16:20]), int.from_bytes(head[20:24]))
@@ -180,7 +188,7 @@ def _from_png(path: Path, head: bytes) -> Array:
         if head[24] == 16:
             pixels, most = _deep(path), 65535
         else:
-            with Pillow.open(path, formats=["PNG"]) as picture:
+            with _opened(path) as picture:
                 pixels, most = np.asarray(picture.convert("RGBA")), 255
     except InputError:
         raise
@@ -191,21 +199,32 @@ def _from_png(path: Path, head: bytes) -> Array:
     return linear(pixels[..., :3] / most)
 
 
+@contextmanager
+def _opened(path: Path) -> Iterator[ImageFile]:
+    """A PNG, whose pixels are not read yet."""
+    from PIL import Image
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # an error will say so
+        picture = Image.open(path, formats=["PNG"])
+    with picture:
+        _check_size(*picture.size)  # of several headers Pillow believes the last
+        yield picture
+
+
 def _deep(path: Path) -> NDArray[Any]:
     """The pixels (H, W, 3 or 4) of a PNG with 16 bits.
 
     Of colours Pillow keeps the upper 8: told that files have the lower ones first, it keeps these.
     """
-    from PIL import Image as Pillow
-
-    with Pillow.open(path, formats=["PNG"]) as picture:
+    with _opened(path) as picture:
         layout = str(picture.tile[0][3])
         if "transparency" in picture.info or layout not in ("RGB;16B", "RGBA;16B", "I;16B"):
             raise InputError(f"expected RGB, RGBA or grey of 16 bits without transparent pixels, got {layout}")
         if layout == "I;16B":
             return np.repeat(np.asarray(picture)[..., None], 3, axis=2)
         upper = np.asarray(picture).astype(np.uint16)
-    with Pillow.open(path, formats=["PNG"]) as picture:
+    with _opened(path) as picture:
         codec, box, offset, _ = picture.tile[0]
         picture.tile = [(codec, box, offset, layout.replace("16B", "16L"))]  # pyright: ignore[reportAttributeAccessIssue]
         return upper << 8 | np.asarray(picture)

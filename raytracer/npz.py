@@ -5,6 +5,7 @@ Little can inflate to much. Every error is an `InputError`, without the file's n
 
 from __future__ import annotations
 
+import io
 import struct
 from collections.abc import Callable, Iterable
 from typing import IO, TYPE_CHECKING, Any
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 _DIRECTORY = 1 << 14
 # The archive's end as NumPy writes it, without a comment, and what would stand before it and replace it in a large one.
 _END, _LARGE, _LARGE_SIZE = struct.Struct("<4s4H2LH"), b"PK\x06\x07", 20
+# An array begins with a header that states its own length, up to 4 GB; those of plain numbers take 128 bytes.
+_HEADER = 1 << 14
 
 # (name, shape, dtype) of an array that is about to be read: raises InputError if that should not be.
 Check = Callable[[str, tuple[int, ...], Any], None]
@@ -67,15 +70,15 @@ def _array(archive: ZipFile, info: ZipInfo, name: str, check: Check, most: int) 
     # The others' decoders take as much memory as the archive asks for; NumPy writes only these.
     if info.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
         raise InputError(f"{name}: expected an array as numpy.savez writes it, got another compression")
-    # zipfile inflates no more of a member than the size that its entry states: not even of a header that is longer.
+    # zipfile inflates no more of a member than the size that its entry states.
     if info.file_size > most:
         raise InputError(f"{name}: expected at most {most} bytes, got {info.file_size}")
     with archive.open(info) as file:
-        version = npy.read_magic(file)
-        if version not in ((1, 0), (2, 0)):
-            raise InputError(f"{name}: expected an array of numbers in .npy format 1.0 or 2.0")
-        read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-        shape, _, dtype = read(file)
+        begin = io.BytesIO(file.read(_HEADER))
+    version = npy.read_magic(begin)
+    if version not in ((1, 0), (2, 0)):
+        raise InputError(f"{name}: expected an array of numbers in .npy format 1.0 or 2.0")
+    shape, _, dtype = (npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0)(begin)
     check(name, shape, dtype)
     with archive.open(info) as file:
         return npy.read_array(file, allow_pickle=False)

@@ -31,7 +31,7 @@ uvec2 pixelDigits() {
     return uvec2(place, place * 1010068087u) >> 8;
 }
 
-// From the pixel's centre, in half pixels, +y up: within [-1, 1], and exact.
+// From the pixel's centre, in half pixels, +y up: within [-1, 1], and exact, as OpenGL does not promise of exp2().
 real2 samplePoint() {
     uvec2 place = uvec2(samplePlace) ^ (pixelDigits() & uint(int(scatter)));
     return real2(vec2(place) * (1.0 / 8388608.0) - 1.0) * real2(1.0, -1.0);

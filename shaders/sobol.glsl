@@ -57,6 +57,6 @@ vec2 sobolPoint(ivec2 pixel, int light, int sampleIndex) {
     uvec3 seeds = hashed(uvec3(uvec2(pixel), uint(light)));
     uint index = reversed(scrambled(reversed(uint(sampleIndex)), seeds.x));
     uvec2 digits = uvec2(scrambled(index, seeds.y), scrambled(pascal(index), seeds.z));
-    // 24 bits, which float has, so that none is rounded to 1.
-    return vec2(reversed(digits.x) >> 8, reversed(digits.y) >> 8) * exp2(-24.0);
+    // 24 bits, which float has, so that none is rounded to 1. OpenGL promises no exact exp2().
+    return vec2(reversed(digits.x) >> 8, reversed(digits.y) >> 8) * (1.0 / 16777216.0);
 }

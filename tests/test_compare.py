@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import math
+import os
 import re
 import struct
 import sys
@@ -130,6 +131,22 @@ def a_huge_png(path: Path) -> None:
     )
 
 
+def a_png_of_two_headers(path: Path) -> None:
+    data = png16(np.zeros((1, 1, 3), int))
+    kind = b"IHDR" + struct.pack(">2I5B", 10_000, 10_000, 8, 2, 0, 0, 0)
+    path.write_bytes(data[:33] + data[8:12] + kind + struct.pack(">I", zlib.crc32(kind)) + data[33:])
+
+
+def a_file_of(size: int) -> Callable[[Path], None]:
+    """It takes no place on the disk."""
+
+    def write(path: Path) -> None:
+        path.touch()
+        os.truncate(path, size)
+
+    return write
+
+
 def a_huge_npz(path: Path) -> None:
     header = io.BytesIO()
     npy.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (1, 2**25 + 1, 3)})
@@ -152,6 +169,8 @@ def a_pickle(path: Path) -> None:
         ("a.png", a_transparent_palette, "opaque"),
         ("a.png", a_png_cut_off, "expected a PNG file: "),
         ("a.png", a_huge_png, "expected at most 33554432 pixels"),
+        ("a.png", a_png_of_two_headers, "expected at most 33554432 pixels, got 10000x10000"),
+        ("a.png", a_file_of(2**29 + 1), "expected a file of at most 536870912 bytes, got 536870913"),
         ("a.png", lambda path: path.write_bytes(png16(np.zeros((2, 2, 2), int))), "got LA;16B"),
         ("a.npz", lambda path: path.write_bytes(b"not a zip"), "expected an .npz file"),
         ("a.npz", lambda path: np.savez(path, depth=np.zeros(3)), "expected an array radiance, got 'depth'"),
@@ -159,6 +178,7 @@ def a_pickle(path: Path) -> None:
         ("a.npz", lambda path: np.savez(path, radiance=np.zeros((3, 4, 3), int)), "floating-point"),
         ("a.npz", a_pickle, "floating-point"),
         ("a.npz", lambda path: np.savez(path, radiance=grey(math.nan)), "finite numbers within .*, got 144 others"),
+        ("a.npz", a_file_of(2**31), "expected a file of at most 2147483647 bytes, got 2147483648"),
         ("a.npz", a_huge_npz, "expected at most 33554432 pixels, got 33554433x1"),
     ],
 )
