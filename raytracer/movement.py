@@ -141,6 +141,7 @@ class Movement:
         y, x = (int(index + where.start) * BLOCK + BLOCK // 2 for index, where in zip((row, column), part, strict=True))
         return Moved(
             float(squares.sum()) / self._share,
+            float(np.square(squares).sum()) / self._share,
             float(worst[row, column]),
             (self._blocks.area[0] + x, self._blocks.area[1] + y),
             scales,

@@ -154,6 +154,14 @@ def test_a_part_of_a_picture_tells_where_the_whole_is_worst(
 
 
 @pytest.mark.gl
+def test_an_error_that_few_pixels_hold_is_said_to_be_uncertain(renderer: Renderer) -> None:
+    for scene, few in ((rt.load("materials"), True), (scenes.assignment(), False)):
+        for samples in (4, 16):
+            estimate = renderer.render(scene, (160, 90), Settings(samples=samples, shadows="soft")).estimate
+            assert estimate and ("may be off by half" in str(estimate)) == few
+
+
+@pytest.mark.gl
 def test_a_picture_with_nothing_to_be_off_by_is_said_to_have_no_error(renderer: Renderer) -> None:
     camera = rt.Camera((0, 0, 5), (0, 0, 0))
     flat = rt.Scene([rt.Plane((0, 0, 1), 0, rt.Material(ka=(0.3, 0.3, 0.3)))], [], camera)
