@@ -5,7 +5,7 @@ python -m benchmarks.quality [--rounds N] [--only SCENE ...] [--truths FOLDER] [
 Pictures of all qualities are rendered in turns. The truth they are compared with is a picture of another sequence of
 samples, "r2", which takes minutes: in FOLDER it is kept for the next run. It has errors of its own, and its points on
 lights of soft shadows are the same, so what is measured of a picture with nearly as many samples says little. With
---readme the table is put into README.md, too.
+--readme the table is put into README.md, too. Of scenes that are not among --only the last results are kept.
 """
 
 import argparse
@@ -30,17 +30,20 @@ from raytracer.settings import Settings, Shadows
 
 
 class _Case(NamedTuple):
-    """How a scene is rendered, and the samples of its truth: as many as some minutes allow."""
+    """How a scene is rendered, and the samples of its truth: as many as some minutes allow; adaptive ones of a scene
+    with glints, of which a few pixels need many.
+    """
 
     shadows: Shadows
     samples: int
     size: tuple[int, int]
+    adaptive: float | None = None
 
 
 SCENES = {
     "assignment": _Case("hard", 4096, (1280, 720)),
     "many": _Case("hard", 1024, (1280, 720)),
-    "materials": _Case("soft", 2048, (640, 360)),
+    "materials": _Case("soft", 32768, (640, 360), 0.005),
 }
 # A picture that takes longer is rendered once.
 _LONG = 10.0
@@ -60,11 +63,11 @@ class Row(NamedTuple):
 
 def truth(renderer: Renderer, name: str, folder: Path | None) -> NDArray[np.float32]:
     """The radiance of a scene's picture that has converged, as far as it has."""
-    shadows, samples, size = SCENES[name]
+    shadows, samples, size, adaptive = SCENES[name]
     file = folder / f"{name}-{samples}.npy" if folder else None
     if file and file.exists():
         return np.load(file)
-    settings = Settings(samples=samples, shadows=shadows, sequence="r2")
+    settings = Settings(samples=samples, shadows=shadows, sequence="r2", adaptive=adaptive)
     radiance = renderer.render(rt.load(name), size, settings, geometry=False).radiance
     if file:
         np.save(file, radiance)
@@ -94,6 +97,23 @@ def rows(renderer: Renderer, name: str, rounds: int, right: NDArray[np.float32])
         print(*row, len(times), sep=", ", flush=True)
         result.append(row)
     return result
+
+
+def known(path: Path, name: str) -> list[Row]:
+    """What was measured of a scene the last time."""
+    with path.open(newline="") as file:
+        return [
+            Row(
+                row["scene"],
+                row["quality"],
+                float(row["seconds"]),
+                float(row["samples"]),
+                float(row["estimate"]) if row["estimate"] else None,
+                float(row["error"]),
+            )
+            for row in csv.DictReader(file)
+            if row["scene"] == name
+        ]
 
 
 def table(found: list[Row]) -> str:
@@ -140,9 +160,15 @@ def main() -> None:
     renderer = shared_renderer()
     start = time.perf_counter()
     found: list[Row] = []
-    for name in options.only:
-        found += rows(renderer, name, options.rounds, truth(renderer, name, options.truths))
-    truths = ", ".join(f"{SCENES[name].samples} of {name}" for name in options.only)
+    for name in SCENES:
+        if name in options.only:
+            found += rows(renderer, name, options.rounds, truth(renderer, name, options.truths))
+        else:
+            found += known(options.output / "quality.csv", name)
+    truths = ", ".join(
+        f"{case.samples} of {name}{f', adaptive {case.adaptive}' if case.adaptive else ''}"
+        for name, case in SCENES.items()
+    )
     lines = [
         "# What a quality costs",
         "",
