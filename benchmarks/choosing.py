@@ -23,8 +23,7 @@ from raytracer.trade import plots
 from raytracer.trade.approximations import add_approximations
 from raytracer.trade.configurations import FULL, MAIN, QUICK, plan
 from raytracer.trade.measure import Result, Trade, measure
-from raytracer.trade.page import write_page, write_tables
-from raytracer.trade.report import differences, slopes
+from raytracer.trade.report import as_csv, differences, slopes
 
 # Of discs and lines, in spacings of samples.
 _WIDTHS = (0.25, 0.5, 1.0, 1.5, 2.0)
@@ -84,7 +83,7 @@ def shadows(trade: Trade) -> str:
         own = {result.configuration.settings.samples: result for result in trade.of_knob("shadows", target)}
         cells = [f"{_ms(own[n])} ms, {_error(own[n])}" if n in own else "" for n in (1, 4, 16, 64)]
         rows.append([f"`{kind}`", *cells, f"{apart[target]:.1e}" if target in apart else ""])
-    return _table(["shadows", *(f"{n} samples" for n in (1, 4, 16, 64)), "from soft ones"], rows)
+    return _table(["shadows", "1 sample", *(f"{n} samples" for n in (4, 16, 64)), "from soft ones"], rows)
 
 
 def exact(trade: Trade) -> str:
@@ -157,8 +156,7 @@ def main() -> None:
     trade = measure(scene, planned, renderer, size, options.rounds, progress_bar, source="gpu")
     folder = options.docs / "choosing"
     folder.mkdir(exist_ok=True)
-    write_tables(trade, folder)
-    write_page(trade, renderer, folder)
+    (folder / "trade.csv").write_text(as_csv(trade))
     drawn = {
         "time": plots.error_against_time(trade, MAIN),
         "samples": plots.error_against_samples(trade, "sequence"),
