@@ -19,7 +19,7 @@ from raytracer.renderer import Renderer, shared_renderer
 from raytracer.settings import ASKED_SAMPLES, Settings
 
 SIZE = (1280, 720)
-SCENES = "assignment", "materials", "many"
+SCENES = "assignment", "many"
 TIMES = 0.1, 0.25, 0.5, 1.0
 # Of processes of their own, which take a second or two to start.
 NEW_TIMES = 0.25, 1.0
