@@ -150,7 +150,8 @@ def _descended(
         new = [settings for settings in beside if not full.knows(settings)]
         if new:
             progress(f"{len(new)} candidates beside the best")
-        found = [full.measure(settings) for settings in new]
+        # A single time may be far too long.
+        found = full.in_turns(filter(target.is_near, map(full.measure, new)), _ROUNDS)
         better = [each for each in found if target.is_met(each) and target.is_close(each, leading[0])]
         count += len(new)
         if not better:
