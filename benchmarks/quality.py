@@ -163,55 +163,6 @@ def main() -> None:
         else:
             found += known(options.output / "quality.csv", name)
     truths = ", ".join(f"{case.samples} of {name}" for name, case in SCENES.items())
-    lines = [f"| quality | the same as | {head} |", "|---|---|" + "---|" * len(names)]
-    for quality, fields in QUALITIES.items():
-        by_scene = {row.scene: row for row in found if row.quality == quality}
-        lines.append(f"| `{quality}` | `{flags(fields)}` | {' | '.join(_cell(by_scene[name]) for name in names)} |")
-    return "\n".join(lines)
-
-
-def _says(case: _Case) -> str:
-    return f"{case.size[0]}x{case.size[1]}{', soft shadows' if case.shadows == 'soft' else ''}"
-
-
-def _cell(row: Row) -> str:
-    estimate = "unknown" if row.estimate is None else f"{row.estimate:.1e}"
-    seconds = f"{row.seconds:.2g}" if row.seconds < 10.0 else f"{row.seconds:.0f}"
-    samples = f"{row.samples:.1f}".removesuffix(".0")
-    return f"{seconds} s, {samples} sample{'s' if row.samples > 1.0 else ''}, {row.error:.1e} ({estimate})"
-
-
-def into_readme(text: str, path: Path = Path("README.md")) -> None:
-    """Put a table between the marks."""
-    start, end = map(re.escape, _MARKS)
-    readme, count = re.subn(
-        f"{start}.*?{end}", lambda _: f"{_MARKS[0]}\n{text}\n{_MARKS[1]}", path.read_text(), flags=re.DOTALL
-    )
-    assert count == 1, f"{path} has no place for it"
-    path.write_text(readme)
-
-
-def main() -> None:
-    """Measure, print and write quality.md and quality.csv."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--only", nargs="+", default=list(SCENES), choices=list(SCENES))
-    parser.add_argument("--truths", type=Path)
-    parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
-    parser.add_argument("--readme", action="store_true")
-    options = parser.parse_args()
-    renderer = shared_renderer()
-    start = time.perf_counter()
-    found: list[Row] = []
-    for name in SCENES:
-        if name in options.only:
-            found += rows(renderer, name, options.rounds, truth(renderer, name, options.truths))
-        else:
-            found += known(options.output / "quality.csv", name)
-    truths = ", ".join(
-        f"{case.samples} of {name}{f', adaptive {case.adaptive}' if case.adaptive else ''}"
-        for name, case in SCENES.items()
-    )
     lines = [
         "# What a quality costs",
         "",
@@ -219,8 +170,8 @@ def main() -> None:
         f"medians of {options.rounds} pictures, in turns, without compilation, geometry and the file's writing; one",
         f"picture where it takes more than {_LONG:.0f} s. Samples a pixel are means. The error is the root mean square",
         "difference to a picture of another sequence of samples (r2), which has an error of its own; in parentheses is",
-        f"what the picture itself estimates. Samples of those pictures: {truths}. Of the last, whose errors are those of",
-        "glints in few pixels, it is off by about 1e-3 itself.",
+        f"what the picture itself estimates. Samples of those pictures: {truths}. Of the last,",
+        "whose errors are those of glints in few pixels, it is off by about 1e-3 itself.",
         "",
         machine(Bench(renderer, SCENES[options.only[0]].size, options.rounds)),
         "",
