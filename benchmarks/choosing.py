@@ -1,6 +1,6 @@
 """The plots and tables of docs/choosing.md: what `raytracer trade` measures of the assignment.
 
-python -m benchmarks.choosing [--scene SCENE] [--size W H] [--rounds N] [--quick] [--docs FOLDER]
+python -m benchmarks.choosing [--scene SCENE] [--size W H] [--rounds N] [--quick] [--results] [--docs FOLDER]
 
 It takes a quarter of an hour. Tables are put between the page's marks, those of benchmarks/results among them, and
 plots into its folder choosing/.
@@ -21,7 +21,7 @@ from raytracer.renderer import shared_renderer
 from raytracer.sampling import SEQUENCES, sample_points
 from raytracer.trade import plots
 from raytracer.trade.approximations import add_approximations
-from raytracer.trade.configurations import FULL, MAIN, QUICK, plan
+from raytracer.trade.configurations import FULL, MAIN, QUICK, Extent, plan
 from raytracer.trade.measure import Result, Trade, measure
 from raytracer.trade.report import as_csv, differences, slopes
 
@@ -139,22 +139,23 @@ def _missed(width: float, length: float, n: int) -> float:
     return 1.0 - float(met.mean())
 
 
-def main() -> None:
-    """Measure, and write the page's plots and tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scene", default="assignment")
-    parser.add_argument("--size", type=int, nargs=2, metavar=("W", "H"), default=(640, 360))
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--quick", action="store_true", help="little of it, to see that it works")
-    parser.add_argument("--docs", type=Path, default=Path("docs"))
-    options = parser.parse_args()
-    scene, extent = rt.load(options.scene), QUICK if options.quick else FULL
-    renderer = shared_renderer()
+def results() -> dict[str, str]:
+    """What other benchmarks measured."""
+    folder = Path(__file__).parent / "results"
+    texts = {name: (folder / f"{name}.md").read_text().rstrip() for name in ("estimates", "deadlines", "tuning")}
+    return {
+        "estimates": texts["estimates"][texts["estimates"].index("|") :],
+        "deadlines": texts["deadlines"][texts["deadlines"].index("|") :],
+        "tuning": texts["tuning"].splitlines()[-1],
+    }
+
+
+def measured(name: str, size: tuple[int, int], rounds: int, extent: Extent, folder: Path) -> dict[str, str]:
+    """The other tables; plots and all that was tried go into a folder."""
+    scene, renderer = rt.load(name), shared_renderer()
     planned = plan(scene, extent)
     add_approximations(planned, scene, extent, renderer)
-    size = options.size[0], options.size[1]
-    trade = measure(scene, planned, renderer, size, options.rounds, progress_bar, source="gpu")
-    folder = options.docs / "choosing"
+    trade = measure(scene, planned, renderer, size, rounds, progress_bar, source="gpu")
     folder.mkdir(exist_ok=True)
     (folder / "trade.csv").write_text(as_csv(trade))
     drawn = {
@@ -162,19 +163,31 @@ def main() -> None:
         "samples": plots.error_against_samples(trade, "sequence"),
         "soft": plots.error_against_samples(trade, "sequence, soft shadows"),
     }
-    for name, svg in drawn.items():
-        text = svg.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1)
-        (folder / f"{name}.svg").write_text(text)
+    for plot, svg in drawn.items():
+        (folder / f"{plot}.svg").write_text(svg.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1))
+    tables = {each.__name__: each(trade) for each in (front, sequences, shadows, exact, approximations)}
+    machine = "; ".join(f"{key}: {value}" for key, value in trade.machine.items())
+    return tables | {"blind": blind(), "machine": f"{size[0]}x{size[1]}; {machine}"}
+
+
+def main() -> None:
+    """Measure, and write the page's plots and tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scene", default="assignment")
+    parser.add_argument("--size", type=int, nargs=2, metavar=("W", "H"), default=(320, 180))
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--quick", action="store_true", help="little of it, to see that it works")
+    parser.add_argument("--results", action="store_true", help="measure nothing: only what benchmarks/results has")
+    parser.add_argument("--docs", type=Path, default=Path("docs"))
+    options = parser.parse_args()
+    tables = results()
+    if not options.results:
+        size = options.size[0], options.size[1]
+        tables |= measured(
+            options.scene, size, options.rounds, QUICK if options.quick else FULL, options.docs / "choosing"
+        )
     page = options.docs / "choosing.md"
     text = page.read_text()
-    tables = {each.__name__: each(trade) for each in (front, sequences, shadows, exact, approximations)}
-    tables["blind"] = blind()
-    results = Path(__file__).parent / "results"
-    for name in ("estimates", "deadlines"):
-        found = (results / f"{name}.md").read_text()
-        tables[name] = found[found.index("|") :].rstrip()
-    tables["tuning"] = (results / "tuning.md").read_text().rstrip().splitlines()[-1]
-    tables["machine"] = f"{size[0]}x{size[1]}; " + "; ".join(f"{key}: {value}" for key, value in trade.machine.items())
     for name, table in tables.items():
         text, count = re.subn(
             f"<!-- {name} -->.*?<!-- end -->",

@@ -17,9 +17,9 @@ all sizes it is within 30 % of the true one (tests/test_estimate.py).
 It is an average over many pixels, as good as the number of those that move. Where a few blocks of pixels hold most of
 what moved, such as those of a small light's glint on metal, it may be off by half or more, and says so: by how many
 blocks of the same weight would scatter as much, (sum s)^2 / sum s^2 of their squared movements s. On the assignment
-these are 20 to 30, on random scenes 15 to 200, and 2 to 5 on the example `materials`, where what is estimated is half
-to twice what is true. What single pixels are off by is told by how far apart their samples lie, sqrt(variance / n),
-scaled so that its mean square is the same.
+these are 20 to 30, on random scenes 15 to 200, and 2 to 5 on the example `materials`, where what is estimated is a
+third to twice what is true. What single pixels are off by is told by how far apart their samples lie, sqrt(variance /
+n), scaled so that its mean square is the same.
 
 Blind is this for what no sample meets. Of many things smaller than the distance of samples some are met, and they
 stand for the others; of a few it may be none.

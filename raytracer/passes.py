@@ -170,8 +170,11 @@ class Passes:
         assert self._programs and self._programs.shade
         for k in range(2):
             self.draw(area, k, anew=k == 0)
+        some = np.zeros_like(self._drawn[self._programs.shade])  # a cell of each program
+        for cells in self._drawn.values():
+            some.flat[cells.argmax()] = True
         per = CELL // BLOCK
-        self.draw_only(np.ones([per * side for side in self._drawn[self._programs.shade].shape], bool), (0, 0))
+        self.draw_only(some.repeat(per, axis=0).repeat(per, axis=1), (0, 0))
         self.draw(area, 1, anew=False)
         self._draw_size.clear()  # of so few pixels it tells nothing
 

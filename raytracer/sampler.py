@@ -58,6 +58,16 @@ class _Sums:
         self.total = found if self.total is None else np.add(self.total, found, dtype=np.float64)
 
 
+def _tells(settings: Settings) -> bool:
+    """Whether samples tell the error."""
+    return settings.sequence == "sobol" and settings.samples > 1
+
+
+def _decides(settings: Settings) -> bool:
+    """Whether it is decided where more samples are needed: where an error or a time is asked for, by what tells it."""
+    return settings.adaptive is not None or (settings.asks and _tells(settings))
+
+
 class Sampler:
     """Draws samples of one tile after another, as many as the settings want. On the GPU until closed."""
 
@@ -73,17 +83,16 @@ class Sampler:
         """`program` compiles a fragment shader for cells; `target` is the size of the largest tile with its margin().
         With `estimates` tiles are told how wrong they are, which takes a while.
         """
-        self._settings = settings
-        tells = settings.sequence == "sobol" and settings.samples > 1
+        self._settings, self._target = settings, target
+        tells = _tells(settings)
         self._movement = Movement(context, program, target) if tells and (estimates or settings.asks) else None
-        # Of other sequences' samples nothing is known that decides where more are needed.
-        decides = settings.adaptive is not None or (settings.asks and tells)
-        self._refinement = Refinement(context, program, target, settings, self._movement) if decides else None
+        refines = _decides(settings)
+        self._refinement = Refinement(context, program, target, settings, self._movement) if refines else None
 
     @staticmethod
     def margin(settings: Settings) -> int:
         """How many pixels are drawn around a tile at most."""
-        return MARGIN if settings.refines else 0
+        return MARGIN if _decides(settings) else 0
 
     def sum(
         self,
@@ -135,7 +144,9 @@ class Sampler:
             now = time.perf_counter()
             if looks:
                 judging = now - begin
-            last |= now + drawing + (judging if self._looks(done + 1) else 0.0) + ending > until
+            # A second part of the sum is read besides, and added in float64.
+            end = ending if done < SUMMED else 2.0 * ending
+            last |= now + drawing + (judging if self._looks(done + 1) else 0.0) + end > until
             if summed == SUMMED and not last:
                 sums.read()
             progress(settings.samples if last else done)
@@ -160,7 +171,7 @@ class Sampler:
 
     def warm(self, passes: Passes) -> None:
         """Have the driver compile all that sum() may draw, so that it takes nothing of a picture's time."""
-        area = (0, 0, CELL, CELL)
+        area = (0, 0, min(CELL, self._target[0]), min(CELL, self._target[1]))
         passes.warm(area)
         blocks = Blocks(area, passes)
         blocks.cells[:], blocks.samples[:] = True, 2

@@ -222,6 +222,23 @@ def test_a_picture_with_a_time_ends(renderer: Renderer) -> None:
     assert 0.1 < image.estimate.seconds <= took < 5.0
 
 
+@pytest.mark.gl
+@pytest.mark.parametrize("size", [(1, 1), (5, 3), (17, 9)])
+def test_pictures_smaller_than_a_cell_may_have_a_time(renderer: Renderer, size: tuple[int, int]) -> None:
+    asked = renderer.render(scenes.assignment(), size, Settings(samples=4, time=60.0))
+    plain = renderer.render(scenes.assignment(), size, Settings(samples=4))
+    np.testing.assert_array_equal(asked.radiance, plain.radiance)
+    assert asked.error is not None and np.isfinite(asked.error).all()
+
+
+@pytest.mark.gl
+def test_no_pass_begins_without_time_for_it(renderer: Renderer) -> None:
+    settings = Settings(samples=4096, time=1e-9)
+    image = renderer.render(scenes.assignment(), (100, 60), settings, tile=64)
+    assert image.samples is not None and (image.samples == 1).all()
+    assert image.estimate and "for want of time" in str(image.estimate)
+
+
 def test_what_is_surely_below_is_further_below_with_few_samples() -> None:
     def below(rmse: float, samples: int) -> bool:
         return is_surely_below(1.0, lambda: rmse, samples)
