@@ -8,13 +8,13 @@ plots into its folder choosing/.
 
 import argparse
 import math
-import re
 from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 import raytracer as rt
+from benchmarks.report import fill
 from raytracer.presets import flags, over
 from raytracer.progress import progress_bar
 from raytracer.renderer import shared_renderer
@@ -187,17 +187,8 @@ def main() -> None:
             options.scene, size, options.rounds, QUICK if options.quick else FULL, options.docs / "choosing"
         )
     page = options.docs / "choosing.md"
-    text = page.read_text()
     for name, table in tables.items():
-        text, count = re.subn(
-            f"<!-- {name} -->.*?<!-- end -->",
-            lambda _, name=name, table=table: f"<!-- {name} -->\n{table}\n<!-- end -->",
-            text,
-            flags=re.DOTALL,
-        )
-        if count != 1:
-            parser.error(f"{page}: expected one place for {name}, found {count}")
-    page.write_text(text)
+        fill(page, name, table)
     print(f"wrote {page}")
 
 

@@ -11,7 +11,6 @@ lights of soft shadows are the same, so what is measured of a picture with nearl
 import argparse
 import csv
 import io
-import re
 import time
 from pathlib import Path
 from statistics import median
@@ -23,7 +22,7 @@ from numpy.typing import NDArray
 
 import raytracer as rt
 from benchmarks.measure import Bench
-from benchmarks.report import machine
+from benchmarks.report import fill, machine
 from raytracer.presets import QUALITIES, flags
 from raytracer.renderer import Renderer, shared_renderer
 from raytracer.settings import Settings, Shadows
@@ -44,7 +43,6 @@ SCENES = {
 }
 # A picture that takes longer is rendered once.
 _LONG = 10.0
-_MARKS = "<!-- quality -->", "<!-- end of quality -->"
 
 
 class Row(NamedTuple):
@@ -135,16 +133,6 @@ def _cell(row: Row) -> str:
     return f"{seconds} s, {samples} sample{'s' if row.samples > 1.0 else ''}, {row.error:.1e} ({estimate})"
 
 
-def into_readme(text: str, path: Path = Path("README.md")) -> None:
-    """Put a table between the marks."""
-    start, end = map(re.escape, _MARKS)
-    readme, count = re.subn(
-        f"{start}.*?{end}", lambda _: f"{_MARKS[0]}\n{text}\n{_MARKS[1]}", path.read_text(), flags=re.DOTALL
-    )
-    assert count == 1, f"{path} has no place for it"
-    path.write_text(readme)
-
-
 def main() -> None:
     """Measure, print and write quality.md and quality.csv."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -184,7 +172,7 @@ def main() -> None:
     csv.writer(file).writerows([Row._fields, *found])
     (options.output / "quality.csv").write_text(file.getvalue())
     if options.readme:
-        into_readme(table(found))
+        fill(Path("README.md"), "quality", table(found))
     print(f"wrote {options.output / 'quality.md'} in {time.perf_counter() - start:.0f} s")
 
 

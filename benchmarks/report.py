@@ -111,3 +111,13 @@ def as_csv(results: Sequence[Result]) -> str:
             what = bound, row.wanted, row.reached(found), found.agreement.right
             writer.writerow((row.work, row.against, *(f"{time:.6g}" for time in times), *what, found.note))
     return text.getvalue()
+
+
+def fill(page: Path, name: str, text: str) -> None:
+    """Put a table between the marks of that name in a page."""
+    marks = f"<!-- {name} -->", f"<!-- end of {name} -->"
+    filled, count = re.subn(
+        f"{marks[0]}.*?{marks[1]}", lambda _: f"{marks[0]}\n{text}\n{marks[1]}", page.read_text(), flags=re.DOTALL
+    )
+    assert count == 1, f"{page}: expected one place for {name}, found {count}"
+    page.write_text(filled)

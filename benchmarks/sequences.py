@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from rich.progress import track
 
 from raytracer.sampling import _SCRAMBLES, SEQUENCES, Sequence, _sobol, sample_place, sample_points, scatters
+from raytracer.trade.pareto import slope
 
 SIZE = 128, 128
 # Those that a grid can have, too.
@@ -89,8 +90,9 @@ def report(found: dict[Sequence, list[float]], chosen: NDArray[np.float64], othe
         "|---" * (len(SAMPLES) + 2) + "|",
     ]
     for sequence, errors in found.items():
-        slope = -np.polyfit(np.log(SAMPLES), np.log(errors), 1)[0]
-        lines.append(f"| `{sequence}` | {' | '.join(f'{error:.2e}' for error in errors)} | {slope:.2f} |")
+        fit = slope(SAMPLES, errors)
+        assert fit
+        lines.append(f"| `{sequence}` | {' | '.join(f'{error:.2e}' for error in errors)} | {fit[0]:.2f} |")
     lines += [
         "",
         f"Sobol's points with the scrambles of `raytracer/sampling.py` among {len(others)} random pairs, by the",

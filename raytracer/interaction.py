@@ -16,7 +16,7 @@ import msgspec
 
 from raytracer import turntable
 from raytracer.checks import InputError, shown
-from raytracer.presets import Fields, combined, flags
+from raytracer.presets import Fields, combined, flags, over
 from raytracer.sampling import PROGRESSIVE
 from raytracer.scene import Scene
 from raytracer.settings import Settings, Shading, Shadows
@@ -298,16 +298,9 @@ _ACTS = {control.key: control.act for control in CONTROLS}
 
 def command(state: State, size: tuple[int, int], path: str) -> str:
     """The command line that renders a file of the state's scene to its picture in the window."""
-    settings, default = state.settings, msgspec.structs.asdict(combined(state.of_file))
-    # An error or a time that is given would change the number of samples.
-    options = {
-        name: value
-        for name, value in msgspec.structs.asdict(settings).items()
-        if value != default[name] or (settings.asks and name == "samples")
-    }
     output = path.removesuffix(".toml") + "-rendered.png"  # not a name of P's
     parts = "raytracer render", shlex.quote(path), "-o", shlex.quote(output), f"--size {size[0]}x{size[1]}"
-    return " ".join(filter(None, (*parts, flags(options))))
+    return " ".join(filter(None, (*parts, flags(over(state.of_file, state.settings)))))
 
 
 def title(state: State, samples: int, milliseconds: float, error: float | None = None) -> str:

@@ -125,7 +125,7 @@ class Live:
         self._passes.load(programs, scene, drawn, _enlarged(size, enlarged))
         self.enlarged, self.samples, self.moving = enlarged, 0, moving and (enlarged > 1 or settings.samples > 1)
         self._settings, self._seconds, self._enough = settings, 0.0, False
-        self._tells = not self.moving and not geometry and settings.sequence == "sobol" and settings.samples > 1
+        self._tells = not self.moving and not geometry and settings.tells
         if self._error:
             self._error.forget()
         if not known:

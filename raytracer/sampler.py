@@ -58,14 +58,9 @@ class _Sums:
         self.total = found if self.total is None else np.add(self.total, found, dtype=np.float64)
 
 
-def _tells(settings: Settings) -> bool:
-    """Whether samples tell the error."""
-    return settings.sequence == "sobol" and settings.samples > 1
-
-
 def _decides(settings: Settings) -> bool:
     """Whether it is decided where more samples are needed: where an error or a time is asked for, by what tells it."""
-    return settings.adaptive is not None or (settings.asks and _tells(settings))
+    return settings.adaptive is not None or (settings.asks and settings.tells)
 
 
 class Sampler:
@@ -84,10 +79,10 @@ class Sampler:
         With `estimates` tiles are told how wrong they are, which takes a while.
         """
         self._settings, self._target = settings, target
-        tells = _tells(settings)
-        self._movement = Movement(context, program, target) if tells and (estimates or settings.asks) else None
-        refines = _decides(settings)
-        self._refinement = Refinement(context, program, target, settings, self._movement) if refines else None
+        told = settings.tells and (estimates or settings.asks)
+        self._movement = Movement(context, program, target) if told else None
+        decides = _decides(settings)
+        self._refinement = Refinement(context, program, target, settings, self._movement) if decides else None
 
     @staticmethod
     def margin(settings: Settings) -> int:

@@ -107,6 +107,11 @@ class Settings(msgspec.Struct, frozen=True):
         return self.adaptive is not None or self.asks
 
     @property
+    def tells(self) -> bool:
+        """Whether the samples tell the picture's error (estimate.py)."""
+        return self.sequence == "sobol" and self.samples > 1
+
+    @property
     def asks(self) -> bool:
         """Whether an error or a time is asked for, and the samples follow from that."""
         return self.max_error is not None or self.time is not None
