@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import raytracer as rt
 from benchmarks import povray
-from raytracer import reference
+from raytracer import oracle
 from raytracer.film import Image, srgb8
 from raytracer.live import Live
 from raytracer.passes import Passes
@@ -136,7 +136,7 @@ class Bench:
         if count <= _FEW or (not povray.version() and count <= _MANY):
             width, height = self.size
             size = _SMALL if count > _FEW else self.size if samples == 1 else (width // 4, height // 4)
-            truth = reference.render(scene, size, settings).srgb8()
+            truth = oracle.render(scene, size, settings).srgb8()
             found.compare(srgb8(self.radiance(scene, settings, size)), truth, f"float64's, {size[0]}x{size[1]}")
         if not found.findings:
             found.findings.append("not compared: that takes povray")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from raytracer.checks import InputError, about, number, printable
-from raytracer.compare import SCALE, SUFFIXES, THRESHOLD, Comparison, compare, difference, load_radiance, size_of
+from raytracer.comparison import SCALE, SUFFIXES, THRESHOLD, Comparison, compare, difference, load_radiance, size_of
 from raytracer.film import check_output
 from raytracer.options import add_own, add_scene, add_size, given, whole
 from raytracer.presets import combined, own

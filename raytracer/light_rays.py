@@ -1,4 +1,4 @@
-"""From a point to a light, in float64: the rays that the reference (reference.py) looks along, by a rule of its own."""
+"""From a point to a light, in float64: the rays that the reference (oracle.py) looks along, by a rule of its own."""
 
 from __future__ import annotations
 

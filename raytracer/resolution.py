@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer import reference, view_space
+from raytracer import oracle, view_space
 from raytracer.reference_facets import dot
 from raytracer.rounding import FEW, UNIT, Rays, Roots, View, interval, moment_error, order_in_doubt, root_errors
 from raytracer.scene import PointLight, Scene
@@ -45,14 +45,14 @@ class _Analysis:
     def __init__(self, scene: Scene, size: tuple[int, int], precision: Precision) -> None:
         self._scene, self._size = scene, size
         self._u = UNIT[precision]
-        self._tracer = reference.Tracer(scene)
+        self._tracer = oracle.Tracer(scene)
         self._R = view_space.rotation(scene.camera)
         self._eye = np.array(scene.camera.position)
         self._leaves = self._tracer.leaves
         self._view = View(self._R, scene.camera.position, sum(size), self._u)
 
     def run(self) -> Resolution:
-        world = reference.camera_rays(self._scene.camera, self._size).reshape(-1, 3)
+        world = oracle.camera_rays(self._scene.camera, self._size).reshape(-1, 3)
         count = len(world)
         none = np.zeros(count)
         t, surface = self._tracer.first(np.zeros(world.shape), world)

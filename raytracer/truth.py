@@ -28,7 +28,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer import reference
+from raytracer import oracle
 from raytracer.checks import InputError, number, shown
 from raytracer.film import Image
 from raytracer.limits import check_size
@@ -189,7 +189,7 @@ class Found(NamedTuple):
 
     mean: Array
     variance: Array
-    centre: reference.Seen | None  # of a first round
+    centre: oracle.Seen | None  # of a first round
 
 
 class Tracing:
@@ -197,7 +197,7 @@ class Tracing:
 
     def __init__(self, job: Job) -> None:
         self._job = job
-        self._tracer = reference.Tracer(job.scene)
+        self._tracer = oracle.Tracer(job.scene)
         self._rays = min(RAYS, max(1, _RAYS_TIMES_LEAVES // len(self._tracer.leaves)))
 
     def __call__(self, task: Task) -> Found:
@@ -211,18 +211,18 @@ class Tracing:
         centre = self._look(x + 0.5, y + 0.5, None) if task.key[0] == 0 else None
         return Found(sets.mean(axis=1), sets.var(axis=1, ddof=1) / _SETS, centre)
 
-    def _look(self, x: Array, y: Array, shifts: Array | None) -> reference.Seen:
+    def _look(self, x: Array, y: Array, shifts: Array | None) -> oracle.Seen:
         """What is seen through points of the picture, as many at a time as fit."""
         job = self._job
-        rd = reference.rays_through(job.scene.camera, job.size, x.ravel(), y.ravel())
+        rd = oracle.rays_through(job.scene.camera, job.size, x.ravel(), y.ravel())
         shifts = shifts if shifts is None else shifts.reshape(len(rd), -1, 2)
         parts = [
-            reference.look(
+            oracle.look(
                 job.scene, job.settings, self._tracer, rd[rows], _LIGHT_RAYS, None if shifts is None else shifts[rows]
             )
             for rows in (slice(start, start + self._rays) for start in range(0, len(rd), self._rays))
         ]
-        return reference.Seen(*map(np.concatenate, zip(*parts, strict=True)))
+        return oracle.Seen(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 def _spread(rng: np.random.Generator, pixels: int, samples: int, kinds: int) -> Iterator[Array]:

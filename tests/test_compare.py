@@ -22,7 +22,7 @@ from PIL import Image as Pillow
 
 import raytracer as rt
 from raytracer.cli import main
-from raytracer.compare import DARKEST, compare, difference, load_radiance
+from raytracer.comparison import DARKEST, compare, difference, load_radiance
 from raytracer.film import Image
 
 

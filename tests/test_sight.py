@@ -11,7 +11,7 @@ import pytest
 import raytracer as rt
 from raytracer.cells import CELL
 from raytracer.extremes.comparison import enlarged, moved
-from raytracer.reference import Tracer, camera_rays
+from raytracer.oracle import Tracer, camera_rays
 from raytracer.renderer import TILE, Renderer
 from raytracer.settings import Settings
 from raytracer.sight import has_quiet, quiet_cells

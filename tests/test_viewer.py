@@ -19,7 +19,7 @@ from PIL import Image
 
 import raytracer as rt
 import raytracer.viewer
-from raytracer import reference
+from raytracer import oracle
 from raytracer.interaction import Cursor, Event, Key, Press, Told, Wheel
 from raytracer.settings import Settings
 from raytracer.turntable import scale_camera, scale_light, turn_camera, turn_light
@@ -102,7 +102,7 @@ def test_dragging_moves_the_highlight_to_where_the_reference_has_it(tmp_path: Pa
             )
             view.act("mouseup 1")
             scene = turn_light(scene, 0, half_turns(right), half_turns(-down))
-            truth = reference.render(scene, SIZE, Settings()).srgb8().astype(int)
+            truth = oracle.render(scene, SIZE, Settings()).srgb8().astype(int)
             view.until(
                 lambda truth=truth: bool((np.abs(view.shown() - truth).max(axis=2) > 1).mean() < 1e-3),
                 "not the reference's picture",

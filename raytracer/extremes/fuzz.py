@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from raytracer import reference
+from raytracer import oracle
 from raytracer.checks import InputError, Vec3
 from raytracer.extremes.comparison import compare, unit
 from raytracer.extremes.ledger import Finding, worst
@@ -40,8 +40,8 @@ def scene(seed: int) -> Scene:
             drawn = _draw(np.random.default_rng((1, seed // _ALIKE)), np.random.default_rng((2, seed, attempt)))
         except InputError:  # beyond what a scene may hold: 1e12, or radii below 1e-12
             continue
-        rays = reference.camera_rays(drawn.camera, (8, 6)).reshape(-1, 3)
-        if attempt == _ATTEMPTS or np.any(reference.Tracer(drawn).first(np.zeros(rays.shape), rays)[1] >= 0):
+        rays = oracle.camera_rays(drawn.camera, (8, 6)).reshape(-1, 3)
+        if attempt == _ATTEMPTS or np.any(oracle.Tracer(drawn).first(np.zeros(rays.shape), rays)[1] >= 0):
             return drawn
     raise AssertionError
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer import glsl, reference
+from raytracer import glsl, oracle
 from raytracer.extremes.comparison import MATTE, findings, invalid, unit
 from raytracer.extremes.ledger import Finding
 from raytracer.material import Material
@@ -77,7 +77,7 @@ def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
             yield Finding("exponent", at, 32, "relative error, share of its bound", float((error / bound).max()), 1)
             yield Finding("exponent", at, 32, "relative error", float(error.max()), float(bound.max()))
             scene = _highlight_on_a_ball(model, h)
-            truth = reference.render(scene, (64, 64)).radiance
+            truth = oracle.render(scene, (64, 64)).radiance
             for bits in renderer.limits.precisions:
                 image = renderer.render(scene, (64, 64), Settings(precision=bits))
                 off = float(np.abs(image.radiance - truth).max())

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from raytracer import __version__
 from raytracer.checks import InputError
-from raytracer.compare import Comparison, compare
+from raytracer.comparison import Comparison, compare
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError
 from raytracer.progress import Progress

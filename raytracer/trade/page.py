@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
 
-from raytracer.compare import SCALE
+from raytracer.comparison import SCALE
 from raytracer.film import written_whole
 from raytracer.renderer import Renderer
 from raytracer.trade import plots

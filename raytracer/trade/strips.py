@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compare import difference
+from raytracer.comparison import difference
 from raytracer.film import Image
 from raytracer.renderer import Renderer
 from raytracer.trade.configurations import MAIN
