@@ -52,11 +52,11 @@ class Group(NamedTuple):
 
 
 class Big(NamedTuple):
-    """An object that is evaluated as a program."""
+    """n objects of one tree, of k leaves each, that are evaluated as programs."""
 
     pruner: Pruner
-    surfaces: Ints  # of each leaf
-    order: int
+    surfaces: Ints  # (n, k): of each leaf
+    order: Ints  # (n,): number of the object in the scene
 
 
 class Groups(NamedTuple):
@@ -91,7 +91,7 @@ def _groups(scene: Scene) -> Groups:
     spheres = sum(shape.count(Sphere) * count for shape, count in zip(shapes, counts, strict=True))
     first: list[list[Ints]] = [[] for _ in kinds]
     order: list[list[Ints]] = [[] for _ in kinds]
-    bigs: list[Big] = []
+    bigs: dict[Shape, list[tuple[Ints, Ints]]] = {}
     planes: list[int] = []
     orders_of_spheres: list[Ints] = []
     orders_of_planes: list[Ints] = []
@@ -108,8 +108,7 @@ def _groups(scene: Scene) -> Groups:
             is_plane = np.array([isinstance(node, Plane) for node in tree if isinstance(node, Primitive)])
             among = np.where(is_plane, np.cumsum(is_plane) - 1 + plane, np.cumsum(~is_plane) - 1 + sphere)
             step = np.where(is_plane, own[1], own[0])
-            pruner = Pruner(tree)
-            bigs += [Big(pruner, among + i * step, number + i) for i in range(count)]
+            bigs.setdefault(shape, []).append((among + step * np.arange(count)[:, None], numbers))
         orders_of_spheres.append(np.repeat(numbers, own[0]))
         orders_of_planes.append(np.repeat(numbers, own[1]))
         sphere, plane, number = sphere + own[0] * count, plane + own[1] * count, number + count
@@ -117,7 +116,11 @@ def _groups(scene: Scene) -> Groups:
         Group(_numbered(trees[shapes.index(shape)]), np.concatenate(f), np.concatenate(o))
         for shape, f, o in zip(kinds, first, order, strict=True)
     ]
-    return Groups(found, bigs, planes, np.concatenate([*orders_of_spheres, *orders_of_planes]))
+    programs = [
+        Big(Pruner(trees[shapes.index(shape)]), np.concatenate(surfaces), np.concatenate(order))
+        for shape, (surfaces, order) in ((shape, zip(*parts, strict=True)) for shape, parts in bigs.items())
+    ]
+    return Groups(found, programs, planes, np.concatenate([*orders_of_spheres, *orders_of_planes]))
 
 
 def _numbered(tree: list[Solid]) -> list[Solid | int]:
