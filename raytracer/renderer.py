@@ -40,6 +40,7 @@ from raytracer.shader import (
     visibility_source,
 )
 from raytracer.sight import has_quiet
+from raytracer.turns import alone, check_process, turn
 
 if TYPE_CHECKING:
     from raytracer.context import Backend
@@ -79,11 +80,16 @@ def render(
     None takes nothing of it back.
     The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
     `backend` is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl",
-    "window" or "osmesa"; the context is kept for the next call. `progress(done, total)` is called after each pass.
+    "window" or "osmesa"; the context is kept for the next call. `progress(done, total)` is called after each pass, and
+    must not render itself.
+
+    Threads take turns: a call waits until that of another thread is done, and gives the same bits. After the first
+    picture a process must not be forked to render in the child, as multiprocessing does by default on Linux before
+    Python 3.14: OpenGL drivers do not survive that. Use multiprocessing.get_context("spawn").
 
     Warns (UserWarning) of a scene whose distances and radii are further apart than 32 bits resolve. Raises
     InputError for a wrong value or a scene beyond this driver's limits, ContextError if no OpenGL
-    context opens, MemoryError if the picture does not fit.
+    context opens or in such a child, RuntimeError if called by `progress`, MemoryError if the picture does not fit.
     """
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}")
@@ -111,11 +117,26 @@ _shared: dict[str, Renderer] = {}
 
 
 def shared_renderer(backend: str | None = None) -> Renderer:
-    """The renderer on this process's one context of that kind, opened when first asked for."""
+    """The renderer on this process's one context of that kind, opened when first asked for.
+
+    Raises InputError for a backend that there is none of, ContextError if no context opens or in a process that was
+    forked from one that had begun with OpenGL (turns.py), RuntimeError within a progress callback.
+    """
     name = backend_name(backend)
+    check_process()
     if name not in _shared:
-        _shared[name] = Renderer(open_context(name))
+        with alone():
+            if name not in _shared:  # another thread may have been before
+                _shared[name] = _opened(name)
     return _shared[name]
+
+
+def _opened(backend: str) -> Renderer:
+    context = open_context(backend)
+    try:
+        return Renderer(context)
+    finally:
+        context.__exit__(None, None, None)  # current in this thread it could be in no other one
 
 
 def metadata(
@@ -189,10 +210,10 @@ class Renderer:
         rows = tile if settings.samples > 1 else max(CELL, _STRIP // min(width, tile) // CELL * CELL)
         shape = min(width, tile), min(height, tile, rows)
         tiles = list(_tiles(size, shape))
-        if geometry:
-            self._find_geometry(image, scene, settings, tiles, shape)
         target = min(width, shape[0] + 2 * margin), min(height, shape[1] + 2 * margin)
-        with self.context, ExitStack() as stack:
+        with turn(self.context), ExitStack() as stack:
+            if geometry:
+                self._find_geometry(image, scene, settings, tiles, shape)
             passes = stack.enter_context(closing(Passes(self.context, target, once=True)))
             quiet = not only or width * height * settings.samples >= _WORTH_QUIET
             passes.load(self.programs(scene, settings, quiet=quiet), scene, settings, size)
@@ -238,7 +259,7 @@ class Renderer:
         """Fill in what the centre rays of an image's pixels see."""
         size = image.radiance.shape[1], image.radiance.shape[0]
         settings = msgspec.structs.replace(settings, samples=1, sequence="sobol")  # that sample is the centre
-        with self.context, closing(Passes(self.context, target, geometry=True)) as passes:
+        with closing(Passes(self.context, target, geometry=True)) as passes:
             passes.load(self.programs(scene, settings, None), scene, settings, size)
             for rectangle in tiles:
                 passes.draw(rectangle, 0, anew=True)
