@@ -23,7 +23,6 @@ from numpy.typing import ArrayLike, NDArray
 from raytracer.glsl_source import ShaderError, Source, assemble, shaders_folder
 from raytracer.opengl import release, set_uniforms, volume_texture
 from raytracer.renderer import Renderer, shared_renderer
-from raytracer.turns import turn
 
 # Words of a row of the data textures: any driver of OpenGL 3.3 takes 1024, llvmpipe 16384.
 _WIDTH = 1024
@@ -244,7 +243,7 @@ def _run(
     padded = np.zeros((max(1, -(-len(words) // _WIDTH)), _WIDTH), np.int32)
     padded.ravel()[: len(words)] = words
     total = len(data) * (returned.itemsize // 4)
-    with turn(context):
+    with renderer.turn():
         program = renderer.program(source)
         texture = context.texture((_WIDTH, len(padded)), 1, padded.tobytes(), dtype="i4")
         target = context.texture((_WIDTH, -(-total // _WIDTH)), 1, dtype="i4")
