@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 from collections.abc import Callable
 from typing import Any, Literal, NoReturn, get_args
 
 import moderngl
 
 from raytracer.checks import InputError
+from raytracer.turns import ContextError, begin
 
 Backend = Literal["auto", "egl", "window", "osmesa"]
 VARIABLE = "RAYTRACER_BACKEND"
@@ -28,10 +30,6 @@ PACKAGES = {
     "window": "xvfb xauth libgl1 libglx-mesa0 libgl1-mesa-dri",
     "osmesa": "libosmesa6",
 }
-
-
-class ContextError(RuntimeError):
-    """No OpenGL context could be opened; the message lists what was tried, why it failed, and a remedy."""
 
 
 def backend_name(backend: str | None = None) -> str:
@@ -49,9 +47,11 @@ def backend_name(backend: str | None = None) -> str:
 def open_context(backend: str | None = None) -> moderngl.Context:
     """A new context by `backend_name(backend)`; "auto" is the first that opens.
 
-    Raises InputError as `backend_name`, ContextError if no context opens.
+    Raises InputError as `backend_name`, ContextError if no context opens, or in a process that was forked from one that
+    had begun with OpenGL (turns.py).
     """
     name = backend_name(backend)
+    begin()
     names = list(_OPENERS) if name == "auto" else [name]
     failures = []
     for name in names:
@@ -70,6 +70,7 @@ def open_window(size: tuple[int, int], title: str) -> tuple[moderngl.Context, An
 
     Releasing the context closes the window. Raises ContextError if no window opens.
     """
+    begin()
     try:
         return _open_glfw("any", size, title, visible=True)
     except Exception as error:
@@ -121,7 +122,7 @@ class _GlfwLoader:
         self._glfw.make_context_current(self._window)
 
     def __exit__(self, *_: object) -> None:
-        pass
+        self._glfw.make_context_current(None)
 
     def release(self) -> None:
         if self in _loaders:
@@ -147,6 +148,8 @@ def _open_glfw(
     # Imported where used: importing glfw starts a process to compare library versions.
     import glfw
 
+    if sys.platform == "darwin" and threading.current_thread() is not threading.main_thread():
+        raise RuntimeError("macOS opens windows in the main thread only: render a picture there first")
     if any(loader.platform != platform for loader in _loaders):
         raise RuntimeError("GLFW has an open context of another kind, and can have only one kind at a time")
     glfw.set_error_callback(_raise_glfw_error)

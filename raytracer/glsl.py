@@ -243,7 +243,7 @@ def _run(
     padded = np.zeros((max(1, -(-len(words) // _WIDTH)), _WIDTH), np.int32)
     padded.ravel()[: len(words)] = words
     total = len(data) * (returned.itemsize // 4)
-    with context:
+    with renderer.turn():
         program = renderer.program(source)
         texture = context.texture((_WIDTH, len(padded)), 1, padded.tobytes(), dtype="i4")
         target = context.texture((_WIDTH, -(-total // _WIDTH)), 1, dtype="i4")

@@ -74,9 +74,10 @@ _last: tuple[object, Groups] | None = None
 def groups(scene: Scene) -> Groups:
     """The objects of `scene`, kept as long as scenes of the same objects are asked for."""
     global _last
-    if _last is None or _last[0] is not scene.objects:
-        _last = scene.objects, _groups(scene)
-    return _last[1]
+    last = _last  # another thread may set it meanwhile
+    if last is None or last[0] is not scene.objects:
+        _last = last = scene.objects, _groups(scene)
+    return last[1]
 
 
 def _groups(scene: Scene) -> Groups:

@@ -16,7 +16,7 @@ from raytracer import view_space
 from raytracer.checks import InputError
 from raytracer.estimate import Estimate, is_surely_below
 from raytracer.film import Image
-from raytracer.glsl_source import ShaderError, assemble
+from raytracer.glsl_source import ShaderError, Source, assemble
 from raytracer.opengl import release, set_uniforms
 from raytracer.passes import Passes, Programs
 from raytracer.renderer import Renderer
@@ -78,6 +78,8 @@ class Live:
         self._structure: tuple[object, ...] = ()
         self._programs: tuple[Programs | None, dict[str, moderngl.Program]] = None, {}
         self._arrays: dict[str, moderngl.VertexArray] = {}
+        self._held: set[moderngl.Program] = set()  # all programs that are in use
+        renderer.held[self] = self._held
         self._panels: list[tuple[moderngl.Texture, tuple[int, int]]] = []
         self._reread = False
         self._settings = Settings()
@@ -133,10 +135,14 @@ class Live:
             release(self._context, *self._arrays.values())
             self._arrays = {name: self._context.vertex_array(program, []) for name, program in on_screen.items()}
             self._programs, self._structure = (programs, on_screen), structure
-        if reread:  # what the files held before is not needed any more
             self._drop_error()
+            self._held.clear()
+            self._held |= {*filter(None, programs), *on_screen.values()}
+        if reread:  # what the files held before is not needed any more
             self._mistaken = False
-            self._renderer.forget([*filter(None, programs), *on_screen.values()])
+            self._renderer.forget(self._held)
+        elif not known:
+            self._renderer.trim()
 
     def _find_programs(
         self, scene: Scene, settings: Settings, show: Show
@@ -173,13 +179,17 @@ class Live:
 
     def _look(self, passes: Passes) -> None:
         if self._error is None:
-            program = partial(self._renderer.program, vertex=plain_vertex_source())
-            self._error = StillError(self._context, program, self.size)
+            self._error = StillError(self._context, self._error_program, self.size)
         settings, n = self._settings, self.samples
         if not n & (n - 1):
             self._error.look(n, passes, last=2 * n > settings.samples)
         if settings.max_error is not None:
             self._enough |= is_surely_below(settings.max_error, partial(self._error.rmse, n), n)
+
+    def _error_program(self, source: Source) -> moderngl.Program:
+        program = self._renderer.program(source, plain_vertex_source())
+        self._held.add(program)
+        return program
 
     @property
     def done(self) -> bool:
@@ -250,6 +260,7 @@ class Live:
         self._drop_error()
         if self._passes:
             self._passes.close()
+        self._held.clear()
 
 
 def _enlarged(size: tuple[int, int], by: int) -> tuple[int, int]:

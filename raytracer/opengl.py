@@ -13,8 +13,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.context import ContextError
 from raytracer.glsl_source import ShaderError
+from raytracer.turns import ContextError
 
 _ALIASED_POINT_SIZE_RANGE = 0x846D
 _TEXTURE0, _TEXTURE_BUFFER, _MAX_TEXTURE_BUFFER_SIZE = 0x84C0, 0x8C2A, 0x8C2B

@@ -5,9 +5,10 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Collection, Iterator, Sequence
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import moderngl
 import msgspec
@@ -40,6 +41,7 @@ from raytracer.shader import (
     visibility_source,
 )
 from raytracer.sight import has_quiet
+from raytracer.turns import alone, check_process, turn
 
 if TYPE_CHECKING:
     from raytracer.context import Backend
@@ -49,6 +51,11 @@ TILE = 2048
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
 # quiet cells than it takes to compile.
 _WORTH_QUIET = 2**20
+# Characters of the texts of all programs that are kept, but for those that every text has: llvmpipe takes some 4 MB for
+# the program of a tree of 8 spheres, 200 MB for one of 300, in all 0.8 to 2.3 kB a character. So many are up to 1 GB,
+# most often half of it. A page of all knobs (trade/) has 58 programs of 275,000, which it times in turns.
+KEPT_TEXT = 400_000
+_COMMON_TEXT = 24_000
 # Pixels of a tile of a picture with 1 sample: rows of cells in the processor's cache.
 _STRIP = 2**18
 
@@ -79,11 +86,16 @@ def render(
     None takes nothing of it back.
     The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
     `backend` is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl",
-    "window" or "osmesa"; the context is kept for the next call. `progress(done, total)` is called after each pass.
+    "window" or "osmesa"; the context is kept for the next call. `progress(done, total)` is called after each pass, and
+    must not render itself.
+
+    Threads take turns: a call waits until that of another thread is done, and gives the same bits. After the first
+    picture a process must not be forked to render in the child, as multiprocessing does by default on Linux before
+    Python 3.14: OpenGL drivers do not survive that. Use multiprocessing.get_context("spawn").
 
     Warns (UserWarning) of a scene whose distances and radii are further apart than 32 bits resolve. Raises
     InputError for a wrong value or a scene beyond this driver's limits, ContextError if no OpenGL
-    context opens, MemoryError if the picture does not fit.
+    context opens or in such a child, RuntimeError if called by `progress`, MemoryError if the picture does not fit.
     """
     if not isinstance(scene, Scene):
         raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}")
@@ -111,11 +123,26 @@ _shared: dict[str, Renderer] = {}
 
 
 def shared_renderer(backend: str | None = None) -> Renderer:
-    """The renderer on this process's one context of that kind, opened when first asked for."""
+    """The renderer on this process's one context of that kind, opened when first asked for.
+
+    Raises InputError for a backend that there is none of, ContextError if no context opens or in a process that was
+    forked from one that had begun with OpenGL (turns.py), RuntimeError within a progress callback.
+    """
     name = backend_name(backend)
+    check_process()
     if name not in _shared:
-        _shared[name] = Renderer(open_context(name))
+        with alone():
+            if name not in _shared:  # another thread may have been before
+                _shared[name] = _opened(name)
     return _shared[name]
+
+
+def _opened(backend: str) -> Renderer:
+    context = open_context(backend)
+    try:
+        return Renderer(context)
+    finally:
+        context.__exit__(None, None, None)  # current in this thread it could be in no other one
 
 
 def metadata(
@@ -144,12 +171,21 @@ def _why_unknown(settings: Settings, estimates: bool) -> str:
 
 
 class Renderer:
-    """Renders scenes on one OpenGL context. Programs are kept, by their text."""
+    """Renders scenes on one OpenGL context. The programs used last are kept, by their text."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
-        self._programs: dict[tuple[str, str], moderngl.Program] = {}
+        self._programs: dict[tuple[str, str], moderngl.Program] = {}  # the least recently used first
+        # The programs that windows draw with, while other pictures are made on the same context.
+        self.held: WeakKeyDictionary[object, Collection[moderngl.Program]] = WeakKeyDictionary()
         self.limits = Limits(context)
+
+    @contextmanager
+    def turn(self) -> Iterator[None]:
+        """Have the context current for a block, in which no program is released. Errors are those of turns.turn()."""
+        with turn(self.context):
+            self.trim()
+            yield
 
     def render(
         self,
@@ -189,10 +225,10 @@ class Renderer:
         rows = tile if settings.samples > 1 else max(CELL, _STRIP // min(width, tile) // CELL * CELL)
         shape = min(width, tile), min(height, tile, rows)
         tiles = list(_tiles(size, shape))
-        if geometry:
-            self._find_geometry(image, scene, settings, tiles, shape)
         target = min(width, shape[0] + 2 * margin), min(height, shape[1] + 2 * margin)
-        with self.context, ExitStack() as stack:
+        with self.turn(), ExitStack() as stack:
+            if geometry:
+                self._find_geometry(image, scene, settings, tiles, shape)
             passes = stack.enter_context(closing(Passes(self.context, target, once=True)))
             quiet = not only or width * height * settings.samples >= _WORTH_QUIET
             passes.load(self.programs(scene, settings, quiet=quiet), scene, settings, size)
@@ -238,7 +274,7 @@ class Renderer:
         """Fill in what the centre rays of an image's pixels see."""
         size = image.radiance.shape[1], image.radiance.shape[0]
         settings = msgspec.structs.replace(settings, samples=1, sequence="sobol")  # that sample is the centre
-        with self.context, closing(Passes(self.context, target, geometry=True)) as passes:
+        with closing(Passes(self.context, target, geometry=True)) as passes:
             passes.load(self.programs(scene, settings, None), scene, settings, size)
             for rectangle in tiles:
                 passes.draw(rectangle, 0, anew=True)
@@ -278,20 +314,36 @@ class Renderer:
         """
         vertex = vertex or assemble("screen.vert")
         key = vertex.text, source.text
-        if key not in self._programs:
+        program = self._programs.pop(key, None)
+        if program is None:
             try:
                 program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
             except moderngl.Error as error:
                 heading, _, log = str(error).rpartition("===\n")
                 wrong = vertex if "vertex" in heading else source
                 raise ShaderError(wrong.explain(log.strip())) from None
-            self._programs[key] = program
-        return self._programs[key]
+        self._programs[key] = program
+        return program
 
     def forget(self, keep: Collection[moderngl.Program]) -> None:
         """Release all programs but these. `context` must be current."""
         for key, program in list(self._programs.items()):
             if program not in keep:
+                self._programs.pop(key).release()
+
+    def trim(self) -> None:
+        """Release the least recently used programs but those that are held, if there are more than KEPT_TEXT.
+
+        `context` must be current, and no other program than those in use.
+        """
+        lengths = {key: max(len(key[0]) + len(key[1]) - _COMMON_TEXT, 0) for key in self._programs}
+        total = sum(lengths.values())
+        held = {program for programs in self.held.values() for program in programs}
+        for key, program in list(self._programs.items()):
+            if total <= KEPT_TEXT:
+                break
+            if program not in held:
+                total -= lengths[key]
                 self._programs.pop(key).release()
 
 

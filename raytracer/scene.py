@@ -156,14 +156,15 @@ def _materials(objects: tuple[Solid | Instances, ...]) -> tuple[Material, ...]:
     Kept for the next scene of the same objects: in a window lights and cameras make many of them.
     """
     global _last
-    if _last[0] is not objects:
+    last = _last  # another thread may set it meanwhile
+    if last[0] is not objects:
         once = [leaves(o.solid if isinstance(o, Instances) else o) for o in objects]
         copies = [len(o) if isinstance(o, Instances) else 1 for o in objects]
         count = sum(n * len(found) for n, found in zip(copies, once, strict=True))
         if count > MAX_SURFACES:
             raise InputError(f"objects: expected at most {MAX_SURFACES} primitives, got {count}")
-        _last = objects, tuple(dict.fromkeys(leaf.material for found in once for leaf in found))
-    return _last[1]
+        _last = last = objects, tuple(dict.fromkeys(leaf.material for found in once for leaf in found))
+    return last[1]
 
 
 def _tuple_of(values: Iterable[T], kind: type[T] | UnionType, key: str, expected: str) -> tuple[T, ...]:

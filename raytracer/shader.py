@@ -57,10 +57,11 @@ def _shaded(scene: Scene, settings: Settings) -> tuple[dict[int, Material], refl
     """Kept as long as scenes of the same objects are asked for with the same shading."""
     global _last
     found = table(scene)
-    if _last is None or _last[0] is not found or _last[1] != settings.shading:
+    last = _last  # another thread may set it meanwhile
+    if last is None or last[0] is not found or last[1] != settings.shading:
         materials = {i: settings.shaded(scene.materials[i]) for i in found.used}
-        _last = found, settings.shading, (materials, reflectance.layout([*materials.values()]))
-    return _last[2]
+        _last = last = found, settings.shading, (materials, reflectance.layout([*materials.values()]))
+    return last[2]
 
 
 def shaded_materials(scene: Scene, settings: Settings) -> dict[int, Material]:

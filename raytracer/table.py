@@ -37,10 +37,11 @@ _last: tuple[object, object, Table] | None = None
 def table(scene: Scene) -> Table:
     """The surfaces of `scene`, kept as long as scenes of the same objects are asked for."""
     global _last
+    last = _last  # another thread may set it meanwhile
     # A scene makes a new tuple of its materials, but of the same ones: they are quickly compared.
-    if _last is None or _last[0] is not scene.objects or _last[1] != scene.materials:
-        _last = scene.objects, scene.materials, _table(scene)
-    return _last[2]
+    if last is None or last[0] is not scene.objects or last[1] != scene.materials:
+        _last = last = scene.objects, scene.materials, _table(scene)
+    return last[2]
 
 
 def _table(scene: Scene) -> Table:
