@@ -77,6 +77,7 @@ def add_settings(
     `samples` is the default, which is only told: nothing is stored that is not given, as a scene file may give it.
     """
     add = partial(parser.add_argument, default=argparse.SUPPRESS)
+    limited = "--max-error, --time or --adaptive" if adaptive else "--max-error or --time"
     add_size(parser)
     add(
         "--quality",
@@ -87,7 +88,7 @@ def add_settings(
         "--samples",
         metavar="N",
         type=whole,
-        help=f"rays a pixel (default: {samples}); with --max-error or --time the most (default: {ASKED_SAMPLES})",
+        help=f"rays a pixel (default: {samples}); with {limited} the most (default: {ASKED_SAMPLES})",
     )
     add(
         "--max-error",
@@ -102,8 +103,8 @@ def add_settings(
             "--adaptive",
             metavar="T",
             type=_number,
-            help="more than 3 samples only where a pixel's error is estimated to be above T, in linear radiance: "
-            "--samples 16 --adaptive 0.01; or none (default: all samples everywhere)",
+            help="more than 3 samples only where a pixel's error is estimated to be above T, in linear radiance: 0.01; "
+            "or none (default: all samples everywhere)",
         )
     add(
         "--sequence",

@@ -75,7 +75,7 @@ def render(
     """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
 
     See `Settings` for `samples` to `bounces`, whose defaults hold for what is None; but `samples` is 4096 where
-    `max_error` or `time` is given. `quality` is a name for some (presets.py), and what is given comes before it; a
+    `max_error`, `time` or `adaptive` is given. `quality` is a name for some (presets.py), and what is given comes before it; a
     None takes nothing of it back.
     The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
     `backend` is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl",

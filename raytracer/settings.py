@@ -40,7 +40,8 @@ Evaluator = Literal["cells", "walk", "roth"]
 Precision = Literal[32, 64]
 
 MAX_SAMPLES = 65536
-# Where an error or a time is asked for, unless a number of samples is, too: the error falls by less than 1e-3 then.
+# Where an error, a time or adaptive samples are asked for, unless a number of samples is, too: the error falls by less
+# than 1e-3 then.
 ASKED_SAMPLES = 4096
 MAX_BOUNCES = 64
 
