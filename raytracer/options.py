@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import re
+import warnings
 from functools import partial
 from typing import Any, get_args
 
 from raytracer.presets import OWN, QUALITIES, Fields, flags
 from raytracer.sampling import SEQUENCES, Sequence
-from raytracer.settings import ASKED_SAMPLES, Evaluator, Precision, Settings, Shading, Shadows
+from raytracer.scene import Scene
+from raytracer.settings import ASKED_SAMPLES, Evaluator, Precision, Settings, Shading, Shadows, scene_warnings
 
 DEFAULT_SIZE = 1280, 720
 
@@ -119,6 +121,12 @@ def given(options: argparse.Namespace) -> Fields:
     names = (*Settings.__struct_fields__, "quality", "size")
     found = {name: getattr(options, name) for name in names if hasattr(options, name)}
     return {name: None if value == "none" else value for name, value in found.items()}
+
+
+def warn_of(name: str, scene: Scene, settings: Settings) -> None:
+    """Warn of everything in the scene of file `name` that makes its picture another one than meant."""
+    for warning in scene_warnings(scene, settings):
+        warnings.warn(f"{name}: {warning}", stacklevel=2)
 
 
 def whole(text: str) -> int:
