@@ -10,10 +10,12 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import msgspec
+
 from raytracer.checks import InputError, about, number, printable
 from raytracer.comparison import SCALE, SUFFIXES, THRESHOLD, Comparison, compare, difference, load_radiance, size_of
 from raytracer.film import check_output
-from raytracer.options import add_own, add_scene, add_size, given, whole
+from raytracer.options import add_own, add_scene, add_size, given, warn_of, whole
 from raytracer.presets import combined, own
 from raytracer.progress import progress_bar
 from raytracer.scene_file import parse_all, read
@@ -104,6 +106,7 @@ def _reference(options: argparse.Namespace) -> int:
         for material in scene.materials:
             settings.shaded(material)
         check_cost(scene, size)
+    warn_of(options.scene, scene, msgspec.structs.replace(settings, precision=64))
     start = time.monotonic()
     traced = False
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import re
+import warnings
 from functools import partial
 from typing import Any, get_args
 
 from raytracer.presets import OWN, QUALITIES, Fields, flags
 from raytracer.sampling import SEQUENCES, Sequence
-from raytracer.settings import ASKED_SAMPLES, Evaluator, Precision, Settings, Shading, Shadows
+from raytracer.scene import Scene
+from raytracer.settings import ASKED_SAMPLES, Evaluator, Precision, Settings, Shading, Shadows, scene_warnings
 
 DEFAULT_SIZE = 1280, 720
 
@@ -77,6 +79,7 @@ def add_settings(
     `samples` is the default, which is only told: nothing is stored that is not given, as a scene file may give it.
     """
     add = partial(parser.add_argument, default=argparse.SUPPRESS)
+    limited = "--max-error, --time or --adaptive" if adaptive else "--max-error or --time"
     add_size(parser)
     add(
         "--quality",
@@ -87,7 +90,7 @@ def add_settings(
         "--samples",
         metavar="N",
         type=whole,
-        help=f"rays a pixel (default: {samples}); with --max-error or --time the most (default: {ASKED_SAMPLES})",
+        help=f"rays a pixel (default: {samples}); with {limited} the most (default: {ASKED_SAMPLES})",
     )
     add(
         "--max-error",
@@ -102,8 +105,8 @@ def add_settings(
             "--adaptive",
             metavar="T",
             type=_number,
-            help="more than 3 samples only where a pixel's error is estimated to be above T, in linear radiance: "
-            "--samples 16 --adaptive 0.01; or none (default: all samples everywhere)",
+            help="more than 3 samples only where a pixel's error is estimated to be above T, in linear radiance: 0.01; "
+            "or none (default: all samples everywhere)",
         )
     add(
         "--sequence",
@@ -118,6 +121,12 @@ def given(options: argparse.Namespace) -> Fields:
     names = (*Settings.__struct_fields__, "quality", "size")
     found = {name: getattr(options, name) for name in names if hasattr(options, name)}
     return {name: None if value == "none" else value for name, value in found.items()}
+
+
+def warn_of(name: str, scene: Scene, settings: Settings) -> None:
+    """Warn of everything in the scene of file `name` that makes its picture another one than meant."""
+    for warning in scene_warnings(scene, settings):
+        warnings.warn(f"{name}: {warning}", stacklevel=2)
 
 
 def whole(text: str) -> int:

@@ -28,7 +28,7 @@ from raytracer.progress import Progress
 from raytracer.sampler import Sampler
 from raytracer.sampling import Sequence as SampleSequence
 from raytracer.scene import Scene
-from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
+from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, scene_warnings
 from raytracer.shader import (
     Show,
     is_listed,
@@ -82,8 +82,8 @@ def render(
     """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
 
     See `Settings` for `samples` to `bounces`, whose defaults hold for what is None; but `samples` is 4096 where
-    `max_error` or `time` is given. `quality` is a name for some (presets.py), and what is given comes before it; a
-    None takes nothing of it back.
+    `max_error`, `time` or `adaptive` is given. `quality` is a name for some (presets.py), and what is given comes
+    before it; a None takes nothing of it back.
     The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
     `backend` is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl",
     "window" or "osmesa"; the context is kept for the next call. `progress(done, total)` is called after each pass, and
@@ -93,7 +93,8 @@ def render(
     picture a process must not be forked to render in the child, as multiprocessing does by default on Linux before
     Python 3.14: OpenGL drivers do not survive that. Use multiprocessing.get_context("spawn").
 
-    Warns (UserWarning) of a scene whose distances and radii are further apart than 32 bits resolve. Raises
+    Warns (UserWarning) of a scene whose distances and radii are further apart than 32 bits resolve, of soft shadows
+    where no light has a radius, and of each material that reflects more light than comes in. Raises
     InputError for a wrong value or a scene beyond this driver's limits, ContextError if no OpenGL
     context opens or in such a child, RuntimeError if called by `progress`, MemoryError if the picture does not fit.
     """
@@ -114,7 +115,7 @@ def render(
     }
     settings = combined({key: value for key, value in given.items() if value is not None})
     check_size(size)
-    if warning := precision_warning(scene, settings):
+    for warning in scene_warnings(scene, settings):
         warnings.warn(warning, stacklevel=2)
     return shared_renderer(backend).render(scene, size, settings, geometry=geometry, progress=progress)
 

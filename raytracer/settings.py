@@ -10,6 +10,7 @@ import msgspec
 from raytracer.checks import InputError, Vec3, number, shown
 from raytracer.instances import Instances
 from raytracer.material import Material
+from raytracer.models import MODELS, REFLECTED
 from raytracer.sampling import PROGRESSIVE, SEQUENCES, Sequence
 from raytracer.scene import PointLight, Scene
 from raytracer.solids import Solid, Sphere, leaves
@@ -40,7 +41,8 @@ Evaluator = Literal["cells", "walk", "roth"]
 Precision = Literal[32, 64]
 
 MAX_SAMPLES = 65536
-# Where an error or a time is asked for, unless a number of samples is, too: the error falls by less than 1e-3 then.
+# Where an error, a time or adaptive samples are asked for, unless a number of samples is, too: the error falls by less
+# than 1e-3 then.
 ASKED_SAMPLES = 4096
 MAX_BOUNCES = 64
 
@@ -127,6 +129,43 @@ class Settings(msgspec.Struct, frozen=True):
     def cast(self, light: PointLight) -> PointLight:
         """`light` under these shadows: its centre, unless they are soft."""
         return light if self.shadows == "soft" else msgspec.structs.replace(light, radius=0.0)
+
+
+# Materials that get a warning each; a scene may have a million.
+_NAMED = 5
+
+
+def scene_warnings(scene: Scene, settings: Settings) -> list[str]:
+    """Everything to tell a user whose picture of `scene` may well be another one than meant: one sentence each."""
+    single = precision_warning(scene, settings), shadows_warning(scene, settings)
+    return [*filter(None, single), *brightness_warnings(scene)]
+
+
+def shadows_warning(scene: Scene, settings: Settings) -> str | None:
+    """A warning of soft shadows where every light is a point, or None."""
+    if settings.shadows != "soft" or not scene.lights or any(light.radius for light in scene.lights):
+        return None
+    return "soft shadows are hard ones here, as no light has a radius: give a light one, such as radius = 0.5"
+
+
+def brightness_warnings(scene: Scene) -> list[str]:
+    """A warning for each material that reflects more light than reaches it, such as one of colours from 0 to 255."""
+    bright = [(i, material, keys) for i, material in enumerate(scene.materials) if (keys := _too_bright(material))]
+    warnings = [
+        f"material {shown(material.name or i)}: {keys}: above 1 more light is reflected than comes in (colours are "
+        "linear and from 0 to 1, not from 0 to 255)"
+        for i, material, keys in bright[:_NAMED]
+    ]
+    if len(bright) > _NAMED:
+        warnings.append(f"{len(bright) - _NAMED} more materials reflect more light than comes in")
+    return warnings
+
+
+def _too_bright(material: Material) -> str:
+    """The parameters of a material that are above 1, and should not be; "" if none is."""
+    values = material.parameters
+    colors = (p.name for p in MODELS[material.model].parameters.values() if p.unit == REFLECTED and p.name in values)
+    return ", ".join(f"{name} = {max(values[name]):g}" for name in colors if max(values[name]) > 1.0)
 
 
 # In float32 a point at distance d is known to about 4 x 2^-24 d. Once that is 1 % of a sphere's

@@ -8,8 +8,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import msgspec
+
 from raytracer.checks import InputError, about, number, printable
-from raytracer.options import DEFAULT_SIZE, add_backend, add_own, add_scene, add_size, given, whole
+from raytracer.options import DEFAULT_SIZE, add_backend, add_own, add_scene, add_size, given, warn_of, whole
 from raytracer.presets import OWN, Fields, combined, over, own
 from raytracer.presets import flags as as_flags
 from raytracer.progress import progress_bar
@@ -77,6 +79,7 @@ def _trade(options: argparse.Namespace) -> int:
     check_folder(folder)
     extent = QUICK if options.quick else FULL
     renderer = shared_renderer(options.backend)
+    warn_of(options.scene, scene, msgspec.structs.replace(combined(own(of_file)), shadows="hard"))  # as plan() has it
     planned = plan(scene, extent, of_file)
     add_approximations(planned, scene, extent, renderer)
     with about(options.scene):
@@ -140,6 +143,8 @@ def _tune(options: argparse.Namespace) -> int:
     from raytracer.trade.tune import tune
 
     check_size(size)
+    settings = combined(own(of_file), own(flags))
+    warn_of(options.scene, scene, settings)
     renderer = shared_renderer(options.backend)
     try:
         with about(options.scene):
@@ -147,7 +152,7 @@ def _tune(options: argparse.Namespace) -> int:
                 renderer,
                 scene,
                 size,
-                combined(own(of_file), own(flags)),
+                settings,
                 max_error=options.max_error,
                 time=options.time,
                 progress=lambda what: print(f"measuring {what}", file=sys.stderr),

@@ -43,7 +43,7 @@ def test_the_assignment_is_the_scene_of_the_assignment() -> None:
     lens = rt.Sphere((-1, 2, 0), 1.5, red) & rt.Sphere((1, 2, 0), 1.5, red)
     solid = (lens | rt.Sphere((0, 2.7, -0.3), 0.8, blue)) - rt.Sphere((0, 2.8, 0.3), 0.8, green)
     assert scene.objects == (solid, rt.Plane((0, 1, 0), 0.0, grey))
-    assert scene.name == "assignment" and scene.lights == (rt.PointLight((4, 7, 4)),)
+    assert scene.name == "assignment" and scene.lights == (rt.PointLight((4, 7, 4), radius=0.4),)
 
 
 def test_an_example_loads_by_its_bare_name() -> None:
