@@ -16,7 +16,6 @@ import msgspec
 
 from raytracer.checks import InputError, about, printable
 from raytracer.context import open_window
-from raytracer.film import written_new
 from raytracer.glsl_source import ShaderError
 from raytracer.instance_file import copied
 from raytracer.interaction import (
@@ -40,6 +39,7 @@ from raytracer.interaction import (
 )
 from raytracer.live import Live
 from raytracer.options import DEFAULT_SIZE
+from raytracer.output import write_numbered
 from raytracer.overlay import panels
 from raytracer.presets import Fields
 from raytracer.renderer import Renderer, metadata
@@ -259,10 +259,9 @@ class Viewer:
         state, live = self._drawn or self.state, self.live
         drawn: Fields = {"samples": live.samples, "adaptive": None, "max_error": None, "time": None}
         settings = msgspec.structs.replace(state.settings, **drawn)
-        with written_new(state.scene.name, ".png") as (path, file):
-            text = metadata(state.scene, live.size, settings, live.estimate())
-            text["Description"] += f", showing {state.show}" if state.show != "picture" else ""
-            live.image(text).write_png(file)
+        text = metadata(state.scene, live.size, settings, live.estimate())
+        text["Description"] += f", showing {state.show}" if state.show != "picture" else ""
+        path = write_numbered(state.scene.name, ".png", live.image(text).write_png)
         return f"wrote {path}: {live.size[0]}x{live.size[1]}, {live.samples} of {state.settings.samples} samples"
 
     def _export(self) -> str:
@@ -270,10 +269,8 @@ class Viewer:
             text = moved(self.state.text, self.state.scene, self._files.scene.parent)
         except RuntimeError as error:
             raise RuntimeError(f"{self._files.scene}: {error}") from None
-        with written_new(self.state.scene.name, ".toml") as (path, file):
-            file.write(text.encode())
-            for other in named_files(self._files.scene, text):
-                copied(other, path.parent)
+        with copied(named_files(self._files.scene, text), Path()):
+            path = write_numbered(self.state.scene.name, ".toml", lambda file: file.write(text.encode()))
         return f"wrote {path}; to render its picture: {command(self.state, self.live.size, str(path))}"
 
     def _tell_terminal(self, error: str) -> None:
