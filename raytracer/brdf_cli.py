@@ -153,7 +153,7 @@ def _check(options: argparse.Namespace) -> int:
 
 def _plot(options: argparse.Namespace) -> int:
     from raytracer.bench.plots import plot_lecture, plot_materials
-    from raytracer.film import check_output
+    from raytracer.output import check_output
     from raytracer.renderer import shared_renderer
 
     output = check_output(options.output, (".png",))
@@ -183,7 +183,7 @@ def _gallery(options: argparse.Namespace) -> int:
 
 def _bake(options: argparse.Namespace) -> int:
     from raytracer import brdf, merl
-    from raytracer.film import check_output, written_whole
+    from raytracer.output import check_output, written_whole
     from raytracer.renderer import shared_renderer
 
     output = check_output(options.output, (".binary",))

@@ -177,12 +177,12 @@ def _doctor_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _extremes(options: argparse.Namespace) -> int:
-    from raytracer.extremes.report import report
-    from raytracer.film import check_folder
+    from raytracer.extremes.report import FILES, report
+    from raytracer.output import check_folder
     from raytracer.renderer import shared_renderer
 
     folder = Path(options.output)
-    check_folder(folder)
+    check_folder(folder, *FILES)
     with progress_bar("measuring") as progress:
         kept = report(shared_renderer(options.backend), folder, options.short, options.fuzz, progress)
     return 0 if kept else 1

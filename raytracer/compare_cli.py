@@ -14,8 +14,8 @@ import msgspec
 
 from raytracer.checks import InputError, about, number, printable
 from raytracer.comparison import SCALE, SUFFIXES, THRESHOLD, Comparison, compare, difference, load_radiance, size_of
-from raytracer.film import check_output
 from raytracer.options import add_own, add_scene, add_size, given, warn_of, whole
+from raytracer.output import check_output
 from raytracer.presets import combined, own
 from raytracer.progress import progress_bar
 from raytracer.scene_file import parse_all, read

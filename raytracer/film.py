@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import io
-import itertools
 import os
 import struct
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 from typing import IO, Any
 
 import msgspec
@@ -18,6 +15,7 @@ from numpy.typing import NDArray
 
 from raytracer.checks import InputError
 from raytracer.estimate import Estimate
+from raytracer.output import check_output, written_whole
 
 SUFFIXES = (".png", ".npz")
 # Rows are encoded about this many values at a time: few enough for the processor's cache.
@@ -94,9 +92,10 @@ class Image(msgspec.Struct, frozen=True, eq=False):
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a .png (8-bit sRGB) or .npz (the arrays, and the metadata as JSON), whole or not at all.
 
-        Raises InputError for another suffix, a folder that is not there, or arrays that were not rendered.
+        A file that is there keeps its permissions; a link stays, and its target is written. Raises InputError for
+        another suffix, a place that cannot be written to, or arrays that were not rendered.
         """
-        path = check_output(path)
+        path = check_output(path, SUFFIXES)
         if path.suffix.lower() == ".npz":
             import json  # which a .png does without
 
@@ -145,69 +144,3 @@ class Image(msgspec.Struct, frozen=True, eq=False):
 
 def _write_chunk(file: IO[bytes], kind: bytes, data: bytes) -> None:
     file.write(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)))
-
-
-def check_output(path: str | os.PathLike[str], suffixes: Sequence[str] = SUFFIXES) -> Path:
-    """`path` if a picture, or what else ends so, can be written there; InputError otherwise."""
-    path = Path(path)
-    if path.suffix.lower() not in suffixes:
-        raise InputError(f"{path}: expected an output that ends in {' or '.join(suffixes)}")
-    try:
-        if path.is_dir():
-            raise InputError(f"{path}: expected a file, got a folder")
-        path.exists()  # raises where the name is longer than the file system takes
-        check_folder(path.parent, path)
-    except OSError as error:
-        raise InputError(f"{path}: expected a place that can be written to: {error.strerror}") from None
-    return path
-
-
-def check_folder(folder: Path, path: Path | None = None) -> None:
-    """Raise InputError, about `path` or else the folder, unless files can be written into `folder`."""
-    try:
-        if not folder.is_dir():
-            raise InputError(f"{path or folder}: expected a folder that exists, got {folder}")
-        probe = _temporary(folder / "probe")
-        probe.touch(exist_ok=False)
-        probe.unlink()
-    except OSError as error:
-        raise InputError(f"{path or folder}: expected a place that can be written to: {error.strerror}") from None
-
-
-@contextmanager
-def written_whole(path: Path) -> Iterator[IO[Any]]:
-    """A binary file that becomes `path` when the block ends well, and vanishes when it does not."""
-    temporary = _temporary(path)
-    file = temporary.open("xb")
-    try:
-        with file:
-            yield file
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink()
-        raise
-
-
-def _temporary(path: Path) -> Path:
-    """A name beside `path` that nobody has. The module tempfile would do, and takes long to import."""
-    return path.with_name(f".{path.stem[:40]}-{os.urandom(8).hex()}.part")
-
-
-@contextmanager
-def written_new(stem: str, suffix: str) -> Iterator[tuple[Path, IO[Any]]]:
-    """The first path of stem-1, stem-2, ... that is not there yet, and a binary file for it.
-
-    The file vanishes when the block does not end well.
-    """
-    numbers = itertools.count(1)
-    while True:
-        path = Path(f"{stem}-{next(numbers)}{suffix}")
-        with suppress(FileExistsError):
-            file = path.open("xb")
-            break
-    try:
-        with file:
-            yield path, file
-    except BaseException:
-        path.unlink()
-        raise

@@ -9,15 +9,18 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 import re
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
 from raytracer.checks import InputError, shown
 from raytracer.files import read_bounded
 from raytracer.instances import Instances
+from raytracer.output import write_new
 from raytracer.solids import MAX_SURFACES, Solid
 
 # Of a file, and of an array in it when inflated: all places that a scene can have, generously written.
@@ -52,17 +55,33 @@ def is_plain(name: str, suffixes: Sequence[str] = (".csv", ".npz")) -> bool:
     return plain and PureWindowsPath(name).suffix.lower() in suffixes
 
 
-def copied(file: Path, folder: Path) -> None:
-    """Put a copy of a file that a scene names into `folder`, unless it is there. Raises RuntimeError if that fails."""
+@contextmanager
+def copied(files: Sequence[Path], folder: Path) -> Iterator[None]:
+    """Put copies of the files that a scene names into `folder`, but those that are there with the same content.
+
+    The copies vanish when the block does not end well. Raises RuntimeError if a copy cannot be made or if another file
+    has its name.
+    """
+    made: list[Path] = []
     try:
-        data = _read(file, file.name)
-        target = folder / file.name
-        if not target.exists():
-            target.write_bytes(data)
-        elif target.read_bytes() != data:
-            raise RuntimeError(f"{target}: expected no file of this name, or the one of {file.parent}")
-    except (OSError, InputError) as error:
-        raise RuntimeError(f"{file}: expected to be copied to {folder}: {error}") from None
+        for file in files:
+            target = folder / file.name
+            try:
+                data = _read(file, file.name)
+                if not os.path.lexists(target):
+                    write_new(target, lambda copy, data=data: copy.write(data))
+                    made.append(target)
+                elif _read(target, target.name) != data:
+                    raise InputError(
+                        f"expected no file of this name in {folder.absolute()}, or one of the same content"
+                    )
+            except (OSError, InputError) as error:
+                raise RuntimeError(f"{file}: expected to be copied to {folder.absolute()}: {error}") from None
+        yield
+    except BaseException:
+        for target in made:
+            target.unlink(missing_ok=True)
+        raise
 
 
 def _read(path: Path, name: str) -> bytes:

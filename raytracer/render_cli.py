@@ -67,15 +67,16 @@ def render(options: argparse.Namespace) -> int:
 
     # Next to nothing of what an import makes is garbage: it is not looked for, now or when all ends.
     gc.disable()
-    from raytracer.film import check_output
+    from raytracer.film import SUFFIXES
     from raytracer.limits import check_size, host_memory
+    from raytracer.output import check_output
     from raytracer.renderer import shared_renderer
 
     gc.freeze()
     gc.enable()
 
     check_size(size)
-    output = check_output(options.output)
+    output = check_output(options.output, SUFFIXES)
     geometry = output.suffix.lower() == ".npz"
     check_memory(host_memory(size, geometry, settings.refines), size)
     warn_of(options.scene, scene, settings)

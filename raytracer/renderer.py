@@ -293,20 +293,13 @@ class Renderer:
 
         Without `quiet`, quiet cells that are not empty are drawn as all others are.
         """
-        cells = vertex_source(scene, settings)
-        see = None
-        if show != "picture" or not is_over_planes(scene, settings):
-            see = self.program(visibility_source(scene, settings, geometry=show != "picture"), cells)
-        shade = self.program(show_source(scene, settings, show), cells) if show else None
-        kinds = None
-        if is_listed(scene, settings) and groups(scene).kinds:
-            vertex, fragment = kinds_source(scene, settings, geometry=show != "picture")
-            kinds = self.program(fragment, vertex)
-        if show != "picture" or not has_quiet(scene, settings):
-            return Programs(see, shade, kinds=kinds)
-        picture = self.program(quiet_source(scene, settings), cells) if quiet and groups(scene).planes else None
-        empty = self.program(assemble("empty.frag"), plain_vertex_source())
-        return Programs(see, shade, picture, empty, kinds)
+        sources = _sources(scene, settings, show, quiet=quiet)
+        return Programs(**{"see": None} | {name: self.program(*source) for name, source in sources.items()})
+
+    def has_programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> bool:
+        """Whether programs() compiles nothing. Raises ShaderError as that does."""
+        sources = _sources(scene, settings, show, quiet=True).values()
+        return all((vertex.text, fragment.text) in self._programs for fragment, vertex in sources)
 
     def program(self, source: Source, vertex: Source | None = None) -> moderngl.Program:
         """The program with this fragment shader, and screen.vert or another; `context` must be current.
@@ -346,6 +339,24 @@ class Renderer:
             if program not in held:
                 total -= lengths[key]
                 self._programs.pop(key).release()
+
+
+def _sources(scene: Scene, settings: Settings, show: Show | None, *, quiet: bool) -> dict[str, tuple[Source, Source]]:
+    """The fragment and the vertex shader of each of the programs that draw `scene`, by its name in Programs."""
+    sources: dict[str, tuple[Source, Source]] = {}
+    cells = vertex_source(scene, settings)
+    if show != "picture" or not is_over_planes(scene, settings):
+        sources["see"] = visibility_source(scene, settings, geometry=show != "picture"), cells
+    if show:
+        sources["shade"] = show_source(scene, settings, show), cells
+    if is_listed(scene, settings) and groups(scene).kinds:
+        vertex, fragment = kinds_source(scene, settings, geometry=show != "picture")
+        sources["kinds"] = fragment, vertex
+    if show == "picture" and has_quiet(scene, settings):
+        if quiet and groups(scene).planes:
+            sources["quiet"] = quiet_source(scene, settings), cells
+        sources["empty"] = assemble("empty.frag"), plain_vertex_source()
+    return sources
 
 
 def _add_progress(progress: Progress | None, before: int, total: int, done: int) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -60,23 +61,23 @@ def _trade(options: argparse.Namespace) -> int:
     scene, of_file = parse_all(*read(options.scene))
     if options.rounds is not None and options.rounds < 1:
         raise InputError("--rounds: expected at least 1, got 0")
-    from raytracer.film import check_folder
     from raytracer.limits import check_size
+    from raytracer.output import check_folder
     from raytracer.renderer import shared_renderer
     from raytracer.trade.approximations import add_approximations
     from raytracer.trade.configurations import FULL, QUICK, plan
     from raytracer.trade.measure import measure
-    from raytracer.trade.page import write_page, write_tables
+    from raytracer.trade.page import FILES, write_page, write_tables
     from raytracer.trade.plots import check_matplotlib
 
     check_matplotlib()  # not found out when all is measured
     size = given(options).get("size") or (_QUICK_SIZE if options.quick else _SIZE)
     check_size(size)
     folder = Path(options.output)
-    if not folder.exists():
-        check_folder(folder.parent, folder)
+    if not os.path.lexists(folder):
+        check_folder(folder.parent)
         folder.mkdir()
-    check_folder(folder)
+    check_folder(folder, *FILES)
     extent = QUICK if options.quick else FULL
     renderer = shared_renderer(options.backend)
     warn_of(options.scene, scene, msgspec.structs.replace(combined(own(of_file)), shadows="hard"))  # as plan() has it

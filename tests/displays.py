@@ -62,6 +62,12 @@ def environment(**variables: str) -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if name not in SESSION} | variables
 
 
+def shown(display: str, size: tuple[int, int] = SIZE) -> np.ndarray:
+    """(H, W, 3) int: the upper left part of a display."""
+    picture = ImageGrab.grab((0, 0, *size), xdisplay=display)
+    return np.asarray(picture.convert("RGB")).astype(int)
+
+
 class Window:
     """`raytracer view` in `folder`, without a marker: its pictures, and what a user does to it."""
 
@@ -79,8 +85,7 @@ class Window:
 
     def shown(self, size: tuple[int, int] = SIZE) -> np.ndarray:
         """(H, W, 3) int: the upper left part of the display."""
-        picture = ImageGrab.grab((0, 0, *size), xdisplay=self.display)
-        return np.asarray(picture.convert("RGB")).astype(int)
+        return shown(self.display, size)
 
     def until(self, what: Callable[[], bool], says: str, seconds: float = TIMEOUT) -> float:
         """Wait until something holds; the seconds that it took."""

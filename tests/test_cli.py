@@ -14,7 +14,6 @@ from PIL import Image as Pillow
 
 import raytracer
 from raytracer.cli import main
-from raytracer.film import written_whole
 
 from . import scenes
 from .displays import environment, x_server
@@ -109,18 +108,6 @@ def test_help_shows_examples(command: list[str], capsys: pytest.CaptureFixture[s
         main([*command, "--help"])
     assert end.value.code == 0
     assert "examples:\n  raytracer " in capsys.readouterr().out
-
-
-def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
-    out = tmp_path / "a.png"
-    out.write_bytes(b"before")
-    with pytest.raises(RuntimeError), written_whole(out) as file:
-        file.write(b"half")
-        raise RuntimeError
-    assert out.read_bytes() == b"before" and list(tmp_path.iterdir()) == [out]
-    with written_whole(out) as file:
-        file.write(b"all of it")
-    assert out.read_bytes() == b"all of it" and list(tmp_path.iterdir()) == [out]
 
 
 SMALL = "--size", "64x36"

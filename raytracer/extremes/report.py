@@ -9,9 +9,11 @@ from pathlib import Path
 from raytracer import __version__
 from raytracer.extremes import measure
 from raytracer.extremes.ledger import HEADING, as_csv, as_markdown, shown, summary
-from raytracer.film import written_whole
+from raytracer.output import written_whole
 from raytracer.progress import Progress
 from raytracer.renderer import Renderer
+
+FILES = "extremes.csv", "extremes.md"
 
 
 def report(renderer: Renderer, folder: Path, short: bool, scenes: int, progress: Progress | None) -> bool:
@@ -40,7 +42,7 @@ def report(renderer: Renderer, folder: Path, short: bool, scenes: int, progress:
         f"Measured {form}, with {scenes} fuzzed scenes, by raytracer {__version__} "
         f"on {info['GL_RENDERER']}, {info['GL_VERSION']}, {platform.machine()}."
     )
-    for name, text in (("extremes.csv", as_csv(findings)), ("extremes.md", as_markdown(rows, measured))):
+    for name, text in zip(FILES, (as_csv(findings), as_markdown(rows, measured)), strict=True):
         with written_whole(folder / name) as file:
             file.write(text.encode())
         print(f"wrote {folder / name}")
