@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +18,7 @@ from raytracer.checks import InputError, number, printable
 from raytracer.files import read_bounded
 from raytracer.film import Image, linear
 from raytracer.npz import read_arrays
+from raytracer.record import Record
 
 if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
@@ -45,7 +45,7 @@ SCALE = (
 _DARK = 1e-5
 
 
-class Comparison(msgspec.Struct, frozen=True):
+class Comparison(Record, frozen=True):
     """How far a picture is from a reference, in linear radiance.
 
     `rmse`: the root mean square difference over all pixels and channels. `largest`: the largest difference of a

@@ -11,11 +11,12 @@ from typing import IO, Any
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
-from raytracer.checks import InputError
+from raytracer.checks import InputError, shown
 from raytracer.estimate import Estimate
 from raytracer.output import check_output, written_whole
+from raytracer.record import Record
 
 SUFFIXES = (".png", ".npz")
 # Rows are encoded about this many values at a time: few enough for the processor's cache.
@@ -59,7 +60,7 @@ def _blocks(picture: NDArray[Any]) -> Iterator[slice]:
     return (slice(start, start + rows) for start in range(0, len(picture), rows))
 
 
-class Image(msgspec.Struct, frozen=True, eq=False):
+class Image(Record, frozen=True, eq=False):
     """A rendered picture. All arrays have the top row first.
 
     `radiance` is (H, W, 3) float32, linear RGB. The others are those of each pixel's centre ray,
@@ -69,7 +70,8 @@ class Image(msgspec.Struct, frozen=True, eq=False):
     nothing was hit. The reference's images are float64. `samples` (H, W) int32: how many each pixel
     got, of a picture with adaptive samples, else None. `error` (H, W) float32: the estimated root mean square error of
     each pixel over red, green and blue, linear radiance, nan where it is not known. `estimate` says that of the
-    picture. `metadata` goes into files as text.
+    picture. `metadata` goes into files as text. `np.asarray(image)` is the radiance. Raises InputError for a radiance
+    that is no such array.
     """
 
     radiance: NDArray[Any]
@@ -80,6 +82,21 @@ class Image(msgspec.Struct, frozen=True, eq=False):
     error: NDArray[Any] | None = None
     estimate: Estimate | None = None
     metadata: Mapping[str, str] = msgspec.field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        radiance: Any = self.radiance
+        if not isinstance(radiance, np.ndarray) or radiance.ndim != 3 or radiance.shape[2] != 3 or not radiance.size:
+            kind = f"one of shape {radiance.shape}" if isinstance(radiance, np.ndarray) else shown(radiance)
+            raise InputError(f"radiance: expected an array (H, W, 3), got {kind}")
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """The radiance itself, for NumPy: a copy only where NumPy asks for one, or for another `dtype`."""
+        array = np.asarray(self.radiance, dtype)
+        if array is self.radiance:
+            return array.copy() if copy else array
+        if copy is False:
+            raise ValueError(f"expected a copy to be allowed, as the radiance is {self.radiance.dtype}, not {dtype}")
+        return array
 
     def __repr__(self) -> str:
         height, width = self.radiance.shape[:2]
@@ -113,11 +130,13 @@ class Image(msgspec.Struct, frozen=True, eq=False):
             with written_whole(path) as file:
                 self.write_png(file)
 
-    def _repr_png_(self) -> bytes:
-        """What a notebook shows."""
+    def png(self) -> bytes:
+        """The picture as the bytes of a PNG file, those that `save` writes. A notebook shows them."""
         buffer = io.BytesIO()
         self.write_png(buffer)
         return buffer.getvalue()
+
+    _repr_png_ = png
 
     def write_png(self, file: IO[bytes]) -> None:
         """Write the picture as PNG (8-bit sRGB), with the metadata as text (ISO/IEC 15948).

@@ -8,9 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-import msgspec
-
 from raytracer.checks import MAX_LENGTH, MIN_RADIUS, InputError, Vec3, number, point, set_fields, shown
+from raytracer.record import Record
 from raytracer.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves, with_leaves
 from raytracer.vectors import add, dot, scaled
 
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-class Instances(msgspec.Struct, frozen=True, eq=False):
+class Instances(Record, frozen=True, eq=False):
     """`solid` at N places: instance i has its point p at positions[i] + scales[i] * p. An object of a scene.
 
     `positions` is array-like (N, 3) with N at least 1; `scales`, above 0, is array-like (N,) or one
@@ -87,6 +86,14 @@ class Instances(msgspec.Struct, frozen=True, eq=False):
             expected = f"placed centers and offsets within +-{MAX_LENGTH:g}"
             place = f"{self.positions[i].tolist()} with the scale {self.scales[i]:g}"
             raise InputError(f"positions[{i}]: expected {expected}, got {place}")
+
+    def replace(self, **changes: Any) -> Instances:
+        """As Record's; one scale of all places is that of other positions, too, however many these are."""
+        if "positions" in changes and (self.scales == self.scales[0]).all():
+            changes = {"scales": float(self.scales[0])} | changes
+        return super().replace(**changes)
+
+    __replace__ = replace
 
     def __len__(self) -> int:
         """N"""

@@ -72,17 +72,23 @@ class Material:
         return self._values.get(name, default)
 
     def replace(self, **changes: Any) -> Material:
-        """The same material with other parameters, or another name.
+        """The same material with other parameters, another name or another model. `copy.replace` does the same.
 
-        With another choice goes what only the choice before had: f0, where `fresnel` is "schlick" no more.
+        With another choice goes what only the choice before had: f0, where `fresnel` is "schlick" no more. With
+        another model goes what the new one does not have.
         """
-        known = MODELS[self.model].parameters
+        model = changes.pop("model", self.model)
+        new = MODELS.get(model) if isinstance(model, str) else None
+        known = new.parameters if new else {}
+        chosen = {key: parameter.default for key, parameter in known.items()} | self._values | changes
         kept = {
             key: value
             for key, value in self._values.items()
-            if not (when := known[key].when) or changes.get(when[0], when[1]) == when[1]
+            if key in known and (not (when := known[key].when) or chosen[when[0]] == when[1])
         }
-        return Material(self.model, **{"name": self.name, **kept, **changes})
+        return Material(model, **{"name": self.name, **kept, **changes})
+
+    __replace__ = replace
 
     def __getattr__(self, name: str) -> Any:
         if name != "_values" and name in self._values:

@@ -15,6 +15,7 @@ from typing import Any, Literal
 import msgspec
 
 from raytracer.checks import MAX_COLOR, MAX_EXPONENT
+from raytracer.record import Record
 
 # The unit of colours that are shares of light: above 1 more is reflected than comes in.
 REFLECTED = "linear RGB"
@@ -52,7 +53,7 @@ class Model(msgspec.Struct, frozen=True):
     mirrors: bool = False
 
 
-class Lobe(msgspec.Struct, frozen=True, repr_omit_defaults=True):
+class Lobe(Record, frozen=True, repr_omit_defaults=True):
     """A lobe of Lafortune's model: scale (cx Lx Vx + cy Ly Vy + cz Lz Vz)^n where that is above 0, per channel.
 
     x is along the material's `tangent`, z along the normal. `cy` is `cx` unless it is given.

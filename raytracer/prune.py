@@ -23,7 +23,6 @@ AND_LEAF or OR_LEAF too, instead of PUSH: chains() makes it so.
 
 from __future__ import annotations
 
-import itertools
 from typing import NamedTuple
 
 import numpy as np

@@ -12,8 +12,6 @@ from collections.abc import Iterable, Sequence
 from types import UnionType
 from typing import TypeVar
 
-import msgspec
-
 from raytracer.checks import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -28,6 +26,7 @@ from raytracer.checks import (
 )
 from raytracer.instances import Instances
 from raytracer.material import Material
+from raytracer.record import Record
 from raytracer.solids import MAX_SURFACES, ROUNDING, Solid, Sphere, leaves
 from raytracer.vectors import cross, divided, dot, scaled, sub
 
@@ -41,7 +40,7 @@ MIN_UP_ANGLE = 1e-8
 FALLOFFS = ("none", "inverse_square")
 
 
-class PointLight(msgspec.Struct, frozen=True, repr_omit_defaults=True):
+class PointLight(Record, frozen=True, repr_omit_defaults=True):
     """A light at `position`: a point, or under soft shadows a sphere of `radius`, which nobody sees itself.
 
     `color` is I, the irradiance on a surface that faces it: at any distance where `falloff` is "none", as in the
@@ -70,7 +69,7 @@ class PointLight(msgspec.Struct, frozen=True, repr_omit_defaults=True):
         return off <= ROUNDING * given
 
 
-class Camera(msgspec.Struct, frozen=True):
+class Camera(Record, frozen=True):
     """A pinhole camera. `vertical_fov` is in degrees, in (0, 180); `up` need not be a unit vector."""
 
     position: Vec3
@@ -109,7 +108,7 @@ class Camera(msgspec.Struct, frozen=True):
         return right, cross(right, forward), forward
 
 
-class Scene(msgspec.Struct, frozen=True):
+class Scene(Record, frozen=True):
     """Solids, lights and a camera.
 
     `objects` are separate solids, and Instances of solids; the first hit of any is seen. `ambient`

@@ -11,6 +11,7 @@ from raytracer.checks import InputError, Vec3, number, shown
 from raytracer.instances import Instances
 from raytracer.material import Material
 from raytracer.models import MODELS, REFLECTED
+from raytracer.record import Record
 from raytracer.sampling import PROGRESSIVE, SEQUENCES, Sequence
 from raytracer.scene import PointLight, Scene
 from raytracer.solids import Solid, Sphere, leaves
@@ -47,7 +48,7 @@ ASKED_SAMPLES = 4096
 MAX_BOUNCES = 64
 
 
-class Settings(msgspec.Struct, frozen=True):
+class Settings(Record, frozen=True):
     """How to render.
 
     `samples` a pixel, 1 to 65536. `shadows`: "off", "hard" (a blocked light gives nothing),

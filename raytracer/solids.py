@@ -6,12 +6,12 @@ Part of `scene.py`, which says what holds for all of it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
-from typing import Any
+from numbers import Integral
+from typing import Any, ClassVar
 
-import msgspec
-
+from raytracer import tree
 from raytracer.checks import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -24,6 +24,7 @@ from raytracer.checks import (
     shown,
 )
 from raytracer.material import Material
+from raytracer.record import Record
 
 # Leaves of one solid. Sub-solids may be shared in Python, so a short program can describe a tree
 # of astronomical size; no evaluator comes near this many.
@@ -35,8 +36,50 @@ MAX_SURFACES = 1048576
 ROUNDING = 8.0 * 2.0**-53
 
 
-class Solid(msgspec.Struct, frozen=True):
+class Solid(Record, frozen=True):
     """A closed set of points: a primitive, or a tree of them. `|` `&` `-` `~` make trees."""
+
+    # As Python spells the operator; "" of a primitive.
+    symbol: ClassVar[str] = ""
+
+    @property
+    def operands(self) -> tuple[Solid, ...]:
+        """The solids that the operator joins, none of a primitive."""
+        return ()
+
+    @staticmethod
+    def from_postfix(items: Iterable[Solid | str | int]) -> Solid:
+        """The tree that a list in postfix order describes: `[a, b, "|", c, "-"]` is `(a | b) - c`.
+
+        Each item is a solid, one of "|", "&", "-", "~" with its operands before it, or a whole number: the place, from
+        0, of an earlier item, whose solid it stands for. Trees may be of any depth. Raises InputError for other lists.
+        """
+        if not isinstance(items, Iterable):
+            raise InputError(f"items: expected a list, got {shown(items)}")
+        untyped: Iterable[Any] = items
+        made: list[Solid] = []
+        pending: list[Solid] = []
+        for i, item in enumerate(untyped):
+            if isinstance(item, str) and item in _OPERATORS:
+                operator = _OPERATORS[item]
+                count = 1 if item == Complement.symbol else 2
+                if len(pending) < count:
+                    raise InputError(f"items[{i}]: expected {count} operands before {item!r}, got {len(pending)}")
+                operands = pending[-count:]
+                del pending[-count:]
+                solid = operator(*operands)
+            elif isinstance(item, Integral) and not isinstance(item, bool) and 0 <= int(item) < i:
+                solid = made[int(item)]
+            elif isinstance(item, Solid):
+                solid = item
+            else:
+                expected = f"a solid, one of {' '.join(_OPERATORS)}, or the place of an item before"
+                raise InputError(f"items[{i}]: expected {expected}, got {shown(item)}")
+            made.append(solid)
+            pending.append(solid)
+        if len(pending) != 1:
+            raise InputError(f"items: expected the operands and operators of one solid, got {len(pending)} solids")
+        return pending[0]
 
     def __or__(self, other: Solid) -> Union:
         return Union(self, other)
@@ -139,8 +182,7 @@ def _check_material(material: Any) -> None:
 class _Operator(Solid, frozen=True, eq=False):
     """An inner node of a CSG tree.
 
-    Trees get deep (a - b - c - ...), so nothing here recurses: equality, hash and repr work on
-    the tree's postfix form.
+    Trees get deep (a - b - c - ...), so nothing here recurses, by tree.py.
     """
 
     def __post_init__(self) -> None:
@@ -149,28 +191,28 @@ class _Operator(Solid, frozen=True, eq=False):
                 raise InputError(f"{name}: expected a solid, got {shown(getattr(self, name))}")
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Operator) and _key(self) == _key(other)
+        return isinstance(other, _Operator) and tree.are_equal(self, other)
 
     def __hash__(self) -> int:
-        return hash(_key(self))
+        return tree.hash_of(self)
 
     def __repr__(self) -> str:
-        texts: list[str] = []
-        for node in postfix(self):
-            match node:
-                case Complement():
-                    texts.append(f"~{texts.pop()}")
-                case Union() | Intersection() | Difference():
-                    b, a = texts.pop(), texts.pop()
-                    texts.append(f"({a} {node.symbol} {b})")
-                case _:
-                    texts.append(repr(node))
-        return texts[0]
+        return tree.text(self)
+
+    def __rich_repr__(self) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """None, so that rich shows the repr: msgspec's own would recurse."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Solid.from_postfix, (tree.flat(self),)
 
 
 class _Binary(_Operator, frozen=True, eq=False):
     a: Solid
     b: Solid
+
+    @property
+    def operands(self) -> tuple[Solid, ...]:
+        return self.a, self.b
 
 
 class Union(_Binary, frozen=True, eq=False):
@@ -194,7 +236,17 @@ class Difference(_Binary, frozen=True, eq=False):
 class Complement(_Operator, frozen=True, eq=False):
     """The points that are not in `a`: `~a`."""
 
+    symbol = "~"
+
     a: Solid
+
+    @property
+    def operands(self) -> tuple[Solid, ...]:
+        return (self.a,)
+
+
+_KINDS = Union, Intersection, Difference, Complement
+_OPERATORS: dict[str, Callable[..., Solid]] = {kind.symbol: kind for kind in _KINDS}
 
 
 def postfix(solid: Solid) -> list[Solid]:
@@ -222,10 +274,6 @@ def postfix(solid: Solid) -> list[Solid]:
             raise InputError(f"objects: expected at most {MAX_LEAVES} primitives in one object")
     order.reverse()
     return order
-
-
-def _key(solid: Solid) -> tuple[object, ...]:
-    return tuple(type(node) if isinstance(node, _Operator) else node for node in postfix(solid))
 
 
 def leaves(solid: Solid) -> list[Primitive]:
