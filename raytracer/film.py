@@ -16,7 +16,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.checks import InputError
+from raytracer.checks import InputError, check_path
 from raytracer.estimate import Estimate
 
 SUFFIXES = (".png", ".npz")
@@ -149,7 +149,7 @@ def _write_chunk(file: IO[bytes], kind: bytes, data: bytes) -> None:
 
 def check_output(path: str | os.PathLike[str], suffixes: Sequence[str] = SUFFIXES) -> Path:
     """`path` if a picture, or what else ends so, can be written there; InputError otherwise."""
-    path = Path(path)
+    path = check_path(path, "path")
     if path.suffix.lower() not in suffixes:
         raise InputError(f"{path}: expected an output that ends in {' or '.join(suffixes)}")
     try:
