@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from raytracer.checks import InputError, about, number, printable
+from raytracer.checks import InputError, about, check_size, number, printable
 from raytracer.comparison import SCALE, SUFFIXES, THRESHOLD, Comparison, compare, difference, load_radiance, size_of
 from raytracer.options import add_own, add_scene, add_size, given, warn_of, whole
 from raytracer.output import check_output
@@ -91,7 +91,6 @@ def compare_arguments(parser: argparse.ArgumentParser) -> None:
 def _reference(options: argparse.Namespace) -> int:
     import numpy as np
 
-    from raytracer.limits import check_size
     from raytracer.truth import Job, truth
     from raytracer.truth_cost import check_cost, cost
 

@@ -15,7 +15,7 @@ from typing import Any, Literal, NoReturn, get_args
 
 import moderngl
 
-from raytracer.checks import InputError
+from raytracer.checks import check_choice
 from raytracer.turns import ContextError, begin
 
 Backend = Literal["auto", "egl", "window", "osmesa"]
@@ -38,10 +38,7 @@ def backend_name(backend: str | None = None) -> str:
     Raises InputError for a name that is none of auto, egl, window, osmesa.
     """
     name = os.environ.get(VARIABLE) or "auto" if backend is None else backend
-    if name not in get_args(Backend):
-        where = VARIABLE if backend is None else "backend"
-        raise InputError(f"{where}: expected one of {', '.join(get_args(Backend))}, got {name!r}")
-    return name
+    return check_choice(name, VARIABLE if backend is None else "backend", get_args(Backend))
 
 
 def open_context(backend: str | None = None) -> moderngl.Context:

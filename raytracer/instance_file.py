@@ -10,14 +10,13 @@ from __future__ import annotations
 import csv
 import io
 import os
-import re
 from array import array
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
-from raytracer.checks import InputError, shown
+from raytracer.checks import InputError, about, shown
 from raytracer.files import read_bounded
 from raytracer.instances import Instances
 from raytracer.output import write_new
@@ -40,13 +39,10 @@ def read_instances(solid: Solid, folder: Path, name: str) -> Instances:
         expected = "the plain name of a .csv or .npz file in the scene file's folder"
         raise InputError(f"expected {expected}, got {shown(name)}")
     data = _read(folder / name, name)
-    try:
+    with about(name):
         if name.lower().endswith(".csv"):
             return _from_csv(solid, data)
         return Instances(solid, **_npz_arrays(data))
-    except InputError as error:
-        between = "" if re.match(r"\d+: ", str(error)) else " "
-        raise InputError(f"{name}:{between}{error}") from None
 
 
 def is_plain(name: str, suffixes: Sequence[str] = (".csv", ".npz")) -> bool:
@@ -102,9 +98,9 @@ def _from_csv(solid: Solid, data: bytes) -> Instances:
     try:
         return Instances(solid, table[:, :3], table[:, 3] if width == 4 else 1.0)
     except InputError as error:
-        if row := re.match(r"(\w+)\[(\d+)\]: ", str(error)):
-            line, column = lines[int(row[2])], _COLUMNS[row[1]]
-            raise InputError(f"{line}: {column}: {str(error)[row.end() :]}") from None
+        match error.keys:
+            case (str() as array, int() as row, *_):
+                raise InputError(f"{_COLUMNS[array]}: {error.reason}", line=lines[row]) from None
         raise
 
 
@@ -120,22 +116,22 @@ def _csv_numbers(data: bytes) -> tuple[array[float], list[int], int]:
         header = [cell.strip() for cell in next(reader, [])]
         if header not in _HEADERS:
             got = shown(",".join(header))
-            raise InputError(f"1: expected the header {' or '.join(map(','.join, _HEADERS))}, got {got}")
+            raise InputError(f"expected the header {' or '.join(map(','.join, _HEADERS))}, got {got}", line=1)
         for row in reader:
             if not row:
                 continue
             if len(lines) == MAX_SURFACES:
-                raise InputError(f"{reader.line_num}: expected at most {MAX_SURFACES} rows")
+                raise InputError(f"expected at most {MAX_SURFACES} rows", line=reader.line_num)
             try:
                 if len(row) != len(header):
                     raise ValueError
                 numbers.extend([float(cell) for cell in row])
             except ValueError:
                 expected = f"{len(header)} numbers: {','.join(header)}"
-                raise InputError(f"{reader.line_num}: expected {expected}, got {shown(','.join(row))}") from None
+                raise InputError(f"expected {expected}, got {shown(','.join(row))}", line=reader.line_num) from None
             lines.append(reader.line_num)
     except csv.Error as error:
-        raise InputError(f"{reader.line_num}: expected CSV: {error}") from None
+        raise InputError(f"expected CSV: {error}", line=reader.line_num) from None
     return numbers, lines, len(header)
 
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import moderngl
-import numpy as np
 
-from raytracer.checks import MAX_SIDE, InputError, shown
+from raytracer.checks import InputError
 from raytracer.scene import Scene
 from raytracer.settings import Precision, Settings
 from raytracer.shader import is_listed, roth_loops
@@ -18,17 +15,6 @@ from raytracer.table import table
 MAX_ROTH_LOOPS = 14
 # The evaluators walk and roth write all trees out in one shader: llvmpipe compiles 100 primitives in 2 s, 300 in 13 s.
 MAX_PRIMITIVES = 512
-
-
-def check_size(size: Any) -> None:
-    """Raise InputError unless `size` is (width, height) in whole pixels that this renderer makes."""
-    try:
-        width, height = size
-        right = all(isinstance(side, int | np.integer) and 1 <= side <= MAX_SIDE for side in (width, height))
-    except (TypeError, ValueError):
-        right = False
-    if not right:
-        raise InputError(f"size: expected width and height in whole pixels in [1, {MAX_SIDE}], got {shown(size)}")
 
 
 def host_memory(size: tuple[int, int], geometry: bool, refines: bool = False) -> int:

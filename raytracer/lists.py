@@ -143,7 +143,10 @@ class Lister:
         """
         grid = np.array(grids)[:, None]
         total = np.zeros((len(grids), 2))
-        weight = [(big.surfaces[0] < self._spheres).sum() and 1 + (big.surfaces[0] >= self._spheres).sum() for big in self._bigs]
+        weight = [
+            (big.surfaces[0] < self._spheres).sum() and 1 + (big.surfaces[0] >= self._spheres).sum()
+            for big in self._bigs
+        ]
         for light in lights:
             place = _place(scene, light)
             wider = widening(place, light.radius, self._centers, self._radii)

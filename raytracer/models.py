@@ -56,7 +56,9 @@ class Model(msgspec.Struct, frozen=True):
 class Lobe(Record, frozen=True, repr_omit_defaults=True):
     """A lobe of Lafortune's model: scale (cx Lx Vx + cy Ly Vy + cz Lz Vz)^n where that is above 0, per channel.
 
-    x is along the material's `tangent`, z along the normal. `cy` is `cx` unless it is given.
+    x is along the material's `tangent`, z along the normal. `cy` is `cx` unless it is given. Each is three numbers, or
+    one that stands for three: cx, cy and cz in [-1000, 1000], n in [0, 1e6], scale in [0, 1e12]. The Material that
+    takes the lobe checks them.
     """
 
     cx: Any

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
-from raytracer.checks import InputError, shown
+from raytracer.checks import InputError, check_choice
 from raytracer.settings import ASKED_SAMPLES, Settings
 
 # Some fields of Settings by their names; "quality" is one of them, and a "size" is nothing here.
@@ -75,9 +75,7 @@ def flags(fields: Fields) -> str:
 
 
 def _of_quality(name: Any) -> Fields:
-    if not isinstance(name, str) or name not in QUALITIES:
-        raise InputError(f"quality: expected one of {', '.join(QUALITIES)}, got {shown(name)}")
-    return {**_ELSE, **QUALITIES[name]}
+    return {**_ELSE, **QUALITIES[cast("Quality", check_choice(name, "quality", QUALITIES))]}
 
 
 def _over(before: Fields, given: Fields) -> dict[str, Any]:

@@ -44,8 +44,7 @@ class Rows(NamedTuple):
 
 
 def check_listed(count: float) -> None:
-    """Raise InputError for so many pairs of a primitive and a cell that their lists take too long, and too much memory.
-    """
+    """Raise InputError for so many pairs of a primitive and a cell that their lists take too long, and too much memory."""
     if count > MAX_LISTED:
         raise InputError(
             f"objects: expected at most {MAX_LISTED} pairs of a primitive of a large object and a cell in which rays may "

@@ -289,7 +289,9 @@ class Pruner:
         levels: list[_Events] = []
         tops = pairs[:0]
         for r in reversed(range(self._ranks)):
-            levels.append(self._events(np.concatenate((tops, pairs[alone & (rank == r + 1)])), pairs[~alone & (rank == r)]))
+            levels.append(
+                self._events(np.concatenate((tops, pairs[alone & (rank == r + 1)])), pairs[~alone & (rank == r)])
+            )
             tops = levels[-1].pair[levels[-1].tops]
             tops = tops + (self._top - self._places)[tops & self._mask]
         return levels[::-1]

@@ -9,7 +9,7 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from raytracer.checks import about, number, printable
+from raytracer.checks import about, check_size, number, printable
 from raytracer.memory import check_memory
 from raytracer.options import DEFAULT_SIZE, add_backend, add_scene, add_settings, given, warn_of
 from raytracer.presets import Fields, combined
@@ -68,7 +68,7 @@ def render(options: argparse.Namespace) -> int:
     # Next to nothing of what an import makes is garbage: it is not looked for, now or when all ends.
     gc.disable()
     from raytracer.film import SUFFIXES
-    from raytracer.limits import check_size, host_memory
+    from raytracer.limits import host_memory
     from raytracer.output import check_output
     from raytracer.renderer import shared_renderer
 
@@ -135,7 +135,6 @@ def view(options: argparse.Namespace) -> int:
     flags = given(options)
     combined(flags)
 
-    from raytracer.limits import check_size
     from raytracer.viewer import view as show
 
     if "size" in flags:

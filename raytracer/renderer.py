@@ -15,13 +15,13 @@ import msgspec
 import numpy as np
 
 from raytracer.cells import CELL
-from raytracer.checks import InputError, shown
+from raytracer.checks import InputError, check_flag, check_size, shown
 from raytracer.context import backend_name, open_context
 from raytracer.estimate import Estimate, Moved, estimated
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
 from raytracer.groups import groups
-from raytracer.limits import Limits, check_size
+from raytracer.limits import Limits
 from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.presets import Quality, combined
 from raytracer.progress import Progress
@@ -99,7 +99,7 @@ def render(
     context opens or in such a child, RuntimeError if called by `progress`, MemoryError if the picture does not fit.
     """
     if not isinstance(scene, Scene):
-        raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}")
+        raise InputError(f"expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}", "scene")
     given = {
         "quality": quality,
         "samples": samples,
@@ -114,7 +114,10 @@ def render(
         "bounces": bounces,
     }
     settings = combined({key: value for key, value in given.items() if value is not None})
-    check_size(size)
+    size = check_size(size)
+    geometry = check_flag(geometry, "geometry")
+    if progress is not None and (not callable(progress) or isinstance(progress, type)):
+        raise InputError(f"expected a function of two numbers or None, got {shown(progress)}", "progress")
     for warning in scene_warnings(scene, settings):
         warnings.warn(warning, stacklevel=2)
     return shared_renderer(backend).render(scene, size, settings, geometry=geometry, progress=progress)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import msgspec
 
-from raytracer.checks import InputError, Vec3, number, shown
+from raytracer.checks import InputError, Vec3, check_choice, number, set_fields, shown, whole
 from raytracer.instances import Instances
 from raytracer.material import Material
 from raytracer.models import MODELS, REFLECTED
@@ -81,28 +81,31 @@ class Settings(Record, frozen=True):
     time: float | None = None
 
     def __post_init__(self) -> None:
-        if isinstance(self.samples, bool) or not isinstance(self.samples, int) or not 1 <= self.samples <= MAX_SAMPLES:
-            raise InputError(f"samples: expected a whole number in [1, {MAX_SAMPLES}], got {shown(self.samples)}")
-        if isinstance(self.bounces, bool) or not isinstance(self.bounces, int) or not 0 <= self.bounces <= MAX_BOUNCES:
-            raise InputError(f"bounces: expected a whole number in [0, {MAX_BOUNCES}], got {shown(self.bounces)}")
-        _check_choice("shading", self.shading, (None, *get_args(Shading)))
-        _check_choice("shadows", self.shadows, get_args(Shadows))
-        _check_choice("evaluator", self.evaluator, get_args(Evaluator))
-        _check_choice("precision", self.precision, get_args(Precision))
-        _check_choice("sequence", self.sequence, SEQUENCES)
+        set_fields(
+            self,
+            samples=whole(self.samples, "samples", 1, MAX_SAMPLES),
+            bounces=whole(self.bounces, "bounces", 0, MAX_BOUNCES),
+            shading=None if self.shading is None else _shading(self.shading),
+            shadows=check_choice(self.shadows, "shadows", get_args(Shadows)),
+            evaluator=check_choice(self.evaluator, "evaluator", get_args(Evaluator)),
+            precision=_precision(self.precision),
+            sequence=check_choice(self.sequence, "sequence", SEQUENCES),
+        )
         for key, unit in (("adaptive", "linear radiance"), ("max_error", "linear radiance"), ("time", "seconds")):
             if (value := getattr(self, key)) is not None:
-                number(value, key, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
+                expected = f"a finite number above 0 ({unit})"
+                set_fields(self, **{key: number(value, key, math.ulp(0.0), expected=expected)})
                 # The samples of no other tell the error.
                 fit = ("sobol",) if key == "max_error" else PROGRESSIVE
                 if self.sequence not in fit:
-                    raise InputError(f"sequence: expected {' or '.join(fit)} with {key}, got {shown(self.sequence)}")
+                    raise InputError(f"expected {' or '.join(fit)} with {key}, got {shown(self.sequence)}", "sequence")
         if self.adaptive is not None and self.asks:
-            raise InputError("adaptive: expected none with max_error or time, which decide themselves where samples go")
-        if self.sequence not in PROGRESSIVE and math.isqrt(self.samples) ** 2 != self.samples:
             raise InputError(
-                f"samples: expected a square number, such as 16, for the sequence {self.sequence}, got {self.samples}"
+                "expected none with max_error or time, which decide themselves where samples go", "adaptive"
             )
+        if self.sequence not in PROGRESSIVE and math.isqrt(self.samples) ** 2 != self.samples:
+            expected = f"a square number, such as 16, for the sequence {self.sequence}"
+            raise InputError(f"expected {expected}, got {self.samples}", "samples")
 
     @property
     def refines(self) -> bool:
@@ -218,6 +221,19 @@ def _reach_of_many(instances: Instances, eye: Vec3) -> tuple[float, float]:
     return float(far.max(initial=0.0)), float(radii.min(initial=math.inf))
 
 
-def _check_choice(key: str, value: object, choices: tuple[str | int | None, ...]) -> None:
-    if not any(value == choice and type(value) is type(choice) for choice in choices):  # 64.0 is no number of bits
-        raise InputError(f"{key}: expected one of {', '.join(map(str, choices))}, got {shown(value)}")
+def _shading(name: Any) -> str:
+    names = get_args(Shading)
+    hint = ""
+    if isinstance(name, str) and name in MODELS and name not in names:
+        hint = f'; {name} needs a file, so only a material can have it: model = "{name}", file = "brass.binary"'
+    return check_choice(name, "shading", names, hint=hint)
+
+
+def _precision(bits: Any) -> int:
+    try:
+        result = whole(bits, "precision", 32, 64)
+    except InputError:
+        result = 0
+    if result not in get_args(Precision):
+        raise InputError(f"expected one of {', '.join(map(str, get_args(Precision)))}, got {shown(bits)}", "precision")
+    return result

@@ -152,7 +152,7 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
         set_fields(self, normal=normal, offset=offset)
         distance = abs(self.unit()[1])
         if distance > MAX_LENGTH:
-            raise InputError(f"offset: expected offset / |normal| within +-{MAX_LENGTH:g}, got {distance:g}")
+            raise InputError(f"expected offset / |normal| within +-{MAX_LENGTH:g}, got {distance:g}", "offset")
 
     def unit(self) -> tuple[Vec3, float]:
         """The unit normal and its offset: to the last bit the same, or both negated, for planes that coincide."""
@@ -176,7 +176,7 @@ Primitive = Sphere | Plane
 
 def _check_material(material: Any) -> None:
     if not isinstance(material, Material):
-        raise InputError(f"material: expected a Material, got {shown(material)}")
+        raise InputError(f"expected a Material, got {shown(material)}", "material")
 
 
 class _Operator(Solid, frozen=True, eq=False):
@@ -188,7 +188,7 @@ class _Operator(Solid, frozen=True, eq=False):
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
             if not isinstance(getattr(self, name), Solid):
-                raise InputError(f"{name}: expected a solid, got {shown(getattr(self, name))}")
+                raise InputError(f"expected a solid, got {shown(getattr(self, name))}", name)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _Operator) and tree.are_equal(self, other)
@@ -269,9 +269,9 @@ def postfix(solid: Solid) -> list[Solid]:
             case Sphere() | Plane():
                 count += 1
             case _:
-                raise InputError(f"objects: expected solids here, got {shown(node)}")
+                raise InputError(f"expected solids here, got {shown(node)}", "objects")
         if count > MAX_LEAVES or len(order) > 4 * MAX_LEAVES:
-            raise InputError(f"objects: expected at most {MAX_LEAVES} primitives in one object")
+            raise InputError(f"expected at most {MAX_LEAVES} primitives in one object", "objects")
     order.reverse()
     return order
 

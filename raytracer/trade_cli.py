@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from raytracer.checks import InputError, about, number, printable
+from raytracer.checks import InputError, about, check_size, number, printable
 from raytracer.options import DEFAULT_SIZE, add_backend, add_own, add_scene, add_size, given, warn_of, whole
 from raytracer.presets import OWN, Fields, combined, over, own
 from raytracer.presets import flags as as_flags
@@ -61,7 +61,6 @@ def _trade(options: argparse.Namespace) -> int:
     scene, of_file = parse_all(*read(options.scene))
     if options.rounds is not None and options.rounds < 1:
         raise InputError("--rounds: expected at least 1, got 0")
-    from raytracer.limits import check_size
     from raytracer.output import check_folder
     from raytracer.renderer import shared_renderer
     from raytracer.trade.approximations import add_approximations
@@ -139,7 +138,6 @@ def _tune(options: argparse.Namespace) -> int:
     combined(own(flags))
     scene, of_file = parse_all(*read(options.scene))
     size = flags.get("size") or of_file.get("size") or DEFAULT_SIZE
-    from raytracer.limits import check_size
     from raytracer.renderer import shared_renderer
     from raytracer.trade.tune import tune
 
