@@ -162,7 +162,7 @@ def test_deep_trees_are_freed_without_recursion(make: Callable[[int], rt.Solid])
 @pytest.mark.parametrize("seed", range(20))
 def test_any_scene_is_what_its_text_says(seed: int) -> None:
     rng = random.Random(seed)
-    labels = ["", "red", 'it\'s "red"', "\n\t\\", "}{", "日本 \u202e", "\x00\x1b[31m", "#", "'''", '"""']
+    labels = ["", "red", 'it\'s "red"', "\n\t\\", "}{", "日本 \u202e", "\x01\x1b[31m", "#", "'''", '"""']
 
     def length() -> float:
         return rng.choice([0.0, -0.0, 5e-324, 1e12, -1e12, 0.1, 1 / 3, rng.uniform(-9, 9), 2.0**-1074 * rng.random()])
