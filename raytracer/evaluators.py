@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from raytracer.solids import Complement, Difference, Intersection, Solid, Sphere, Union, postfix
+from raytracer.solids import Complement, Difference, Intersection, Solid, Sphere, Union, simplified
 
 Tree = list[Solid | int]
 NamedPlane = tuple[str, str]  # what a half-space, and its index, are called
@@ -31,7 +31,7 @@ def max_hits(solid: Solid) -> int:
     """
     most = 0
     stack: list[tuple[int, bool]] = []  # crossings, unbounded?
-    for node in postfix(solid):
+    for node in simplified(solid):
         match node:
             case Complement():
                 crossings, unbounded = stack.pop()
@@ -102,7 +102,7 @@ def roth(trees: list[Tree], spheres: int, surfaces: Mapping[int, str]) -> list[s
     ]
 
 
-_HOLDS: dict[type[Solid], str] = {Union: "max({}, {})", Intersection: "min({}, {})", Difference: "min({}, -{})"}
+_HOLDS: dict[type[Solid], str] = {Union: "max({}, {})", Intersection: "min({}, {})", Difference: "min({}, -({}))"}
 _LOGIC: dict[type[Solid], str] = {Union: "{} || {}", Intersection: "{} && {}", Difference: "{} && !{}"}
 
 
@@ -112,16 +112,13 @@ def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, what: 
     `surfaces` are what they are called.
     """
     spans: list[str] = []
-    holds: list[str] = []  # of each object, an expression
-    for tree in trees:
+    holds: list[str] = []  # the lines that compute v0, v1, ..., of each object
+    for k, tree in enumerate(trees):
         spans += [
             f"    real2 s{node} = {_roots(node, spheres, surfaces[node])};" for node in tree if isinstance(node, int)
         ]
-        holds.append(holds_of(tree, "holds(s{}, at)"))
+        holds += _holds(tree, f"v{k}")
     objects = range(len(trees))
-    least = "abs(v0)"
-    for k in objects[1:]:
-        least = f"min({least}, abs(v{k}))"
     # `at` is set last in the loop: a value that a loop computes before it is left is lost by llvmpipe
     # (Mesa 22.3) for those of the pixels drawn together that leave it earlier than others.
     lines = [
@@ -129,9 +126,10 @@ def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, what: 
         "    real at = 0.0;",
         *(f"    bool in{k} = false;" for k in objects),
         "    for (;;) {",
-        *(f"        real v{k} = {holds[k]};" for k in objects),
+        *holds,
         f"        if (at > 0.0 && ({' || '.join(f'(v{k} > 0.0) != in{k}' for k in objects)})) break;",
-        f"        real next = {least};",
+        "        real next = abs(v0);",
+        *(f"        next = min(next, abs(v{k}));" for k in objects[1:]),
         "        if (next >= ray.distance) return ray.distance;",
         *(f"        in{k} = v{k} > 0.0;" for k in objects),
         "        at = next;",
@@ -150,6 +148,22 @@ def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, what: 
         "    return at;",
         "}",
     ]
+
+
+def _holds(tree: Tree, name: str) -> list[str]:
+    """The lines that compute how long a tree's value at `at` holds: a line a node, as compilers take no deep expression."""
+    lines: list[str] = []
+    stack: list[str] = []
+    for node in tree:
+        if isinstance(node, int):
+            stack.append(f"holds(s{node}, at)")
+        elif isinstance(node, Complement):
+            stack.append(f"-{stack.pop()}")
+        else:
+            b, a = stack.pop(), stack.pop()
+            lines.append(f"        real {name}_{len(lines)} = {_HOLDS[type(node)].format(a, b)};")
+            stack.append(f"{name}_{len(lines) - 1}")
+    return [*lines, f"        real {name} = {stack[0]};"]
 
 
 def owner(trees: list[Tree], offset: str = "") -> list[str]:
