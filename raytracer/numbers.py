@@ -19,6 +19,7 @@ from raytracer.scene import PointLight, Scene
 from raytracer.settings import Settings
 from raytracer.shader import has_mirrors, is_listed, material_layout, shaded_materials
 from raytracer.sight import Mask, Met
+from raytracer.table import table
 
 if TYPE_CHECKING:
     from raytracer.merl import Measured
@@ -57,7 +58,8 @@ class Numbers:
         self.farthest = 1.0  # than any distance to what is in them
         self.grid = GRIDS[0]  # cells of a side of a cube's face around a light
         self._shape = 0, 0  # rows and columns of cells
-        self.rounds = 0  # of loops that a pixel's rays may go through in programs at most, or a little more
+        # Of loops those that a pixel's rays may go through at most, or a little more: see cut_short.glsl.
+        self.rounds = self._rounds_of_lists = 0
 
     def load(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
         """Take the numbers of `scene` for a picture of `size`."""
@@ -77,6 +79,7 @@ class Numbers:
                 self._texture("numbers", numbers)
                 if self._lister:
                     self._texture("items", self._lister.items_texture(numbers))
+        self.rounds = (1 + len(scene.lights)) * 3 * table(scene).size  # but for `roth`, where it is not asked for
         if self._lister:
             self._load_lists(self._lister, scene, settings, size)
         self._of = of
@@ -115,6 +118,7 @@ class Numbers:
             self._of_lights, self._lit = None, None
         lights = [settings.cast(light) for light in scene.lights if settings.shadows != "off"]
         lit = tuple((light.position, light.radius) for light in lights)
+        self.rounds = self._rounds_of_lists
         if lit == self._lit:
             return
         self._lit = None
@@ -129,7 +133,8 @@ class Numbers:
         self._texture("lists", np.concatenate(entries))
         self._texture("ends", self._of_lights.ends)
         programs = groups(scene).bigs
-        self.rounds = self._most_rounds(len(lights), trees=any(not big.pruner.is_chain for big in programs)) if programs else 0
+        trees = any(not big.pruner.is_chain for big in programs)
+        self.rounds = self._rounds_of_lists = self._most_rounds(len(lights), trees=trees) if programs else 0
         self._lit = lit
 
     def _most_rounds(self, lights: int, *, trees: bool) -> int:

@@ -157,12 +157,15 @@ def _materials(objects: tuple[Solid | Instances, ...]) -> tuple[Material, ...]:
     """
     global _last
     if _last[0] is not objects:
-        once = [leaves(o.solid if isinstance(o, Instances) else o) for o in objects]
-        copies = [len(o) if isinstance(o, Instances) else 1 for o in objects]
-        count = sum(n * len(found) for n, found in zip(copies, once, strict=True))
-        if count > MAX_SURFACES:
-            raise InputError(f"objects: expected at most {MAX_SURFACES} primitives, got {count}")
-        _last = objects, tuple(dict.fromkeys(leaf.material for found in once for leaf in found))
+        count = 0
+        materials: dict[Material, None] = {}
+        for item in objects:
+            found = leaves(item.solid if isinstance(item, Instances) else item)
+            count += len(found) * (len(item) if isinstance(item, Instances) else 1)
+            if count > MAX_SURFACES:  # at once: of solids that objects share there may be more than fit the memory
+                raise InputError(f"objects: expected at most {MAX_SURFACES} primitives, got at least {count}")
+            materials |= dict.fromkeys(leaf.material for leaf in found)
+        _last = objects, tuple(materials)
     return _last[1]
 
 

@@ -186,9 +186,10 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
     defines: dict[str, int | str] = {"HAS_SPHERES": 1} if spheres else {}
     defines |= {"HAS_PLANES": 1} if planes else {}
     if is_listed(scene, settings):
-        defines |= {"PROGRAMS": 1} if groups(scene).bigs else {}
+        defines |= {"PROGRAMS": 1, "MANY_ROUNDS": 1} if groups(scene).bigs else {}
         return defines | {"LISTED": 1}
     defines |= {"SPHERES": spheres, "SURFACES": found.size}
+    defines |= {"MANY_ROUNDS": 1} if settings.evaluator != "roth" and found.size > evaluators.FEW_SPANS else {}
     return defines | {"DOUBLES": 1} if settings.precision == 64 else defines
 
 

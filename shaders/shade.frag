@@ -3,7 +3,7 @@
 
 #include "scene.glsl"
 #include "lighting.glsl"
-#ifdef PROGRAMS
+#ifdef MANY_ROUNDS
 #include "cut_short.glsl"
 #endif
 
@@ -15,7 +15,7 @@ out vec4 radiance;  // and, in a, its squared length: the sums of both tell thei
 void main() {
     Ray view = cameraRay();
     int mat = texelFetch(surface, ivec2(gl_FragCoord.xy), 0).x;
-#ifdef PROGRAMS
+#ifdef MANY_ROUNDS
     bool wrong = mat == CUT_SHORT;
     if (wrong) mat = 0;
 #endif
@@ -31,7 +31,7 @@ void main() {
     vec3 c = mat == 0 ? background : radianceAt(mat, view);
 #endif
     radiance = vec4(c, dot(c, c));
-#ifdef PROGRAMS
+#ifdef MANY_ROUNDS
     // No light is negative: the host knows it by that, whatever other samples add.
     if (wrong || isCutShort()) radiance = vec4(-INF);
 #endif

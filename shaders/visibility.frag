@@ -5,7 +5,7 @@
 // at one distance the first that is drawn, which is in the scene's order.
 
 #include "scene.glsl"
-#ifdef PROGRAMS
+#ifdef MANY_ROUNDS
 #include "cut_short.glsl"
 #endif
 
@@ -34,7 +34,7 @@ void main() {
 #ifdef OTHERS
     other = vec2(t, surface == 0 ? -1.0 : objectOf(indexOf(surface)));
 #endif
-#if defined(PROGRAMS) && !defined(KINDS)
+#if defined(MANY_ROUNDS) && !defined(KINDS)
     if (isCutShort()) {
         surface = CUT_SHORT;
 #ifdef OTHERS
