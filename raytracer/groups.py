@@ -25,7 +25,7 @@ from raytracer.solids import (
     Solid,
     Sphere,
     Union,
-    postfix,
+    simplified,
 )
 
 Array = NDArray[np.float64]
@@ -81,7 +81,7 @@ def groups(scene: Scene) -> Groups:
 
 
 def _groups(scene: Scene) -> Groups:
-    trees = [postfix(o.solid if isinstance(o, Instances) else o) for o in scene.objects]
+    trees = [simplified(o.solid if isinstance(o, Instances) else o) for o in scene.objects]
     counts = [len(o) if isinstance(o, Instances) else 1 for o in scene.objects]
     shapes = [tuple(type(node) for node in tree) for tree in trees]
     of_kind: Counter[Shape] = Counter()

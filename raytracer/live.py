@@ -126,6 +126,7 @@ class Live:
         # A moving picture's only sample is that of a picture of one: the pixel's centre, unless samples are random.
         drawn = msgspec.structs.replace(settings, samples=1) if moving else settings
         self._passes.load(programs, scene, drawn, _enlarged(size, enlarged))
+        self._passes.try_out()
         self.enlarged, self.samples, self.moving = enlarged, 0, moving and (enlarged > 1 or settings.samples > 1)
         self._settings, self._seconds, self._enough = settings, 0.0, False
         self._tells = not self.moving and not geometry and settings.tells

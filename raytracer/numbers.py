@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from raytracer import lists, reflectance, view_space
 from raytracer.cells import CELL, MAX_PAIRS
 from raytracer.checks import InputError
+from raytracer.groups import groups
 from raytracer.opengl import BufferTexture, set_sampler, volume_texture
 from raytracer.program_rows import check_listed
 from raytracer.rectangles import cells_under
@@ -18,6 +19,7 @@ from raytracer.scene import PointLight, Scene
 from raytracer.settings import Settings
 from raytracer.shader import has_mirrors, is_listed, material_layout, shaded_materials
 from raytracer.sight import Mask, Met
+from raytracer.table import table
 
 if TYPE_CHECKING:
     from raytracer.merl import Measured
@@ -30,6 +32,8 @@ GRIDS = (256, 128, 64, 32, 16, 8, 4, 2, 1)
 # Coarser where the lists of all lights would have more cells than that, or more pairs of a cell and an object of a kind,
 # or a primitive of another: of 24, 40 and 60 bytes, of which the last takes half a microsecond.
 _MAX_CELLS, _MAX_ITEMS, _MAX_LISTED = 2**23, 2**24, 2**22
+# How often a ray goes through a chain's leaves, but for few that meet more than chain.glsl has room for.
+_CHAIN_ROUNDS = 8
 _UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7, "measured": 8}
 
 
@@ -54,6 +58,8 @@ class Numbers:
         self.farthest = 1.0  # than any distance to what is in them
         self.grid = GRIDS[0]  # cells of a side of a cube's face around a light
         self._shape = 0, 0  # rows and columns of cells
+        # Of loops those that a pixel's rays may go through at most, or a little more: see cut_short.glsl.
+        self.rounds = self._rounds_of_lists = 0
 
     def load(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
         """Take the numbers of `scene` for a picture of `size`."""
@@ -73,6 +79,7 @@ class Numbers:
                 self._texture("numbers", numbers)
                 if self._lister:
                     self._texture("items", self._lister.items_texture(numbers))
+        self.rounds = (1 + len(scene.lights)) * 3 * table(scene).size  # but for `roth`, where it is not asked for
         if self._lister:
             self._load_lists(self._lister, scene, settings, size)
         self._of = of
@@ -111,6 +118,7 @@ class Numbers:
             self._of_lights, self._lit = None, None
         lights = [settings.cast(light) for light in scene.lights if settings.shadows != "off"]
         lit = tuple((light.position, light.radius) for light in lights)
+        self.rounds = self._rounds_of_lists
         if lit == self._lit:
             return
         self._lit = None
@@ -124,7 +132,20 @@ class Numbers:
         self._first = int(first[2])
         self._texture("lists", np.concatenate(entries))
         self._texture("ends", self._of_lights.ends)
+        programs = groups(scene).bigs
+        trees = any(not big.pruner.is_chain for big in programs)
+        self.rounds = self._rounds_of_lists = self._most_rounds(len(lights), trees=trees) if programs else 0
         self._lit = lit
+
+    def _most_rounds(self, lights: int, *, trees: bool) -> int:
+        """Rounds of loops in programs, for a ray from the camera and one to each light: of the longest list's codes, as
+        often as it has surfaces, but in chains rarely more than a few times.
+        """
+        assert self._of_camera and self._of_lights
+        longest = [int(np.diff(found.ends).max(initial=0)) for found in (self._of_camera, self._of_lights)]
+        return sum(
+            rays * codes * (2 * codes if trees else _CHAIN_ROUNDS) for rays, codes in zip((1, lights), longest, strict=True)
+        )
 
     def _finest_grid(self, lister: lists.Lister, scene: Scene, lights: list[PointLight]) -> int:
         """How many cells a side of each face has: as many as there is room for, and use.

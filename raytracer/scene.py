@@ -165,12 +165,15 @@ def _materials(objects: tuple[Solid | Instances, ...]) -> tuple[Material, ...]:
     global _last
     last = _last  # another thread may set it meanwhile
     if last[0] is not objects:
-        once = [leaves(o.solid if isinstance(o, Instances) else o) for o in objects]
-        copies = [len(o) if isinstance(o, Instances) else 1 for o in objects]
-        count = sum(n * len(found) for n, found in zip(copies, once, strict=True))
-        if count > MAX_SURFACES:
-            raise InputError(f"expected at most {MAX_SURFACES} primitives, got {count}", "objects")
-        _last = last = objects, tuple(dict.fromkeys(leaf.material for found in once for leaf in found))
+        count = 0
+        materials: dict[Material, None] = {}
+        for item in objects:
+            primitives = leaves(item.solid if isinstance(item, Instances) else item)
+            count += len(primitives) * (len(item) if isinstance(item, Instances) else 1)
+            if count > MAX_SURFACES:  # at once: of solids that objects share there may be more than fit the memory
+                raise InputError(f"expected at most {MAX_SURFACES} primitives, got at least {count}", "objects")
+            materials |= dict.fromkeys(leaf.material for leaf in primitives)
+        _last = last = objects, tuple(materials)
     return last[1]
 
 

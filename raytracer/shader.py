@@ -19,7 +19,7 @@ from raytracer.material import Material
 from raytracer.models import MODELS
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union, postfix
+from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union, simplified
 from raytracer.table import table
 
 # What the second pass makes of what a pixel sees; all but the picture for looking into it.
@@ -178,7 +178,7 @@ def show_source(scene: Scene, settings: Settings, show: Show) -> Source:
 def roth_loops(scene: Scene) -> int:
     """How many loops in a row the Roth filters of a scene are: what bounds their compilation."""
     cost = {Union: 1, Intersection: 1, Difference: 2, Complement: 1}
-    return sum(1 + sum(cost.get(type(node), 0) for node in postfix(solid)) for solid in scene.solids())
+    return sum(1 + sum(cost.get(type(node), 0) for node in simplified(solid)) for solid in scene.solids())
 
 
 def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
@@ -187,9 +187,10 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
     defines: dict[str, int | str] = {"HAS_SPHERES": 1} if spheres else {}
     defines |= {"HAS_PLANES": 1} if planes else {}
     if is_listed(scene, settings):
-        defines |= {"PROGRAMS": 1} if groups(scene).bigs else {}
+        defines |= {"PROGRAMS": 1, "MANY_ROUNDS": 1} if groups(scene).bigs else {}
         return defines | {"LISTED": 1}
     defines |= {"SPHERES": spheres, "SURFACES": found.size}
+    defines |= {"MANY_ROUNDS": 1} if settings.evaluator != "roth" and found.size > evaluators.FEW_SPANS else {}
     return defines | {"DOUBLES": 1} if settings.precision == 64 else defines
 
 
@@ -298,7 +299,7 @@ def _numbered(scene: Scene) -> list[evaluators.Tree]:
     def numbered(node: Solid) -> Solid | int:
         return next(spheres) if isinstance(node, Sphere) else next(planes) if isinstance(node, Plane) else node
 
-    return [[numbered(node) for node in postfix(solid)] for solid in scene.solids()]
+    return [[numbered(node) for node in simplified(solid)] for solid in scene.solids()]
 
 
 def _materials(scene: Scene, settings: Settings) -> dict[str, str]:

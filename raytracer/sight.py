@@ -21,7 +21,7 @@ from raytracer.models import MODELS
 from raytracer.scene import Scene
 from raytracer.settings import Settings
 from raytracer.shader import has_mirrors, is_listed, shaded_materials
-from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, postfix
+from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, simplified
 from raytracer.table import table
 from raytracer.view_space import camera_grid, rotation, vectors
 
@@ -59,7 +59,7 @@ def has_quiet(scene: Scene, settings: Settings) -> bool:
         return False
     if settings.evaluator != "cells" or is_listed(scene, settings):
         return settings.evaluator == "cells"
-    shapes = (tuple(type(node) for node in postfix(solid)) for solid in scene.solids())
+    shapes = (tuple(type(node) for node in simplified(solid)) for solid in scene.solids())
     return all(shape == (Plane,) or is_bounded(shape) for shape in shapes)
 
 
@@ -162,7 +162,7 @@ def finest_grid(light: Array, radius: float, centers: Array) -> float:
 def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
     """Where a tree may be met at all, given that for its spheres, from left to right."""
     stack: list[Mask] = []
-    for node in postfix(solid):
+    for node in simplified(solid):
         match node:
             case Sphere():
                 stack.append(next(spheres))

@@ -29,6 +29,8 @@ from raytracer.record import Record
 # Leaves of one solid. Sub-solids may be shared in Python, so a short program can describe a tree
 # of astronomical size; no evaluator comes near this many.
 MAX_LEAVES = 65536
+# Nodes of one solid: twice as many as binary operators take, for complements.
+MAX_NODES = 4 * MAX_LEAVES
 # Leaves of all solids of a scene, instances counted each. 2^20 of four float32 are 16 MiB, which any
 # GPU holds, and their numbers are exact in float32 (up to 2^24).
 MAX_SURFACES = 1048576
@@ -250,9 +252,9 @@ _OPERATORS: dict[str, Callable[..., Solid]] = {kind.symbol: kind for kind in _KI
 
 
 def postfix(solid: Solid) -> list[Solid]:
-    """The nodes of a tree, operands before their operator: the form that every evaluator reads.
+    """The nodes of a tree, operands before their operator.
 
-    Raises InputError for a tree of more than `MAX_LEAVES` leaves, and for what is no solid.
+    Raises InputError for a tree of more than `MAX_LEAVES` leaves or `MAX_NODES` nodes, and for what is no solid.
     """
     # Root, right, left on a stack is postfix backwards.
     order: list[Solid] = []
@@ -270,9 +272,22 @@ def postfix(solid: Solid) -> list[Solid]:
                 count += 1
             case _:
                 raise InputError(f"expected solids here, got {shown(node)}", "objects")
-        if count > MAX_LEAVES or len(order) > 4 * MAX_LEAVES:
+        if count > MAX_LEAVES:
             raise InputError(f"expected at most {MAX_LEAVES} primitives in one object", "objects")
+        if len(order) > MAX_NODES:
+            raise InputError(f"expected at most {MAX_NODES} primitives and operators in one object", "objects")
     order.reverse()
+    return order
+
+
+def simplified(solid: Solid) -> list[Solid]:
+    """As postfix(), of the shortest tree that is compiled alike: without complements of complements."""
+    order: list[Solid] = []
+    for node in postfix(solid):
+        if isinstance(node, Complement) and isinstance(order[-1], Complement):
+            order.pop()
+        else:
+            order.append(node)
     return order
 
 
