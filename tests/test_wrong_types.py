@@ -156,6 +156,7 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
     "render.backend": ("backend", lambda v: api.render(SCENE, (8, 8), backend=v), SETTINGS),
     "render.geometry": ("geometry", lambda v: api.render(SCENE, (8, 8), geometry=v), without("True", "NumPy's True")),
     "render.progress": ("progress", lambda v: api.render(SCENE, (8, 8), progress=v), SETTINGS),
+    "Image.save": ("path", rt.Image(np.zeros((2, 2, 3), np.float32)).save, without("text", "number as text")),
     "brdf.evaluate.material": ("material", lambda v: api.brdf.evaluate(v, (0, 0, 1), (0, 0, 1)), WRONG),
     "brdf.evaluate.wi": ("wi", lambda v: api.brdf.evaluate(rt.Material(), v, (0, 0, 1)), WRONG),
     "brdf.evaluate.wo[0]": ("wo", lambda v: api.brdf.evaluate(rt.Material(), (0, 0, 1), [[0, 0, v]]), WRONG),
