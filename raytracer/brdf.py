@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from raytracer import glsl, reflectance
 from raytracer.arrays import number_array
-from raytracer.checks import InputError, Keys, is_number, number, shown, vector
+from raytracer.checks import InputError, Keys, check_text, is_number, number, shown, vector
 from raytracer.material import Material
 from raytracer.merl import SHAPE, Measured, directions
 from raytracer.renderer import Renderer
@@ -30,6 +30,10 @@ def evaluate(
     """
     _check(material, renderer)
     given = [_directions(value, name) for value, name in ((wi, "wi"), (wo, "wo"))]
+    lengths = {len(part) for part in given} - {1}
+    if len(lengths) > 1 or 0 in lengths:
+        got = " and ".join(str(len(part)) for part in given)
+        raise InputError(f"expected as many directions as of wi, or one of either, got {got}", "wo")
     return call("evaluate", material, *given, renderer=renderer)
 
 
@@ -38,6 +42,8 @@ def call(function: str, material: Material, *arguments: ArrayLike, renderer: Ren
 
     Such as ggxD() of shaders/brdf/distribution_ggx.glsl for a material of the model ggx. As raytracer.glsl.call().
     """
+    _check(material, renderer)
+    check_text(function, "function")
     found = reflectance.layout([material])
     lines = ['#include "materials.glsl"', *reflectance.reflected_text(found), *_EVALUATE]
     generated = {"materials.glsl": reflectance.material_text(found), _TOP: "\n".join(lines)}

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from raytracer.checks import InputError, printable
 from raytracer.models import MODELS, Parameter
 from raytracer.progress import progress_bar
+from raytracer.suggest import did_you_mean
 
 if TYPE_CHECKING:
     from raytracer.material import Material
@@ -203,7 +204,7 @@ def _models(names: Sequence[str]) -> list[str]:
 
 def _known(name: str, shown: str) -> dict[str, Parameter]:
     if name not in MODELS:
-        raise InputError(f"{shown}: expected one of {', '.join(MODELS)}")
+        raise InputError(f"{shown}: expected one of {', '.join(MODELS)}{did_you_mean(name, MODELS)}")
     return MODELS[name].parameters
 
 
@@ -248,7 +249,8 @@ def settings_of(name: str, items: Sequence[str], prefix: str = "--set ") -> dict
         key = _name_of(item, prefix)
         if key not in known:
             given = _short(prefix + item)
-            raise InputError(f"{given}: {name} has no parameter {_short(key)} (known: {', '.join(known)})")
+            near = did_you_mean(key, known)
+            raise InputError(f"{given}: {name} has no parameter {_short(key)} (known: {', '.join(known)}){near}")
         found[key] = _value(known[key], item.partition("=")[2], prefix + item)
     return found
 

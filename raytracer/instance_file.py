@@ -21,6 +21,7 @@ from raytracer.files import read_bounded
 from raytracer.instances import Instances
 from raytracer.output import write_new
 from raytracer.solids import MAX_SURFACES, Solid
+from raytracer.suggest import did_you_mean_file
 
 # Of a file, and of an array in it when inflated: all places that a scene can have, generously written.
 MAX_BYTES = 64 * 1024 * 1024
@@ -84,9 +85,10 @@ def _read(path: Path, name: str) -> bytes:
     try:
         data = read_bounded(path, MAX_BYTES)
     except OSError as error:
-        raise InputError(f"{name}: expected a file beside the scene file: {error.strerror or error}") from None
+        near = did_you_mean_file(path)
+        raise InputError(f"expected a file beside the scene file: {error.strerror or error}{near}", file=name) from None
     if len(data) > MAX_BYTES:
-        raise InputError(f"{name}: expected a file of at most {MAX_BYTES} bytes")
+        raise InputError(f"expected a file of at most {MAX_BYTES} bytes", file=name)
     return data
 
 

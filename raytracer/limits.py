@@ -40,14 +40,16 @@ class Limits:
         """Raise InputError if the scene needs more than this driver or the evaluator has."""
         if settings.evaluator == "roth" and (loops := roth_loops(scene)) > MAX_ROTH_LOOPS:
             raise InputError(
-                f"evaluator: expected at most {MAX_ROTH_LOOPS} loops for roth (1 an object, |, & or ~, 2 a -), got "
-                f"{loops}; the others have no such limit"
+                f"expected at most {MAX_ROTH_LOOPS} loops for roth (1 an object, |, & or ~, 2 a -), got "
+                f"{loops}; the others have no such limit",
+                "evaluator",
             )
         if settings.precision not in self.precisions:
             version = self._version
             raise InputError(
-                f"precision: 64 needs OpenGL 4.0 or later, got {version // 100}.{version // 10 % 10} "
-                f"({self._driver}); 32 needs no more than 3.3"
+                f"64 needs OpenGL 4.0 or later, got {version // 100}.{version // 10 % 10} "
+                f"({self._driver}); 32 needs no more than 3.3",
+                "precision",
             )
         primitives = table(scene).size
         listed = is_listed(scene, settings)

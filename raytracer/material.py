@@ -24,6 +24,7 @@ from raytracer.checks import (
 )
 from raytracer.models import MODELS, Lobe, Parameter
 from raytracer.suggest import did_you_mean
+from raytracer.toml_table import check_table
 
 if TYPE_CHECKING:
     from raytracer.merl import Measured
@@ -203,13 +204,11 @@ def peak(cx: float, cy: float, cz: float, n: float, scale: float) -> float:
 
 
 def _lobe(table: Any) -> Lobe:
-    keys = Lobe.__struct_fields__
-    if not isinstance(table, dict) or {"cx", "cz", "n"} - set(table):
+    if not isinstance(table, dict) or not all(isinstance(key, str) for key in table):
         raise InputError(f"expected cx, cz, n, and if needed cy and scale, got {shown(table)}")
-    for key in table:
-        if key not in keys:
-            near = did_you_mean(key, keys) if isinstance(key, str) else ""
-            raise InputError(f"expected cx, cz, n, and if needed cy and scale, got {shown(key)}{near}", shown(key))
+    check_table(table, Lobe.__struct_fields__)
+    if {"cx", "cz", "n"} - set(table):
+        raise InputError(f"expected cx, cz, n, and if needed cy and scale, got {shown(table)}")
     return Lobe(**table)
 
 

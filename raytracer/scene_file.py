@@ -25,7 +25,7 @@ from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
 from raytracer.settings_table import settings_table
 from raytracer.solids import Plane, Primitive, Solid, Sphere, leaves
-from raytracer.suggest import did_you_mean
+from raytracer.suggest import did_you_mean, did_you_mean_file
 from raytracer.toml_table import any_list, any_table, build, check_table, known, toml
 
 T = TypeVar("T")
@@ -81,14 +81,15 @@ def read(path: str | os.PathLike[str]) -> tuple[Path, str]:
         data = read_bounded(path, MAX_BYTES, stdin=True)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        names = ", ".join(examples())
-        raise InputError(f"{path}: expected a readable scene file or an example ({names}): {reason}") from None
+        near = did_you_mean_file(path, examples())
+        expected = f"a readable scene file or an example ({', '.join(examples())})"
+        raise InputError(f"expected {expected}: {reason}{near}", file=str(path)) from None
     if len(data) > MAX_BYTES:
-        raise InputError(f"{path}: expected a file of at most {MAX_BYTES} bytes")
+        raise InputError(f"expected a file of at most {MAX_BYTES} bytes", file=str(path))
     try:
         return path, data.decode()
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected UTF-8 text: {error.reason} at byte {error.start}") from None
+        raise InputError(f"expected UTF-8 text: {error.reason} at byte {error.start}", file=str(path)) from None
 
 
 def parse(path: Path, text: str) -> Scene:

@@ -85,12 +85,14 @@ class Settings(Record, frozen=True):
             self,
             samples=whole(self.samples, "samples", 1, MAX_SAMPLES),
             bounces=whole(self.bounces, "bounces", 0, MAX_BOUNCES),
-            shading=None if self.shading is None else _shading(self.shading),
             shadows=check_choice(self.shadows, "shadows", get_args(Shadows)),
             evaluator=check_choice(self.evaluator, "evaluator", get_args(Evaluator)),
             precision=_precision(self.precision),
             sequence=check_choice(self.sequence, "sequence", SEQUENCES),
         )
+        if (shading := self.shading) is not None:
+            hint = shading_hint(shading)
+            set_fields(self, shading=check_choice(shading, "shading", get_args(Shading), hint=hint))
         for key, unit in (("adaptive", "linear radiance"), ("max_error", "linear radiance"), ("time", "seconds")):
             if (value := getattr(self, key)) is not None:
                 expected = f"a finite number above 0 ({unit})"
@@ -221,12 +223,11 @@ def _reach_of_many(instances: Instances, eye: Vec3) -> tuple[float, float]:
     return float(far.max(initial=0.0)), float(radii.min(initial=math.inf))
 
 
-def _shading(name: Any) -> str:
-    names = get_args(Shading)
-    hint = ""
-    if isinstance(name, str) and name in MODELS and name not in names:
-        hint = f'; {name} needs a file, so only a material can have it: model = "{name}", file = "brass.binary"'
-    return check_choice(name, "shading", names, hint=hint)
+def shading_hint(name: Any) -> str:
+    """The end of an error about a shading that is none, where it is a model that needs more than numbers; else ""."""
+    if isinstance(name, str) and name in MODELS and name not in get_args(Shading):
+        return f'; {name} needs a file, so only a material can have it: model = "{name}", file = "brass.binary"'
+    return ""
 
 
 def _precision(bits: Any) -> int:

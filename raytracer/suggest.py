@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
 
 # A comparison takes time by the product of two lengths, and a scene file may have very many and very long names.
 _MAX_LENGTH = 64
@@ -29,3 +32,19 @@ def did_you_mean(name: str, names: Iterable[str]) -> str:
     """`; did you mean "near"?`, to end an error about `name`; "" if none of `names` is near."""
     near = nearest(name, names)
     return f'; did you mean "{near}"?' if near else ""
+
+
+def did_you_mean_file(path: Path, others: Iterable[str] = ()) -> str:
+    """As `did_you_mean`, of a file that is not there: the name of one beside it, or one of the names `others`.
+
+    A path without a suffix is rather meant to be one of the others. "" if the file is there.
+    """
+    beside: list[str] = []
+    with suppress(OSError, ValueError):
+        if os.path.lexists(path):
+            return ""
+        with os.scandir(path.parent) as entries:
+            beside = sorted(entry.name for entry in itertools.islice(entries, _MAX_NAMES))
+    file = did_you_mean(path.name, beside)
+    other = did_you_mean(path.stem, others)
+    return file or other if path.suffix else other or file

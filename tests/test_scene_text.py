@@ -1,7 +1,11 @@
 """The text of a scene file: errors find their line."""
 
 import pickle
+import random
+import tomllib
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -72,6 +76,72 @@ b = 1
 def test_a_key_is_found_on_its_line_or_on_that_of_what_holds_it(keys: Keys, line: int | None) -> None:
     assert line_of(TEXT, keys) == line
     assert line_of(TEXT.replace("\n", "\r\n"), keys) == line
+
+
+class Writer:
+    """TOML at random in which every number is that of its line."""
+
+    NAMES = ("a", "b-1", '"c.d"', "'e\\f'", '"\\u0067\\"]"', '"h = 1 # {"', "3")
+
+    def __init__(self, seed: int) -> None:
+        self.random = random.Random(seed)
+        self.line = 1
+
+    def text(self) -> str:
+        lines = [self.entries("", 3)]
+        for table in "AB":
+            for _ in range(self.random.randint(1, 3)):
+                lines += [
+                    self.end(f"[[{table}]]"),
+                    self.entries("", 3),
+                    self.end(f"[{table} . x]"),
+                    self.entries("", 2),
+                ]
+        lines += [self.end("['A B'.\"y\"]"), self.entries("", 4)]
+        return "".join(lines)
+
+    def entries(self, indent: str, most: int) -> str:
+        names = self.random.sample(self.NAMES, self.random.randint(1, most))
+        return "".join(
+            f"{indent}{name}{self.random.choice(('', '.k', ' . k . l'))} = {self.value(3)}{self.end()}"
+            for name in names
+        )
+
+    def value(self, depth: int) -> str:
+        kind = self.random.choice(("number", "text", "list", "table")) if depth else "number"
+        if kind == "text":  # which has lines of its own, and a number after it
+            self.line += 2
+            return f'[\'\'\'[x]\n]\'\'\', """\\""" = {{\n""", {self.line}]'
+        if kind == "list":
+            parts = (f"{self.value(depth - 1)}{self.random.choice((',', ', # ], ' + chr(10)))}" for _ in range(3))
+            text = "["
+            for part in parts:
+                text += part
+                self.line += part.endswith("\n")
+            return text + "]"
+        if kind == "table":
+            names = self.random.sample(self.NAMES, 2)
+            return "{ " + ", ".join(f"{name} = {self.value(depth - 1)}" for name in names) + " }"
+        return str(self.line)
+
+    def end(self, text: str = "") -> str:
+        self.line += 1
+        return text + self.random.choice(("", " # [z]", "  ")) + "\n"
+
+
+def numbers_in(value: Any, keys: Keys = ()) -> Iterator[tuple[Keys, int]]:
+    if isinstance(value, dict | list):
+        for key, part in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from numbers_in(part, (*keys, key))
+    elif isinstance(value, int):
+        yield keys, value
+
+
+def test_every_number_of_texts_at_random_is_found_on_its_line() -> None:
+    for seed in range(300):
+        text = Writer(seed).text()
+        for keys, line in numbers_in(tomllib.loads(text)):
+            assert line_of(text, keys) == line, (seed, keys, text)
 
 
 def test_an_error_of_toml_or_of_a_key_that_is_not_known_has_its_line(tmp_path: Path) -> None:
