@@ -56,7 +56,8 @@ def is_plain(name: str, suffixes: Sequence[str] = (".csv", ".npz")) -> bool:
 def copied(files: Sequence[Path], folder: Path) -> Iterator[None]:
     """Put copies of the files that a scene names into `folder`, but those that are there with the same content.
 
-    The copies vanish when the block does not end well. Raises RuntimeError if a copy cannot be made or if another file
+    Only what a scene may read is copied, so no file outside the folder of `files`, to which a link leads. The copies
+    vanish when the block does not end well. Raises RuntimeError if a copy cannot be made or if another file
     has its name.
     """
     made: list[Path] = []
@@ -64,11 +65,11 @@ def copied(files: Sequence[Path], folder: Path) -> Iterator[None]:
         for file in files:
             target = folder / file.name
             try:
-                data = _read(file, file.name)
+                data = _read_inside(file)
                 if not os.path.lexists(target):
                     write_new(target, lambda copy, data=data: copy.write(data))
                     made.append(target)
-                elif _read(target, target.name) != data:
+                elif _read_inside(target) != data:
                     raise InputError(
                         f"expected no file of this name in {folder.absolute()}, or one of the same content"
                     )
@@ -79,6 +80,12 @@ def copied(files: Sequence[Path], folder: Path) -> Iterator[None]:
         for target in made:
             target.unlink(missing_ok=True)
         raise
+
+
+def _read_inside(path: Path) -> bytes:
+    if not path.resolve().is_relative_to(path.parent.resolve()):
+        raise InputError(f"{path.name}: expected a file in the scene file's folder, got a link out of it")
+    return _read(path, path.name)
 
 
 def _read(path: Path, name: str) -> bytes:

@@ -2,10 +2,12 @@
 
 import json
 import os
+import select
 import signal
 import subprocess
 import sys
 import time
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +19,7 @@ from raytracer.cli import main
 
 from . import scenes
 from .displays import environment, x_server
+from .processes import TIMEOUT, finished, output_of, running
 
 SCENE = str(scenes.ASSIGNMENT)
 # Where the system offers no OSMesa (Mesa 25.1 and later), `make test` says so here; else all must open.
@@ -181,18 +184,14 @@ def test_a_conflict_of_the_files_settings_with_an_option_names_both(
     assert f"{file}: [settings] and the options given: sequence: expected sobol with max_error, got 'r2'" in says
 
 
-def start(*arguments: str, terminal: int | None = None) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", "raytracer", *arguments]
-    errors = subprocess.PIPE if terminal is None else terminal
-    return subprocess.Popen(command, cwd=scenes.CHECKOUT, stderr=errors, start_new_session=True)
+def start(*arguments: str, errors: int = subprocess.PIPE) -> AbstractContextManager[subprocess.Popen[bytes]]:
+    return running(sys.executable, "-m", "raytracer", *arguments, cwd=scenes.CHECKOUT, stderr=errors)
 
 
 def imported(*arguments: str) -> set[str]:
     """The modules that `raytracer *arguments` has imported when it is done."""
     script = "import sys; from raytracer.cli import main; main(); print(*sys.modules)"
-    command = [sys.executable, "-c", script, *arguments]
-    done = subprocess.run(command, cwd=scenes.CHECKOUT, stdout=subprocess.PIPE, check=True, text=True)
-    return set(done.stdout.splitlines()[-1].split())
+    return set(output_of(sys.executable, "-c", script, *arguments, cwd=scenes.CHECKOUT).splitlines()[-1].split())
 
 
 def test_render_imports_no_more_than_it_needs(tmp_path: Path) -> None:
@@ -222,37 +221,37 @@ def test_wrong_input_is_found_without_numpy_and_opengl(tmp_path: Path) -> None:
 
 def test_ctrl_c_stops_cleanly_and_writes_nothing(tmp_path: Path) -> None:
     out = tmp_path / "a.png"
-    process = start("render", SCENE, "-o", str(out), "--samples", "60000")
-    time.sleep(4)
-    assert process.poll() is None, "still rendering"
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    with start("render", SCENE, "-o", str(out), "--samples", "60000") as process:
+        time.sleep(4)
+        assert process.poll() is None, "still rendering"
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
     assert process.returncode == 1 and errors == b"raytracer: interrupted, nothing written\n"
     assert list(tmp_path.iterdir()) == []
 
 
 def test_progress_is_shown_on_a_terminal(tmp_path: Path) -> None:
     leader, terminal = os.openpty()
-    process = start("render", SCENE, "-o", str(tmp_path / "a.png"), "--samples", "100", terminal=terminal)
-    os.close(terminal)
-    shown = b""
-    while True:
-        try:
-            data = os.read(leader, 4096)
-        except OSError:  # Linux: the other end is closed
-            break
-        if not data:
-            break
-        shown += data
-    os.close(leader)
-    assert process.wait(timeout=120) == 0
+    with start("render", SCENE, "-o", str(tmp_path / "a.png"), "--samples", "100", errors=terminal) as process:
+        os.close(terminal)
+        shown = b""
+        while select.select([leader], [], [], TIMEOUT)[0]:
+            try:
+                data = os.read(leader, 4096)
+            except OSError:  # Linux: the other end is closed
+                break
+            if not data:
+                break
+            shown += data
+        os.close(leader)
+        assert process.wait(timeout=120) == 0
     assert b"rendering a.png" in shown and b"%" in shown
 
 
 def test_no_context_is_status_1_and_says_what_was_tried(tmp_path: Path) -> None:
     environment = {**os.environ, "__EGL_VENDOR_LIBRARY_FILENAMES": "/nowhere", "RAYTRACER_BACKEND": "egl"}
     command = [sys.executable, "-m", "raytracer", "render", SCENE, "-o", str(tmp_path / "a.png"), "--size", "8x8"]
-    done = subprocess.run(command, env=environment, cwd=scenes.CHECKOUT, capture_output=True, text=True)
+    done = finished(*command, env=environment, cwd=scenes.CHECKOUT)
     assert done.returncode == 1 and "Traceback" not in done.stderr
     assert "egl: " in done.stderr and "apt-get install" in done.stderr and "libegl1" in done.stderr
 
@@ -265,10 +264,10 @@ def test_every_way_to_opengl_opens_here_and_makes_the_same_picture(tmp_path: Pat
         for backend in BACKENDS:
             out = tmp_path / f"{backend}.npz"
             options = ["render", SCENE, "-o", str(out), "--size", "160x90", "--backend", backend]
-            subprocess.run(command + options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, check=True)
+            output_of(*command, *options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
             pictures.append(np.load(out)["radiance"])
         options = ["doctor", "--json"]
-        done = subprocess.run(command + options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, stdout=-1)
+        done = finished(*command, *options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
     assert set(BACKENDS) <= {report["backend"] for report in json.loads(done.stdout) if report["opens"]}
     for picture in pictures[1:]:
         np.testing.assert_allclose(picture, pictures[0], atol=1e-5)
@@ -276,10 +275,9 @@ def test_every_way_to_opengl_opens_here_and_makes_the_same_picture(tmp_path: Pat
 
 def test_doctor_names_each_way_and_the_driver() -> None:
     command = [sys.executable, "-m", "raytracer", "doctor"]
-    done = subprocess.run(command, cwd=scenes.CHECKOUT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    done = output_of(*command, cwd=scenes.CHECKOUT)
     for word in ("egl", "window", "osmesa", "Mesa", "16384"):
-        assert word in done.stdout
+        assert word in done
 
 
 @pytest.mark.window
@@ -296,9 +294,7 @@ for backend in ("egl", "osmesa", "window"):
         assert backend == "osmesa" and "only one kind at a time" in str(error), error
 """
     with x_server(640, 480) as display:
-        subprocess.run(
-            [sys.executable, "-c", script], env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, check=True
-        )
+        output_of(sys.executable, "-c", script, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
 
 
 @pytest.mark.window
@@ -316,6 +312,4 @@ with mock.patch.object(moderngl, "create_context", side_effect=RuntimeError("Ope
 open_context("osmesa")
 """
     with x_server(640, 480) as display:
-        subprocess.run(
-            [sys.executable, "-c", script], env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, check=True
-        )
+        output_of(sys.executable, "-c", script, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)

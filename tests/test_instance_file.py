@@ -221,10 +221,22 @@ def test_copies_go_where_no_other_file_is_and_all_of_them_or_none(tmp_path: Path
             raise KeyboardInterrupt
     assert [file.name for file in there.iterdir()] == ["a.csv"], "what was there before stays"
 
+    (tmp_path / "secret").write_text("x,y,z\n")
+    (there / "of_scene").mkdir()
+    (there / "of_scene" / "c.csv").symlink_to(tmp_path / "secret")
+    (there / "of_scene" / "d.csv").symlink_to("e.csv")
+    (there / "of_scene" / "e.csv").write_text("x,y,z\n7,8,9\n")
+    with copied([there / "of_scene" / "d.csv"], there):
+        assert not (there / "d.csv").is_symlink() and "7,8,9" in (there / "d.csv").read_text()
+    with pytest.raises(RuntimeError, match="a link out of it"), copied([there / "of_scene" / "c.csv"], there):
+        raise AssertionError
+    assert not (there / "c.csv").exists()
+
     outside = tmp_path / "outside"
     for others in (
         lambda: (there / "a.csv").write_text("x,y,z\n"),
         lambda: (there / "a.csv").symlink_to(outside),  # not there
+        lambda: (there / "a.csv").symlink_to(tmp_path / "a.csv"),  # the same content, which no scene there may read
         lambda: os.mkfifo(there / "a.csv"),
         lambda: (there / "a.csv").mkdir(),
     ):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import math
 import os
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -26,6 +25,7 @@ from raytracer.turntable import scale_camera, scale_light, turn_camera, turn_lig
 from raytracer.viewer import _LOOK, Viewer
 
 from .displays import SIZE, TIMEOUT, Window, environment, shown, window, x_server
+from .processes import finished, output_of
 from .scenes import ASSIGNMENT, CHECKOUT, assignment, copy_checkout
 
 BALL = """\
@@ -58,12 +58,14 @@ def half_turns(pixels: float) -> float:
 def test_each_key_changes_the_picture_as_render_does_and_brings_it_back() -> None:
     scene = assignment()
     plain = rendered(scene, samples=16)
+    soft = ("soft",) if any(light.radius for light in scene.lights) else ()
+    all_shadows = ("diluted", *soft, "off")
     with window(CHECKOUT, str(ASSIGNMENT), "--samples", "16") as view:
         view.act("key l")
         view.until_shown(plain, "hiding the marker: as many samples as render takes")
         for key, back, others in (
             ("b", "v", [rendered(scene, samples=16, shading="blinn")]),
-            ("s", "s", [rendered(scene, samples=16, shadows=shadows) for shadows in ("diluted", "off")]),
+            ("s", "s", [rendered(scene, samples=16, shadows=shadows) for shadows in all_shadows]),
             ("a", "a", [rendered(scene), rendered(scene, samples=4)]),
         ):
             for k, other in enumerate(others):
@@ -141,7 +143,7 @@ def test_wheel_and_right_button_move_light_and_camera_and_e_writes_what_render_r
     (command,) = (line.partition("its picture: ")[2] for line in lines if "assignment-2.toml" in line)
     program, *arguments = command.split()
     assert program == "raytracer"
-    subprocess.run((sys.executable, "-m", "raytracer", *arguments), cwd=tmp_path, env=view.variables, check=True)
+    output_of(sys.executable, "-m", "raytracer", *arguments, cwd=tmp_path, env=view.variables)
     with Image.open(tmp_path / "assignment-2-rendered.png") as again:
         assert np.abs(np.asarray(again).astype(int) - picture).max() <= 1
 
@@ -615,7 +617,7 @@ def test_two_thousand_frames_with_toggles_and_resizes_leave_nothing_behind(opene
 @pytest.mark.skipif(sys.platform != "linux", reason="a display is always there")
 def test_without_a_display_the_message_is_plain_and_names_render() -> None:
     command = (sys.executable, "-m", "raytracer", "view", str(ASSIGNMENT))
-    done = subprocess.run(command, cwd=CHECKOUT, env=environment(), capture_output=True, text=True, timeout=TIMEOUT)
+    done = finished(*command, cwd=CHECKOUT, env=environment())
     assert done.returncode == 1
     assert done.stderr.startswith("raytracer: there is no window here: ")
     assert "`raytracer render" in done.stderr
