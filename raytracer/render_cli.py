@@ -81,7 +81,7 @@ def render(options: argparse.Namespace) -> int:
     check_memory(host_memory(size, geometry, settings.refines), size)
     if warning := precision_warning(scene, settings):
         warnings.warn(f"{options.scene}: {warning}", stacklevel=1)
-    renderer = shared_renderer(options.backend)
+    renderer = shared_renderer(options.backend, options.device)
     start = time.monotonic()
     # Beyond the driver's limits is the scene.
     with about(options.scene), progress_bar(f"rendering {output.name}") as progress:

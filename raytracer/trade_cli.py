@@ -76,7 +76,7 @@ def _trade(options: argparse.Namespace) -> int:
         folder.mkdir()
     check_folder(folder)
     extent = QUICK if options.quick else FULL
-    renderer = shared_renderer(options.backend)
+    renderer = shared_renderer(options.backend, options.device)
     planned = plan(scene, extent, of_file)
     add_approximations(planned, scene, extent, renderer)
     with about(options.scene):
@@ -140,7 +140,7 @@ def _tune(options: argparse.Namespace) -> int:
     from raytracer.trade.tune import tune
 
     check_size(size)
-    renderer = shared_renderer(options.backend)
+    renderer = shared_renderer(options.backend, options.device)
     try:
         with about(options.scene):
             found = tune(
