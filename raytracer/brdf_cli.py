@@ -97,6 +97,7 @@ def _add_set(parser: argparse.ArgumentParser) -> None:
 
 def _add_backend(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--backend", metavar="NAME", help="as for raytracer render")
+    parser.add_argument("--device", metavar="N|NAME", help="as for raytracer render")
 
 
 def _list(options: argparse.Namespace) -> int:
@@ -119,7 +120,9 @@ def _list(options: argparse.Namespace) -> int:
         print(report.markdown(), end="")
         return 0
     with progress_bar("measuring") as progress:
-        checks = check_all([m for m in models if m in COMPLETE], shared_renderer(options.backend), progress)
+        checks = check_all(
+            [m for m in models if m in COMPLETE], shared_renderer(options.backend, options.device), progress
+        )
     measured = {model: [check for check in checks if check.name == model] for model in models}
     if options.json:
         print(report.models_json(models, measured))
@@ -141,7 +144,7 @@ def _check(options: argparse.Namespace) -> int:
         material_of(name, settings)
     if missing := [name for name in whole if name not in COMPLETE]:
         raise InputError(f"{missing[0]}: expected a file to measure: --set file=...")
-    renderer = shared_renderer(options.backend)
+    renderer = shared_renderer(options.backend, options.device)
     with progress_bar("measuring") as progress:
         checks = check_all(whole, renderer, progress)
         checks += [check(name, settings, renderer) for name, settings in single]
@@ -161,11 +164,11 @@ def _plot(options: argparse.Namespace) -> int:
     if options.lecture == bool(options.materials):
         raise InputError("MATERIAL: expected materials to plot, or --lecture (see raytracer brdf plot --help)")
     if options.lecture:
-        plot_lecture(output, _number_of(options.set, "h"), shared_renderer(options.backend))
+        plot_lecture(output, _number_of(options.set, "h"), shared_renderer(options.backend, options.device))
     else:
         materials = _labelled(options.materials, options.set)
         with progress_bar(f"plotting {output.name}") as progress:
-            plot_materials(output, materials, shared_renderer(options.backend), progress)
+            plot_materials(output, materials, shared_renderer(options.backend, options.device), progress)
     print(f"wrote {output}")
     return 0
 
@@ -176,7 +179,12 @@ def _gallery(options: argparse.Namespace) -> int:
 
     with progress_bar("rendering") as progress:
         write_gallery(
-            options.output, options.cell, options.samples, options.merl, shared_renderer(options.backend), progress
+            options.output,
+            options.cell,
+            options.samples,
+            options.merl,
+            shared_renderer(options.backend, options.device),
+            progress,
         )
     print(f"wrote {options.output}" + ("" if options.merl else ", without merl, which needs --merl FILE"))
     return 0
@@ -189,7 +197,7 @@ def _bake(options: argparse.Namespace) -> int:
 
     output = check_output(options.output, (".binary",))
     [(_, material)] = _labelled([options.material], options.set)
-    table = brdf.bake(material, renderer=shared_renderer(options.backend))
+    table = brdf.bake(material, renderer=shared_renderer(options.backend, options.device))
     with written_whole(output) as file:
         merl.write(table, file)
     print(f"wrote {output}: {printable(options.material)}, for a material of the model merl")

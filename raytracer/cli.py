@@ -184,7 +184,7 @@ def _extremes(options: argparse.Namespace) -> int:
     folder = Path(options.output)
     check_folder(folder, *FILES)
     with progress_bar("measuring") as progress:
-        kept = report(shared_renderer(options.backend), folder, options.short, options.fuzz, progress)
+        kept = report(shared_renderer(options.backend, options.device), folder, options.short, options.fuzz, progress)
     return 0 if kept else 1
 
 

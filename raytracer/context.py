@@ -15,15 +15,13 @@ from typing import Any, Literal, NoReturn, get_args
 
 import moderngl
 
-from raytracer.checks import check_choice
+from raytracer.checks import InputError, check_choice
+from raytracer.devices import REQUIRED, Device, device_of, open_device
 from raytracer.turns import ContextError, begin
 
 Backend = Literal["auto", "egl", "window", "osmesa"]
 VARIABLE = "RAYTRACER_BACKEND"
 
-# More devices than any machine has; EGL says itself where its list ends.
-MAX_EGL_DEVICES = 64
-REQUIRED = 330
 
 PACKAGES = {
     "egl": "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri",
@@ -41,19 +39,36 @@ def backend_name(backend: str | None = None) -> str:
     return check_choice(name, VARIABLE if backend is None else "backend", get_args(Backend))
 
 
-def open_context(backend: str | None = None) -> moderngl.Context:
-    """A new context by `backend_name(backend)`; "auto" is the first that opens.
+def chosen(backend: str | None = None, device: Device | None = None) -> tuple[str, Device | None]:
+    """The backend's name, and the device that is asked for, by arguments or else by variables; None for the best one.
 
-    Raises InputError as `backend_name`, ContextError if no context opens, or in a process that was forked from one that
-    had begun with OpenGL (turns.py).
+    Only EGL has devices: with one, "auto" is "egl". The variable RAYTRACER_DEVICE is for EGL alone. Raises InputError
+    as `backend_name` and `device_of`, and for the argument `device` with a backend that has none.
     """
     name = backend_name(backend)
+    if name in ("auto", "egl"):
+        device = device_of(device)
+        return "egl" if device is not None else name, device
+    if device is not None:
+        raise InputError(f"device: expected the backend egl, which alone has devices, got the backend {name}")
+    return name, None
+
+
+def open_context(backend: str | None = None, device: Device | None = None) -> moderngl.Context:
+    """A new context, as `chosen(backend, device)`; "auto" is the first backend that opens.
+
+    Raises InputError as `chosen`, and for a device that is not there; ContextError if no context opens, or in a process
+    that was forked from one that had begun with OpenGL (turns.py).
+    """
+    name, device = chosen(backend, device)
     begin()
     names = list(_OPENERS) if name == "auto" else [name]
     failures = []
     for name in names:
         try:
-            return _OPENERS[name]()
+            return open_device(device) if name == "egl" else _OPENERS[name]()
+        except InputError:
+            raise
         except Exception as error:  # every driver and binding fails in its own way
             failures.append(f"  {name}: {error or type(error).__name__}")
     packages = " ".join(dict.fromkeys(" ".join(PACKAGES[name] for name in names if name != "window").split()))
@@ -74,36 +89,6 @@ def open_window(size: tuple[int, int], title: str) -> tuple[moderngl.Context, An
         reason = error or type(error).__name__
         remedy = "`raytracer render SCENE -o OUT.png` makes the picture without one"
         raise ContextError(f"there is no window here: {reason}\n{remedy}") from None
-
-
-def _open_egl() -> moderngl.Context:
-    """The first EGL device that gives a context: a machine may list devices that cannot be opened."""
-    from glcontext import egl  # pyright: ignore[reportAttributeAccessIssue] # there is none on Windows and macOS
-
-    failures: list[str] = []
-    for index in range(MAX_EGL_DEVICES):
-        try:
-            # The .so.1 names are those of the run-time packages; bare .so is in -dev packages only. Asked for
-            # by name, glcontext would import what looks libraries up, which takes half as long as all of this.
-            loader = egl.create_context(
-                mode="standalone", glversion=REQUIRED, device_index=index, libgl="libGL.so.1", libegl="libEGL.so.1"
-            )
-            return _with(loader, moderngl.create_context(require=REQUIRED, standalone=True, context=loader))
-        except Exception as error:
-            reason = str(error)
-            if "requested device index" not in reason:
-                failures.append(f"device {index}: {reason}")
-            elif not failures:
-                raise RuntimeError("no EGL device") from None
-            if "requested device index" in reason or "not loaded" in reason:
-                break
-    raise RuntimeError("; ".join(failures))
-
-
-def _with(loader: Any, context: moderngl.Context) -> moderngl.Context:
-    """`context` with what knows OpenGL's functions, for those that moderngl does not call (opengl.py)."""
-    context.extra = loader
-    return context
 
 
 class _GlfwLoader:
@@ -170,7 +155,8 @@ def _open_glfw(
         window = glfw.create_window(*size, title, None, None)
         glfw.make_context_current(window)
         loader: Any = _GlfwLoader(glfw, window, platform)
-        context = _with(loader, moderngl.create_context(require=REQUIRED, context=loader))
+        context = moderngl.create_context(require=REQUIRED, context=loader)
+        context.extra = loader  # what knows OpenGL's functions, for those that moderngl does not call (opengl.py)
     except Exception:
         _close(glfw, window)
         raise
@@ -184,7 +170,7 @@ def _raise_glfw_error(_code: int, message: Any) -> NoReturn:
 
 
 _OPENERS: dict[str, Callable[[], moderngl.Context]] = {
-    "egl": _open_egl,
+    "egl": open_device,
     "window": lambda: _open_glfw("any")[0],
     "osmesa": lambda: _open_glfw("null")[0],
 }

@@ -5,16 +5,20 @@ from __future__ import annotations
 import json
 import sys
 
+import moderngl
 import msgspec
 
-from raytracer.context import BACKENDS, PACKAGES, ContextError, open_context
+from raytracer.context import BACKENDS, PACKAGES, open_context
+from raytracer.devices import closed_devices, leave
+from raytracer.turns import ContextError, begin
 
 
 class Report(msgspec.Struct, frozen=True):
-    """What one way to reach OpenGL gave: the driver's own words and limits, or why it did not open."""
+    """The driver's own words and limits on one way to reach OpenGL, or why it did not open."""
 
     backend: str
     opens: bool
+    device: int | None = None
     vendor: str = ""
     renderer: str = ""
     version: str = ""
@@ -22,32 +26,56 @@ class Report(msgspec.Struct, frozen=True):
     max_uniform_block: int = 0
     problem: str = ""
 
+    @property
+    def name(self) -> str:
+        """The backend, and the device."""
+        return self.backend if self.device is None else f"{self.backend} {self.device}"
+
 
 def examine() -> list[Report]:
-    """Open and close a context of each kind."""
-    return [_examine(backend) for backend in BACKENDS]
+    """Open and close a context of each kind, for EGL on each device."""
+    return [report for backend in BACKENDS for report in (_of_devices() if backend == "egl" else [_of(backend)])]
 
 
-def _examine(backend: str) -> Report:
+def _of_devices() -> list[Report]:
+    begin()
+    found = [
+        _report("egl", each.context, each.index)
+        if each.context
+        else Report("egl", False, each.index, problem=each.problem)
+        for each in closed_devices()
+    ]
+    if any(report.opens for report in found):
+        return found
+    # EGL itself is not there: no device is to blame.
+    problems = dict.fromkeys(report.problem for report in found)
+    return found if len(found) > 1 else [Report("egl", False, problem="; ".join(problems) or "no EGL device")]
+
+
+def _of(backend: str) -> Report:
     try:
         context = open_context(backend)
     except ContextError as error:
         reason = str(error).splitlines()[1].strip().removeprefix(f"{backend}: ")
         return Report(backend, False, problem=reason)
+    report = _report(backend, context)
+    leave(context)  # a released one that is current keeps the next from opening
+    context.release()
+    return report
+
+
+def _report(backend: str, context: moderngl.Context, device: int | None = None) -> Report:
     info = context.info
-    report = Report(
+    return Report(
         backend,
         True,
+        device,
         vendor=info["GL_VENDOR"],
         renderer=info["GL_RENDERER"],
         version=info["GL_VERSION"],
         max_texture_size=info["GL_MAX_TEXTURE_SIZE"],
         max_uniform_block=info["GL_MAX_UNIFORM_BLOCK_SIZE"],
     )
-    with context:
-        pass  # leaving makes no context current: a released one that still is keeps the next from opening
-    context.release()
-    return report
 
 
 def print_report(reports: list[Report], *, as_json: bool = False) -> None:
@@ -59,7 +87,7 @@ def print_report(reports: list[Report], *, as_json: bool = False) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    table = Table("backend", *(report.backend for report in reports))
+    table = Table("backend", *(report.name for report in reports))
     table.add_row("opens", *("yes" if report.opens else f"no: {escape(report.problem)}" for report in reports))
     for name in ("renderer", "vendor", "version"):
         table.add_row(name, *(getattr(report, name) for report in reports))
@@ -68,8 +96,8 @@ def print_report(reports: list[Report], *, as_json: bool = False) -> None:
     Console().print(table)
     if sys.platform != "linux":
         return
-    for report in reports:
-        if not report.opens:
-            without_screen = " and, without a screen, run under xvfb-run" if report.backend == "window" else ""
-            packages = PACKAGES[report.backend]
-            print(f"For {report.backend} on Debian or Ubuntu: apt-get install {packages}{without_screen}")
+    for backend in dict.fromkeys(report.backend for report in reports):
+        if not any(report.opens for report in reports if report.backend == backend):
+            without_screen = " and, without a screen, run under xvfb-run" if backend == "window" else ""
+            packages = PACKAGES[backend]
+            print(f"For {backend} on Debian or Ubuntu: apt-get install {packages}{without_screen}")

@@ -22,11 +22,17 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
 
 
 def add_backend(parser: argparse.ArgumentParser) -> None:
-    """--backend."""
+    """--backend and --device."""
     parser.add_argument(
         "--backend",
         metavar="NAME",
         help="how OpenGL is reached: auto, egl, window or osmesa (default: the variable RAYTRACER_BACKEND, or auto)",
+    )
+    parser.add_argument(
+        "--device",
+        metavar="N|NAME",
+        help="one of EGL's devices: its index or a part of its name, as raytracer doctor lists them (default: the "
+        "variable RAYTRACER_DEVICE, or the first that is hardware, or the first)",
     )
 
 

@@ -80,7 +80,7 @@ def render(options: argparse.Namespace) -> int:
     geometry = output.suffix.lower() == ".npz"
     check_memory(host_memory(size, geometry, settings.refines), size)
     warn_of(options.scene, scene, settings)
-    renderer = shared_renderer(options.backend)
+    renderer = shared_renderer(options.backend, options.device)
     start = time.monotonic()
     # Beyond the driver's limits is the scene.
     with about(options.scene), progress_bar(f"rendering {output.name}") as progress:

@@ -16,7 +16,8 @@ import numpy as np
 
 from raytracer.cells import CELL
 from raytracer.checks import InputError, check_flag, check_size, shown
-from raytracer.context import backend_name, open_context
+from raytracer.context import chosen, open_context
+from raytracer.devices import Device, leave
 from raytracer.estimate import Estimate, Moved, estimated
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
@@ -77,6 +78,7 @@ def render(
     bounces: int | None = None,
     geometry: bool = True,
     backend: Backend | None = None,
+    device: int | str | None = None,
     progress: Progress | None = None,
 ) -> Image:
     """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
@@ -86,8 +88,9 @@ def render(
     before it; a None takes nothing of it back.
     The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
     `backend` is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl",
-    "window" or "osmesa"; the context is kept for the next call. `progress(done, total)` is called after each pass, and
-    must not render itself.
+    "window" or "osmesa"; the context is kept for the next call. `device` is one of EGL's, its index or a part of its
+    name, as `raytracer doctor` lists them (default: what the variable RAYTRACER_DEVICE says, or the first that is
+    hardware, or the first). `progress(done, total)` is called after each pass, and must not render itself.
 
     Threads take turns: a call waits until that of another thread is done, and gives the same bits. After the first
     picture a process must not be forked to render in the child, as multiprocessing does by default on Linux before
@@ -120,33 +123,33 @@ def render(
         raise InputError(f"expected a function of two numbers or None, got {shown(progress)}", "progress")
     for warning in scene_warnings(scene, settings):
         warnings.warn(warning, stacklevel=2)
-    return shared_renderer(backend).render(scene, size, settings, geometry=geometry, progress=progress)
+    return shared_renderer(backend, device).render(scene, size, settings, geometry=geometry, progress=progress)
 
 
-_shared: dict[str, Renderer] = {}
+_shared: dict[tuple[str, Device | None], Renderer] = {}
 
 
-def shared_renderer(backend: str | None = None) -> Renderer:
-    """The renderer on this process's one context of that kind, opened when first asked for.
+def shared_renderer(backend: str | None = None, device: Device | None = None) -> Renderer:
+    """The renderer on this process's one context of that kind, on that device, opened when first asked for.
 
-    Raises InputError for a backend that there is none of, ContextError if no context opens or in a process that was
-    forked from one that had begun with OpenGL (turns.py), RuntimeError within a progress callback.
+    Raises InputError for a backend or device that there is none of, ContextError if no context opens or in a process
+    that was forked from one that had begun with OpenGL (turns.py), RuntimeError within a progress callback.
     """
-    name = backend_name(backend)
+    key = chosen(backend, device)
     check_process()
-    if name not in _shared:
+    if key not in _shared:
         with alone():
-            if name not in _shared:  # another thread may have been before
-                _shared[name] = _opened(name)
-    return _shared[name]
+            if key not in _shared:  # another thread may have been before
+                _shared[key] = _opened(*key)
+    return _shared[key]
 
 
-def _opened(backend: str) -> Renderer:
-    context = open_context(backend)
+def _opened(backend: str, device: Device | None) -> Renderer:
+    context = open_context(backend, device)
     try:
         return Renderer(context)
     finally:
-        context.__exit__(None, None, None)  # current in this thread it could be in no other one
+        leave(context)
 
 
 def metadata(

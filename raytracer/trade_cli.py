@@ -78,7 +78,7 @@ def _trade(options: argparse.Namespace) -> int:
         folder.mkdir()
     check_folder(folder, *FILES)
     extent = QUICK if options.quick else FULL
-    renderer = shared_renderer(options.backend)
+    renderer = shared_renderer(options.backend, options.device)
     warn_of(options.scene, scene, msgspec.structs.replace(combined(own(of_file)), shadows="hard"))  # as plan() has it
     planned = plan(scene, extent, of_file)
     add_approximations(planned, scene, extent, renderer)
@@ -144,7 +144,7 @@ def _tune(options: argparse.Namespace) -> int:
     check_size(size)
     settings = combined(own(of_file), own(flags))
     warn_of(options.scene, scene, settings)
-    renderer = shared_renderer(options.backend)
+    renderer = shared_renderer(options.backend, options.device)
     try:
         with about(options.scene):
             found = tune(
