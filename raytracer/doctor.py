@@ -8,6 +8,7 @@ import sys
 import msgspec
 
 from raytracer.context import BACKENDS, PACKAGES, ContextError, open_context
+from raytracer.terminal import cell, say, say_json, say_table
 
 
 class Report(msgspec.Struct, frozen=True):
@@ -53,23 +54,21 @@ def _examine(backend: str) -> Report:
 def print_report(reports: list[Report], *, as_json: bool = False) -> None:
     """A table on standard output, and remedies; or JSON."""
     if as_json:
-        print(json.dumps(msgspec.to_builtins(reports), indent=2))
+        say_json(json.dumps(msgspec.to_builtins(reports), indent=2))
         return
-    from rich.console import Console
-    from rich.markup import escape
     from rich.table import Table
 
     table = Table("backend", *(report.backend for report in reports))
-    table.add_row("opens", *("yes" if report.opens else f"no: {escape(report.problem)}" for report in reports))
+    table.add_row("opens", *("yes" if report.opens else f"no: {cell(report.problem)}" for report in reports))
     for name in ("renderer", "vendor", "version"):
-        table.add_row(name, *(getattr(report, name) for report in reports))
+        table.add_row(name, *(cell(getattr(report, name)) for report in reports))
     table.add_row("largest texture", *(f"{r.max_texture_size}" if r.opens else "" for r in reports))
     table.add_row("uniform block", *(f"{r.max_uniform_block // 1024} KiB" if r.opens else "" for r in reports))
-    Console().print(table)
+    say_table(table)
     if sys.platform != "linux":
         return
     for report in reports:
         if not report.opens:
             without_screen = " and, without a screen, run under xvfb-run" if report.backend == "window" else ""
             packages = PACKAGES[report.backend]
-            print(f"For {report.backend} on Debian or Ubuntu: apt-get install {packages}{without_screen}")
+            say(f"For {report.backend} on Debian or Ubuntu: apt-get install {packages}{without_screen}")

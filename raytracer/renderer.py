@@ -20,6 +20,7 @@ from raytracer.estimate import Estimate, Moved, estimated
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
 from raytracer.groups import groups
+from raytracer.interrupts import deferred
 from raytracer.limits import Limits, check_size
 from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.presets import Quality, combined
@@ -281,7 +282,8 @@ class Renderer:
         key = vertex.text, source.text
         if key not in self._programs:
             try:
-                program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
+                with deferred():
+                    program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
             except moderngl.Error as error:
                 heading, _, log = str(error).rpartition("===\n")
                 wrong = vertex if "vertex" in heading else source

@@ -113,7 +113,7 @@ def test_ctrl_c_ends_all_its_processes_and_writes_nothing(tmp_path: Path) -> Non
         time.sleep(0.05)
     os.killpg(process.pid, signal.SIGINT)
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == 1 and errors.endswith(b"raytracer: interrupted, nothing written\n")
+    assert process.returncode == 130 and errors.endswith(b"raytracer: interrupted, nothing written\n")
     assert b"Traceback" not in errors
     assert not out.exists() and not (tmp_path / "cache").exists()
     deadline = time.monotonic() + 10
