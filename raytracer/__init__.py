@@ -11,25 +11,26 @@ A scene can also be loaded from a TOML file, by `load`; the command line is `ray
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-from raytracer.checks import InputError
-from raytracer.instances import Instances
-from raytracer.material import Material
-from raytracer.models import Lobe
-from raytracer.presets import quality
-from raytracer.scene import Camera, PointLight, Scene
-from raytracer.scene_file import load, load_settings
-from raytracer.settings import Settings
-from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union
-
+# As typing.TYPE_CHECKING, whose import takes longer than all of this module.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from raytracer import brdf
+    from raytracer.checks import InputError
     from raytracer.context import ContextError
     from raytracer.film import Image
     from raytracer.glsl_source import ShaderError
+    from raytracer.instances import Instances
     from raytracer.library import published
+    from raytracer.material import Material
+    from raytracer.models import Lobe
+    from raytracer.presets import quality
     from raytracer.renderer import render
+    from raytracer.scene import Camera, PointLight, Scene
+    from raytracer.scene_file import load, load_settings
+    from raytracer.settings import Settings
+    from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union
 
 __version__ = "0.1.0"
 
@@ -60,12 +61,31 @@ __all__ = [
     "render",
 ]
 
-# What needs NumPy or OpenGL is imported when first asked for: a scene is made and checked without.
+# The module of each name, which is imported when the name is first used. So the command line sees to Ctrl-C before
+# anything takes time, and a scene is made and checked without NumPy and OpenGL.
 _LAZY = {
+    "Camera": "scene",
+    "Complement": "solids",
     "ContextError": "context",
+    "Difference": "solids",
     "Image": "film",
+    "InputError": "checks",
+    "Instances": "instances",
+    "Intersection": "solids",
+    "Lobe": "models",
+    "Material": "material",
+    "Plane": "solids",
+    "PointLight": "scene",
+    "Scene": "scene",
+    "Settings": "settings",
     "ShaderError": "glsl_source",
+    "Solid": "solids",
+    "Sphere": "solids",
+    "Union": "solids",
+    "load": "scene_file",
+    "load_settings": "scene_file",
     "published": "library",
+    "quality": "presets",
     "render": "renderer",
 }
 

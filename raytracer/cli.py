@@ -2,24 +2,25 @@
 `reference` and `compare` (`compare_cli.py`), `trade` and `tune` (`trade_cli.py`), `doctor`.
 
 Exit status: 0 done; 2 the input is wrong, with one line on standard error that says what and
-where, and nothing written; 1 anything else, such as a picture less accurate than was asked for.
+where, and nothing written; 1 anything else, such as a picture less accurate than was asked for; 130 after Ctrl-C.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-import sys
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 from raytracer import __version__
-from raytracer.checks import InputError, printable
+from raytracer.checks import InputError
+from raytracer.interrupts import STATUS
 from raytracer.options import add_backend, whole
 from raytracer.progress import progress_bar
 from raytracer.render_cli import render, render_arguments, view, view_arguments
+from raytracer.terminal import complain, drop_output, tolerant_output
 
 _EXAMPLES = """\
 examples:
@@ -51,30 +52,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # NumPy's OpenBLAS starts a thread for each core as it is imported, which takes long. There is no work for them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
-        with warnings.catch_warnings():
+        with tolerant_output(), warnings.catch_warnings():
             warnings.simplefilter("always")
+            warnings.simplefilter("ignore", ResourceWarning)  # where an interrupt leaves a file open
             warnings.showwarning = _show_warning
             options = _parser().parse_args(arguments)
             return options.run(options)
     except InputError as error:
-        print(f"raytracer: {printable(str(error))}", file=sys.stderr)
+        complain(str(error))
         return 2
     except KeyboardInterrupt:
-        print("raytracer: interrupted, nothing written", file=sys.stderr)
-        return 1
+        complain("interrupted, nothing written")
+        return STATUS
     except BrokenPipeError:  # the reader of our output has gone: no message, also at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        drop_output()
         return 1
     except MemoryError:
-        print("raytracer: this does not fit into memory; try it with a smaller picture", file=sys.stderr)
+        complain("this does not fit into memory; try it with a smaller picture")
         return 1
     except (RuntimeError, OSError) as error:  # ContextError, ShaderError; a full disk, a vanished folder
-        print(f"raytracer: {error}", file=sys.stderr)
+        complain(*str(error).splitlines())
+        drop_output()
         return 1
 
 
 def _show_warning(message: Warning | str, *_: object) -> None:
-    print(f"raytracer: warning: {printable(str(message))}", file=sys.stderr)
+    complain(f"warning: {message}")
 
 
 class _Parser(argparse.ArgumentParser):

@@ -5,20 +5,20 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from raytracer.checks import InputError, about, check_size, number, printable
+from raytracer.checks import InputError, about, check_size, number
 from raytracer.comparison import SCALE, SUFFIXES, THRESHOLD, Comparison, compare, difference, load_radiance, size_of
 from raytracer.options import add_own, add_scene, add_size, given, warn_of, whole
 from raytracer.output import check_output
 from raytracer.presets import combined, own
 from raytracer.progress import progress_bar
 from raytracer.scene_file import parse_all, read
+from raytracer.terminal import complain, say, say_json
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -113,7 +113,7 @@ def _reference(options: argparse.Namespace) -> int:
         nonlocal traced
         traced = True
         if (takes := cost(job, options.samples)).seconds > _WORTH_MENTION:
-            print(f"raytracer: this takes {takes}", file=sys.stderr)
+            complain(f"this takes {takes}")
 
     with progress_bar(f"tracing {output.name}") as progress:
         image = truth(
@@ -131,7 +131,7 @@ def _reference(options: argparse.Namespace) -> int:
     n, rmse = image.samples, math.sqrt(np.mean(image.error**2))
     took = f"{time.monotonic() - start:.1f} s" if traced else "from the cache"
     samples = f"{n.min()} to {n.max()} samples a pixel, {n.mean():.1f} on average"
-    print(f"wrote {output}: {size_of(image.radiance)}, {samples}, RMSE about {rmse:.1e}, {took}")
+    say(f"wrote {output}: {size_of(image.radiance)}, {samples}, RMSE about {rmse:.1e}, {took}")
     return 0
 
 
@@ -157,7 +157,7 @@ def _compare(options: argparse.Namespace) -> int:
         image.save(output)
     within = options.tolerance is None or found.rmse <= options.tolerance
     if options.json:
-        print(json.dumps(_json(found, options, a, clipped, within), indent=1, allow_nan=False))
+        say_json(json.dumps(_json(found, options, a, clipped, within), indent=1, allow_nan=False))
     else:
         _print(found, options, a, clipped, within)
     return 0 if within else 1
@@ -197,11 +197,10 @@ def _print(found: Comparison, options: argparse.Namespace, a: NDArray[Any], clip
     if found.flip is not None:
         rows.append(("FLIP", f"{found.flip:.3g}"))
     if clipped is not None:
-        rows.append(("clipped", f"{printable(clipped)}, to [0, 1]"))
+        rows.append(("clipped", f"{clipped}, to [0, 1]"))
     if options.tolerance is not None:
         rows.append(("tolerance", f"{options.tolerance:g}: {'kept' if within else 'the RMSE is above it'}"))
     if options.output:
-        rows.append(("wrote", printable(options.output)))
+        rows.append(("wrote", options.output))
     width = max(len(name) for name, _ in rows)
-    for name, value in rows:
-        print(f"{name:{width}}  {value}")
+    say(*(f"{name:{width}}  {value}" for name, value in rows))

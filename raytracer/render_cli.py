@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import gc
-import sys
 import time
-from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from raytracer.checks import about, check_size, number, printable
+from raytracer.checks import about, check_size, number
+from raytracer.interrupts import STATUS
 from raytracer.memory import check_memory
 from raytracer.options import DEFAULT_SIZE, add_backend, add_scene, add_settings, given, warn_of
 from raytracer.presets import Fields, combined
@@ -17,6 +16,7 @@ from raytracer.progress import progress_bar
 from raytracer.sampling import PROGRESSIVE
 from raytracer.scene_file import parse_all, read
 from raytracer.settings import Settings
+from raytracer.terminal import complain, say
 
 if TYPE_CHECKING:
     from raytracer.film import Image
@@ -86,13 +86,13 @@ def render(options: argparse.Namespace) -> int:
     with about(options.scene), progress_bar(f"rendering {output.name}") as progress:
         image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, only=True)
     image.save(output)
-    print(f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {time.monotonic() - start:.1f} s")
-    print(image.estimate)
+    took = time.monotonic() - start
+    say(f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {took:.1f} s", str(image.estimate))
     if missed := _missed(image, settings):
         if _by_number(of_file, flags):
-            print(f"raytracer: {printable(str(output))}: {missed}", file=sys.stderr)
+            complain(f"{output}: {missed}")
             return 1
-        print(missed)  # with as many samples as were asked for: no mistake
+        say(missed)  # with as many samples as were asked for: no mistake
     return 0
 
 
@@ -139,6 +139,8 @@ def view(options: argparse.Namespace) -> int:
 
     if "size" in flags:
         check_size(flags["size"])
-    with suppress(KeyboardInterrupt):  # one of the ways to close the window
+    try:
         show(options.scene, flags, budget)
+    except KeyboardInterrupt:  # one of the ways to close the window
+        return STATUS
     return 0

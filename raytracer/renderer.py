@@ -22,6 +22,7 @@ from raytracer.estimate import Estimate, Moved, estimated
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
 from raytracer.groups import groups
+from raytracer.interrupts import deferred
 from raytracer.limits import Limits
 from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.presets import Quality, combined
@@ -317,7 +318,8 @@ class Renderer:
         program = self._programs.pop(key, None)
         if program is None:
             try:
-                program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
+                with deferred():
+                    program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
             except moderngl.Error as error:
                 heading, _, log = str(error).rpartition("===\n")
                 wrong = vertex if "vertex" in heading else source

@@ -5,19 +5,20 @@ from __future__ import annotations
 import argparse
 import math
 import os
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
 
-from raytracer.checks import InputError, about, check_size, number, printable
+from raytracer.checks import InputError, about, check_size, number
+from raytracer.interrupts import STATUS
 from raytracer.options import DEFAULT_SIZE, add_backend, add_own, add_scene, add_size, given, warn_of, whole
 from raytracer.presets import OWN, Fields, combined, over, own
 from raytracer.presets import flags as as_flags
 from raytracer.progress import progress_bar
 from raytracer.scene_file import parse_all, read
 from raytracer.settings import Settings
+from raytracer.terminal import complain, note, say
 
 if TYPE_CHECKING:
     from raytracer.trade.tune import Tuned
@@ -57,7 +58,7 @@ def trade_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _trade(options: argparse.Namespace) -> int:
-    """Measure, and write what there is; 1 if that is not all of it."""
+    """Measure, and write what there is; STATUS if that is not all of it."""
     scene, of_file = parse_all(*read(options.scene))
     if options.rounds is not None and options.rounds < 1:
         raise InputError("--rounds: expected at least 1, got 0")
@@ -93,18 +94,17 @@ def _trade(options: argparse.Namespace) -> int:
             source="gpu" if options.quick and options.truth == "auto" else options.truth,
             **({"gpu_samples": _QUICK_GPU_SAMPLES} if options.quick else {}),
         )
-    measured = f"{sum(result.measured for result in found.results)} configurations of {printable(scene.name)}"
+    measured = f"{sum(result.measured for result in found.results)} configurations of {scene.name}"
     write_tables(found, folder)
     try:
         page = write_page(found, renderer, folder)
     except KeyboardInterrupt:
-        print(f"wrote trade.csv and trade.json in {folder}: {measured}")
-        print("interrupted: there is no trade.html")
-        return 1
-    print(f"wrote {page}, with trade.csv and trade.json: {measured}")
+        say(f"wrote trade.csv and trade.json in {folder}: {measured}", "interrupted: there is no trade.html")
+        return STATUS
+    say(f"wrote {page}, with trade.csv and trade.json: {measured}")
     if not found.complete:
-        print("interrupted: this is what was measured by then")
-    return 0 if found.complete else 1
+        say("interrupted: this is what was measured by then")
+    return 0 if found.complete else STATUS
 
 
 def tune_arguments(parser: argparse.ArgumentParser) -> None:
@@ -127,7 +127,7 @@ def tune_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _tune(options: argparse.Namespace) -> int:
-    """Search, and print what was found; 1 if nothing meets the target."""
+    """Search, and print what was found; 1 if nothing meets the target, STATUS after Ctrl-C."""
     for value, name, unit in (
         (options.max_error, "--max-error", "linear radiance"),
         (options.time, "--time", "seconds"),
@@ -154,13 +154,15 @@ def _tune(options: argparse.Namespace) -> int:
                 settings,
                 max_error=options.max_error,
                 time=options.time,
-                progress=lambda what: print(f"measuring {what}", file=sys.stderr),
+                progress=lambda what: note(f"measuring {what}"),
             )
     except KeyboardInterrupt:
-        print("raytracer: interrupted before any picture of the full size was measured", file=sys.stderr)
-        return 1
+        complain("interrupted before any picture of the full size was measured")
+        return STATUS
     _report(found, size, of_file)
-    return 0 if found.pick and found.complete else 1
+    if not found.complete:
+        return STATUS
+    return 0 if found.pick else 1
 
 
 def _report(found: Tuned, size: tuple[int, int], of_file: Fields) -> None:
@@ -173,12 +175,12 @@ def _report(found: Tuned, size: tuple[int, int], of_file: Fields) -> None:
         f"{best.samples:.3g} samples a pixel at {size[0]}x{size[1]}"
     )
     if not found.complete:
-        print(f"interrupted: the best of {found.tried} that were measured by then:")
+        say(f"interrupted: the best of {found.tried} that were measured by then:")
     if found.pick:
-        print(f"{says}\n\n{settings_table(best.settings, of_file.get('size'))}", end="")
+        say(says, "", *settings_table(best.settings, of_file.get("size")).splitlines())
     else:
         why = ", and that tells that no other will" if found.hopeless else ""
-        print(f"of {found.tried} tried nothing meets that{why}; the closest is {says}")
+        say(f"of {found.tried} tried nothing meets that{why}; the closest is {says}")
 
 
 def settings_table(settings: Settings, size: tuple[int, int] | None = None) -> str:

@@ -226,7 +226,7 @@ def test_ctrl_c_stops_cleanly_and_writes_nothing(tmp_path: Path) -> None:
         assert process.poll() is None, "still rendering"
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=60)
-    assert process.returncode == 1 and errors == b"raytracer: interrupted, nothing written\n"
+    assert process.returncode == 130 and errors == b"raytracer: interrupted, nothing written\n"
     assert list(tmp_path.iterdir()) == []
 
 

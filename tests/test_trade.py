@@ -200,7 +200,7 @@ def test_what_ends_the_page_leaves_the_tables_and_no_page_of_another_trade(
     monkeypatch.setattr(configurations, "plan", little)
     monkeypatch.setattr(approximations, "add_approximations", lambda *_: None)
     (tmp_path / "trade.html").write_text("an older one")
-    assert main(["trade", SCENE, "-o", str(tmp_path), "--quick", "--size", "32x18"]) == 1
+    assert main(["trade", SCENE, "-o", str(tmp_path), "--quick", "--size", "32x18"]) == (130 if why == "Ctrl-C" else 1)
     assert {file.name for file in tmp_path.iterdir()} == {"trade.csv", "trade.json"}
     assert len(json.loads((tmp_path / "trade.json").read_text())["configurations"]) == 2
     said = capsys.readouterr()

@@ -117,7 +117,7 @@ def test_ctrl_c_ends_all_its_processes_and_writes_nothing(tmp_path: Path) -> Non
         deadline = time.monotonic() + 10
         while (left := in_group(process.pid)) and time.monotonic() < deadline:
             time.sleep(0.1)
-    assert process.returncode == 1 and errors.endswith(b"raytracer: interrupted, nothing written\n")
+    assert process.returncode == 130 and errors.endswith(b"raytracer: interrupted, nothing written\n")
     assert b"Traceback" not in errors
     assert not out.exists() and not (tmp_path / "cache").exists()
     assert not left
