@@ -11,8 +11,6 @@ from raytracer.presets import OWN, QUALITIES, Fields, flags
 from raytracer.sampling import SEQUENCES, Sequence
 from raytracer.settings import ASKED_SAMPLES, Evaluator, Precision, Settings, Shading, Shadows
 
-DEFAULT_SIZE = 1280, 720
-
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
     """SCENE."""

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 
 from raytracer.checks import about, number, printable
 from raytracer.memory import check_memory
-from raytracer.options import DEFAULT_SIZE, add_backend, add_scene, add_settings, given
+from raytracer.options import add_backend, add_scene, add_settings, given
 from raytracer.presets import Fields, combined
 from raytracer.progress import progress_bar
 from raytracer.sampling import PROGRESSIVE
 from raytracer.scene_file import parse_all, read
 from raytracer.settings import Settings, precision_warning
+from raytracer.settings_table import DEFAULT_SIZE
 
 if TYPE_CHECKING:
     from raytracer.film import Image

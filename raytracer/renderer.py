@@ -27,7 +27,8 @@ from raytracer.progress import Progress
 from raytracer.sampler import Sampler
 from raytracer.sampling import Sequence as SampleSequence
 from raytracer.scene import Scene
-from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
+from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, checked_settings, precision_warning
+from raytracer.settings_table import DEFAULT_SIZE
 from raytracer.shader import (
     Show,
     is_listed,
@@ -55,7 +56,8 @@ _STRIP = 2**18
 
 def render(
     scene: Scene,
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] = DEFAULT_SIZE,
+    settings: Settings | None = None,
     *,
     quality: Quality | None = None,
     samples: int | None = None,
@@ -74,9 +76,9 @@ def render(
 ) -> Image:
     """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
 
-    See `Settings` for `samples` to `bounces`, whose defaults hold for what is None; but `samples` is 4096 where
-    `max_error` or `time` is given. `quality` is a name for some (presets.py), and what is given comes before it; a
-    None takes nothing of it back.
+    See `Settings` for `samples` to `bounces`. Those given come before `quality`, a name for some (presets.py), that
+    before the fields of `settings`, and these before the defaults; None takes nothing back. `adaptive` is in place of
+    `max_error` and `time`, and these of it. `samples` is 4096 where `max_error` or `time` is given here without it.
     The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
     `backend` is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl",
     "window" or "osmesa"; the context is kept for the next call. `progress(done, total)` is called after each pass.
@@ -100,7 +102,8 @@ def render(
         "precision": precision,
         "bounces": bounces,
     }
-    settings = combined({key: value for key, value in given.items() if value is not None})
+    keywords = {key: value for key, value in given.items() if value is not None}
+    settings = combined(checked_settings(settings), keywords)
     check_size(size)
     if warning := precision_warning(scene, settings):
         warnings.warn(warning, stacklevel=2)

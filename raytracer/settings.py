@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import msgspec
 
@@ -177,6 +177,16 @@ def _reach_of_many(instances: Instances, eye: Vec3) -> tuple[float, float]:
     outline = np.sqrt(np.where(outside, (distance - radii) * (distance + radii), 0.0))
     far = np.where(outside, outline, distance + radii)
     return float(far.max(initial=0.0)), float(radii.min(initial=math.inf))
+
+
+def checked_settings(settings: Any) -> dict[str, Any]:
+    """The fields of `settings`, none of None. Raises InputError for what is no Settings."""
+    if settings is None:
+        return {}
+    if not isinstance(settings, Settings):
+        makers = "Settings(), quality() or load_settings() make them"
+        raise InputError(f"settings: expected Settings ({makers}), got {shown(settings)}")
+    return msgspec.structs.asdict(settings)
 
 
 def _check_choice(key: str, value: object, choices: tuple[str | int | None, ...]) -> None:

@@ -8,6 +8,8 @@ from raytracer.checks import MAX_SIDE, InputError, shown
 from raytracer.presets import Fields, combined
 from raytracer.settings import Settings
 
+# Width and height in pixels of a picture, where nobody says otherwise.
+DEFAULT_SIZE = 1280, 720
 _KEYS = (*Settings.__struct_fields__, "quality", "size")
 
 

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from raytracer.checks import InputError, about, number, printable
-from raytracer.options import DEFAULT_SIZE, add_backend, add_own, add_scene, add_size, given, whole
+from raytracer.options import add_backend, add_own, add_scene, add_size, given, whole
 from raytracer.presets import OWN, Fields, combined, over, own
 from raytracer.presets import flags as as_flags
 from raytracer.progress import progress_bar
 from raytracer.scene_file import parse_all, read
 from raytracer.settings import Settings
+from raytracer.settings_table import DEFAULT_SIZE
 
 if TYPE_CHECKING:
     from raytracer.trade.tune import Tuned

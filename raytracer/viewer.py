@@ -39,11 +39,11 @@ from raytracer.interaction import (
     title,
 )
 from raytracer.live import Live
-from raytracer.options import DEFAULT_SIZE
 from raytracer.overlay import panels
 from raytracer.presets import Fields
 from raytracer.renderer import Renderer, metadata
 from raytracer.scene_file import moved, named_files, parse_all, read
+from raytracer.settings_table import DEFAULT_SIZE
 from raytracer.watch import Files
 
 # Seconds. How often files are looked at; also, Python notices Ctrl+C only between two waits for events.
