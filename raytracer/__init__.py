@@ -11,6 +11,7 @@ A scene can also be loaded from a TOML file, by `load`; the command line is `ray
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING, Any
 
 from raytracer.checks import InputError
@@ -86,7 +87,8 @@ def __getattr__(name: str) -> Any:
     if name == "brdf":
         return import_module("raytracer.brdf")
     if name not in _LAZY:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        # With both, Python asks whether a near name of dir() was meant.
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}", name=name, obj=sys.modules[__name__])
     value = getattr(import_module(f"raytracer.{_LAZY[name]}"), name)
     globals()[name] = value
     return value

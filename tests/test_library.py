@@ -1,9 +1,6 @@
-"""The library as Python's users take it: names, settings, copies with changes, arrays, and the README's lines."""
+"""The library as Python's users take it: settings, files, arrays, comparisons, references, and the README's lines."""
 
-import copy
-import inspect
 import os
-import pkgutil
 import re
 import subprocess
 import sys
@@ -21,78 +18,10 @@ from raytracer.presets import combined
 from . import scenes
 
 SIZE = (16, 9)
-BALL, FLOOR = rt.Sphere((0, 0, 0), 1), rt.Plane((0, 1, 0), 0)
-FUNCTIONS = ("compare", "load", "load_all", "load_settings", "published", "quality", "reference", "render")
-SLOW = ("numpy", "moderngl", "glcontext", "glfw", "OpenGL", "PIL", "rich", "tomlkit")
 wrong: Any = rt  # where types are wrong on purpose
 
 
-def run(code: str, *arguments: str) -> None:
-    """Run Python code in a process of its own."""
-    subprocess.run([sys.executable, "-c", code, *arguments], cwd=scenes.CHECKOUT, check=True, timeout=300)
-
-
-def modules() -> list[str]:
-    found = [module.name for module in pkgutil.walk_packages(rt.__path__, "raytracer.")]
-    assert len(found) > 70
-    return found
-
-
-def test_no_module_has_the_name_of_a_function() -> None:
-    names = {name.split(".")[1] for name in modules()}
-    assert names & set(rt.__all__) == {"brdf"} and not names & {*FUNCTIONS}
-
-
-IMPORT_ALL = f"""
-import importlib, inspect, random, sys
-import raytracer as rt
-names = sys.argv[2:]
-if sys.argv[1] == "backwards":
-    names.reverse()
-elif sys.argv[1] != "forwards":
-    random.Random(int(sys.argv[1])).shuffle(names)
-public = dir(rt)
-for name in names:
-    importlib.import_module(name)
-    wrong = [f for f in {FUNCTIONS} if f in vars(rt) and not inspect.isfunction(vars(rt)[f])]
-    assert not wrong and dir(rt) == public, (name, wrong)
-for f in {FUNCTIONS}:
-    assert inspect.isfunction(getattr(rt, f)), f
-exec("from raytracer import *")
-assert all(globals()[name] is getattr(rt, name) for name in rt.__all__) and dir(rt) == public
-"""
-
-
-@pytest.mark.parametrize("order", ["forwards", "backwards", "1", "2"])
-def test_functions_are_functions_and_dir_is_the_same_in_whatever_order_modules_are_imported(order: str) -> None:
-    run(IMPORT_ALL, order, *modules())
-
-
-@pytest.mark.parametrize("first", ["comparison", "compare_cli", "oracle", "reference_picture", "renderer", "brdf"])
-def test_functions_are_functions_whatever_module_is_imported_first(first: str) -> None:
-    run(f"import raytracer.{first}\nassert all(callable(getattr(raytracer, f)) for f in {FUNCTIONS})")
-
-
-def test_a_star_import_gives_functions() -> None:
-    run(f"from raytracer import *\nimport inspect\nassert all(inspect.isfunction(globals()[f]) for f in {FUNCTIONS})")
-
-
-def test_a_scene_is_made_and_shown_without_numpy_and_opengl() -> None:
-    run(
-        "import sys, raytracer as rt\n"
-        "scene = rt.Scene([rt.Sphere((0, 0, 0), 1)], [], rt.Camera((0, 0, 5), (0, 0, 0)))\n"
-        "assert eval(repr(scene), dict(vars(rt))) == scene.replace(name='scene') and dir(rt)\n"
-        f"loaded = [name for name in {SLOW} if name in sys.modules]\n"
-        "assert not loaded, loaded\n"
-    )
-
-
-def test_dir_is_what_is_public() -> None:
-    assert [name for name in dir(rt) if not name.startswith("_")] == sorted(rt.__all__)
-    assert {"__version__", "__all__", "__doc__", "__file__"} <= set(dir(rt))
-    assert all(getattr(rt, name).__doc__ for name in rt.__all__)
-
-
+@pytest.mark.gl
 def test_render_takes_settings_and_keywords_before_their_fields() -> None:
     scene = scenes.assignment()
     settings = rt.Settings(samples=4, shadows="diluted", shading="blinn", bounces=1)
@@ -129,6 +58,7 @@ def test_what_is_no_settings_is_refused(settings: Any) -> None:
             function(scenes.assignment(), SIZE, settings)
 
 
+@pytest.mark.gl
 def test_all_that_a_file_says_is_read_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "scene.toml"
     file.write_text(
@@ -166,73 +96,7 @@ def test_a_warning_of_a_file_names_the_line_that_loads_it(tmp_path: Path) -> Non
         assert "spare" in str(warning.message) and warning.filename == __file__
 
 
-FROZEN: list[tuple[Any, dict[str, Any]]] = [
-    (BALL, {"radius": 2.0}),
-    (FLOOR, {"offset": -1.0}),
-    (BALL | FLOOR, {"a": FLOOR}),
-    (~BALL, {"a": FLOOR}),
-    (rt.Instances(BALL, [[0, 0, 0], [1, 1, 1]], [1, 2]), {"scales": [2, 3]}),
-    (rt.PointLight((0, 0, 0), radius=0.5), {"position": (1.0, 2.0, 3.0), "falloff": "inverse_square"}),
-    (rt.Camera((0, 0, 5), (0, 0, 0)), {"vertical_fov": 20.0}),
-    (scenes.assignment(), {"camera": rt.Camera((0, 0, 5), (0, 0, 0)), "name": "other"}),
-    (rt.Settings(samples=4, shadows="soft"), {"samples": 16, "bounces": 0}),
-    (rt.Material("ggx", alpha=0.1), {"alpha": 0.2, "name": "rough"}),
-    (rt.Lobe(1, 2, 3), {"n": 4}),
-    (rt.Image(np.zeros((1, 2, 3), np.float32)), {"metadata": {"Title": "black"}}),
-    (rt.compare(np.zeros((1, 1, 3)), np.ones((1, 1, 3))), {"threshold": 0.5}),
-]
-
-
-@pytest.mark.parametrize(("frozen", "changes"), FROZEN, ids=[type(frozen).__name__ for frozen, _ in FROZEN])
-def test_frozen_objects_are_made_anew_with_changes(frozen: Any, changes: dict[str, Any]) -> None:
-    fields = frozen.parameters if isinstance(frozen, rt.Material) else {f: None for f in frozen.__struct_fields__}
-    ways = [frozen.replace, frozen.__replace__]
-    if sys.version_info >= (3, 13):
-        ways.append(lambda **changes: copy.replace(frozen, **changes))  # pyright: ignore[reportAttributeAccessIssue]
-    for replace in ways:
-        changed = replace(**changes)
-        assert type(changed) is type(frozen)
-        for name in (*fields, *(["name"] if isinstance(frozen, rt.Material) else [])):
-            expected = changes[name] if name in changes else getattr(frozen, name)
-            np.testing.assert_array_equal(getattr(changed, name), expected)
-        with pytest.raises(rt.InputError):
-            replace(nonsense=1)
-    if not isinstance(frozen, rt.Image):
-        assert frozen.replace() == frozen != frozen.replace(**changes)
-
-
-def test_what_is_replaced_is_checked_and_a_wrong_name_is_answered_with_the_near_one() -> None:
-    scene = scenes.assignment()
-    cases: list[tuple[Any, dict[str, Any], str]] = [
-        (scene, {"camra": scene.camera}, "camra: expected a field of Scene (did you mean camera?)"),
-        (scene.camera, {"fov": 3}, "fov: expected a field of Camera (did you mean vertical_fov?)"),
-        (rt.Settings(), {"sample": 3}, "sample: expected a field of Settings (did you mean samples?)"),
-        (BALL, {"x": 3}, "x: expected a field of Sphere (known: center, radius, material)"),
-        (BALL, {"radius": -1}, "radius: expected"),
-        (rt.Settings(max_error=0.1), {"adaptive": 0.1}, "adaptive: expected none"),
-        (scene, {"objects": []}, "objects: expected"),
-    ]
-    for object, changes, says in cases:
-        with pytest.raises(rt.InputError, match=f"^{re.escape(says)}"):
-            object.replace(**changes)
-
-
-def test_one_scale_of_instances_is_that_of_other_positions_too() -> None:
-    two = rt.Instances(BALL, [[0, 0, 0], [1, 1, 1]], 2)
-    assert two.replace(positions=[[3, 3, 3]]) == rt.Instances(BALL, [[3, 3, 3]], 2)
-    with pytest.raises(rt.InputError, match=r"^scales: expected one number, or 1"):
-        rt.Instances(BALL, [[0, 0, 0], [1, 1, 1]], [1, 2]).replace(positions=[[3, 3, 3]])
-
-
-def test_a_material_keeps_what_another_model_has_too() -> None:
-    red = rt.Material("ggx", alpha=0.1, f0=0.5, le=0.25, name="red")
-    assert red.replace(model="beckmann") == rt.Material("beckmann", alpha=0.1, f0=0.5, le=0.25, name="red")
-    assert red.replace(model="lambert", rho=0.5) == rt.Material("lambert", rho=0.5, le=0.25, name="red")
-    for model in ("none", None, []):
-        with pytest.raises(rt.InputError, match=r"^model: expected one of"):
-            red.replace(model=model)
-
-
+@pytest.mark.gl
 def test_an_image_is_its_radiance() -> None:
     image = rt.render(scenes.assignment(), SIZE)
     assert np.asarray(image) is image.radiance and image.radiance.dtype == np.float32
@@ -250,6 +114,7 @@ def test_an_image_is_its_radiance() -> None:
     assert np.max(image) == image.radiance.max() and (image.radiance - np.asarray(image) == 0).all()
 
 
+@pytest.mark.gl
 def test_an_image_gives_the_bytes_that_it_saves(tmp_path: Path) -> None:
     image = rt.render(scenes.assignment(), SIZE)
     image.save(tmp_path / "a.png")
@@ -262,6 +127,7 @@ def test_an_image_of_no_picture_is_refused(radiance: Any) -> None:
         rt.Image(radiance)
 
 
+@pytest.mark.gl
 def test_images_and_arrays_are_compared() -> None:
     a, b = (rt.render(scenes.assignment(), SIZE, samples=n) for n in (1, 16))
     of_images = rt.compare(a, b)
@@ -315,6 +181,7 @@ def test_a_reference_is_what_the_command_makes(cache: Path, tmp_path: Path) -> N
     assert all(rt.compare(other, blinn[0]).rmse == 0.0 for other in blinn)
 
 
+@pytest.mark.gl
 def test_a_picture_is_as_far_from_its_reference_as_it_says(cache: Path) -> None:
     scene = scenes.assignment()
     image = rt.render(scene, (64, 36), samples=16)
@@ -357,6 +224,7 @@ def test_a_reference_too_large_for_the_memory_is_refused_and_a_long_one_is_annou
     assert warned[0].filename == __file__
 
 
+@pytest.mark.gl
 def test_the_readmes_lines_of_python_run(tmp_path: Path, cache: Path) -> None:
     blocks = re.findall(
         r"^```python\n(.*?)^```$", (scenes.CHECKOUT / "README.md").read_text(), re.DOTALL | re.MULTILINE
@@ -374,12 +242,3 @@ def test_the_readmes_lines_of_python_run(tmp_path: Path, cache: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "python.png").exists() and re.search(r"^0\.\d+ \d+\.\d+$", done.stdout, re.MULTILINE)
-
-
-def test_public_functions_say_what_they_take() -> None:
-    for name in FUNCTIONS:
-        function = getattr(rt, name)
-        for parameter in inspect.signature(function).parameters.values():
-            assert parameter.annotation is not parameter.empty
-            if name in ("reference", "compare"):
-                assert f"`{parameter.name}" in function.__doc__, f"{name}: {parameter.name}"
