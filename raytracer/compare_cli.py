@@ -23,20 +23,16 @@ from raytracer.terminal import complain, say, say_json
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-# A sixteenth of the pixels that render makes: the processor traces them in float64, in seconds to minutes.
-_SIZE = (320, 180)
-# What takes longer, in seconds, says so before it starts.
-_WORTH_MENTION = 60.0
-
 
 def reference_arguments(parser: argparse.ArgumentParser) -> None:
     """What `raytracer reference` takes."""
+    from raytracer.reference_picture import REFERENCE_SIZE
     from raytracer.truth import FIRST, SAMPLES, TOLERANCE
     from raytracer.truth_cache import MOST_BYTES
 
     add_scene(parser)
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".npz (float64 arrays)")
-    add_size(parser, f"{_SIZE[0]}x{_SIZE[1]}, as this takes long")
+    add_size(parser, f"{REFERENCE_SIZE[0]}x{REFERENCE_SIZE[1]}, as this takes long")
     parser.add_argument(
         "--samples",
         metavar="N",
@@ -91,12 +87,13 @@ def compare_arguments(parser: argparse.ArgumentParser) -> None:
 def _reference(options: argparse.Namespace) -> int:
     import numpy as np
 
+    from raytracer.reference_picture import REFERENCE_SIZE, WORTH_MENTION
     from raytracer.truth import Job, truth
     from raytracer.truth_cost import check_cost, cost
 
     flags = given(options)
     combined(own(flags))
-    size = flags.get("size", _SIZE)
+    size = flags.get("size", REFERENCE_SIZE)
     check_size(size)
     output = check_output(options.output, (".npz",))
     scene, of_file = parse_all(*read(options.scene))
@@ -112,7 +109,7 @@ def _reference(options: argparse.Namespace) -> int:
     def before(job: Job) -> None:
         nonlocal traced
         traced = True
-        if (takes := cost(job, options.samples)).seconds > _WORTH_MENTION:
+        if (takes := cost(job, options.samples)).seconds > WORTH_MENTION:
             complain(f"this takes {takes}")
 
     with progress_bar(f"tracing {output.name}") as progress:

@@ -13,8 +13,6 @@ from raytracer.sampling import SEQUENCES, Sequence
 from raytracer.scene import Scene
 from raytracer.settings import ASKED_SAMPLES, Evaluator, Precision, Settings, Shading, Shadows, scene_warnings
 
-DEFAULT_SIZE = 1280, 720
-
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
     """SCENE."""

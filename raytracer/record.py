@@ -29,6 +29,6 @@ def unknown_field(name: str, owner: str, fields: tuple[str, ...]) -> InputError:
     """The error for a name that is no field of `owner`."""
     from difflib import get_close_matches  # few sessions need it
 
-    near = get_close_matches(name, fields, n=1)
+    near = get_close_matches(name, fields, n=1) or [field for field in fields if name in field]
     hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(fields)}"
     return InputError(f"{name}: expected a field of {owner} ({hint})")

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING
 from raytracer.checks import about, check_size, number
 from raytracer.interrupts import STATUS
 from raytracer.memory import check_memory
-from raytracer.options import DEFAULT_SIZE, add_backend, add_scene, add_settings, given, warn_of
+from raytracer.options import add_backend, add_scene, add_settings, given, warn_of
 from raytracer.presets import Fields, combined
 from raytracer.progress import progress_bar
 from raytracer.sampling import PROGRESSIVE
 from raytracer.scene_file import parse_all, read
 from raytracer.settings import Settings
+from raytracer.settings_table import DEFAULT_SIZE
 from raytracer.terminal import complain, say
 
 if TYPE_CHECKING:

@@ -30,7 +30,8 @@ from raytracer.progress import Progress
 from raytracer.sampler import Sampler
 from raytracer.sampling import Sequence as SampleSequence
 from raytracer.scene import Scene
-from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, scene_warnings
+from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, checked_settings, scene_warnings
+from raytracer.settings_table import DEFAULT_SIZE
 from raytracer.shader import (
     Show,
     is_listed,
@@ -64,7 +65,8 @@ _STRIP = 2**18
 
 def render(
     scene: Scene,
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] = DEFAULT_SIZE,
+    settings: Settings | None = None,
     *,
     quality: Quality | None = None,
     samples: int | None = None,
@@ -84,9 +86,9 @@ def render(
 ) -> Image:
     """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
 
-    See `Settings` for `samples` to `bounces`, whose defaults hold for what is None; but `samples` is 4096 where
-    `max_error`, `time` or `adaptive` is given. `quality` is a name for some (presets.py), and what is given comes
-    before it; a None takes nothing of it back.
+    See `Settings` for `samples` to `bounces`. Those given come before `quality`, a name for some (presets.py), that
+    before the fields of `settings`, and these before the defaults; None takes nothing back. `adaptive` is in place of
+    `max_error` and `time`, and these of it. `samples` is 4096 where one of the three is given here without it.
     The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
     `backend` is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl",
     "window" or "osmesa"; the context is kept for the next call. `device` is one of EGL's, its index or a part of its
@@ -117,7 +119,8 @@ def render(
         "precision": precision,
         "bounces": bounces,
     }
-    settings = combined({key: value for key, value in given.items() if value is not None})
+    keywords = {key: value for key, value in given.items() if value is not None}
+    settings = combined(checked_settings(settings), keywords)
     size = check_size(size)
     geometry = check_flag(geometry, "geometry")
     if progress is not None and (not callable(progress) or isinstance(progress, type)):

@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from raytracer import expression
 from raytracer.checks import InputError, Vec3, check_choice, check_path, check_text, shown, within
@@ -23,7 +23,7 @@ from raytracer.models import MODELS
 from raytracer.presets import Fields, combined
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
-from raytracer.settings_table import settings_table
+from raytracer.settings_table import DEFAULT_SIZE, settings_table
 from raytracer.solids import Plane, Primitive, Solid, Sphere, leaves
 from raytracer.suggest import did_you_mean, did_you_mean_file
 from raytracer.toml_table import any_list, any_table, build, check_table, known, toml
@@ -58,12 +58,38 @@ def load(path: str | os.PathLike[str]) -> Scene:
     Warns (UserWarning) of shapes that no object uses. Raises InputError if the file cannot be
     read or is not a scene.
     """
-    return parse(*read(path))
+    return _read_all(path)[0]
+
+
+class SceneFile(NamedTuple):
+    """All that a scene file says, in the order in which `render` takes it: `rt.render(*rt.load_all("scene.toml"))`.
+
+    `size` is (width, height) in pixels. Size and settings are those of the table [settings]. Defaults: (1280, 720)
+    and `Settings()`.
+    """
+
+    scene: Scene
+    size: tuple[int, int]
+    settings: Settings
+
+
+def load_all(path: str | os.PathLike[str]) -> SceneFile:
+    """The scene, the size and the settings in the file that `load` takes for `path`, which is read once.
+
+    Warns and raises as `load`, and for wrong settings.
+    """
+    scene, fields = _read_all(path)
+    return SceneFile(scene, fields.get("size", DEFAULT_SIZE), combined(fields))
+
+
+def _read_all(path: str | os.PathLike[str]) -> tuple[Scene, Fields]:
+    return parse_all(*read(path))
 
 
 def load_settings(path: str | os.PathLike[str]) -> Settings:
     """The settings in the table [settings] of the scene file that `load` takes for `path`; what it does not give is the
-    default. A scene has none, as they are what is traded, whatever the scene is.
+    default. A scene has none, as they are what is traded, whatever the scene is. The file's size is no setting:
+    `load_all` gives it, with the scene and the settings of one reading.
 
     Raises InputError if the file cannot be read, is no TOML, or has wrong settings; the scene is not looked at.
     """

@@ -238,3 +238,13 @@ def _precision(bits: Any) -> int:
     if result not in get_args(Precision):
         raise InputError(f"expected one of {', '.join(map(str, get_args(Precision)))}, got {shown(bits)}", "precision")
     return result
+
+
+def checked_settings(settings: Any) -> dict[str, Any]:
+    """The fields of `settings`, none of None. Raises InputError for what is no Settings."""
+    if settings is None:
+        return {}
+    if not isinstance(settings, Settings):
+        makers = "Settings(), quality() or load_settings() make them"
+        raise InputError(f"expected Settings ({makers}), got {shown(settings)}", "settings")
+    return msgspec.structs.asdict(settings)

@@ -9,6 +9,8 @@ from raytracer.presets import Fields, combined
 from raytracer.settings import Settings
 from raytracer.toml_table import check_table
 
+# Width and height in pixels of a picture, where nobody says otherwise.
+DEFAULT_SIZE = 1280, 720
 _KEYS = (*Settings.__struct_fields__, "quality", "size")
 
 

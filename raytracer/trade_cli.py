@@ -12,12 +12,13 @@ import msgspec
 
 from raytracer.checks import InputError, about, check_size, number
 from raytracer.interrupts import STATUS
-from raytracer.options import DEFAULT_SIZE, add_backend, add_own, add_scene, add_size, given, warn_of, whole
+from raytracer.options import add_backend, add_own, add_scene, add_size, given, warn_of, whole
 from raytracer.presets import OWN, Fields, combined, over, own
 from raytracer.presets import flags as as_flags
 from raytracer.progress import progress_bar
 from raytracer.scene_file import parse_all, read
 from raytracer.settings import Settings
+from raytracer.settings_table import DEFAULT_SIZE
 from raytracer.terminal import complain, note, say
 
 if TYPE_CHECKING:

@@ -41,18 +41,34 @@ def hash_of(root: Solid) -> int:
 
 
 def are_equal(a: Solid, b: Solid) -> bool:
-    """Whether two trees have the same operators over equal leaves."""
-    numbers: dict[object, int] = {}  # of equal sub-trees in either tree
+    """Whether two trees have the same operators over equal leaves.
 
-    def number(root: Solid) -> int:
-        own: dict[int, int] = {}
-        for node in distinct(root):
-            operands = [own[id(operand)] for operand in node.operands]
-            key = (type(node), *operands) if operands else node
-            own[id(node)] = numbers.setdefault(key, len(numbers))
-        return own[id(root)]
+    Pairs of nodes are taken for equal until one is not, by sets of these (Hopcroft and Karp 1971, for automata): there
+    are no more such pairs than distinct nodes, whatever the trees share.
+    """
+    parents: dict[int, int] = {}  # of nodes in their sets, by id
 
-    return a is b or number(a) == number(b)
+    def representative(node: int) -> int:
+        while (parent := parents.get(node, node)) != node:
+            parents[node] = node = parents.get(parent, parent)
+        return node
+
+    pending = [(a, b)]
+    while pending:
+        a, b = pending.pop()
+        if a is b:
+            continue
+        if type(a) is not type(b):
+            return False
+        if not a.operands:
+            if a != b:
+                return False
+            continue
+        of_a, of_b = representative(id(a)), representative(id(b))
+        if of_a != of_b:
+            parents[of_a] = of_b
+            pending += zip(a.operands, b.operands, strict=True)
+    return True
 
 
 def flat(root: Solid) -> list[Solid | str | int]:

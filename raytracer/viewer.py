@@ -38,12 +38,12 @@ from raytracer.interaction import (
     step,
 )
 from raytracer.live import Live
-from raytracer.options import DEFAULT_SIZE
 from raytracer.output import write_numbered
 from raytracer.overlay import label, panels
 from raytracer.presets import Fields
 from raytracer.renderer import Renderer, metadata
 from raytracer.scene_file import moved, named_files, parse_all, read
+from raytracer.settings_table import DEFAULT_SIZE
 from raytracer.titles import HELP, compiling, compiling_title, title
 from raytracer.watch import Files
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import compare_cli, memory, truth_cost
+from raytracer import memory, reference_picture, truth_cost
 from raytracer import truth as module
 from raytracer.cli import main
 from raytracer.settings import Settings
@@ -97,7 +97,7 @@ def test_what_it_takes_is_told_before_it_is_begun(
     many = rt.Scene([row], [], rt.Camera((0, 0, 5), (0, 0, 0)))
     guessed = truth_cost.cost(module.Job(many, (320, 180), Settings()), 1024, workers=1)
     assert re.fullmatch("at least [0-9]+ (hours|days): each ray meets each of 2000 primitives", str(guessed))
-    monkeypatch.setattr(compare_cli, "_WORTH_MENTION", 0.0)
+    monkeypatch.setattr(reference_picture, "WORTH_MENTION", 0.0)
     command = ["reference", "assignment", "-o", str(tmp_path / "a.npz"), "--size", "16x9", "--samples", "16"]
     for says in (1, 0):  # not of what is read from the disk
         assert main(command) == 0
