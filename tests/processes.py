@@ -4,10 +4,11 @@ import contextlib
 import os
 import signal
 import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 # For what takes a minute on two slow cores that do other things, too.
 TIMEOUT = 600.0
@@ -19,6 +20,9 @@ def running(*command: str | Path, **options: Any) -> Iterator[subprocess.Popen[A
 
     `options` are subprocess.Popen's.
     """
+    # Terminated, as by a time limit, this process would end without any `finally`. pytest has a way of its own.
+    if signal.getsignal(signal.SIGTERM) == signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, _exit)
     # What a shell starts with `&` ignores SIGINT, and so would all that it starts. A handler of ours is not inherited.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
@@ -33,6 +37,10 @@ def running(*command: str | Path, **options: Any) -> Iterator[subprocess.Popen[A
         process.wait()
         for pipe in filter(None, (process.stdin, process.stdout, process.stderr)):
             pipe.close()
+
+
+def _exit(number: int, _frame: object) -> NoReturn:
+    sys.exit(128 + number)
 
 
 def finished(*command: str | Path, timeout: float = TIMEOUT, **options: Any) -> subprocess.CompletedProcess[str]:

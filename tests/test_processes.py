@@ -1,5 +1,6 @@
 """What tests start ends with them, and takes Ctrl-C."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -53,18 +54,26 @@ def until_none(group: int) -> None:
         time.sleep(0.01)
 
 
-def test_tests_that_are_terminated_end_what_they_started(tmp_path: Path) -> None:
-    (tmp_path / "test_it.py").write_text(
-        "import subprocess, sys\n"
-        "from tests.processes import running\n"
-        "def test_it():\n"
-        f"    with running(sys.executable, '-c', {SLEEP!r}, stdout=subprocess.PIPE) as process:\n"
-        "        process.stdout.readline()\n"
-        "        print(process.pid, file=sys.__stderr__, flush=True)\n"
-        "        process.wait()\n"
-    )
-    command = (sys.executable, "-m", "pytest", "-s", "-p", "tests.conftest", "-p", "no:cacheprovider", tmp_path)
-    with running(*command, cwd=CHECKOUT, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+IT = f"""
+import subprocess, sys
+from tests.processes import running
+def test_it():
+    with running(sys.executable, '-c', {SLEEP!r}, stdout=subprocess.PIPE) as process:
+        process.stdout.readline()
+        print(process.pid, file=sys.__stderr__, flush=True)
+        process.wait()
+if __name__ == '__main__':
+    test_it()
+"""
+
+
+@pytest.mark.parametrize("by", [[], ["-m", "pytest", "-s", "-p", "tests.conftest", "-p", "no:cacheprovider"]])
+def test_tests_and_benchmarks_that_are_terminated_end_what_they_started(by: list[str], tmp_path: Path) -> None:
+    script = tmp_path / "test_it.py"
+    script.write_text(IT)
+    variables = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with running(sys.executable, *by, script, cwd=CHECKOUT, env=variables, **pipes) as process:
         assert process.stderr
         group = int(process.stderr.readline())
         process.terminate()
