@@ -26,12 +26,14 @@ from raytracer.presets import Fields, combined
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
 from raytracer.settings_table import settings_table
-from raytracer.solids import Plane, Primitive, Solid, Sphere, leaves
-from raytracer.toml_table import convert, known, toml
+from raytracer.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves
+from raytracer.toml_table import convert, known, shortened, toml
 
 MAX_BYTES = 4 * 1024 * 1024
 # Each takes 17 MiB here and on the GPU.
 MAX_TABLES = 16
+# Of the expressions of all objects: as many as a scene can have primitives.
+MAX_OPERATORS = MAX_SURFACES
 
 # Of the files that a scene file names.
 _SUFFIXES = (".csv", ".npz", ".binary")
@@ -147,7 +149,8 @@ def _located(path: Path, text: str) -> Iterator[None]:
         from raytracer.scene_text import line_of_error  # its patterns take a while to compile
 
         line = line_of_error(text, str(error))
-        raise InputError(f"{path}:{line}: {error}" if line else f"{path}: {error}") from None
+        message = shortened(str(error))
+        raise InputError(f"{path}:{line}: {message}" if line else f"{path}: {message}") from None
 
 
 def loads(text: str, name: str = "scene") -> Scene:
@@ -204,6 +207,9 @@ def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, Fields, st
     tables: dict[str, Any] = {}
     materials = {key: _material(value, key, folder, tables) for key, value in table.materials.items()}
     shapes = {key: _shape(value, key, materials) for key, value in table.shapes.items()}
+    expressions = [text for text in table.objects.values() if isinstance(text, str)]
+    if (count := sum(text.count(sign) for text in expressions for sign in "~-&|")) > MAX_OPERATORS:
+        raise InputError(f"objects: expected at most {MAX_OPERATORS} operators in all, got {count}")
     solids = {key: _object(text, key, shapes, table.objects) for key, text in table.objects.items()}
     objects = solids | {key: _instances(value, key, solids, folder) for key, value in table.instances.items()}
     options = {key: getattr(table, key) for key in ("ambient", "background") if getattr(table, key) is not None}
