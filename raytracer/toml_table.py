@@ -13,7 +13,8 @@ import msgspec
 from raytracer.checks import InputError
 
 # A mark of TOML that is in no string and no comment, behind all that is none. Up to the first mistake in a text, where
-# tomllib stops, this reads strings as tomllib does. Possessive, so that no text makes the search slow.
+# tomllib stops, this reads strings as tomllib does. Possessive, and a match wherever it begins, so that no text makes the
+# search slow.
 _MARK = r"""
     (?: [^"'\#.,=\n\[\]{}]++
       | \"{3} (?: [^"\\]++ | \\. | "(?!"") )*+ "{0,5}
@@ -21,7 +22,7 @@ _MARK = r"""
       | " (?: [^"\\\n]++ | \\. )*+ "?
       | ' [^'\n]*+ '?
       | \# [^\n]*+
-    )*+ ( [.,=\n\[\]{}] )"""
+    )*+ (?: ( [.,=\n\[\]{}] ) | \Z )"""
 # A scene file needs 4 parts and 6 brackets.
 _MOST_PARTS = _MOST_OPEN = 32
 # With headers, in braces, or by a key's parts beyond its second. tomllib takes up to 2 kB for each, and 4 MB of text
@@ -58,7 +59,7 @@ def _check_marks(text: str) -> None:
     """
     opened = dots = tables = 0
     before = "\n"
-    for mark in re.findall(_MARK, text, re.VERBOSE | re.DOTALL):
+    for mark in filter(None, re.findall(_MARK, text, re.VERBOSE | re.DOTALL)):
         if mark == ".":
             dots += 1
             tables += dots > 1

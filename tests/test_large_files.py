@@ -106,6 +106,11 @@ SCENES: dict[str, tuple[Callable[[], str], str]] = {
     "hexadecimal": (lambda: filled(lambda i: "f" * 1000, "a = 0x"), "unknown key `a`"),
     "fraction": (lambda: filled(lambda i: "1" * 1000, "a = 0."), "unknown key `a`"),
     "a key": (lambda: filled(lambda i: "x" * 1000, OBJECT, "=1\n"), "objects.xxx"),
+    "a string": (lambda: filled(lambda i: "x" * 1000, "a = '"), "expected TOML: "),
+    "a text": (lambda: filled(lambda i: "x" * 1000, 'a = """'), "expected TOML: "),
+    "a comment": (lambda: filled(lambda i: "x" * 1000, "a = 1 #"), "unknown key `a`"),
+    "quotes": (lambda: filled(lambda i: "\"'", "a = "), "expected TOML: "),
+    "backslashes": (lambda: filled(lambda i: "\\", 'a = """'), "expected TOML: "),
     "a line": (lambda: filled(lambda i: "a.b ", f"{HEAD}{SHAPE}[objects]\no = 'b' #"), "expected the name of a shape"),
     "no line": (lambda: filled(lambda i: "#\n", f"{HEAD}{SHAPE}[objects]\no = 'b'\n"), "expected the name of a shape"),
     "expressions": (
