@@ -24,7 +24,7 @@ from raytracer.presets import Fields, combined
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
 from raytracer.settings_table import DEFAULT_SIZE, settings_table
-from raytracer.solids import Plane, Primitive, Solid, Sphere, leaves
+from raytracer.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves
 from raytracer.suggest import did_you_mean, did_you_mean_file
 from raytracer.toml_table import any_list, any_table, build, check_table, known, toml
 
@@ -33,6 +33,8 @@ T = TypeVar("T")
 MAX_BYTES = 4 * 1024 * 1024
 # Each takes 17 MiB here and on the GPU.
 MAX_TABLES = 16
+# Of the expressions of all objects: as many as a scene can have primitives.
+MAX_OPERATORS = MAX_SURFACES
 
 # Of the files that a scene file names.
 _SUFFIXES = (".csv", ".npz", ".binary")
@@ -197,6 +199,7 @@ def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, Fields, st
     tables: dict[str, Any] = {}
     materials = _named(table, "materials", lambda value, name: _material(value, name, folder, tables))
     shapes = _named(table, "shapes", lambda value, name: _shape(value, name, materials))
+    _check_operators(table["objects"])
     solids = _named(table, "objects", lambda value, _: _object(value, shapes, table["objects"]))
     instances = _named(table, "instances", lambda value, name: _instances(value, name, solids, folder))
     objects = solids | instances
@@ -223,6 +226,13 @@ def _named(table: dict[str, Any], key: str, make: Callable[[Any, str], T]) -> di
             with within(name):
                 made[name] = make(value, name)
     return made
+
+
+def _check_operators(objects: Any) -> None:
+    """Raise InputError where the expressions of all objects together have too many operators."""
+    texts = [text for text in objects.values() if isinstance(text, str)] if isinstance(objects, dict) else []
+    if (count := sum(text.count(sign) for text in texts for sign in "~-&|")) > MAX_OPERATORS:
+        raise InputError(f"expected at most {MAX_OPERATORS} operators in all, got {count}", "objects")
 
 
 def _light(value: Any, i: int) -> PointLight:

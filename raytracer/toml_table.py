@@ -12,21 +12,36 @@ from raytracer.checks import InputError, UnknownKeyError
 from raytracer.shown import shortened
 from raytracer.suggest import did_you_mean
 
-# tomllib takes time that is quadratic in the parts of a dotted key: a.b.c.
-_LONG_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
+# A mark of TOML that is in no string and no comment, behind all that is none. Up to the first mistake in a text, where
+# tomllib stops, this reads strings as tomllib does. Possessive, and a match wherever it begins, so that no text makes the
+# search slow.
+_MARK = r"""
+    (?: [^"'\#.,=\n\[\]{}]++
+      | \"{3} (?: [^"\\]++ | \\. | "(?!"") )*+ "{0,5}
+      | '{3} (?: [^']++ | '(?!'') )*+ '{0,5}
+      | " (?: [^"\\\n]++ | \\. )*+ "?
+      | ' [^'\n]*+ '?
+      | \# [^\n]*+
+    )*+ (?: ( [.,=\n\[\]{}] ) | \Z )"""
+# A scene file needs 4 parts and 6 brackets.
+_MOST_PARTS = _MOST_OPEN = 32
+# With headers, in braces, or by a key's parts beyond its second. tomllib takes up to 2 kB for each, and 4 MB of text
+# that fill a scene have some 170,000.
+_MOST_TABLES = 1 << 18
+# Characters of a message, in which there may be a key of any length.
+_SHOWN = 1000
 
 T = TypeVar("T")
 
 
 def toml(text: str) -> dict[str, Any]:
-    """A TOML text. Raises InputError if it is none, or such that to read it would take long."""
-    if _LONG_KEY.search(text):
-        raise InputError("expected keys of at most 32 parts")
+    """A TOML text. Raises InputError if it is none, or such that to read it would take long or much memory."""
+    _check_marks(text)
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"expected TOML: {error}", line=_line(error, text)) from None
-    except (RecursionError, ValueError):  # deep nesting; an integer of more digits than Python converts
+        raise InputError(f"expected TOML: {_without_middle(str(error))}", line=_line(error, text)) from None
+    except (RecursionError, ValueError):  # an integer of more digits than Python converts
         raise InputError("expected TOML without deep nesting or numbers of thousands of digits") from None
 
 
@@ -36,6 +51,40 @@ def _line(error: tomllib.TOMLDecodeError, text: str) -> int:
         return line
     at = re.search(r"\(at line (\d+), column \d+\)$", str(error))
     return int(at[1]) if at else text.count("\n") + 1
+
+
+def _without_middle(message: str) -> str:
+    """A message of at most 1000 characters: its begin, and its end, which says where."""
+    half = _SHOWN // 2
+    return message if len(message) <= _SHOWN else f"{message[:half]}...{message[3 - half :]}"
+
+
+def _check_marks(text: str) -> None:
+    """Raise InputError for a text for which tomllib would take long, or much memory, for its length.
+
+    A key's parts cost their square, each table some 20 microseconds and 2 kB, and brackets in brackets Python's stack.
+    A number with more than one dot is no TOML, so what more dots join is a key.
+    """
+    opened = dots = tables = 0
+    before = "\n"
+    for mark in filter(None, re.findall(_MARK, text, re.VERBOSE | re.DOTALL)):
+        if mark == ".":
+            dots += 1
+            tables += dots > 1
+            if dots == _MOST_PARTS:
+                raise InputError(f"expected keys of at most {_MOST_PARTS} parts")
+        else:
+            dots = 0
+            if mark in "[{":
+                tables += mark == "{" or (before == "\n" and not opened)
+                opened += 1
+                if opened > _MOST_OPEN:
+                    raise InputError(f"expected TOML with at most {_MOST_OPEN} brackets open at once")
+            elif mark in "]}":
+                opened -= 1
+        before = mark
+    if tables > _MOST_TABLES:
+        raise InputError(f"expected TOML of at most {_MOST_TABLES} tables, got about {tables}")
 
 
 def build(kind: type[T], value: Any, **others: Any) -> T:
