@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from raytracer.checks import InputError, shown
+from raytracer.checks import InputError, check_path, shown
 
 _ANY_MAY_WRITE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
 # The permissions of a new file, from which the umask takes some away.
@@ -19,7 +19,7 @@ _NEW_FILE = 0o666
 
 def check_output(path: str | os.PathLike[str], suffixes: Sequence[str]) -> Path:
     """`path` if a file that ends in one of `suffixes` can be written there; InputError otherwise."""
-    path = Path(path)
+    path = check_path(path, "path")
     if path.suffix.lower() not in suffixes:
         raise InputError(f"{path}: expected an output that ends in {' or '.join(suffixes)}")
     _check(path)
