@@ -50,7 +50,7 @@ def chosen(backend: str | None = None, device: Device | None = None) -> tuple[st
         device = device_of(device)
         return "egl" if device is not None else name, device
     if device is not None:
-        raise InputError(f"device: expected the backend egl, which alone has devices, got the backend {name}")
+        raise InputError(f"expected the backend egl, which alone has devices, got the backend {name}", "device")
     return name, None
 
 

@@ -6,14 +6,13 @@ to open it.
 
 from __future__ import annotations
 
-import operator
 import os
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import moderngl
 
-from raytracer.checks import InputError, printable, shown
+from raytracer.checks import InputError, printable, shown, whole
 
 VARIABLE = "RAYTRACER_DEVICE"
 # More devices than any machine has; EGL says itself where its list ends.
@@ -58,12 +57,10 @@ def device_of(device: Any = None) -> Device | None:
         text = value.strip()
         return int(text) if text.isdecimal() and len(text) <= len(str(MAX_DEVICES)) else text.lower()
     try:
-        index = -1 if type(value).__name__ in ("bool", "bool_") else operator.index(value)
-    except TypeError:
-        index = -1
-    if index < 0:
-        raise InputError(f"{where}: expected the index of an EGL device, or a part of its name, got {shown(value)}")
-    return index
+        return whole(value, where, 0, MAX_DEVICES)
+    except InputError:
+        expected = "the index of an EGL device, or a part of its name"
+        raise InputError(f"expected {expected}, got {shown(value)}", where) from None
 
 
 def open_device(device: Device | None = None) -> moderngl.Context:

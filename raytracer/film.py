@@ -87,7 +87,7 @@ class Image(Record, frozen=True, eq=False):
         radiance: Any = self.radiance
         if not isinstance(radiance, np.ndarray) or radiance.ndim != 3 or radiance.shape[2] != 3 or not radiance.size:
             kind = f"one of shape {radiance.shape}" if isinstance(radiance, np.ndarray) else shown(radiance)
-            raise InputError(f"radiance: expected an array (H, W, 3), got {kind}")
+            raise InputError(f"expected an array (H, W, 3), got {kind}", "radiance")
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
         """The radiance itself, for NumPy: a copy only where NumPy asks for one, or for another `dtype`."""

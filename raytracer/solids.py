@@ -23,6 +23,7 @@ from raytracer.checks import (
     set_fields,
     shown,
 )
+from raytracer.checks import items as list_of
 from raytracer.material import Material
 from raytracer.record import Record
 
@@ -56,9 +57,11 @@ class Solid(Record, frozen=True):
         Each item is a solid, one of "|", "&", "-", "~" with its operands before it, or a whole number: the place, from
         0, of an earlier item, whose solid it stands for. Trees may be of any depth. Raises InputError for other lists.
         """
-        if not isinstance(items, Iterable):
-            raise InputError(f"items: expected a list, got {shown(items)}")
-        untyped: Iterable[Any] = items
+        untyped = list_of(items, MAX_NODES)
+        if untyped is None:
+            raise InputError(f"expected a list, got {shown(items)}", "items")
+        if len(untyped) > MAX_NODES:
+            raise InputError(f"expected at most {MAX_NODES} items", "items")
         made: list[Solid] = []
         pending: list[Solid] = []
         for i, item in enumerate(untyped):
@@ -66,7 +69,8 @@ class Solid(Record, frozen=True):
                 operator = _OPERATORS[item]
                 count = 1 if item == Complement.symbol else 2
                 if len(pending) < count:
-                    raise InputError(f"items[{i}]: expected {count} operands before {item!r}, got {len(pending)}")
+                    expected = f"{count} operands before {shown(item)}"
+                    raise InputError(f"expected {expected}, got {len(pending)}", ("items", i))
                 operands = pending[-count:]
                 del pending[-count:]
                 solid = operator(*operands)
@@ -76,11 +80,11 @@ class Solid(Record, frozen=True):
                 solid = item
             else:
                 expected = f"a solid, one of {' '.join(_OPERATORS)}, or the place of an item before"
-                raise InputError(f"items[{i}]: expected {expected}, got {shown(item)}")
+                raise InputError(f"expected {expected}, got {shown(item)}", ("items", i))
             made.append(solid)
             pending.append(solid)
         if len(pending) != 1:
-            raise InputError(f"items: expected the operands and operators of one solid, got {len(pending)} solids")
+            raise InputError(f"expected the operands and operators of one solid, got {len(pending)} solids", "items")
         return pending[0]
 
     def __or__(self, other: Solid) -> Union:

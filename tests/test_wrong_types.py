@@ -103,6 +103,8 @@ def without(*names: str) -> dict[str, Any]:
 NAMES = without("text", "number as text")  # that a name may be
 SETTINGS = without("None")
 
+ODD_DEVICES = without("None", "text", "number as text", "surrogate", "null")
+
 PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
     "Sphere.center": ("center", lambda v: api.Sphere(v, 1), WRONG),
     "Sphere.center[0]": ("center", lambda v: api.Sphere((v, 0, 0), 1), WRONG),
@@ -130,6 +132,8 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
     "Material.lobes": ("lobes", lambda v: api.Material("lafortune", lobes=v), WRONG),
     "Material.lobes[0]": ("lobes", lambda v: api.Material("lafortune", lobes=[v]), WRONG),
     "Lobe.n": ("lobes", lambda v: api.Material("lafortune", lobes=[rt.Lobe(1, 1, v)]), WRONG),
+    "Solid.from_postfix": ("items", api.Solid.from_postfix, WRONG),
+    "Solid.from_postfix[0]": ("items", lambda v: api.Solid.from_postfix([v]), WRONG),
     "Instances.solid": ("solid", lambda v: api.Instances(v, [[0, 0, 0]]), WRONG),
     "Instances.positions": ("positions", lambda v: api.Instances(BALL, v), WRONG),
     "Instances.positions[0]": ("positions", lambda v: api.Instances(BALL, [v]), WRONG),
@@ -154,8 +158,10 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
     "render.size": ("size", lambda v: api.render(SCENE, v), WRONG),
     "render.size[0]": ("size", lambda v: api.render(SCENE, (v, 8)), WRONG),
     "render.backend": ("backend", lambda v: api.render(SCENE, (8, 8), backend=v), SETTINGS),
+    "render.device": ("device", lambda v: api.render(SCENE, (8, 8), device=v), ODD_DEVICES),
     "render.geometry": ("geometry", lambda v: api.render(SCENE, (8, 8), geometry=v), without("True", "NumPy's True")),
     "render.progress": ("progress", lambda v: api.render(SCENE, (8, 8), progress=v), SETTINGS),
+    "Image": ("radiance", api.Image, WRONG),
     "Image.save": ("path", rt.Image(np.zeros((2, 2, 3), np.float32)).save, without("text", "number as text")),
     "brdf.evaluate.material": ("material", lambda v: api.brdf.evaluate(v, (0, 0, 1), (0, 0, 1)), WRONG),
     "brdf.evaluate.wi": ("wi", lambda v: api.brdf.evaluate(rt.Material(), v, (0, 0, 1)), WRONG),
