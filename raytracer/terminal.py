@@ -76,8 +76,9 @@ def tolerant_output() -> Iterator[None]:
 
 def drop_output() -> None:
     """Forget what standard output does not take, or the end of the interpreter fails for it."""
+    if sys.stdout is None:
+        return
     try:
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        sys.stdout.flush()
     except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
