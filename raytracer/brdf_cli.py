@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from raytracer.checks import InputError
 from raytracer.models import MODELS, Parameter
 from raytracer.progress import progress_bar
+from raytracer.suggest import did_you_mean
 from raytracer.terminal import say, say_json
 
 if TYPE_CHECKING:
@@ -204,7 +205,7 @@ def _models(names: Sequence[str]) -> list[str]:
 
 def _known(name: str, shown: str) -> dict[str, Parameter]:
     if name not in MODELS:
-        raise InputError(f"{shown}: expected one of {', '.join(MODELS)}")
+        raise InputError(f"{shown}: expected one of {', '.join(MODELS)}{did_you_mean(name, MODELS)}")
     return MODELS[name].parameters
 
 
@@ -249,7 +250,8 @@ def settings_of(name: str, items: Sequence[str], prefix: str = "--set ") -> dict
         key = _name_of(item, prefix)
         if key not in known:
             given = _short(prefix + item)
-            raise InputError(f"{given}: {name} has no parameter {_short(key)} (known: {', '.join(known)})")
+            names = f"(known: {', '.join(known)}){did_you_mean(key, known)}"
+            raise InputError(f"{given}: {name} has no parameter {_short(key)} {names}")
         found[key] = _value(known[key], item.partition("=")[2], prefix + item)
     return found
 
