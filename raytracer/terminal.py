@@ -14,6 +14,8 @@ from raytracer.checks import printable
 if TYPE_CHECKING:
     from rich.table import Table
 
+# Characters of either end of a message: a path on Linux has 4096 at most, and a person reads no more than this.
+_ENDS = 500
 # Columns of a table where there is no terminal.
 _WIDTH = 160
 
@@ -25,9 +27,13 @@ def say(*lines: str) -> None:
 
 
 def complain(*lines: str) -> None:
-    """Print `raytracer: ` and the lines on standard error, as note() does."""
-    first, *others = lines or ("",)
+    """Print `raytracer: ` and the lines on standard error, as note() does, without the middle of a very long one."""
+    first, *others = (_shortened(line) for line in lines or ("",))
     note(f"raytracer: {first}", *others)
+
+
+def _shortened(line: str) -> str:
+    return line if len(line) <= 2 * _ENDS else f"{line[:_ENDS]} ... {line[-_ENDS:]}"
 
 
 def note(*lines: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -74,9 +75,12 @@ def _trade(options: argparse.Namespace) -> int:
     size = given(options).get("size") or (_QUICK_SIZE if options.quick else _SIZE)
     check_size(size)
     folder = Path(options.output)
-    if not folder.exists():
+    if not os.path.lexists(folder):
         check_folder(folder.parent, folder)
-        folder.mkdir()
+        try:
+            folder.mkdir()
+        except OSError as error:
+            raise InputError(f"{folder}: expected a place for a folder: {error.strerror}") from None
     check_folder(folder)
     extent = QUICK if options.quick else FULL
     renderer = shared_renderer(options.backend)
