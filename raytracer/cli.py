@@ -15,11 +15,12 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from raytracer import __version__
-from raytracer.checks import InputError
+from raytracer.checks import InputError, shown
 from raytracer.interrupts import STATUS
 from raytracer.options import add_backend, whole
 from raytracer.progress import progress_bar
 from raytracer.render_cli import render, render_arguments, view, view_arguments
+from raytracer.suggest import did_you_mean
 from raytracer.terminal import complain, drop_output, tolerant_output
 
 _EXAMPLES = """\
@@ -83,6 +84,26 @@ def _show_warning(message: Warning | str, *_: object) -> None:
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise InputError(f"{message} (see {self.prog} --help)")
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
+        namespace, rest = super().parse_known_args(args, namespace)
+        if rest:
+            option = next((text.partition("=")[0] for text in rest if text.startswith("-")), None)
+            if option is None:
+                self.error(f"expected no more arguments, got {shown(rest[0])}")
+            self.error(f"unknown option {shown(option)}{did_you_mean(option, self._option_string_actions)}")
+        return namespace, rest
+
+    def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
+        if action.option_strings and action.nargs is None and arg_strings == ["--"]:  # argparse makes a list of it
+            raise argparse.ArgumentError(action, "expected a value, got '--'")
+        return super()._get_values(action, arg_strings)  # pyright: ignore[reportAttributeAccessIssue]
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            names = [str(choice) for choice in action.choices]
+            near = did_you_mean(str(value), names)
+            raise argparse.ArgumentError(action, f"expected one of {', '.join(names)}, got {shown(value)}{near}")
 
 
 class _Command(_Parser):

@@ -100,8 +100,9 @@ class _Interrupts:
 
         self._last = -_SAME_PRESS
         main = threading.main_thread().ident
-        wakes = hasattr(signal, "pthread_kill") and main is not None  # a call that waits; not on Windows
-        again = partial(signal.pthread_kill, main) if wakes else signal.raise_signal
+        again = signal.raise_signal
+        if main is not None and hasattr(signal, "pthread_kill"):  # which ends a call that waits, too; not on Windows
+            again = partial(signal.pthread_kill, main)
         timer = threading.Timer(_AGAIN, again, (signal.SIGINT,))
         timer.daemon = True
         timer.start()

@@ -8,6 +8,7 @@ import warnings
 from functools import partial
 from typing import Any, get_args
 
+from raytracer.models import MODELS
 from raytracer.presets import OWN, QUALITIES, Fields, flags
 from raytracer.sampling import SEQUENCES, Sequence
 from raytracer.scene import Scene
@@ -51,6 +52,7 @@ def add_own(parser: argparse.ArgumentParser, *names: str) -> None:
         "shading": {
             "metavar": "MODEL",
             "choices": ("none", *get_args(Shading)),
+            "type": _model,
             "help": "a model for all materials, as like theirs as it can be (default: none, each one's own): "
             + ", ".join(get_args(Shading)),
         },
@@ -146,6 +148,13 @@ def picture_size(text: str) -> tuple[int, int]:
     if not match:
         raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, such as 1280x720, got {text!r}")
     return whole(match[1]), whole(match[2])
+
+
+def _model(text: str) -> str:
+    if text in MODELS and text not in get_args(Shading):
+        table = f'model = "{text}" and file = "..."'
+        raise argparse.ArgumentTypeError(f"{text} needs a table, which only a material of a scene file gives: {table}")
+    return text
 
 
 def _number(text: str) -> float | str:

@@ -14,6 +14,8 @@ from raytracer.checks import printable
 if TYPE_CHECKING:
     from rich.table import Table
 
+# Characters of either end of a message: a path on Linux has 4096 at most, and a person reads no more than this.
+_ENDS = 500
 # Columns of a table where there is no terminal.
 _WIDTH = 160
 
@@ -25,9 +27,13 @@ def say(*lines: str) -> None:
 
 
 def complain(*lines: str) -> None:
-    """Print `raytracer: ` and the lines on standard error, as note() does."""
-    first, *others = lines or ("",)
+    """Print `raytracer: ` and the lines on standard error, as note() does, without the middle of a very long one."""
+    first, *others = (_shortened(line) for line in lines or ("",))
     note(f"raytracer: {first}", *others)
+
+
+def _shortened(line: str) -> str:
+    return line if len(line) <= 2 * _ENDS else f"{line[:_ENDS]} ... {line[-_ENDS:]}"
 
 
 def note(*lines: str) -> None:
@@ -76,8 +82,9 @@ def tolerant_output() -> Iterator[None]:
 
 def drop_output() -> None:
     """Forget what standard output does not take, or the end of the interpreter fails for it."""
+    if sys.stdout is None:
+        return
     try:
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        sys.stdout.flush()
     except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -15,7 +15,7 @@ from raytracer.interrupts import STATUS
 from raytracer.options import add_backend, add_own, add_scene, add_size, given, warn_of, whole
 from raytracer.presets import OWN, Fields, combined, over, own
 from raytracer.presets import flags as as_flags
-from raytracer.progress import progress_bar
+from raytracer.progress import step_bar, tell_step
 from raytracer.scene_file import parse_all, read
 from raytracer.settings import Settings
 from raytracer.settings_table import DEFAULT_SIZE
@@ -77,7 +77,10 @@ def _trade(options: argparse.Namespace) -> int:
     folder = Path(options.output)
     if not os.path.lexists(folder):
         check_folder(folder.parent)
-        folder.mkdir()
+        try:
+            folder.mkdir()
+        except OSError as error:
+            raise InputError(f"expected a place for a folder: {error.strerror}", file=str(folder)) from None
     check_folder(folder, *FILES)
     extent = QUICK if options.quick else FULL
     renderer = shared_renderer(options.backend, options.device)
@@ -91,12 +94,13 @@ def _trade(options: argparse.Namespace) -> int:
             renderer,
             size,
             options.rounds or (_QUICK_ROUNDS if options.quick else _ROUNDS),
-            progress_bar,
+            step_bar,
             source="gpu" if options.quick and options.truth == "auto" else options.truth,
             **({"gpu_samples": _QUICK_GPU_SAMPLES} if options.quick else {}),
         )
     measured = f"{sum(result.measured for result in found.results)} configurations of {scene.name}"
     write_tables(found, folder)
+    tell_step("drawing trade.html")
     try:
         page = write_page(found, renderer, folder)
     except KeyboardInterrupt:

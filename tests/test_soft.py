@@ -235,5 +235,5 @@ def test_a_radius_changes_no_bit_of_what_are_no_soft_shadows(
     assert own.lights[0].radius > 0.0, "the example shows all kinds of shadows"
     for precision in (32, 64):
         settings = Settings(samples=3, shadows=shadows, evaluator=evaluator, precision=precision)
-        pictures = [renderer.render(scene, (96, 54), settings).radiance for scene in (own, point)]
-        np.testing.assert_array_equal(*pictures)
+        a, b = (renderer.render(scene, (96, 54), settings).radiance for scene in (own, point))
+        np.testing.assert_array_equal(a, b)

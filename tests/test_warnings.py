@@ -2,6 +2,7 @@
 
 import warnings
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -41,11 +42,12 @@ def test_a_material_that_reflects_more_than_all_light_is_named_once_with_its_par
 
 def test_light_and_indices_of_refraction_may_be_above_1_and_shares_of_light_may_not() -> None:
     def warned(material: rt.Material) -> list[str]:
-        scene = rt.Scene([rt.Sphere((0, 0, 0), 1, material)], [rt.PointLight((0, 9, 0), (9, 9, 9))], scenes_camera)
+        scene = rt.Scene([rt.Sphere((0, 0, 0), 1, material)], [rt.PointLight((0, 9, 0), (9, 9, 9))], camera)
         return scene_warnings(scene, rt.Settings())
 
-    scenes_camera = scenes.assignment().camera
-    for parameters in ({"kd": (0, 1.5, 0)}, {"ks": 2}, {"ka": 255}):
+    camera = scenes.assignment().camera
+    cases: tuple[dict[str, Any], ...] = {"kd": (0, 1.5, 0)}, {"ks": 2}, {"ka": 255}
+    for parameters in cases:
         (warning,) = warned(rt.Material(**parameters))
         assert next(iter(parameters)) in warning and "material 0" in warning
     for material in (

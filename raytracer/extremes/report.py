@@ -9,7 +9,7 @@ from raytracer import __version__
 from raytracer.extremes import measure
 from raytracer.extremes.ledger import HEADING, as_csv, as_markdown, shown, summary
 from raytracer.output import written_whole
-from raytracer.progress import Progress
+from raytracer.progress import Progress, tell_step
 from raytracer.renderer import Renderer
 from raytracer.terminal import cell, say, say_table
 
@@ -20,7 +20,7 @@ def report(renderer: Renderer, folder: Path, short: bool, scenes: int, progress:
     """Measure, print a summary, write extremes.csv and extremes.md; whether all bounds are kept."""
     from rich.table import Table
 
-    rows = measure(renderer, short=short, scenes=scenes, progress=progress)
+    rows = measure(renderer, short=short, scenes=scenes, progress=progress, step=tell_step)
     findings = [finding for row in rows for finding in row.findings]
     table = Table(*HEADING)
     for line in summary(rows):
