@@ -1,7 +1,7 @@
 """The objects of a scene with many primitives, sorted by how they are drawn.
 
 Small objects of spheres that share a tree, instances above all, share code: a kind. Single half-spaces,
-such as a ground, are met by rays everywhere. All others are evaluated as programs (prune.py).
+such as a ground, are met by rays everywhere, unless there are many. All others are evaluated as programs (prune.py).
 """
 
 from __future__ import annotations
@@ -39,6 +39,9 @@ FEW = 12
 # Code of so many kinds is compiled; a rarer tree, or one of more leaves than a vertex shader can hand on (kinds.vert),
 # becomes a program.
 KINDS, KIND_LEAVES = 4, 4
+
+# Single half-spaces are written out in the code up to so many: of 100 llvmpipe compiles two seconds. More are programs.
+NAMED_PLANES = 32
 
 Shape = tuple[type[Solid], ...]  # a postfix tree, its leaves by type
 
@@ -90,6 +93,7 @@ def _groups(scene: Scene) -> Groups:
             of_kind[shape] += count
     kinds = [shape for shape, _ in of_kind.most_common(KINDS)]
     spheres = sum(shape.count(Sphere) * count for shape, count in zip(shapes, counts, strict=True))
+    few_planes = sum(count for shape, count in zip(shapes, counts, strict=True) if shape == (Plane,)) <= NAMED_PLANES
     first: list[list[Ints]] = [[] for _ in kinds]
     order: list[list[Ints]] = [[] for _ in kinds]
     bigs: dict[Shape, list[tuple[Ints, Ints]]] = {}
@@ -103,7 +107,7 @@ def _groups(scene: Scene) -> Groups:
         if shape in kinds:
             first[kinds.index(shape)].append(sphere + own[0] * np.arange(count))
             order[kinds.index(shape)].append(numbers)
-        elif shape == (Plane,):
+        elif shape == (Plane,) and few_planes:
             planes += range(plane, plane + count)
         else:
             is_plane = np.array([isinstance(node, Plane) for node in tree if isinstance(node, Primitive)])

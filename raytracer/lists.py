@@ -7,7 +7,6 @@ texture; -n is followed by the number of another object in the scene, and the n 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -136,31 +135,30 @@ class Lister:
         """How many cells a side of a cube's face around a light should at most have."""
         return finest_grid(_place(scene, light), light.radius, self._centers)
 
-    def pairs(self, scene: Scene, lights: list[PointLight], grids: Sequence[int]) -> Array:
-        """(grids, 2): about how many pairs of a cell and a ball the lists of lights have: of kinds, and of all others.
+    def pairs(self, scene: Scene, lights: list[PointLight], grid: int) -> tuple[float, float]:
+        """About how many pairs of a cell and a ball the lists of lights have: of kinds, and of all others.
 
         A ball of the half angle a takes the share tan(a) of a face's side, and half a cell more on each side.
         """
-        grid = np.array(grids)[:, None]
-        total = np.zeros((len(grids), 2))
-        weight = [
-            (big.surfaces[0] < self._spheres).sum() and 1 + (big.surfaces[0] >= self._spheres).sum()
-            for big in self._bigs
-        ]
+        of_kinds = others = 0.0
         for light in lights:
             place = _place(scene, light)
             wider = widening(place, light.radius, self._centers, self._radii)
-            parts = [(0, 1, self._items.centers, self._items.radii)]
-            for big, pairs in zip(self._bigs, weight, strict=True):
-                spheres = big.surfaces[:, big.surfaces[0] < self._spheres].ravel()
-                parts.append((1, pairs, self._centers[spheres], self._radii[spheres]))
-            for which, pairs, centers, radii in parts:
+
+            def count(centers: Array, radii: Array, place: Array = place, wider: float = wider) -> float:
                 radius = radii + wider
                 distance = np.linalg.norm(centers - place, axis=1)
                 beside = np.sqrt(np.maximum(distance - radius, 0.0) * (distance + radius))
                 tangent = radius / np.maximum(beside, radius / _AROUND)
-                total[:, which] += pairs * np.minimum((grid * tangent + 1.0) ** 2, 6.0 * grid**2).sum(axis=1)
-        return total
+                return float(np.minimum((grid * tangent + 1.0) ** 2, 6.0 * grid**2).sum())
+
+            of_kinds += count(self._items.centers, self._items.radii)
+            for big in self._bigs:
+                is_sphere = big.surfaces[0] < self._spheres
+                spheres = big.surfaces[:, is_sphere].ravel()
+                # With each of them, at most, all half-spaces of the object are listed.
+                others += count(self._centers[spheres], self._radii[spheres]) * (1 + int((~is_sphere).sum()))
+        return of_kinds, others
 
     def of_lights(self, scene: Scene, lights: list[PointLight], grid: int) -> Lists:
         """For the cells of the cubes around lights, one after the other, numbered as cells.cube_faces() does."""

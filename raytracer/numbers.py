@@ -155,16 +155,17 @@ class Numbers:
         most = min(BufferTexture.most(self._context), _MAX_CELLS)
         finest = min((lister.finest_grid(scene, light) for light in lights), default=GRIDS[0])
         grids = [grid for grid in GRIDS if grid <= finest and 6 * grid * grid * len(lights) <= most] or [GRIDS[-1]]
-        pairs = lister.pairs(scene, lights, grids)
-        for grid, (of_kinds, others) in zip(grids, pairs, strict=True):
+        of_kinds = others = 0.0
+        for grid in grids:
+            of_kinds, others = lister.pairs(scene, lights, grid)
             if of_kinds <= _MAX_ITEMS and others <= _MAX_LISTED:
                 return grid
-        check_listed(pairs[-1, 1])
-        if pairs[-1, 0] > MAX_PAIRS:
+        check_listed(others)
+        if of_kinds > MAX_PAIRS:
             raise InputError(
                 f"objects: expected at most {MAX_PAIRS} pairs of an object and a face of the cube around a light, got "
-                f"about {pairs[-1, 0]:.3g}, for which lists take about {pairs[-1, 0] * 4e-8:.2g} GB; remedies are fewer "
-                "lights and fewer objects"
+                f"about {of_kinds:.3g}, for which lists take about {of_kinds * 4e-8:.2g} GB; remedies are fewer lights "
+                "and fewer objects"
             )
         return grids[-1]
 

@@ -15,6 +15,7 @@ from typing import Literal
 from raytracer import evaluators, listed, reflectance
 from raytracer.glsl_source import Source, assemble
 from raytracer.groups import FEW, KIND_LEAVES, groups
+from raytracer.instances import Instances
 from raytracer.material import Material
 from raytracer.models import MODELS
 from raytracer.scene import Scene
@@ -178,7 +179,12 @@ def show_source(scene: Scene, settings: Settings, show: Show) -> Source:
 def roth_loops(scene: Scene) -> int:
     """How many loops in a row the Roth filters of a scene are: what bounds their compilation."""
     cost = {Union: 1, Intersection: 1, Difference: 2, Complement: 1}
-    return sum(1 + sum(cost.get(type(node), 0) for node in simplified(solid)) for solid in scene.solids())
+    loops = 0
+    for item in scene.objects:
+        tree = simplified(item.solid if isinstance(item, Instances) else item)
+        count = len(item) if isinstance(item, Instances) else 1
+        loops += count * (1 + sum(cost.get(type(node), 0) for node in tree))
+    return loops
 
 
 def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:

@@ -59,7 +59,9 @@ def has_quiet(scene: Scene, settings: Settings) -> bool:
         return False
     if settings.evaluator != "cells" or is_listed(scene, settings):
         return settings.evaluator == "cells"
-    shapes = (tuple(type(node) for node in simplified(solid)) for solid in scene.solids())
+    shapes = [tuple(type(node) for node in simplified(solid)) for solid in scene.solids()]
+    if shapes.count((Plane,)) > len(groups(scene).planes):  # too many to be named
+        return False
     return all(shape == (Plane,) or is_bounded(shape) for shape in shapes)
 
 
