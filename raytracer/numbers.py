@@ -15,7 +15,7 @@ from raytracer.opengl import BufferTexture, set_sampler, volume_texture
 from raytracer.rectangles import cells_under
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.shader import has_mirrors, is_listed, material_layout, shaded_materials
+from raytracer.shader import is_listed, material_layout, shaded_materials
 from raytracer.sight import Met
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class Numbers:
         self._lit: object = None  # the lights' places of these, and their radii
         self._first = 0  # where the camera's lists begin
         self.rectangles = np.zeros((0, 8), np.int32)  # of lists.py
-        self.everything = 0, 0  # where the list of all objects begins and ends, if reflection rays need it
+        self.everything = 0, 0  # where the list of all objects begins and ends
         self.farthest = 1.0  # than any distance to what is in them
         self.grid = GRIDS[0]  # cells of a side of a cube's face around a light
         self._shape = 0, 0  # rows and columns of cells
@@ -113,18 +113,20 @@ class Numbers:
         # As fine as there is room for, and use.
         most = BufferTexture.most(self._context)
         finest = min((lister.finest_grid(scene, light) for light in lights), default=GRIDS[0])
-        fitting = (grid for grid in GRIDS if grid <= finest and 6 * grid * grid * len(lit) <= most)
+        fitting = (grid for grid in GRIDS if grid <= finest and (6 * grid * grid + 1) * len(lit) <= most)
         self.grid = next(fitting, GRIDS[-1])
         self._of_lights = [lister.of_light(scene, light, self.grid) for light in lights]
-        # All in one texture, the camera's last; and where the list of each cell of a light begins and ends.
-        everything = lister.of_everything().entries if has_mirrors(scene, settings) else np.zeros(0, np.int32)
+        # All in one texture, the camera's last; and where the list of each cell of a light begins and ends. Behind
+        # these, each light's reach.
+        everything = lister.of_everything().entries
         entries = [*(found.entries for found in self._of_lights), everything, self._of_camera.entries]
         first = np.cumsum([0, *map(len, entries)])
         self.everything = int(first[-3]), int(first[-2])
         ends = [found.ends(at) for found, at in zip(self._of_lights, first, strict=False)]
         self._first = int(first[-2])
         self._texture("lists", np.concatenate(entries))
-        self._texture("ends", np.concatenate([*ends, np.zeros((0, 2), np.int32)]))
+        reaches = np.array([[lister.reach(scene, light), 0.0] for light in lights], np.float32).reshape(-1, 2)
+        self._texture("ends", np.concatenate([*ends, reaches.view(np.int32)]))
         self._lit = lit
 
     def camera_lists(self) -> NDArray[np.int32]:
