@@ -69,10 +69,9 @@ def blocked(
     kinds: list[Tree], programs: bool, depth: int, planes: list[NamedPlane], *, first: bool, what: bool, beside: bool
 ) -> list[str]:
     """How far rays to a light get, by lists. With `first`, whatever blocks them will do, not the nearest; with `what`
-    meetListed() says what it is, for anywhere().
+    meetListed() says what it is, for anywhere(). Cells list what a ray to a light may meet as far as rays are known to
+    within the balls' widening(); longer ones look at everything.
 
-    Cells list what a ray to a light may meet as far as rays are known to within the balls' widening(); longer ones look
-    at everything.
     `kinds` are trees over their own leaves, `programs` is whether there are any, and else as seen(). With `beside`,
     rays may end beside a light's centre, and the cell is the one in which their origin is seen from there.
     """
@@ -252,6 +251,8 @@ def _meet(kinds: bool, programs: bool, trees: bool, first: bool) -> list[str]:
         call.format("Chain"),
         "k -= found;",
     ]
+    if not (kinds or programs):  # half-spaces alone
+        return ["void meetListed(Ray ray, int begin, int end, inout Nearest nearest) {}"]
     if kinds and programs:
         body = [
             "if (found >= 0) {",

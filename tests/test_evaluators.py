@@ -116,6 +116,7 @@ def _many(around: Surroundings, balls: int) -> list[rt.Solid]:
 
 
 STRUCTURES: dict[str, Callable[[Surroundings], list[rt.Solid]]] = {
+    "half-spaces": lambda around: [around.half(), around.half()],
     "a ball": lambda around: [around.ball()],
     "a ball and a half-space": lambda around: [around.half(), around.ball()],
     "lenses": lambda around: [around.lens(), around.half(), around.lens() - around.ball()],
