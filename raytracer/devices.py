@@ -9,6 +9,7 @@ from __future__ import annotations
 import operator
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import moderngl
@@ -28,7 +29,7 @@ Device = int | str
 class Opened(NamedTuple):
     """A device of the list: its context, or why it has none."""
 
-    index: int
+    number: int  # in the list
     context: moderngl.Context | None
     name: str  # the renderer and the vendor
     problem: str = ""
@@ -42,7 +43,7 @@ class Opened(NamedTuple):
         """Whether it is the device that is asked for; for None, hardware."""
         if device is None:
             return not self.is_software
-        return device in self.name.lower() if isinstance(device, str) else device == self.index
+        return device in self.name.lower() if isinstance(device, str) else device == self.number
 
 
 def device_of(device: Any = None) -> Device | None:
@@ -51,16 +52,18 @@ def device_of(device: Any = None) -> Device | None:
     Raises InputError for anything else.
     """
     where = VARIABLE if device is None else "device"
-    value: Any = os.environ.get(VARIABLE) or None if device is None else device
+    value = os.environ.get(VARIABLE) or None if device is None else device
     if value is None:
         return None
-    if isinstance(value, str) and value.strip():
+    index = -1
+    if isinstance(value, str):
         text = value.strip()
-        return int(text) if text.isdecimal() and len(text) <= len(str(MAX_DEVICES)) else text.lower()
-    try:
-        index = -1 if type(value).__name__ in ("bool", "bool_") else operator.index(value)
-    except TypeError:
-        index = -1
+        if text and not (text.isdecimal() and len(text) <= len(str(MAX_DEVICES))):
+            return text.lower()
+        index = int(text or -1)
+    elif type(value).__name__ not in ("bool", "bool_"):
+        with suppress(TypeError):
+            index = operator.index(value)
     if index < 0:
         raise InputError(f"{where}: expected the index of an EGL device, or a part of its name, got {shown(value)}")
     return index
@@ -91,9 +94,9 @@ def open_device(device: Device | None = None) -> moderngl.Context:
         return software
     if device is not None and not seen:
         seen = [*closed_devices()]
-    if device is None or (isinstance(device, int) and any(each.index == device for each in seen)) or not seen:
-        raise RuntimeError("; ".join(f"device {each.index}: {each.problem}" for each in seen) or "no EGL device")
-    names = "; ".join(f"{each.index} ({each.name or each.problem})" for each in seen)
+    if device is None or (isinstance(device, int) and any(each.number == device for each in seen)) or not seen:
+        raise RuntimeError("; ".join(f"device {each.number}: {each.problem}" for each in seen) or "no EGL device")
+    names = "; ".join(f"{each.number} ({each.name or each.problem})" for each in seen)
     raise InputError(
         f"device: expected the index or a part of the name of one of the EGL devices, {names}; got {shown(device)}"
     )

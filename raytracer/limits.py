@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 
 from raytracer.checks import MAX_SIDE, InputError, shown
+from raytracer.opengl import varying_components
 from raytracer.scene import Scene
 from raytracer.settings import Precision, Settings
 from raytracer.shader import is_listed, roth_loops
@@ -47,6 +48,7 @@ class Limits:
         self._block: int = info["GL_MAX_UNIFORM_BLOCK_SIZE"]
         # The largest side of a target in pixels; viewports have margins.
         self.target: int = min(info["GL_MAX_TEXTURE_SIZE"], min(info["GL_MAX_VIEWPORT_DIMS"][:2]) - 2 * MARGIN)
+        self.varyings: int = varying_components(context)
         # Doubles came with OpenGL 4.0.
         self.precisions: tuple[Precision, ...] = (32, 64) if self._version >= 400 else (32,)
 

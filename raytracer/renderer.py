@@ -295,18 +295,21 @@ class Renderer:
 
         Without `quiet`, quiet cells that are not empty are drawn as all others are.
         """
-        cells = vertex_source(scene, settings)
+        varyings = self.limits.varyings
+        cells = vertex_source(scene, settings, varyings)
         see = None
         if show != "picture" or not is_over_planes(scene, settings):
-            see = self.program(visibility_source(scene, settings, geometry=show != "picture"), cells)
-        shade = self.program(show_source(scene, settings, show), cells) if show else None
+            see = self.program(visibility_source(scene, settings, varyings, geometry=show != "picture"), cells)
+        shade = self.program(show_source(scene, settings, show, varyings), cells) if show else None
         kinds = None
         if is_listed(scene, settings) and groups(scene).kinds:
-            vertex, fragment = kinds_source(scene, settings, geometry=show != "picture")
+            vertex, fragment = kinds_source(scene, settings, varyings, geometry=show != "picture")
             kinds = self.program(fragment, vertex)
         if show != "picture" or not has_quiet(scene, settings):
             return Programs(see, shade, kinds=kinds)
-        picture = self.program(quiet_source(scene, settings), cells) if quiet and groups(scene).planes else None
+        picture = (
+            self.program(quiet_source(scene, settings, varyings), cells) if quiet and groups(scene).planes else None
+        )
         empty = self.program(assemble("empty.frag"), plain_vertex_source())
         return Programs(see, shade, picture, empty, kinds)
 
