@@ -3,7 +3,8 @@ BIN := .venv/bin
 SCENE := assets/scenes/assignment.toml
 
 GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
-TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 xvfb xdotool ?povray
+# libatomic1: Dr.Jit, on which Mitsuba is built, loads it.
+TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 libatomic1 xvfb xdotool ?povray
 
 # Tests of what shaders compute, which does not depend on how OpenGL is reached: run on EGL only.
 ONCE := extremes.py brdf.py brdf_rough.py brdf_bench.py article.py peers.py merl.py mirrors.py soft.py soft_cells.py \

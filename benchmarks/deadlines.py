@@ -4,7 +4,6 @@ python -m benchmarks.deadlines [--runs N] [-o FOLDER]
 """
 
 import argparse
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -17,6 +16,7 @@ import raytracer as rt
 from raytracer.estimate import Estimate
 from raytracer.renderer import Renderer, shared_renderer
 from raytracer.settings import ASKED_SAMPLES, Settings
+from tests.processes import output_of
 
 SIZE = (1280, 720)
 SCENES = "assignment", "many"
@@ -39,7 +39,7 @@ def by_process(name: str, seconds: float) -> Estimate:
         path = Path(folder) / "out.png"
         command = [sys.executable, "-m", "raytracer", "render", name, "-o", str(path)]
         command += ["--size", f"{SIZE[0]}x{SIZE[1]}", "--time", str(seconds)]
-        subprocess.run(command, check=True, capture_output=True)
+        output_of(*command)
         with Pillow.open(path) as image:
             text = image.info
     error = str(text["Error"])

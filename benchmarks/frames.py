@@ -8,7 +8,6 @@ in one run in turns, at one sample a frame and full resolution.
 
 import os
 import platform
-import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -19,6 +18,7 @@ import glfw
 from raytracer.interaction import Cursor, Press
 from raytracer.viewer import Viewer, opened
 from tests.displays import environment, x_server
+from tests.processes import running
 
 SIZE = (1280, 720)
 ROUNDS, FRAMES = 10, 30
@@ -72,7 +72,8 @@ def main() -> None:
         return
     with x_server(*SIZE) as display:
         command = (sys.executable, "-m", "benchmarks.frames", name)
-        subprocess.run(command, env=environment(DISPLAY=display), check=True)
+        with running(*command, env=environment(DISPLAY=display)) as process:
+            sys.exit(process.wait())
 
 
 if __name__ == "__main__":

@@ -3,7 +3,6 @@
 import math
 import re
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,10 +13,13 @@ from PIL import Image as Pillow
 
 import raytracer as rt
 from raytracer.solids import postfix
+from tests.processes import finished
 
 # The side of the grid of rays that POV-Ray shoots through a pixel, by samples. Method 1 with a threshold of 0
 # and more than one level shoots them through every pixel, besides one through its centre.
 _GRID = {4: 2, 16: 4}
+# Seconds. Its slowest scenes take minutes.
+_LONGEST = 1800.0
 _TRACE_TIME = re.compile(r"Trace Time:.*\(([0-9.]+) seconds\)")
 
 
@@ -29,7 +31,7 @@ def version() -> str | None:
     """The version of the POV-Ray that is installed, or None."""
     if not shutil.which("povray"):
         return None
-    done = subprocess.run(("povray", "--version"), capture_output=True, text=True)
+    done = finished("povray", "--version")
     found = re.search(r"POV-Ray (3\S*)", done.stdout + done.stderr)
     return found[1] if found else "of an unknown version"
 
@@ -46,7 +48,7 @@ def run(text: str, size: tuple[int, int], samples: int) -> tuple[NDArray[np.uint
         output = Path(folder, "picture.png")
         Path(folder, "scene.pov").write_text(text)
         options = ("+Iscene.pov", f"+O{output.name}", f"+W{size[0]}", f"+H{size[1]}", "+WT2", "+FN", "-D", "-V")
-        done = subprocess.run(("povray", *options, *through), cwd=folder, capture_output=True, text=True)
+        done = finished("povray", *options, *through, cwd=folder, timeout=_LONGEST)
         seconds = _TRACE_TIME.search(done.stderr)
         if done.returncode or not seconds:
             raise UnavailableError(f"povray failed: {done.stderr.strip()[-200:]}")

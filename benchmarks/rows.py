@@ -2,7 +2,6 @@
 
 import itertools
 import os
-import subprocess
 import sys
 import tempfile
 import time
@@ -21,6 +20,7 @@ from benchmarks.literal import Literal
 from benchmarks.measure import OTHER_RAYS, Agreement, Bench, in_turns
 from benchmarks.povray import UnavailableError
 from raytracer import oracle
+from tests.processes import finished
 
 _CHECKOUT = Path(__file__).parent.parent
 # How far the light moves from frame to frame, in the scene's unit: never back, so that nothing kept of it helps.
@@ -169,9 +169,7 @@ def _process(*arguments: str, variables: Mapping[str, str]) -> float:
     # With bytecode, which pip compiles when it installs, NumPy's and ours; what keeps Python from it is ours alone.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     begin = time.perf_counter()
-    done = subprocess.run(
-        (sys.executable, *arguments), cwd=_CHECKOUT, env={**environment, **variables}, capture_output=True, text=True
-    )
+    done = finished(sys.executable, *arguments, cwd=_CHECKOUT, env={**environment, **variables})
     if done.returncode:
         raise UnavailableError(done.stderr.strip().rpartition("\n")[2])
     return time.perf_counter() - begin

@@ -14,7 +14,7 @@ from benchmarks.povray import UnavailableError
 from benchmarks.report import Result, as_csv, as_markdown, machine, name
 from benchmarks.rows import ROWS, SCENES
 from raytracer import InputError, Settings, ShaderError
-from raytracer.film import check_folder, written_whole
+from raytracer.output import check_folder, written_whole
 from raytracer.progress import progress_bar
 from raytracer.renderer import shared_renderer
 

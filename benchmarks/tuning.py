@@ -16,7 +16,7 @@ import numpy as np
 
 import raytracer as rt
 from benchmarks.scenes import BLUE, GREEN, GREY, RED
-from raytracer.film import check_folder, written_whole
+from raytracer.output import check_folder, written_whole
 from raytracer.presets import flags, over
 from raytracer.progress import Progress, progress_bar
 from raytracer.renderer import Renderer, shared_renderer
@@ -142,7 +142,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=15, help="of the last comparison (default: 15)")
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
     options = parser.parse_args()
-    check_folder(options.output)
+    check_folder(options.output, "tuning.md")
     renderer = shared_renderer()
     size = options.size[0], options.size[1]
     scenes = [rt.load(name) for name in ("assignment", "materials", "many")]

@@ -1,8 +1,20 @@
-"""`python -m raytracer`: the command line, where no script is installed."""
+"""The program: `raytracer`, and `python -m raytracer` where no script is installed.
+
+Ctrl-C ends it with the status 130 and without a traceback, from here on: so next to nothing is imported before.
+"""
 
 import sys
 
-from raytracer.cli import main
+
+def main() -> int:
+    """Run the command line with sys.argv; the exit status."""
+    try:
+        from raytracer.interrupts import run_guarded
+
+        return run_guarded()
+    except KeyboardInterrupt:  # before there was a handler, or as its work was over
+        return 130
+
 
 if __name__ == "__main__":
     sys.exit(main())

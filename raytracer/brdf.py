@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from raytracer import glsl, reflectance
-from raytracer.checks import InputError
+from raytracer.arrays import number_array
+from raytracer.checks import InputError, Keys, check_text, is_number, number, shown, vector
 from raytracer.material import Material
 from raytracer.merl import SHAPE, Measured, directions
 from raytracer.renderer import Renderer
@@ -27,7 +28,12 @@ def evaluate(
     the two is not above the horizon. What an ideal mirror reflects is not in it. Raises InputError for directions
     that are not finite or not unit.
     """
+    _check(material, renderer)
     given = [_directions(value, name) for value, name in ((wi, "wi"), (wo, "wo"))]
+    lengths = {len(part) for part in given} - {1}
+    if len(lengths) > 1 or 0 in lengths:
+        got = " and ".join(str(len(part)) for part in given)
+        raise InputError(f"expected as many directions as of wi, or one of either, got {got}", "wo")
     return call("evaluate", material, *given, renderer=renderer)
 
 
@@ -36,6 +42,8 @@ def call(function: str, material: Material, *arguments: ArrayLike, renderer: Ren
 
     Such as ggxD() of shaders/brdf/distribution_ggx.glsl for a material of the model ggx. As raytracer.glsl.call().
     """
+    _check(material, renderer)
+    check_text(function, "function")
     found = reflectance.layout([material])
     lines = ['#include "materials.glsl"', *reflectance.reflected_text(found), *_EVALUATE]
     generated = {"materials.glsl": reflectance.material_text(found), _TOP: "\n".join(lines)}
@@ -51,13 +59,21 @@ def bake(material: Material, *, renderer: Renderer | None = None) -> Measured:
     Cells below the horizon, which those above are interpolated with, hold what is just above it. Raises InputError
     for an anisotropic material.
     """
+    _check(material, renderer)
     if reflectance.layout([material]).turned:
-        raise InputError("lobes: expected cx and cy to be the same: MERL's format is for isotropic materials")
+        raise InputError("expected cx and cy to be the same: MERL's format is for isotropic materials", "lobes")
     wi, wo = (_above(part.reshape(-1, 3)) for part in directions())
     # In slices: the Material goes to the GPU with each of its directions.
     slices = [slice(i, i + _SLICE) for i in range(0, len(wi), _SLICE)]
     f = np.concatenate([evaluate(material, wi[part], wo[part], renderer=renderer) / wi[part, 2:] for part in slices])
     return Measured(f.reshape(*SHAPE, 3))
+
+
+def _check(material: Any, renderer: Any) -> None:
+    if not isinstance(material, Material):
+        raise InputError(f"expected a Material, got {shown(material)}", "material")
+    if renderer is not None and not isinstance(renderer, Renderer):
+        raise InputError(f"expected a Renderer or None, got {shown(renderer)}", "renderer")
 
 
 def _above(directions: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -77,10 +93,20 @@ _EVALUATE = [
 _OFF_UNIT = 1e-3
 
 
-def _directions(value: ArrayLike, name: str) -> NDArray[np.float32]:
-    found = np.asarray(value, np.float32)
-    if found.ndim not in (1, 2) or found.shape[-1] != 3:
-        raise InputError(f"{name}: expected unit directions (N, 3), got an array of shape {found.shape}")
-    if not (np.abs(np.sum(found.astype(float) ** 2, axis=-1) - 1.0) <= _OFF_UNIT).all():
-        raise InputError(f"{name}: expected unit directions, got one whose length is not 1")
-    return np.atleast_2d(found)
+# Rows of a list: 400 MB as float64. An array may have more.
+_MOST = 2**24
+
+
+def _directions(value: Any, name: str) -> NDArray[np.float32]:
+    array = number_array(value, name, _MOST, _direction)
+    if array.ndim not in (1, 2) or array.shape[-1] != 3:
+        raise InputError(f"expected unit directions (N, 3), got an array of shape {array.shape}", name)
+    with np.errstate(over="ignore"):  # what overflows is no unit direction
+        unit = array.astype(np.float32)
+    if not (np.abs(np.sum(unit.astype(float) ** 2, axis=-1) - 1.0) <= _OFF_UNIT).all():
+        raise InputError("expected unit directions, got one whose length is not 1", name)
+    return np.atleast_2d(unit)
+
+
+def _direction(row: Any, keys: Keys) -> Any:
+    return number(row, keys) if is_number(row) else vector(row, keys, -2.0, 2.0, "a unit direction, 3 numbers")

@@ -7,9 +7,11 @@ import tomllib
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from raytracer.checks import InputError, printable
+from raytracer.checks import InputError
 from raytracer.models import MODELS, Parameter
 from raytracer.progress import progress_bar
+from raytracer.suggest import did_you_mean
+from raytracer.terminal import say, say_json
 
 if TYPE_CHECKING:
     from raytracer.material import Material
@@ -108,7 +110,7 @@ def _list(options: argparse.Namespace) -> int:
 
         from raytracer.schema import materials_schema
 
-        print(json.dumps(materials_schema(), indent=1))
+        say_json(json.dumps(materials_schema(), indent=1))
         return 0
     from raytracer.bench import report
     from raytracer.bench.checks import check_all
@@ -116,7 +118,7 @@ def _list(options: argparse.Namespace) -> int:
     from raytracer.renderer import shared_renderer
 
     if options.markdown:
-        print(report.markdown(), end="")
+        say(*report.markdown().splitlines())
         return 0
     with progress_bar("measuring") as progress:
         checks = check_all(
@@ -124,7 +126,7 @@ def _list(options: argparse.Namespace) -> int:
         )
     measured = {model: [check for check in checks if check.name == model] for model in models}
     if options.json:
-        print(report.models_json(models, measured))
+        say_json(report.models_json(models, measured))
     else:
         report.print_models(models, measured)
     return 0
@@ -148,7 +150,7 @@ def _check(options: argparse.Namespace) -> int:
         checks = check_all(whole, renderer, progress)
         checks += [check(name, settings, renderer) for name, settings in single]
     if options.json:
-        print(checks_json(checks))
+        say_json(checks_json(checks))
     else:
         print_checks(checks)
     return 1 if any(each.differs for each in checks) else 0
@@ -156,7 +158,7 @@ def _check(options: argparse.Namespace) -> int:
 
 def _plot(options: argparse.Namespace) -> int:
     from raytracer.bench.plots import plot_lecture, plot_materials
-    from raytracer.film import check_output
+    from raytracer.output import check_output
     from raytracer.renderer import shared_renderer
 
     output = check_output(options.output, (".png",))
@@ -168,7 +170,7 @@ def _plot(options: argparse.Namespace) -> int:
         materials = _labelled(options.materials, options.set)
         with progress_bar(f"plotting {output.name}") as progress:
             plot_materials(output, materials, shared_renderer(options.backend, options.device), progress)
-    print(f"wrote {output}")
+    say(f"wrote {output}")
     return 0
 
 
@@ -185,13 +187,13 @@ def _gallery(options: argparse.Namespace) -> int:
             shared_renderer(options.backend, options.device),
             progress,
         )
-    print(f"wrote {options.output}" + ("" if options.merl else ", without merl, which needs --merl FILE"))
+    say(f"wrote {options.output}" + ("" if options.merl else ", without merl, which needs --merl FILE"))
     return 0
 
 
 def _bake(options: argparse.Namespace) -> int:
     from raytracer import brdf, merl
-    from raytracer.film import check_output, written_whole
+    from raytracer.output import check_output, written_whole
     from raytracer.renderer import shared_renderer
 
     output = check_output(options.output, (".binary",))
@@ -199,7 +201,7 @@ def _bake(options: argparse.Namespace) -> int:
     table = brdf.bake(material, renderer=shared_renderer(options.backend, options.device))
     with written_whole(output) as file:
         merl.write(table, file)
-    print(f"wrote {output}: {printable(options.material)}, for a material of the model merl")
+    say(f"wrote {output}: {options.material}, for a material of the model merl")
     return 0
 
 
@@ -211,7 +213,7 @@ def _models(names: Sequence[str]) -> list[str]:
 
 def _known(name: str, shown: str) -> dict[str, Parameter]:
     if name not in MODELS:
-        raise InputError(f"{shown}: expected one of {', '.join(MODELS)}")
+        raise InputError(f"{shown}: expected one of {', '.join(MODELS)}{did_you_mean(name, MODELS)}")
     return MODELS[name].parameters
 
 
@@ -256,7 +258,8 @@ def settings_of(name: str, items: Sequence[str], prefix: str = "--set ") -> dict
         key = _name_of(item, prefix)
         if key not in known:
             given = _short(prefix + item)
-            raise InputError(f"{given}: {name} has no parameter {_short(key)} (known: {', '.join(known)})")
+            near = did_you_mean(key, known)
+            raise InputError(f"{given}: {name} has no parameter {_short(key)} (known: {', '.join(known)}){near}")
         found[key] = _value(known[key], item.partition("=")[2], prefix + item)
     return found
 

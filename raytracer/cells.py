@@ -24,6 +24,8 @@ BLOCK = 4
 # By how much, relative to a ball's radius and to its bounds, they are widened: it decides whether a
 # grazing ray finds its ball though shaders round both to float32 (2^-24), in up to a few dozen steps.
 MARGIN = 2.0**-18
+# The same for what rounding turns a ray of the camera by, 16 of float32's 2^-24: see widened().
+_TURN = 2.0**-20
 # The same for a ray's place in the grid, of the grid's extent: tangents are offset before they are
 # scaled, so near 0 their error is not relative to themselves. A hundredth of a cell or less for
 # grids up to 10,000 wide; of pixels, a sixteenth for pictures of the largest size.
@@ -34,14 +36,28 @@ _FLAT = 2.0**30
 MAX_PAIRS = 2**26
 
 
+def widened(centers: Array, radii: Array) -> Array:
+    """(N,): radii of balls that hold those of radius `radii` as float32 shows them to the camera, at the origin.
+
+    A ray that meets a ball in float32 passes its centre c at a distance p <= r + 8 u (A + p), by sphere.glsl, with
+    u = 2^-24 and A the length of (|c_j d_k| + |c_k d_j|) for its direction d, over the three pairs of axes. d is off
+    c / |c| by sqrt(2) p / |c| at most, so A <= 2 N / |c| + 3 p, with N the length of the three c_j c_k: all in all
+    p <= (r + 16 u N / |c|) / (1 - 32 u). That is some u r in the middle of a picture, u |c| where the view is wide.
+    """
+    x, y, z = centers.T
+    distance = np.sqrt(x * x + y * y + z * z)
+    across = np.sqrt((x * y) ** 2 + (y * z) ** 2 + (z * x) ** 2) / np.where(distance > 0.0, distance, 1.0)
+    return (radii + _TURN * across) * (1.0 + MARGIN)
+
+
 def tangents(centers: Array, radii: Array) -> tuple[Array, Array]:
     """The smallest bounds (lo, hi), each (N, 2), of (x/-z, y/-z) over all rays in front that meet each ball.
 
     The eye is at the origin and looks along -z; in front is z < 0. `centers` (N, 3) and `radii` (N,)
-    are lengths. Bounds are widened by MARGIN; -inf, +inf where the ball reaches round to the eye's
-    plane on that side or holds the eye; lo = +inf, hi = -inf for a ball that no ray in front can meet.
+    are lengths. Bounds are those of widened() balls, and widened by MARGIN; -inf, +inf where the ball reaches round
+    to the eye's plane on that side or holds the eye; lo = +inf, hi = -inf for a ball that no ray in front can meet.
     """
-    radius = radii[:, None] * (1.0 + MARGIN)
+    radius = widened(centers, radii)[:, None]
     depth = -centers[:, 2:]
     # Along the other axis a ray may go anywhere, so per axis the ball is its shadow, a disc beside the origin.
     across = np.asfortranarray(centers[:, :2])  # in this order NumPy's loops run along the balls, not the two axes

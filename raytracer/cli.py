@@ -2,24 +2,26 @@
 `reference` and `compare` (`compare_cli.py`), `trade` and `tune` (`trade_cli.py`), `doctor`.
 
 Exit status: 0 done; 2 the input is wrong, with one line on standard error that says what and
-where, and nothing written; 1 anything else, such as a picture less accurate than was asked for.
+where, and nothing written; 1 anything else, such as a picture less accurate than was asked for; 130 after Ctrl-C.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-import sys
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 from raytracer import __version__
-from raytracer.checks import InputError, printable
+from raytracer.checks import InputError, shown
+from raytracer.interrupts import STATUS
 from raytracer.options import add_backend, whole
 from raytracer.progress import progress_bar
 from raytracer.render_cli import render, render_arguments, view, view_arguments
+from raytracer.suggest import did_you_mean
+from raytracer.terminal import complain, drop_output, tolerant_output
 
 _EXAMPLES = """\
 examples:
@@ -51,35 +53,57 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # NumPy's OpenBLAS starts a thread for each core as it is imported, which takes long. There is no work for them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
-        with warnings.catch_warnings():
+        with tolerant_output(), warnings.catch_warnings():
             warnings.simplefilter("always")
+            warnings.simplefilter("ignore", ResourceWarning)  # where an interrupt leaves a file open
             warnings.showwarning = _show_warning
             options = _parser().parse_args(arguments)
             return options.run(options)
     except InputError as error:
-        print(f"raytracer: {printable(str(error))}", file=sys.stderr)
+        complain(str(error))
         return 2
     except KeyboardInterrupt:
-        print("raytracer: interrupted, nothing written", file=sys.stderr)
-        return 1
+        complain("interrupted, nothing written")
+        return STATUS
     except BrokenPipeError:  # the reader of our output has gone: no message, also at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        drop_output()
         return 1
     except MemoryError:
-        print("raytracer: this does not fit into memory; try it with a smaller picture", file=sys.stderr)
+        complain("this does not fit into memory; try it with a smaller picture")
         return 1
     except (RuntimeError, OSError) as error:  # ContextError, ShaderError; a full disk, a vanished folder
-        print(f"raytracer: {error}", file=sys.stderr)
+        complain(*str(error).splitlines())
+        drop_output()
         return 1
 
 
 def _show_warning(message: Warning | str, *_: object) -> None:
-    print(f"raytracer: warning: {printable(str(message))}", file=sys.stderr)
+    complain(f"warning: {message}")
 
 
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise InputError(f"{message} (see {self.prog} --help)")
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
+        namespace, rest = super().parse_known_args(args, namespace)
+        if rest:
+            option = next((text.partition("=")[0] for text in rest if text.startswith("-")), None)
+            if option is None:
+                self.error(f"expected no more arguments, got {shown(rest[0])}")
+            self.error(f"unknown option {shown(option)}{did_you_mean(option, self._option_string_actions)}")
+        return namespace, rest
+
+    def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
+        if action.option_strings and action.nargs is None and arg_strings == ["--"]:  # argparse makes a list of it
+            raise argparse.ArgumentError(action, "expected a value, got '--'")
+        return super()._get_values(action, arg_strings)  # pyright: ignore[reportAttributeAccessIssue]
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            names = [str(choice) for choice in action.choices]
+            near = did_you_mean(str(value), names)
+            raise argparse.ArgumentError(action, f"expected one of {', '.join(names)}, got {shown(value)}{near}")
 
 
 class _Command(_Parser):
@@ -177,12 +201,12 @@ def _doctor_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _extremes(options: argparse.Namespace) -> int:
-    from raytracer.extremes.report import report
-    from raytracer.film import check_folder
+    from raytracer.extremes.report import FILES, report
+    from raytracer.output import check_folder
     from raytracer.renderer import shared_renderer
 
     folder = Path(options.output)
-    check_folder(folder)
+    check_folder(folder, *FILES)
     with progress_bar("measuring") as progress:
         kept = report(shared_renderer(options.backend, options.device), folder, options.short, options.fuzz, progress)
     return 0 if kept else 1

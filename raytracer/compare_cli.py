@@ -5,36 +5,34 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from raytracer.checks import InputError, about, number, printable
+import msgspec
+
+from raytracer.checks import InputError, about, check_size, number
 from raytracer.comparison import SCALE, SUFFIXES, THRESHOLD, Comparison, compare, difference, load_radiance, size_of
-from raytracer.film import check_output
-from raytracer.options import add_own, add_scene, add_size, given, whole
+from raytracer.options import add_own, add_scene, add_size, given, warn_of, whole
+from raytracer.output import check_output
 from raytracer.presets import combined, own
 from raytracer.progress import progress_bar
 from raytracer.scene_file import parse_all, read
+from raytracer.terminal import complain, say, say_json
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-# A sixteenth of the pixels that render makes: the processor traces them in float64, in seconds to minutes.
-_SIZE = (320, 180)
-# What takes longer, in seconds, says so before it starts.
-_WORTH_MENTION = 60.0
-
 
 def reference_arguments(parser: argparse.ArgumentParser) -> None:
     """What `raytracer reference` takes."""
+    from raytracer.reference_picture import REFERENCE_SIZE
     from raytracer.truth import FIRST, SAMPLES, TOLERANCE
     from raytracer.truth_cache import MOST_BYTES
 
     add_scene(parser)
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".npz (float64 arrays)")
-    add_size(parser, f"{_SIZE[0]}x{_SIZE[1]}, as this takes long")
+    add_size(parser, f"{REFERENCE_SIZE[0]}x{REFERENCE_SIZE[1]}, as this takes long")
     parser.add_argument(
         "--samples",
         metavar="N",
@@ -89,13 +87,13 @@ def compare_arguments(parser: argparse.ArgumentParser) -> None:
 def _reference(options: argparse.Namespace) -> int:
     import numpy as np
 
-    from raytracer.limits import check_size
+    from raytracer.reference_picture import REFERENCE_SIZE, WORTH_MENTION
     from raytracer.truth import Job, truth
     from raytracer.truth_cost import check_cost, cost
 
     flags = given(options)
     combined(own(flags))
-    size = flags.get("size", _SIZE)
+    size = flags.get("size", REFERENCE_SIZE)
     check_size(size)
     output = check_output(options.output, (".npz",))
     scene, of_file = parse_all(*read(options.scene))
@@ -104,14 +102,15 @@ def _reference(options: argparse.Namespace) -> int:
         for material in scene.materials:
             settings.shaded(material)
         check_cost(scene, size)
+    warn_of(options.scene, scene, msgspec.structs.replace(settings, precision=64))
     start = time.monotonic()
     traced = False
 
     def before(job: Job) -> None:
         nonlocal traced
         traced = True
-        if (takes := cost(job, options.samples)).seconds > _WORTH_MENTION:
-            print(f"raytracer: this takes {takes}", file=sys.stderr)
+        if (takes := cost(job, options.samples)).seconds > WORTH_MENTION:
+            complain(f"this takes {takes}")
 
     with progress_bar(f"tracing {output.name}") as progress:
         image = truth(
@@ -129,7 +128,7 @@ def _reference(options: argparse.Namespace) -> int:
     n, rmse = image.samples, math.sqrt(np.mean(image.error**2))
     took = f"{time.monotonic() - start:.1f} s" if traced else "from the cache"
     samples = f"{n.min()} to {n.max()} samples a pixel, {n.mean():.1f} on average"
-    print(f"wrote {output}: {size_of(image.radiance)}, {samples}, RMSE about {rmse:.1e}, {took}")
+    say(f"wrote {output}: {size_of(image.radiance)}, {samples}, RMSE about {rmse:.1e}, {took}")
     return 0
 
 
@@ -155,7 +154,7 @@ def _compare(options: argparse.Namespace) -> int:
         image.save(output)
     within = options.tolerance is None or found.rmse <= options.tolerance
     if options.json:
-        print(json.dumps(_json(found, options, a, clipped, within), indent=1, allow_nan=False))
+        say_json(json.dumps(_json(found, options, a, clipped, within), indent=1, allow_nan=False))
     else:
         _print(found, options, a, clipped, within)
     return 0 if within else 1
@@ -195,11 +194,10 @@ def _print(found: Comparison, options: argparse.Namespace, a: NDArray[Any], clip
     if found.flip is not None:
         rows.append(("FLIP", f"{found.flip:.3g}"))
     if clipped is not None:
-        rows.append(("clipped", f"{printable(clipped)}, to [0, 1]"))
+        rows.append(("clipped", f"{clipped}, to [0, 1]"))
     if options.tolerance is not None:
         rows.append(("tolerance", f"{options.tolerance:g}: {'kept' if within else 'the RMSE is above it'}"))
     if options.output:
-        rows.append(("wrote", printable(options.output)))
+        rows.append(("wrote", options.output))
     width = max(len(name) for name, _ in rows)
-    for name, value in rows:
-        print(f"{name:{width}}  {value}")
+    say(*(f"{name:{width}}  {value}" for name, value in rows))

@@ -10,15 +10,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import msgspec
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from raytracer import __version__
-from raytracer.checks import InputError, number, printable
+from raytracer.checks import InputError, number, printable, shown
 from raytracer.files import read_bounded
 from raytracer.film import Image, linear
 from raytracer.npz import read_arrays
+from raytracer.record import Record
 
 if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
@@ -45,7 +45,7 @@ SCALE = (
 _DARK = 1e-5
 
 
-class Comparison(msgspec.Struct, frozen=True):
+class Comparison(Record, frozen=True):
     """How far a picture is from a reference, in linear radiance.
 
     `rmse`: the root mean square difference over all pixels and channels. `largest`: the largest difference of a
@@ -66,15 +66,23 @@ class Comparison(msgspec.Struct, frozen=True):
 
 
 def compare(
-    a: NDArray[Any], b: NDArray[Any], *, threshold: float = THRESHOLD, flip: Literal["ldr", "hdr"] | None = None
+    a: Image | ArrayLike,
+    b: Image | ArrayLike,
+    *,
+    threshold: float = THRESHOLD,
+    flip: Literal["ldr", "hdr"] | None = None,
 ) -> Comparison:
-    """How far the picture `a` is from the reference `b`, both (H, W, 3) finite linear radiance.
+    """How far the picture `a` is from the reference `b`, each an Image, or an array (H, W, 3) of linear radiance.
 
+    `threshold`: above which difference of a channel a pixel counts in `over`; linear radiance. Default: 0.01.
     `flip`: with FLIP, of what is within [0, 1] ("ldr"), or at all exposures at which the reference can be looked
     at ("hdr"; Andersson et al. 2021, "Visualizing Errors in Rendered High Dynamic Range Images"). It needs the package
-    flip-evaluator. Raises InputError for pictures that are no such arrays or of two sizes, or if that is missing.
+    flip-evaluator. Raises InputError for pictures that are no such arrays, of two sizes or not finite, for a threshold
+    below 0, and if that package is missing.
     """
     threshold = number(threshold, "threshold", 0.0, expected="a finite number of at least 0 (linear radiance)")
+    if flip not in (None, "ldr", "hdr"):
+        raise InputError(f"flip: expected ldr, hdr or None, got {shown(flip)}")
     a, b = _picture(a, "a"), _picture(b, "b")
     if a.shape != b.shape:
         raise InputError(f"expected pictures of one size, got {size_of(a)} and {size_of(b)}")
@@ -107,10 +115,15 @@ def size_of(picture: NDArray[Any]) -> str:
     return f"{width}x{height}"
 
 
-def _picture(values: NDArray[Any], name: str) -> Array:
-    picture = np.asarray(values)
+def _picture(values: Image | ArrayLike, name: str) -> Array:
+    expected = "an Image, or an array (H, W, 3) of numbers"
+    try:
+        picture = np.asarray(values)
+    except ValueError:  # rows of different lengths
+        raise InputError(f"{name}: expected {expected}, got {shown(values)}") from None
     if picture.ndim != 3 or picture.shape[2] != 3 or not picture.size or picture.dtype.kind not in "iuf":
-        raise InputError(f"{name}: expected an array (H, W, 3) of numbers, got {picture.shape} of {picture.dtype}")
+        kind = shown(values) if picture.ndim == 0 else f"{picture.shape} of {picture.dtype}"
+        raise InputError(f"{name}: expected {expected}, got {kind}")
     picture = picture.astype(np.float64)
     if wrong := int(np.count_nonzero(~(np.abs(picture) <= _LARGEST))):  # NaN is not, either
         raise InputError(f"{name}: expected finite numbers within +-{_LARGEST:.2g}, got {wrong} others")

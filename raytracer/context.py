@@ -15,7 +15,7 @@ from typing import Any, Literal, NoReturn, get_args
 
 import moderngl
 
-from raytracer.checks import InputError
+from raytracer.checks import InputError, check_choice
 from raytracer.devices import REQUIRED, Device, device_of, open_device
 from raytracer.turns import ContextError, begin
 
@@ -36,10 +36,7 @@ def backend_name(backend: str | None = None) -> str:
     Raises InputError for a name that is none of auto, egl, window, osmesa.
     """
     name = os.environ.get(VARIABLE) or "auto" if backend is None else backend
-    if name not in get_args(Backend):
-        where = VARIABLE if backend is None else "backend"
-        raise InputError(f"{where}: expected one of {', '.join(get_args(Backend))}, got {name!r}")
-    return name
+    return check_choice(name, VARIABLE if backend is None else "backend", get_args(Backend))
 
 
 def chosen(backend: str | None = None, device: Device | None = None) -> tuple[str, Device | None]:
@@ -53,7 +50,7 @@ def chosen(backend: str | None = None, device: Device | None = None) -> tuple[st
         device = device_of(device)
         return "egl" if device is not None else name, device
     if device is not None:
-        raise InputError(f"device: expected the backend egl, which alone has devices, got the backend {name}")
+        raise InputError(f"expected the backend egl, which alone has devices, got the backend {name}", "device")
     return name, None
 
 

@@ -6,15 +6,13 @@ to open it.
 
 from __future__ import annotations
 
-import operator
 import os
 from collections.abc import Iterator
-from contextlib import suppress
 from typing import Any, NamedTuple
 
 import moderngl
 
-from raytracer.checks import InputError, printable, shown
+from raytracer.checks import InputError, printable, shown, whole
 
 VARIABLE = "RAYTRACER_DEVICE"
 # More devices than any machine has; EGL says itself where its list ends.
@@ -52,21 +50,17 @@ def device_of(device: Any = None) -> Device | None:
     Raises InputError for anything else.
     """
     where = VARIABLE if device is None else "device"
-    value = os.environ.get(VARIABLE) or None if device is None else device
+    value: Any = os.environ.get(VARIABLE) or None if device is None else device
     if value is None:
         return None
-    index = -1
-    if isinstance(value, str):
-        text = value.strip()
-        if text and not (text.isdecimal() and len(text) <= len(str(MAX_DEVICES))):
-            return text.lower()
-        index = int(text or -1)
-    elif type(value).__name__ not in ("bool", "bool_"):
-        with suppress(TypeError):
-            index = operator.index(value)
-    if index < 0:
-        raise InputError(f"{where}: expected the index of an EGL device, or a part of its name, got {shown(value)}")
-    return index
+    text = value.strip() if isinstance(value, str) else ""
+    if text:
+        return int(text) if text.isdecimal() and len(text) <= len(str(MAX_DEVICES)) else text.lower()
+    try:
+        return whole(value, where, 0, MAX_DEVICES)
+    except InputError:
+        expected = "the index of an EGL device, or a part of its name"
+        raise InputError(f"expected {expected}, got {shown(value)}", where) from None
 
 
 def open_device(device: Device | None = None) -> moderngl.Context:
@@ -97,9 +91,8 @@ def open_device(device: Device | None = None) -> moderngl.Context:
     if device is None or (isinstance(device, int) and any(each.number == device for each in seen)) or not seen:
         raise RuntimeError("; ".join(f"device {each.number}: {each.problem}" for each in seen) or "no EGL device")
     names = "; ".join(f"{each.number} ({each.name or each.problem})" for each in seen)
-    raise InputError(
-        f"device: expected the index or a part of the name of one of the EGL devices, {names}; got {shown(device)}"
-    )
+    expected = f"the index or a part of the name of one of the EGL devices, {names}"
+    raise InputError(f"expected {expected}; got {shown(device)}", "device")
 
 
 def opened_devices(index: int | None = None) -> Iterator[Opened]:

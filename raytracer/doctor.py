@@ -10,6 +10,7 @@ import msgspec
 
 from raytracer.context import BACKENDS, PACKAGES, open_context
 from raytracer.devices import closed_devices, leave
+from raytracer.terminal import cell, say, say_json, say_table
 from raytracer.turns import ContextError, begin
 
 
@@ -81,23 +82,21 @@ def _report(backend: str, context: moderngl.Context, device: int | None = None) 
 def print_report(reports: list[Report], *, as_json: bool = False) -> None:
     """A table on standard output, and remedies; or JSON."""
     if as_json:
-        print(json.dumps(msgspec.to_builtins(reports), indent=2))
+        say_json(json.dumps(msgspec.to_builtins(reports), indent=2))
         return
-    from rich.console import Console
-    from rich.markup import escape
     from rich.table import Table
 
-    table = Table("backend", *(report.name for report in reports))
-    table.add_row("opens", *("yes" if report.opens else f"no: {escape(report.problem)}" for report in reports))
+    table = Table("backend", *(cell(report.name) for report in reports))
+    table.add_row("opens", *("yes" if report.opens else f"no: {cell(report.problem)}" for report in reports))
     for name in ("renderer", "vendor", "version"):
-        table.add_row(name, *(getattr(report, name) for report in reports))
+        table.add_row(name, *(cell(getattr(report, name)) for report in reports))
     table.add_row("largest texture", *(f"{r.max_texture_size}" if r.opens else "" for r in reports))
     table.add_row("uniform block", *(f"{r.max_uniform_block // 1024} KiB" if r.opens else "" for r in reports))
-    Console().print(table)
+    say_table(table)
     if sys.platform != "linux":
         return
     for backend in dict.fromkeys(report.backend for report in reports):
         if not any(report.opens for report in reports if report.backend == backend):
             without_screen = " and, without a screen, run under xvfb-run" if backend == "window" else ""
             packages = PACKAGES[backend]
-            print(f"For {backend} on Debian or Ubuntu: apt-get install {packages}{without_screen}")
+            say(f"For {backend} on Debian or Ubuntu: apt-get install {packages}{without_screen}")

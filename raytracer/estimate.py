@@ -31,9 +31,10 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
+
+from raytracer.record import Record
 
 # How the error falls, as n^-p: as on edges.
 P = 0.75
@@ -41,7 +42,7 @@ P = 0.75
 FACTOR = 1.0 / (4.0**P - 1.0)
 
 
-class Estimate(msgspec.Struct, frozen=True):
+class Estimate(Record, frozen=True):
     """What a picture says of its own error, and what it took.
 
     `rmse`: root mean square over pixels and channels, linear radiance; `worst`: what the worst pixel may be off by,

@@ -10,10 +10,12 @@ the last three from left to right.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 from raytracer.checks import InputError
 from raytracer.solids import Complement, Difference, Intersection, Solid, Union
+from raytracer.suggest import did_you_mean
+from raytracer.toml_table import known
 
 # What a person or a program may sensibly write: enough for every primitive that one object may have.
 MAX_CHARACTERS = 1_000_000
@@ -34,8 +36,8 @@ def is_name(text: str) -> bool:
     return match is not None and match["name"] == text
 
 
-def parse(text: str, shapes: Mapping[str, Solid]) -> Solid:
-    """The solid that `text` describes, with names looked up in `shapes`.
+def parse(text: str, shapes: Mapping[str, Solid], objects: Collection[str] = ()) -> Solid:
+    """The solid that `text` describes, with names looked up in `shapes`; `objects` are names that it must not use.
 
     Raises InputError, with the column, for anything but an expression over known names.
     """
@@ -67,7 +69,7 @@ def parse(text: str, shapes: Mapping[str, Solid]) -> Solid:
             raise _error(text, match.start(match.lastgroup or 0), expected)
         if match["name"]:
             if token not in shapes:
-                raise InputError(f'expected the name of a shape, got "{_cut(token)}"')
+                raise InputError(f'expected the name of a shape, got "{_cut(token)}"{_hint(token, shapes, objects)}')
             solids.append(shapes[token])
             operand_next = False
         elif token in "(~":
@@ -99,6 +101,12 @@ def parse(text: str, shapes: Mapping[str, Solid]) -> Solid:
             raise _error(text, end, 'a ")"')
         reduce()
     return solids[0]
+
+
+def _hint(name: str, shapes: Mapping[str, Solid], objects: Collection[str]) -> str:
+    if name in objects:
+        return " (an object; only shapes can be named)"
+    return f" ({known(shapes)}){did_you_mean(name, shapes)}"
 
 
 def _error(text: str, position: int, expected: str) -> InputError:

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import io
-import itertools
 import os
 import struct
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 from typing import IO, Any
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
-from raytracer.checks import InputError
+from raytracer.checks import InputError, shown
 from raytracer.estimate import Estimate
+from raytracer.output import check_output, written_whole
+from raytracer.record import Record
 
 SUFFIXES = (".png", ".npz")
 # Rows are encoded about this many values at a time: few enough for the processor's cache.
@@ -61,7 +60,7 @@ def _blocks(picture: NDArray[Any]) -> Iterator[slice]:
     return (slice(start, start + rows) for start in range(0, len(picture), rows))
 
 
-class Image(msgspec.Struct, frozen=True, eq=False):
+class Image(Record, frozen=True, eq=False):
     """A rendered picture. All arrays have the top row first.
 
     `radiance` is (H, W, 3) float32, linear RGB. The others are those of each pixel's centre ray,
@@ -71,7 +70,8 @@ class Image(msgspec.Struct, frozen=True, eq=False):
     nothing was hit. The reference's images are float64. `samples` (H, W) int32: how many each pixel
     got, of a picture with adaptive samples, else None. `error` (H, W) float32: the estimated root mean square error of
     each pixel over red, green and blue, linear radiance, nan where it is not known. `estimate` says that of the
-    picture. `metadata` goes into files as text.
+    picture. `metadata` goes into files as text. `np.asarray(image)` is the radiance. Raises InputError for a radiance
+    that is no such array.
     """
 
     radiance: NDArray[Any]
@@ -82,6 +82,21 @@ class Image(msgspec.Struct, frozen=True, eq=False):
     error: NDArray[Any] | None = None
     estimate: Estimate | None = None
     metadata: Mapping[str, str] = msgspec.field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        radiance: Any = self.radiance
+        if not isinstance(radiance, np.ndarray) or radiance.ndim != 3 or radiance.shape[2] != 3 or not radiance.size:
+            kind = f"one of shape {radiance.shape}" if isinstance(radiance, np.ndarray) else shown(radiance)
+            raise InputError(f"expected an array (H, W, 3), got {kind}", "radiance")
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """The radiance itself, for NumPy: a copy only where NumPy asks for one, or for another `dtype`."""
+        array = np.asarray(self.radiance, dtype)
+        if array is self.radiance:
+            return array.copy() if copy else array
+        if copy is False:
+            raise ValueError(f"expected a copy to be allowed, as the radiance is {self.radiance.dtype}, not {dtype}")
+        return array
 
     def __repr__(self) -> str:
         height, width = self.radiance.shape[:2]
@@ -94,9 +109,10 @@ class Image(msgspec.Struct, frozen=True, eq=False):
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a .png (8-bit sRGB) or .npz (the arrays, and the metadata as JSON), whole or not at all.
 
-        Raises InputError for another suffix, a folder that is not there, or arrays that were not rendered.
+        A file that is there keeps its permissions; a link stays, and its target is written. Raises InputError for
+        another suffix, a place that cannot be written to, or arrays that were not rendered.
         """
-        path = check_output(path)
+        path = check_output(path, SUFFIXES)
         if path.suffix.lower() == ".npz":
             import json  # which a .png does without
 
@@ -114,11 +130,13 @@ class Image(msgspec.Struct, frozen=True, eq=False):
             with written_whole(path) as file:
                 self.write_png(file)
 
-    def _repr_png_(self) -> bytes:
-        """What a notebook shows."""
+    def png(self) -> bytes:
+        """The picture as the bytes of a PNG file, those that `save` writes. A notebook shows them."""
         buffer = io.BytesIO()
         self.write_png(buffer)
         return buffer.getvalue()
+
+    _repr_png_ = png
 
     def write_png(self, file: IO[bytes]) -> None:
         """Write the picture as PNG (8-bit sRGB), with the metadata as text (ISO/IEC 15948).
@@ -145,69 +163,3 @@ class Image(msgspec.Struct, frozen=True, eq=False):
 
 def _write_chunk(file: IO[bytes], kind: bytes, data: bytes) -> None:
     file.write(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)))
-
-
-def check_output(path: str | os.PathLike[str], suffixes: Sequence[str] = SUFFIXES) -> Path:
-    """`path` if a picture, or what else ends so, can be written there; InputError otherwise."""
-    path = Path(path)
-    if path.suffix.lower() not in suffixes:
-        raise InputError(f"{path}: expected an output that ends in {' or '.join(suffixes)}")
-    try:
-        if path.is_dir():
-            raise InputError(f"{path}: expected a file, got a folder")
-        path.exists()  # raises where the name is longer than the file system takes
-        check_folder(path.parent, path)
-    except OSError as error:
-        raise InputError(f"{path}: expected a place that can be written to: {error.strerror}") from None
-    return path
-
-
-def check_folder(folder: Path, path: Path | None = None) -> None:
-    """Raise InputError, about `path` or else the folder, unless files can be written into `folder`."""
-    try:
-        if not folder.is_dir():
-            raise InputError(f"{path or folder}: expected a folder that exists, got {folder}")
-        probe = _temporary(folder / "probe")
-        probe.touch(exist_ok=False)
-        probe.unlink()
-    except OSError as error:
-        raise InputError(f"{path or folder}: expected a place that can be written to: {error.strerror}") from None
-
-
-@contextmanager
-def written_whole(path: Path) -> Iterator[IO[Any]]:
-    """A binary file that becomes `path` when the block ends well, and vanishes when it does not."""
-    temporary = _temporary(path)
-    file = temporary.open("xb")
-    try:
-        with file:
-            yield file
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink()
-        raise
-
-
-def _temporary(path: Path) -> Path:
-    """A name beside `path` that nobody has. The module tempfile would do, and takes long to import."""
-    return path.with_name(f".{path.stem[:40]}-{os.urandom(8).hex()}.part")
-
-
-@contextmanager
-def written_new(stem: str, suffix: str) -> Iterator[tuple[Path, IO[Any]]]:
-    """The first path of stem-1, stem-2, ... that is not there yet, and a binary file for it.
-
-    The file vanishes when the block does not end well.
-    """
-    numbers = itertools.count(1)
-    while True:
-        path = Path(f"{stem}-{next(numbers)}{suffix}")
-        with suppress(FileExistsError):
-            file = path.open("xb")
-            break
-    try:
-        with file:
-            yield path, file
-    except BaseException:
-        path.unlink()
-        raise

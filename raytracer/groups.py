@@ -1,7 +1,7 @@
 """The objects of a scene with many primitives, sorted by how they are drawn.
 
 Small objects of spheres that share a tree, instances above all, share code: a kind. Single half-spaces,
-such as a ground, are met by rays everywhere. All others are evaluated as programs (prune.py).
+such as a ground, are met by rays everywhere, unless there are many. All others are evaluated as programs (prune.py).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from raytracer.solids import (
     Solid,
     Sphere,
     Union,
-    postfix,
+    simplified,
 )
 
 Array = NDArray[np.float64]
@@ -40,6 +40,9 @@ FEW = 12
 # becomes a program.
 KINDS, KIND_LEAVES = 4, 4
 
+# Single half-spaces are written out in the code up to so many: of 100 llvmpipe compiles two seconds. More are programs.
+NAMED_PLANES = 32
+
 Shape = tuple[type[Solid], ...]  # a postfix tree, its leaves by type
 
 
@@ -52,11 +55,11 @@ class Group(NamedTuple):
 
 
 class Big(NamedTuple):
-    """An object that is evaluated as a program."""
+    """n objects of one tree, of k leaves each, that are evaluated as programs."""
 
     pruner: Pruner
-    surfaces: Ints  # of each leaf
-    order: int
+    surfaces: Ints  # (n, k): of each leaf
+    order: Ints  # (n,): number of the object in the scene
 
 
 class Groups(NamedTuple):
@@ -81,7 +84,7 @@ def groups(scene: Scene) -> Groups:
 
 
 def _groups(scene: Scene) -> Groups:
-    trees = [postfix(o.solid if isinstance(o, Instances) else o) for o in scene.objects]
+    trees = [simplified(o.solid if isinstance(o, Instances) else o) for o in scene.objects]
     counts = [len(o) if isinstance(o, Instances) else 1 for o in scene.objects]
     shapes = [tuple(type(node) for node in tree) for tree in trees]
     of_kind: Counter[Shape] = Counter()
@@ -90,9 +93,10 @@ def _groups(scene: Scene) -> Groups:
             of_kind[shape] += count
     kinds = [shape for shape, _ in of_kind.most_common(KINDS)]
     spheres = sum(shape.count(Sphere) * count for shape, count in zip(shapes, counts, strict=True))
+    few_planes = sum(count for shape, count in zip(shapes, counts, strict=True) if shape == (Plane,)) <= NAMED_PLANES
     first: list[list[Ints]] = [[] for _ in kinds]
     order: list[list[Ints]] = [[] for _ in kinds]
-    bigs: list[Big] = []
+    bigs: dict[Shape, list[tuple[Ints, Ints]]] = {}
     planes: list[int] = []
     orders_of_spheres: list[Ints] = []
     orders_of_planes: list[Ints] = []
@@ -103,14 +107,13 @@ def _groups(scene: Scene) -> Groups:
         if shape in kinds:
             first[kinds.index(shape)].append(sphere + own[0] * np.arange(count))
             order[kinds.index(shape)].append(numbers)
-        elif shape == (Plane,):
+        elif shape == (Plane,) and few_planes:
             planes += range(plane, plane + count)
         else:
             is_plane = np.array([isinstance(node, Plane) for node in tree if isinstance(node, Primitive)])
             among = np.where(is_plane, np.cumsum(is_plane) - 1 + plane, np.cumsum(~is_plane) - 1 + sphere)
             step = np.where(is_plane, own[1], own[0])
-            pruner = Pruner(tree)
-            bigs += [Big(pruner, among + i * step, number + i) for i in range(count)]
+            bigs.setdefault(shape, []).append((among + step * np.arange(count)[:, None], numbers))
         orders_of_spheres.append(np.repeat(numbers, own[0]))
         orders_of_planes.append(np.repeat(numbers, own[1]))
         sphere, plane, number = sphere + own[0] * count, plane + own[1] * count, number + count
@@ -118,7 +121,11 @@ def _groups(scene: Scene) -> Groups:
         Group(_numbered(trees[shapes.index(shape)]), np.concatenate(f), np.concatenate(o))
         for shape, f, o in zip(kinds, first, order, strict=True)
     ]
-    return Groups(found, bigs, planes, np.concatenate([*orders_of_spheres, *orders_of_planes]))
+    programs = [
+        Big(Pruner(trees[shapes.index(shape)]), np.concatenate(surfaces), np.concatenate(order))
+        for shape, (surfaces, order) in ((shape, zip(*parts, strict=True)) for shape, parts in bigs.items())
+    ]
+    return Groups(found, programs, planes, np.concatenate([*orders_of_spheres, *orders_of_planes]))
 
 
 def _numbered(tree: list[Solid]) -> list[Solid | int]:

@@ -9,16 +9,19 @@ from __future__ import annotations
 
 import csv
 import io
-import re
+import os
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
-from raytracer.checks import InputError, shown
+from raytracer.checks import InputError, about, shown
 from raytracer.files import read_bounded
 from raytracer.instances import Instances
+from raytracer.output import write_new
 from raytracer.solids import MAX_SURFACES, Solid
+from raytracer.suggest import did_you_mean_file
 
 # Of a file, and of an array in it when inflated: all places that a scene can have, generously written.
 MAX_BYTES = 64 * 1024 * 1024
@@ -37,13 +40,10 @@ def read_instances(solid: Solid, folder: Path, name: str) -> Instances:
         expected = "the plain name of a .csv or .npz file in the scene file's folder"
         raise InputError(f"expected {expected}, got {shown(name)}")
     data = _read(folder / name, name)
-    try:
+    with about(name):
         if name.lower().endswith(".csv"):
             return _from_csv(solid, data)
         return Instances(solid, **_npz_arrays(data))
-    except InputError as error:
-        between = "" if re.match(r"\d+: ", str(error)) else " "
-        raise InputError(f"{name}:{between}{error}") from None
 
 
 def is_plain(name: str, suffixes: Sequence[str] = (".csv", ".npz")) -> bool:
@@ -52,26 +52,50 @@ def is_plain(name: str, suffixes: Sequence[str] = (".csv", ".npz")) -> bool:
     return plain and PureWindowsPath(name).suffix.lower() in suffixes
 
 
-def copied(file: Path, folder: Path) -> None:
-    """Put a copy of a file that a scene names into `folder`, unless it is there. Raises RuntimeError if that fails."""
+@contextmanager
+def copied(files: Sequence[Path], folder: Path) -> Iterator[None]:
+    """Put copies of the files that a scene names into `folder`, but those that are there with the same content.
+
+    Only what a scene may read is copied, so no file outside the folder of `files`, to which a link leads. The copies
+    vanish when the block does not end well. Raises RuntimeError if a copy cannot be made or if another file
+    has its name.
+    """
+    made: list[Path] = []
     try:
-        data = _read(file, file.name)
-        target = folder / file.name
-        if not target.exists():
-            target.write_bytes(data)
-        elif target.read_bytes() != data:
-            raise RuntimeError(f"{target}: expected no file of this name, or the one of {file.parent}")
-    except (OSError, InputError) as error:
-        raise RuntimeError(f"{file}: expected to be copied to {folder}: {error}") from None
+        for file in files:
+            target = folder / file.name
+            try:
+                data = _read_inside(file)
+                if not os.path.lexists(target):
+                    write_new(target, lambda copy, data=data: copy.write(data))
+                    made.append(target)
+                elif _read_inside(target) != data:
+                    raise InputError(
+                        f"expected no file of this name in {folder.absolute()}, or one of the same content"
+                    )
+            except (OSError, InputError) as error:
+                raise RuntimeError(f"{file}: expected to be copied to {folder.absolute()}: {error}") from None
+        yield
+    except BaseException:
+        for target in made:
+            target.unlink(missing_ok=True)
+        raise
+
+
+def _read_inside(path: Path) -> bytes:
+    if not path.resolve().is_relative_to(path.parent.resolve()):
+        raise InputError(f"{path.name}: expected a file in the scene file's folder, got a link out of it")
+    return _read(path, path.name)
 
 
 def _read(path: Path, name: str) -> bytes:
     try:
         data = read_bounded(path, MAX_BYTES)
     except OSError as error:
-        raise InputError(f"{name}: expected a file beside the scene file: {error.strerror or error}") from None
+        near = did_you_mean_file(path)
+        raise InputError(f"expected a file beside the scene file: {error.strerror or error}{near}", file=name) from None
     if len(data) > MAX_BYTES:
-        raise InputError(f"{name}: expected a file of at most {MAX_BYTES} bytes")
+        raise InputError(f"expected a file of at most {MAX_BYTES} bytes", file=name)
     return data
 
 
@@ -83,9 +107,9 @@ def _from_csv(solid: Solid, data: bytes) -> Instances:
     try:
         return Instances(solid, table[:, :3], table[:, 3] if width == 4 else 1.0)
     except InputError as error:
-        if row := re.match(r"(\w+)\[(\d+)\]: ", str(error)):
-            line, column = lines[int(row[2])], _COLUMNS[row[1]]
-            raise InputError(f"{line}: {column}: {str(error)[row.end() :]}") from None
+        match error.keys:
+            case (str() as array, int() as row, *_):
+                raise InputError(f"{_COLUMNS[array]}: {error.reason}", line=lines[row]) from None
         raise
 
 
@@ -101,22 +125,22 @@ def _csv_numbers(data: bytes) -> tuple[array[float], list[int], int]:
         header = [cell.strip() for cell in next(reader, [])]
         if header not in _HEADERS:
             got = shown(",".join(header))
-            raise InputError(f"1: expected the header {' or '.join(map(','.join, _HEADERS))}, got {got}")
+            raise InputError(f"expected the header {' or '.join(map(','.join, _HEADERS))}, got {got}", line=1)
         for row in reader:
             if not row:
                 continue
             if len(lines) == MAX_SURFACES:
-                raise InputError(f"{reader.line_num}: expected at most {MAX_SURFACES} rows")
+                raise InputError(f"expected at most {MAX_SURFACES} rows", line=reader.line_num)
             try:
                 if len(row) != len(header):
                     raise ValueError
                 numbers.extend([float(cell) for cell in row])
             except ValueError:
                 expected = f"{len(header)} numbers: {','.join(header)}"
-                raise InputError(f"{reader.line_num}: expected {expected}, got {shown(','.join(row))}") from None
+                raise InputError(f"expected {expected}, got {shown(','.join(row))}", line=reader.line_num) from None
             lines.append(reader.line_num)
     except csv.Error as error:
-        raise InputError(f"{reader.line_num}: expected CSV: {error}") from None
+        raise InputError(f"expected CSV: {error}", line=reader.line_num) from None
     return numbers, lines, len(header)
 
 

@@ -5,12 +5,24 @@ Part of `scene.py`, which says what holds for all of it. NumPy is imported only 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-import msgspec
-
-from raytracer.checks import MAX_LENGTH, MIN_RADIUS, InputError, Vec3, number, point, set_fields, shown
+from raytracer.checks import (
+    MAX_LENGTH,
+    MIN_RADIUS,
+    InputError,
+    Key,
+    Keys,
+    Vec3,
+    is_number,
+    number,
+    point,
+    set_fields,
+    shown,
+)
+from raytracer.record import Record
 from raytracer.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves, with_leaves
 from raytracer.vectors import add, dot, scaled
 
@@ -21,7 +33,10 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-class Instances(msgspec.Struct, frozen=True, eq=False):
+_SCALE = "a number above 0"
+
+
+class Instances(Record, frozen=True, eq=False):
     """`solid` at N places: instance i has its point p at positions[i] + scales[i] * p. An object of a scene.
 
     `positions` is array-like (N, 3) with N at least 1; `scales`, above 0, is array-like (N,) or one
@@ -41,23 +56,26 @@ class Instances(msgspec.Struct, frozen=True, eq=False):
     def __post_init__(self) -> None:
         import numpy as np
 
+        from raytracer.arrays import number_array
+
         if not isinstance(self.solid, Solid):
-            raise InputError(f"solid: expected a solid, got {shown(self.solid)}")
-        positions = _array(self.positions, "positions", point)
+            raise InputError(f"expected a solid, got {shown(self.solid)}", "solid")
+        positions = _held(number_array(self.positions, "positions", MAX_SURFACES, point))
         if positions.ndim != 2 or positions.shape[1] != 3 or len(positions) == 0:
-            raise InputError(f"positions: expected at least one point, as an array (N, 3), got {_shape(positions)}")
+            raise InputError(f"expected at least one point, as an array (N, 3), got {_shape(positions)}", "positions")
         wrong = ~(np.abs(positions) <= MAX_LENGTH).all(axis=1)
         if wrong.any():
-            point(positions[wrong][0].tolist(), f"positions[{wrong.argmax()}]")
-        expected = "a number above 0"
-        scales = _array(self.scales, "scales", lambda value, key: number(value, key, expected=expected))
-        if scales.ndim == 0:
-            scales = np.full(len(positions), scales)
+            point(positions[wrong][0].tolist(), ("positions", int(wrong.argmax())))
+        if is_number(self.scales):
+            scales = np.full(len(positions), number(self.scales, "scales", expected=_SCALE))
+        else:
+            scales = _held(number_array(self.scales, "scales", MAX_SURFACES, _scale))
         if scales.shape != positions.shape[:1]:
-            raise InputError(f"scales: expected one number, or {len(positions)} as of positions, got {_shape(scales)}")
+            expected = f"one number, or {len(positions)} as of positions"
+            raise InputError(f"expected {expected}, got {_shape(scales)}", "scales")
         wrong = ~((scales > 0.0) & (scales < np.inf))
         if wrong.any():
-            raise InputError(f"scales[{wrong.argmax()}]: expected {expected}, got {scales[wrong][0]:g}")
+            _scale(float(scales[wrong][0]), ("scales", int(wrong.argmax())))
         for array in (positions, scales):
             array.setflags(write=False)
         set_fields(self, positions=positions, scales=scales)
@@ -68,14 +86,14 @@ class Instances(msgspec.Struct, frozen=True, eq=False):
 
         found = leaves(self.solid)
         if len(self) * len(found) > MAX_SURFACES:
-            raise InputError(f"positions: expected at most {MAX_SURFACES} primitives, got {len(self)} x {len(found)}")
+            raise InputError(f"expected at most {MAX_SURFACES} primitives, got {len(self)} x {len(found)}", "positions")
         with np.errstate(over="ignore"):  # what overflows is out of bounds
             centers, radii = self.spheres()
             wrong = ~((radii >= MIN_RADIUS) & (radii <= MAX_LENGTH)).all(axis=1)
             if wrong.any():
-                i = wrong.argmax()
+                i = int(wrong.argmax())
                 expected = f"radii times scale in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
-                raise InputError(f"scales[{i}]: expected {expected}, got the scale {self.scales[i]:g}")
+                raise InputError(f"expected {expected}, got the scale {self.scales[i]:g}", ("scales", i))
             wrong = (np.abs(centers) > MAX_LENGTH).any(axis=(1, 2))
             for plane in (leaf for leaf in found if isinstance(leaf, Plane)):
                 x, y, z = (n * p for n, p in zip(plane.normal, self.positions.T, strict=True))
@@ -83,10 +101,18 @@ class Instances(msgspec.Struct, frozen=True, eq=False):
                 length = min(1.0, float(np.linalg.norm(plane.normal)))
                 wrong |= np.abs(offsets) > MAX_LENGTH * length
         if wrong.any():
-            i = wrong.argmax()
+            i = int(wrong.argmax())
             expected = f"placed centers and offsets within +-{MAX_LENGTH:g}"
             place = f"{self.positions[i].tolist()} with the scale {self.scales[i]:g}"
-            raise InputError(f"positions[{i}]: expected {expected}, got {place}")
+            raise InputError(f"expected {expected}, got {place}", ("positions", i))
+
+    def replace(self, **changes: Any) -> Instances:
+        """As Record's; one scale of all places is that of other positions, too, however many these are."""
+        if "positions" in changes and (self.scales == self.scales[0]).all():
+            changes = {"scales": float(self.scales[0])} | changes
+        return super().replace(**changes)
+
+    __replace__ = replace
 
     def __len__(self) -> int:
         """N"""
@@ -133,22 +159,16 @@ def _placed(leaf: Primitive, position: Vec3, scale: float) -> Primitive:
     return Plane(leaf.normal, leaf.offset * scale + dot(leaf.normal, position), leaf.material)
 
 
-def _array(values: Any, key: str, check: Callable[[Any, str], Any]) -> Array:
-    """A float64 array of its own: of numbers, or else of what `check(row, "key[i]")` makes of each row, or raises."""
+def _scale(value: Any, key: Key | Keys) -> float:
+    return number(value, key, math.ulp(0.0), expected=_SCALE)
+
+
+def _held(array: NDArray[Any]) -> Array:
+    """A float64 array of its own, and without -0, so that equal arrays have equal bytes."""
     import numpy as np
 
-    try:
-        array = np.asarray(values)
-    except ValueError:  # rows of different lengths
-        array = np.asarray(None)
-    if array.dtype.kind not in "iuf":
-        try:
-            rows = list(values)
-        except TypeError:
-            raise InputError(f"{key}: expected numbers, got {shown(values)}") from None
-        array = [check(row, f"{key}[{i}]") for i, row in enumerate(rows)]
-    # A new one, and without -0, so that equal arrays have equal bytes.
-    return np.asarray(array, np.float64, order="C") + 0.0
+    with np.errstate(over="ignore"):  # of wider numbers; what overflows is out of bounds
+        return np.asarray(array, np.float64, order="C") + 0.0
 
 
 def _shape(array: Array) -> str:

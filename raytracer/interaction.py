@@ -51,6 +51,7 @@ class State(msgspec.Struct, frozen=True):
     marker: bool = True
     help: bool = False
     notice: str = ""  # until the next key, button or turn of the wheel
+    hint: str = ""  # until then, or for some seconds
     error: str = ""  # until the files are right again
     dragging: Button | None = None
     cursor: tuple[float, float] = (0.0, 0.0)
@@ -119,7 +120,13 @@ class Told(msgspec.Struct, frozen=True):
     notice: str
 
 
-Event = Key | Press | Release | Cursor | Wheel | Loaded | Failed | Told
+class Hinted(msgspec.Struct, frozen=True):
+    """There is something to tell the user for some seconds; or, if it is "", no longer."""
+
+    hint: str
+
+
+Event = Key | Press | Release | Cursor | Wheel | Loaded | Failed | Told | Hinted
 
 
 def start(text: str, scene: Scene, of_file: Fields, given: Fields) -> State:
@@ -133,7 +140,7 @@ def start(text: str, scene: Scene, of_file: Fields, given: Fields) -> State:
 
 def step(state: State, event: Event) -> tuple[State, Redo]:
     """The state after `event`, and what must be redone to show it. Raises InputError as start()."""
-    new, redo = msgspec.structs.replace(state, notice=""), Redo.NOTHING
+    new, redo = msgspec.structs.replace(state, notice="", hint=""), Redo.NOTHING
     match event:
         case Key(name):
             act = _ACTS.get(name)
@@ -164,6 +171,8 @@ def step(state: State, event: Event) -> tuple[State, Redo]:
             new = _set(new, error=error)
         case Told(notice):
             new = _set(new, notice=notice)
+        case Hinted(hint):
+            new = _set(state, hint=hint)
     return new, redo | _changes(state, new)
 
 
@@ -183,7 +192,7 @@ def _set(state: State, **fields: object) -> State:
 def _changes(old: State, new: State) -> Redo:
     if (old.scene, old.settings, old.show) != (new.scene, new.settings, new.show):
         return Redo.SAMPLES
-    seen = [(s.light, s.marker, s.help, s.notice, s.error) for s in (old, new)]
+    seen = [(s.light, s.marker, s.help, s.notice, s.hint, s.error) for s in (old, new)]
     return Redo.PRESENT if seen[0] != seen[1] else Redo.NOTHING
 
 
@@ -236,9 +245,11 @@ def _shading(state: State, by: int = 1) -> State:
 
 def _shadows(state: State) -> State:
     """To the next shadows that differ: soft ones are hard where all lights are points."""
-    round_lights = any(light.radius for light in state.loaded.lights)
-    choices = [shadows for shadows in get_args(Shadows) if shadows != "soft" or round_lights]
-    return _with_settings(state, shadows=_next(choices, state.settings.shadows))
+    shadows = _next(get_args(Shadows), state.settings.shadows)
+    if shadows == "soft" and not any(light.radius for light in state.loaded.lights):
+        state = _set(state, hint="no soft shadows: no light has a radius")
+        shadows = _next(get_args(Shadows), shadows)
+    return _with_settings(state, shadows=shadows)
 
 
 def _antialiasing(state: State) -> State:
@@ -301,20 +312,3 @@ def command(state: State, size: tuple[int, int], path: str) -> str:
     output = path.removesuffix(".toml") + "-rendered.png"  # not a name of P's
     parts = "raytracer render", shlex.quote(path), "-o", shlex.quote(output), f"--size {size[0]}x{size[1]}"
     return " ".join(filter(None, (*parts, flags(over(state.of_file, state.settings)))))
-
-
-def title(state: State, samples: int, milliseconds: float, error: float | None = None) -> str:
-    """The window's title: time of a frame, `samples` so far and the picture's `error` if known, and what is on."""
-    settings = state.settings
-    shading = settings.shading or " and ".join(material_layout(state.scene, settings).models)
-    shadows = "no shadows" if settings.shadows == "off" else f"{settings.shadows} shadows"
-    lights = len(state.scene.lights)
-    parts = (
-        f"{state.scene.name} - {milliseconds:.0f} ms",
-        f"{samples} of {settings.samples} sample{'s' * (settings.samples > 1)}",
-        f"error {error:.2g}" if error is not None else "",
-        f"{shading}, {shadows}" if state.show == "picture" else f"showing {state.show}",
-        f"light {state.light + 1} of {lights}" if lights > 1 else "",
-        "H for help",
-    )
-    return ", ".join(filter(None, parts))

@@ -10,6 +10,7 @@ from typing import Any
 from raytracer.checks import InputError, shown
 from raytracer.files import packaged
 from raytracer.material import Material
+from raytracer.suggest import did_you_mean
 
 
 def folder() -> Path:
@@ -34,8 +35,10 @@ def published(name: str) -> Material:
     known = collections()
     collection, _, key = name.partition("/") if isinstance(name, str) else ("", "", "")
     if collection not in known:
-        raise InputError(f"expected a published material as {'/..., '.join(known)}/..., got {shown(name)}")
+        near = did_you_mean(collection, known)
+        raise InputError(f"expected a published material as {'/..., '.join(known)}/..., got {shown(name)}{near}")
     if key not in tables(collection):
         names = ", ".join(list(tables(collection))[:8])
-        raise InputError(f"expected a material of {collection} (such as {names}), got {shown(key)}")
+        near = did_you_mean(key, tables(collection))
+        raise InputError(f"expected a material of {collection} (such as {names}), got {shown(key)}{near}")
     return Material(**{k: v for k, v in tables(collection)[key].items() if k != "source"}, name=name)

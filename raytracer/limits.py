@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import moderngl
-import numpy as np
 
-from raytracer.checks import MAX_SIDE, InputError, shown
+from raytracer.checks import InputError
 from raytracer.opengl import varying_components
 from raytracer.scene import Scene
 from raytracer.settings import Precision, Settings
@@ -19,17 +16,6 @@ from raytracer.table import table
 MAX_ROTH_LOOPS = 14
 # The evaluators walk and roth write all trees out in one shader: llvmpipe compiles 100 primitives in 2 s, 300 in 13 s.
 MAX_PRIMITIVES = 512
-
-
-def check_size(size: Any) -> None:
-    """Raise InputError unless `size` is (width, height) in whole pixels that this renderer makes."""
-    try:
-        width, height = size
-        right = all(isinstance(side, int | np.integer) and 1 <= side <= MAX_SIDE for side in (width, height))
-    except (TypeError, ValueError):
-        right = False
-    if not right:
-        raise InputError(f"size: expected width and height in whole pixels in [1, {MAX_SIDE}], got {shown(size)}")
 
 
 def host_memory(size: tuple[int, int], geometry: bool, refines: bool = False) -> int:
@@ -56,14 +42,16 @@ class Limits:
         """Raise InputError if the scene needs more than this driver or the evaluator has."""
         if settings.evaluator == "roth" and (loops := roth_loops(scene)) > MAX_ROTH_LOOPS:
             raise InputError(
-                f"evaluator: expected at most {MAX_ROTH_LOOPS} loops for roth (1 an object, |, & or ~, 2 a -), got "
-                f"{loops}; the others have no such limit"
+                f"expected at most {MAX_ROTH_LOOPS} loops for roth (1 an object, |, & or ~, 2 a -), got "
+                f"{loops}; the others have no such limit",
+                "evaluator",
             )
         if settings.precision not in self.precisions:
             version = self._version
             raise InputError(
-                f"precision: 64 needs OpenGL 4.0 or later, got {version // 100}.{version // 10 % 10} "
-                f"({self._driver}); 32 needs no more than 3.3"
+                f"64 needs OpenGL 4.0 or later, got {version // 100}.{version // 10 % 10} "
+                f"({self._driver}); 32 needs no more than 3.3",
+                "precision",
             )
         primitives = table(scene).size
         listed = is_listed(scene, settings)

@@ -7,15 +7,15 @@ texture; -n is followed by the number of another object in the scene, and the n 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.cells import CELL, by_cell, covered, cube_faces, overlaps, row_starts, tangents
+from raytracer import program_rows
+from raytracer.cells import CELL, by_cell, covered, cube_faces, overlaps, tangents
 from raytracer.groups import KIND_LEAVES, balls, combined, groups
-from raytracer.prune import LEAF_SHIFT, TRUE, chains
+from raytracer.program_rows import View
 from raytracer.scene import PointLight, Scene
 from raytracer.sight import finest_grid, widening
 from raytracer.table import table
@@ -24,16 +24,15 @@ from raytracer.view_space import camera_grid, rotation, vectors
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# tan(a) of the half angle a of a ball as seen from a light that is in it: then it takes all cells.
+_AROUND = 4.0
+
 
 class Lists(NamedTuple):
-    """Cell i's entries are entries[start[i] : start[i + 1]]."""
+    """Cell i's entries are entries[ends[i, 0] : ends[i, 1]]; cells may share them."""
 
-    start: Ints  # (cells + 1,)
+    ends: NDArray[np.int32]  # (cells, 2)
     entries: NDArray[np.int32]
-
-    def ends(self, first: int) -> NDArray[np.int32]:
-        """(cells, 2): where each cell's entries begin and end in an array in which `entries` come from `first` on."""
-        return np.column_stack([self.start[:-1], self.start[1:]]).astype(np.int32) + np.int32(first)
 
 
 class Items(NamedTuple):
@@ -117,70 +116,98 @@ class Lister:
         """Of objects that are no kinds, for the cells of a picture of `size`: along its rows, the lowest first."""
         corner, step, shape = camera_grid(scene.camera, size)
 
-        def pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
+        def view(centers: Array, radii: Array) -> tuple[Ints, Ints]:
             return overlaps(*tangents(centers, radii), corner, (step, step), shape)
 
         cells = shape[0] * shape[1]
-        return self._lists(pairs, cells, np.zeros(cells + 1, np.int64), np.zeros(0, np.int64))
+        return self._lists([view], cells, np.zeros(cells, np.int64), np.zeros(0, np.int32))
 
     def of_everything(self) -> Lists:
         """Of all objects, for rays that come from anywhere: one list."""
 
-        def pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
+        def view(centers: Array, radii: Array) -> tuple[Ints, Ints]:
             return np.zeros(len(radii), np.int64), np.arange(len(radii))
 
-        every = np.arange(len(self._items.radii))
-        return self._lists(pairs, 1, np.array([0, len(every)]), every)
+        every = np.arange(len(self._items.radii), dtype=np.int32)
+        return self._lists([view], 1, np.array([len(every)]), every)
 
     def finest_grid(self, scene: Scene, light: PointLight) -> float:
         """How many cells a side of a cube's face around a light should at most have."""
         return finest_grid(_place(scene, light), light.radius, self._centers)
 
-    def of_light(self, scene: Scene, light: PointLight, grid: int) -> Lists:
-        """For the cells of the cube around a light, numbered as cells.cube_faces() does."""
-        place = _place(scene, light)
-        wider = widening(place, light.radius, self._centers, self._radii)
+    def pairs(self, scene: Scene, lights: list[PointLight], grid: int) -> tuple[float, float]:
+        """About how many pairs of a cell and a ball the lists of lights have: of kinds, and of all others.
 
-        def pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
-            return cube_faces(centers - place, radii + wider, grid)
-
-        cells = 6 * grid * grid
-        # Nearest first: what is behind a hit is not looked at.
-        near = np.linalg.norm(self._items.centers - place, axis=1) - self._items.radii
-        cell, item = pairs(self._items.centers, self._items.radii)
-        return self._lists(pairs, cells, *by_cell(cell, item, cells, near))
-
-    def _lists(self, pairs: Callable[[Array, Array], tuple[Ints, Ints]], cells: int, start: Ints, item: Ints) -> Lists:
-        """The lists of objects of kinds, cell i's being item[start[i] : start[i + 1]], with those of all others.
-
-        `pairs(centers, radii)` are all pairs of a cell and a ball that it sees.
+        A ball of the half angle a takes the share tan(a) of a face's side, and half a cell more on each side.
         """
-        cell_of, entry = [np.repeat(np.arange(cells), np.diff(start))], [item]
-        for big in self._bigs:
-            sphere = big.surfaces < self._spheres
-            where = big.surfaces[sphere]
-            cell, leaf = pairs(self._centers[where], self._radii[where])
-            everywhere = np.flatnonzero(~sphere)
-            cell = np.concatenate([cell, np.repeat(np.arange(cells), len(everywhere))])
-            leaf = np.concatenate([np.flatnonzero(sphere)[leaf], np.tile(everywhere, cells)])
-            start, leaf = by_cell(cell, leaf, cells, np.arange(len(big.surfaces), dtype=float))
-            start, code = big.pruner.programs(np.repeat(np.arange(cells), np.diff(start)), leaf, cells)
-            cell = np.repeat(np.arange(cells), np.diff(start))
-            surfaces = (code & 7) != TRUE
-            cell, code = cell[surfaces], code[surfaces]
-            start = row_starts(cell, cells)
-            code = chains(start, code)
-            count = np.diff(start)
-            some = np.flatnonzero(count)
-            absolute = (big.surfaces[code >> LEAF_SHIFT] << LEAF_SHIFT) | (code & ((1 << LEAF_SHIFT) - 1))
-            cell_of += [some, some, cell]
-            entry += [-count[some] - 1, np.full(len(some), big.order), absolute]
-        if len(entry) == 1:
-            return Lists(start, item.astype(np.int32))
-        cell, value = np.concatenate(cell_of), np.concatenate(entry)
-        start = np.zeros(cells + 1, np.int64)
-        np.cumsum(np.bincount(cell, minlength=cells), out=start[1:])
-        return Lists(start, value[np.argsort(cell, kind="stable")].astype(np.int32))
+        of_kinds = others = 0.0
+        for light in lights:
+            place = _place(scene, light)
+            wider = widening(place, light.radius, self._centers, self._radii)
+
+            def count(centers: Array, radii: Array, place: Array = place, wider: float = wider) -> float:
+                radius = radii + wider
+                distance = np.linalg.norm(centers - place, axis=1)
+                beside = np.sqrt(np.maximum(distance - radius, 0.0) * (distance + radius))
+                tangent = radius / np.maximum(beside, radius / _AROUND)
+                return float(np.minimum((grid * tangent + 1.0) ** 2, 6.0 * grid**2).sum())
+
+            of_kinds += count(self._items.centers, self._items.radii)
+            for big in self._bigs:
+                is_sphere = big.surfaces[0] < self._spheres
+                spheres = big.surfaces[:, is_sphere].ravel()
+                # With each of them, at most, all half-spaces of the object are listed.
+                others += count(self._centers[spheres], self._radii[spheres]) * (1 + int((~is_sphere).sum()))
+        return of_kinds, others
+
+    def of_lights(self, scene: Scene, lights: list[PointLight], grid: int) -> Lists:
+        """For the cells of the cubes around lights, one after the other, numbered as cells.cube_faces() does."""
+        cells = 6 * grid * grid
+        views: list[View] = []
+        counts, items = [np.zeros(0, np.int64)], [np.zeros(0, np.int32)]
+        for light in lights:
+            place = _place(scene, light)
+            wider = widening(place, light.radius, self._centers, self._radii)
+
+            def view(centers: Array, radii: Array, place: Array = place, wider: float = wider) -> tuple[Ints, Ints]:
+                return cube_faces(centers - place, radii + wider, grid)
+
+            views.append(view)
+            # Nearest first: what is behind a hit is not looked at.
+            near = np.linalg.norm(self._items.centers - place, axis=1) - self._items.radii
+            start, item = by_cell(*view(self._items.centers, self._items.radii), cells, near)
+            counts.append(np.diff(start))
+            items.append(item.astype(np.int32))
+        return self._lists(views, cells, np.concatenate(counts), np.concatenate(items))
+
+    def _lists(self, views: list[View], cells: int, count: Ints, item: NDArray[np.int32]) -> Lists:
+        """The lists of objects of kinds, of which cell i has count[i] one after the other, with those of all others."""
+        listed = [
+            (big, *program_rows.met(big, self._spheres, self._centers, self._radii, views, cells)) for big in self._bigs
+        ]
+        bare = [program_rows.everywhere(big, self._spheres) for big in self._bigs]
+        if any(len(rows.cell) for rows in bare):
+            some = count > 0
+            for _, _, rows in listed:
+                some[rows.cell] = True
+            occupied = np.flatnonzero(some)
+            listed = [
+                (big, pairs, program_rows.filled(big, rows, around, pairs, occupied) if len(around.cell) else rows)
+                for (big, pairs, rows), around in zip(listed, bare, strict=True)
+            ]
+        parts = [rows.entries() for _, _, rows in listed if len(rows.cell)]
+        entries = item
+        if parts:
+            cell = np.concatenate([np.repeat(np.arange(len(count)), count), *(cell for cell, _ in parts)])
+            entries = np.concatenate([item, *(values for _, values in parts)])
+            entries = entries[np.argsort(cell, kind="stable")]
+            count = np.bincount(cell, minlength=len(count))
+        end = np.cumsum(count)
+        ends = np.column_stack((end - count, end)).astype(np.int32)
+        # One list for all cells in which there is nothing but what is everywhere.
+        around = np.concatenate([entries[:0], *(rows.entries()[1] for rows in bare)])
+        ends[count == 0] = len(entries), len(entries) + len(around)
+        return Lists(ends, np.concatenate((entries, around)))
 
 
 def _place(scene: Scene, light: PointLight) -> Array:

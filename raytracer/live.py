@@ -36,8 +36,9 @@ _ON_SCREEN: dict[str, dict[str, object]] = {
 }
 # Larger pixels would show nothing any more.
 _MOST_ENLARGED = 16
-# In pixels, at display scale 1.
-_MARKER_RADIUS = 8.0
+# In pixels, at display scale 1. A marker is as large as a cursor, which users find.
+MARKER_RADIUS = 14.0
+_LABEL_GAP = 4.0
 
 
 class Pace:
@@ -81,6 +82,7 @@ class Live:
         self._held: set[moderngl.Program] = set()  # all programs that are in use
         renderer.held[self] = self._held
         self._panels: list[tuple[moderngl.Texture, tuple[int, int]]] = []
+        self._label: moderngl.Texture | None = None
         self._reread = False
         self._settings = Settings()
         self._error: StillError | None = None
@@ -108,8 +110,7 @@ class Live:
         limit = self._renderer.limits.target
         if max(size) > limit:
             raise InputError(f"size: expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}")
-        compiled = msgspec.structs.replace(settings, samples=1, adaptive=None, max_error=None, time=None)
-        structure = (scene.objects, light_defines(scene, settings), compiled, show)
+        structure = _structure(scene, settings, show)
         reread, self._reread = self._reread, False
         known = not reread and structure == self._structure
         programs, on_screen = self._programs if known else self._find_programs(scene, settings, show)
@@ -125,6 +126,7 @@ class Live:
         # A moving picture's only sample is that of a picture of one: the pixel's centre, unless samples are random.
         drawn = msgspec.structs.replace(settings, samples=1) if moving else settings
         self._passes.load(programs, scene, drawn, _enlarged(size, enlarged))
+        self._passes.try_out()
         self.enlarged, self.samples, self.moving = enlarged, 0, moving and (enlarged > 1 or settings.samples > 1)
         self._settings, self._seconds, self._enough = settings, 0.0, False
         self._tells = not self.moving and not geometry and settings.tells
@@ -143,6 +145,15 @@ class Live:
             self._renderer.forget(self._held)
         elif not known:
             self._renderer.trim()
+
+    def has_structure(self, scene: Scene, settings: Settings, show: Show) -> bool:
+        """Whether the programs of the picture before draw this one."""
+        return self._structure == _structure(scene, settings, show)
+
+    def is_compiled(self, scene: Scene, settings: Settings, show: Show) -> bool:
+        """Whether `start` compiles nothing for this picture. Raises InputError and ShaderError as `start`."""
+        self._renderer.limits.check(scene, settings)
+        return self._renderer.has_programs(scene, settings, show)
 
     def _find_programs(
         self, scene: Scene, settings: Settings, show: Show
@@ -214,30 +225,38 @@ class Live:
     def set_panels(self, panels: Sequence[Panel]) -> None:
         """What `present` draws over the picture."""
         release(self._context, *(texture for texture, _ in self._panels))
-        self._panels = [
-            (self._context.texture((pixels.shape[1], pixels.shape[0]), 4, np.ascontiguousarray(pixels[::-1])), corner)
-            for pixels, corner in panels
-        ]
+        self._panels = [(self._texture(pixels), corner) for pixels, corner in panels]
+
+    def set_label(self, label: NDArray[np.uint8] | None) -> None:
+        """A panel that `present` draws beside the marker, if any."""
+        release(self._context, *filter(None, [self._label]))
+        self._label = None if label is None else self._texture(label)
+
+    def _texture(self, pixels: NDArray[np.uint8]) -> moderngl.Texture:
+        return self._context.texture((pixels.shape[1], pixels.shape[0]), 4, np.ascontiguousarray(pixels[::-1]))
 
     def present(self, screen: moderngl.Framebuffer, marked: PointLight | None, camera: Camera, scale: float) -> None:
-        """Draw the picture into `screen`, with a marker at the light `marked`, and the panels on top.
+        """Draw the picture into `screen`, with a marker and its label at the light `marked`, and the panels on top.
 
         `scale` is the display's: markers are that much larger.
         """
         assert self._passes
+        labels: list[tuple[moderngl.Texture, tuple[int, int]]] = []
         screen.use()
         screen.viewport = (0, 0, self.size[0], self.size[1])
         self._passes.radiance.use(0)
         self._draw("present", samples=float(self.samples), enlarged=self.enlarged)
         if marked:
-            radius = _MARKER_RADIUS * scale
+            radius = MARKER_RADIUS * scale
             x, y, in_view = view_space.in_picture(camera, marked.position, self.size, radius)
             fill = np.array(marked.color) / max(1.0, *marked.color)
             screen.viewport = (int(x - radius) - 1, int(y - radius) - 1, int(2 * radius) + 3, int(2 * radius) + 3)
             self._draw("marker", center=(x, y), radius=radius, fill=tuple(fill), inView=in_view)
+            if self._label:
+                labels = [(self._label, _beside((x, y), radius + _LABEL_GAP * scale, self._label.size, self.size))]
         self._context.enable(moderngl.BLEND)
         self._context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
-        for texture, corner in self._panels:
+        for texture, corner in (*labels, *self._panels):
             texture.use(0)
             screen.viewport = (*corner, texture.width, texture.height)
             self._draw("panel", corner=corner)
@@ -256,11 +275,29 @@ class Live:
     def close(self) -> None:
         """Give back everything on the GPU but the renderer's programs."""
         self.set_panels(())
+        self.set_label(None)
         release(self._context, *self._arrays.values())
         self._drop_error()
         if self._passes:
             self._passes.close()
         self._held.clear()
+
+
+def _structure(scene: Scene, settings: Settings, show: Show) -> tuple[object, ...]:
+    """What decides the text of a picture's programs."""
+    compiled = msgspec.structs.replace(settings, samples=1, adaptive=None, max_error=None, time=None)
+    return scene.objects, light_defines(scene, settings), compiled, show
+
+
+def _beside(
+    place: tuple[float, float], distance: float, panel: tuple[int, int], window: tuple[int, int]
+) -> tuple[int, int]:
+    """The lower left pixel of a panel at a distance to the right of a place, or to the left where the window ends."""
+    x, y = place
+    right = x + distance
+    left = right if right + panel[0] <= window[0] else x - distance - panel[0]
+    lower = min(max(0.0, y - panel[1] / 2.0), max(0.0, float(window[1] - panel[1])))
+    return int(max(0.0, left)), int(lower)
 
 
 def _enlarged(size: tuple[int, int], by: int) -> tuple[int, int]:

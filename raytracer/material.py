@@ -5,13 +5,26 @@ Part of `scene.py`, which says what holds for all of it.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
-from numbers import Real
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from raytracer.checks import MAX_COLOR, MAX_EXPONENT, InputError, Vec3, direction, number, shown
+from raytracer.checks import (
+    MAX_COLOR,
+    MAX_EXPONENT,
+    InputError,
+    check_choice,
+    check_path,
+    check_text,
+    direction,
+    items,
+    number,
+    shown,
+    three,
+    within,
+)
 from raytracer.models import MODELS, Lobe, Parameter
+from raytracer.suggest import did_you_mean
+from raytracer.toml_table import check_table
 
 if TYPE_CHECKING:
     from raytracer.merl import Measured
@@ -37,14 +50,13 @@ class Material:
     _values: dict[str, Any]
 
     def __init__(self, model: str = "phong", *, name: str = "", **parameters: Any) -> None:
-        if not isinstance(model, str) or model not in MODELS:
-            raise InputError(f"model: expected one of {', '.join(MODELS)}, got {shown(model)}")
-        if not isinstance(name, str):
-            raise InputError(f"name: expected a string, got {shown(name)}")
+        model = check_choice(model, "model", MODELS)
+        name = check_text(name, "name")
         known = MODELS[model].parameters
         for key in parameters:
             if key not in known:
-                raise InputError(f"{key}: the model {model} has no such parameter (known: {', '.join(known)})")
+                near = did_you_mean(key, known)
+                raise InputError(f"the model {model} has no such parameter (known: {', '.join(known)}){near}", key)
         values = {
             key: _checked(parameter, parameters[key]) if key in parameters else parameter.default
             for key, parameter in known.items()
@@ -54,10 +66,10 @@ class Material:
                 continue
             if key in parameters:
                 condition = f'{parameter.when[0]} = "{parameter.when[1]}"'
-                raise InputError(f"{key}: expected only with {condition}, got {values[parameter.when[0]]!r}")
+                raise InputError(f"expected only with {condition}, got {values[parameter.when[0]]!r}", key)
             del values[key]
         if missing := [key for key, value in values.items() if value is None]:
-            raise InputError(f"{missing[0]}: missing, the model {model} needs it")
+            raise InputError(f"missing, the model {model} needs it", missing[0])
         for field, value in (("model", model), ("name", name), ("_values", values)):
             object.__setattr__(self, field, value)
         object.__setattr__(self, "_hash", hash((model, name, *values.values())))
@@ -72,17 +84,23 @@ class Material:
         return self._values.get(name, default)
 
     def replace(self, **changes: Any) -> Material:
-        """The same material with other parameters, or another name.
+        """The same material with other parameters, another name or another model. `copy.replace` does the same.
 
-        With another choice goes what only the choice before had: f0, where `fresnel` is "schlick" no more.
+        With another choice goes what only the choice before had: f0, where `fresnel` is "schlick" no more. With
+        another model goes what the new one does not have.
         """
-        known = MODELS[self.model].parameters
+        model = changes.pop("model", self.model)
+        new = MODELS.get(model) if isinstance(model, str) else None
+        known = new.parameters if new else {}
+        chosen = {key: parameter.default for key, parameter in known.items()} | self._values | changes
         kept = {
             key: value
             for key, value in self._values.items()
-            if not (when := known[key].when) or changes.get(when[0], when[1]) == when[1]
+            if key in known and (not (when := known[key].when) or chosen[when[0]] == when[1])
         }
-        return Material(self.model, **{"name": self.name, **kept, **changes})
+        return Material(model, **{"name": self.name, **kept, **changes})
+
+    __replace__ = replace
 
     def __getattr__(self, name: str) -> Any:
         if name != "_values" and name in self._values:
@@ -130,30 +148,19 @@ def _checked(parameter: Parameter, value: Any) -> Any:
         case "whole":
             result = number(value, name, low, high, expected := f"a whole number in [{low:g}, {high:g}]")
             if result != int(result):
-                raise InputError(f"{name}: expected {expected}, got {shown(value)}")
+                raise InputError(f"expected {expected}, got {shown(value)}", name)
             return int(result)
         case "color":
-            return _three(value, name, low, high)
+            return three(value, name, low, high)
         case "direction":
             return direction(value, name)
         case "choice":
-            if not isinstance(value, str) or value not in parameter.choices:
-                raise InputError(f"{name}: expected one of {', '.join(parameter.choices)}, got {shown(value)}")
-            return value
+            return check_choice(value, name, parameter.choices)
         case "lobes":
-            return _lobes(value)
+            with within("lobes"):
+                return _lobes(value)
         case "measured":
             return _measured(value, name)
-
-
-def _three(value: Any, name: str, low: float, high: float) -> Vec3:
-    expected = f"3 numbers, or one for all, in [{low:g}, {high:g}]"
-    try:
-        r, g, b = (value,) * 3 if isinstance(value, Real) else value
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: expected {expected}, got {shown(value)}") from None
-    r, g, b = (number(part, name, low, high, expected) for part in (r, g, b))
-    return (r, g, b)
 
 
 # Cosines of a lobe times its coefficients; above, its power would not stay finite with any exponent worth having.
@@ -161,36 +168,31 @@ MAX_COEFFICIENT = 1e3
 
 
 def _lobes(value: Any) -> tuple[Lobe, ...]:
-    """The lobes with three numbers for each of their parts. Each part may be given as a table, as in a file."""
+    """The lobes with three numbers for each of their parts, cy too. A lobe may be given as a table, as in a file."""
     expected = f"at most {MAX_LOBES} lobes {{ cx, cz, n }}"
-    if isinstance(value, str | Mapping) or not hasattr(value, "__iter__"):
-        raise InputError(f"lobes: expected {expected}, got {shown(value)}")
-    lobes = []
-    for i, given in enumerate(value):
-        key = f"lobes[{i}]"
-        if not isinstance(given, Lobe):
-            if (
-                not isinstance(given, Mapping)
-                or {"cx", "cz", "n"} - set(given)
-                or set(given) - set(Lobe.__struct_fields__)
-            ):
-                raise InputError(f"{key}: expected cx, cz, n, and if needed cy and scale, got {shown(given)}")
-            given = Lobe(**given)
-        c = (-MAX_COEFFICIENT, MAX_COEFFICIENT)
-        lobe = Lobe(
-            cx=_three(given.cx, f"{key}.cx", *c),
-            cy=_three(given.cx if given.cy is None else given.cy, f"{key}.cy", *c),
-            cz=_three(given.cz, f"{key}.cz", *c),
-            n=_three(given.n, f"{key}.n", 0.0, MAX_EXPONENT),
-            scale=_three(given.scale, f"{key}.scale", 0.0, MAX_COLOR),
-        )
-        for parts in zip(lobe.cx, lobe.cy, lobe.cz, lobe.n, lobe.scale, strict=True):
-            if peak(*parts) > MAX_COLOR:
-                raise InputError(f"{key}: expected scale max(|cx|, |cy|, |cz|)^n of at most {MAX_COLOR:g}")
-        lobes.append(lobe)
-    if len(lobes) > MAX_LOBES:
-        raise InputError(f"lobes: expected {expected}, got {len(lobes)}")
+    values = items(value, MAX_LOBES)
+    if values is None or len(values) > MAX_LOBES:
+        raise InputError(f"expected {expected}, got {shown(value) if values is None else 'more'}")
+    lobes: list[Lobe] = []
+    for i, lobe in enumerate(values):
+        with within(i):
+            lobes.append(_checked_lobe(lobe if isinstance(lobe, Lobe) else _lobe(lobe)))
     return tuple(lobes)
+
+
+def _checked_lobe(given: Lobe) -> Lobe:
+    c = (-MAX_COEFFICIENT, MAX_COEFFICIENT)
+    lobe = Lobe(
+        cx=three(given.cx, "cx", *c),
+        cy=three(given.cx, "cx", *c) if given.cy is None else three(given.cy, "cy", *c),
+        cz=three(given.cz, "cz", *c),
+        n=three(given.n, "n", 0.0, MAX_EXPONENT),
+        scale=three(given.scale, "scale", 0.0, MAX_COLOR),
+    )
+    for parts in zip(lobe.cx, lobe.cy, lobe.cz, lobe.n, lobe.scale, strict=True):
+        if peak(*parts) > MAX_COLOR:
+            raise InputError(f"expected scale max(|cx|, |cy|, |cz|)^n of at most {MAX_COLOR:g}")
+    return lobe
 
 
 def peak(cx: float, cy: float, cz: float, n: float, scale: float) -> float:
@@ -201,14 +203,19 @@ def peak(cx: float, cy: float, cz: float, n: float, scale: float) -> float:
         return float("inf")
 
 
+def _lobe(table: Any) -> Lobe:
+    if not isinstance(table, dict) or not all(isinstance(key, str) for key in table):
+        raise InputError(f"expected cx, cz, n, and if needed cy and scale, got {shown(table)}")
+    check_table(table, Lobe.__struct_fields__)
+    if {"cx", "cz", "n"} - set(table):
+        raise InputError(f"expected cx, cz, n, and if needed cy and scale, got {shown(table)}")
+    return Lobe(**table)
+
+
 def _measured(value: Any, name: str) -> Measured:
     from raytracer.merl import Measured, read
 
     if isinstance(value, Measured):
         return value
-    if not isinstance(value, str | os.PathLike):
-        raise InputError(f"{name}: expected the name of a .binary file, or a Measured, got {shown(value)}")
-    try:
-        return read(value)
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
+    with within(name):
+        return read(check_path(value, ()))

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-import sys
 
 from raytracer.checks import InputError
+from raytracer.terminal import complain
 
 # Pictures that need more host memory than this say so before they start.
 _WORTH_MENTION = 2**30
@@ -28,4 +28,4 @@ def check_memory(needed: int, size: tuple[int, int]) -> None:
             f"got {size[0]}x{size[1]}, which needs {gib:.1f} GiB"
         )
     if needed > _WORTH_MENTION:
-        print(f"raytracer: this picture needs {gib:.1f} GiB of memory", file=sys.stderr)
+        complain(f"this picture needs {gib:.1f} GiB of memory")

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import hashlib
 import os
-from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from raytracer.checks import InputError
+from raytracer.checks import InputError, about, check_path
 from raytracer.files import read_bounded
+from raytracer.suggest import did_you_mean_file
 
 SHAPE = (90, 90, 180)
 SCALES = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
@@ -58,19 +58,19 @@ class Measured:
 
 def read(path: str | os.PathLike[str]) -> Measured:
     """The table in a `.binary` file. Raises InputError if it cannot be read or is none."""
-    path = Path(path)
+    path = check_path(path, "path")
     try:
         data = read_bounded(path, _BYTES)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{path}: expected a readable .binary file: {reason}") from None
+        near = did_you_mean_file(path)
+        raise InputError(f"expected a readable .binary file: {reason}{near}", file=str(path)) from None
     if len(data) != _BYTES or tuple(np.frombuffer(data, "<i4", 3)) != SHAPE:
-        raise InputError(f"{path}: expected a MERL file: the numbers 90, 90, 180 and {_BYTES} bytes in all")
+        expected = f"a MERL file: the numbers 90, 90, 180 and {_BYTES} bytes in all"
+        raise InputError(f"expected {expected}", file=str(path))
     planes = np.frombuffer(data, "<f8", offset=12).reshape(3, *SHAPE)
-    try:
+    with about(path):
         return Measured(np.moveaxis(planes, 0, -1) * SCALES, str(path))
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
 
 
 def write(measured: Measured, file: IO[bytes]) -> None:

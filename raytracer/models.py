@@ -15,6 +15,10 @@ from typing import Any, Literal
 import msgspec
 
 from raytracer.checks import MAX_COLOR, MAX_EXPONENT
+from raytracer.record import Record
+
+# The unit of colours that are shares of light: above 1 more is reflected than comes in.
+REFLECTED = "linear RGB"
 
 Kind = Literal["number", "whole", "color", "direction", "choice", "lobes", "measured"]
 
@@ -49,10 +53,12 @@ class Model(msgspec.Struct, frozen=True):
     mirrors: bool = False
 
 
-class Lobe(msgspec.Struct, frozen=True, repr_omit_defaults=True):
+class Lobe(Record, frozen=True, repr_omit_defaults=True):
     """A lobe of Lafortune's model: scale (cx Lx Vx + cy Ly Vy + cz Lz Vz)^n where that is above 0, per channel.
 
-    x is along the material's `tangent`, z along the normal. `cy` is `cx` unless it is given.
+    x is along the material's `tangent`, z along the normal. `cy` is `cx` unless it is given. Each is three numbers, or
+    one that stands for three: cx, cy and cz in [-1000, 1000], n in [0, 1e6], scale in [0, 1e12]. The Material that
+    takes the lobe checks them.
     """
 
     cx: Any
@@ -93,26 +99,26 @@ def _choice(name: str, meaning: str, *choices: str, **more: Any) -> Parameter:
 
 def _model(about: str, source: str, *parameters: Parameter, ka: float = 0.0, mirrors: bool = False) -> Model:
     common = (
-        _color("ka", ka, "ambient factor: sends back ka Ia", MAX_COLOR, unit="linear RGB"),
+        _color("ka", ka, "ambient factor: sends back ka Ia", MAX_COLOR, unit=REFLECTED),
         *parameters,
         _color("le", 0.0, "emission Le: what it sends of itself, in all directions", MAX_COLOR, unit="radiance"),
     )
     return Model(about, source, {p.name: p for p in common}, mirrors)
 
 
-_RHO = _color("rho", 0.8, "albedo", unit="linear RGB")
+_RHO = _color("rho", 0.8, "albedo", unit=REFLECTED)
 _ALPHA = _number(
     "alpha", 0.3, 1e-4, 1.0, "roughness of the microfacets: the width of their slopes", source="Walter 2007"
 )
 _H = _number("h", 32.0, 0.0, MAX_EXPONENT, "exponent of the highlight")
 _LECTURE = (
-    _color("kd", 0.8, "diffuse factor", MAX_COLOR, unit="linear RGB"),
-    _color("ks", 0.5, "specular factor", MAX_COLOR, unit="linear RGB"),
+    _color("kd", 0.8, "diffuse factor", MAX_COLOR, unit=REFLECTED),
+    _color("ks", 0.5, "specular factor", MAX_COLOR, unit=REFLECTED),
     _H,
 )
 _NORMALIZED = (
-    _color("kd", 0.5, "albedo of the diffuse part", unit="linear RGB"),
-    _color("ks", 0.5, "albedo of the specular part at normal incidence", unit="linear RGB"),
+    _color("kd", 0.5, "albedo of the diffuse part", unit=REFLECTED),
+    _color("ks", 0.5, "albedo of the specular part at normal incidence", unit=REFLECTED),
     _H,
 )
 _MASKING = _choice(
@@ -158,8 +164,8 @@ def _fresnel(f0: float) -> tuple[Parameter, ...]:
 def _v_cavity(m: str) -> tuple[Parameter, ...]:
     """What the models with V-shaped cavities have in common."""
     return (
-        _color("rho", 0.0, "albedo of a diffuse part", unit="linear RGB"),
-        _color("ks", 1.0, "scales all but that", unit="linear RGB"),
+        _color("rho", 0.0, "albedo of a diffuse part", unit=REFLECTED),
+        _color("ks", 1.0, "scales all but that", unit=REFLECTED),
         _number("m", 0.3, 1e-4, 3.0, m),
         *_fresnel(0.8),
         _choice(
@@ -193,7 +199,7 @@ MODELS: dict[str, Model] = {
     "strauss": _model(
         "from plastic to metal by five intuitive numbers",
         "Strauss 1990",
-        _color("color", 0.7, "colour", unit="linear RGB"),
+        _color("color", 0.7, "colour", unit=REFLECTED),
         # Its exponent is 3 / (1 - smoothness).
         _number("smoothness", 0.7, 0.0, 1.0 - 3.0 / MAX_EXPONENT, "0 diffuse, near 1 a mirror"),
         _number("metalness", 0.3, 0.0, 1.0, "0 dielectric, 1 metal"),
@@ -274,7 +280,7 @@ MODELS: dict[str, Model] = {
         "a rough surface by wave optics",
         "He, Torrance, Sillion and Greenberg 1991; Westin's errata",
         msgspec.structs.replace(_RHO, default=(0.0,) * 3, meaning="albedo of the uniform diffuse part"),
-        _color("ks", 1.0, "scales all but that", unit="linear RGB"),
+        _color("ks", 1.0, "scales all but that", unit=REFLECTED),
         _number("sigma0", 0.18, 0.0, 1e3, "root mean square of the height", unit="um"),
         _number("tau", 3.0, 1e-3, 1e6, "autocorrelation length", unit="um"),
         Parameter("wavelength", "color", (0.65, 0.55, 0.45), "of each channel", 0.1, 100.0, unit="um"),

@@ -9,14 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer import lists, reflectance, view_space
-from raytracer.cells import CELL
+from raytracer.cells import CELL, MAX_PAIRS
 from raytracer.checks import InputError
+from raytracer.groups import groups
 from raytracer.opengl import BufferTexture, set_sampler, volume_texture
+from raytracer.program_rows import check_listed
 from raytracer.rectangles import cells_under
-from raytracer.scene import Scene
+from raytracer.scene import PointLight, Scene
 from raytracer.settings import Settings
 from raytracer.shader import has_mirrors, is_listed, material_layout, shaded_materials
-from raytracer.sight import Met
+from raytracer.sight import Mask, Met
+from raytracer.table import table
 
 if TYPE_CHECKING:
     from raytracer.merl import Measured
@@ -26,6 +29,11 @@ _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2}
 # Cells of a side of a cube's face around a light: in a picture of many objects, one of the first covers about a
 # quarter of a cell. The coarse ones are for large lights.
 GRIDS = (256, 128, 64, 32, 16, 8, 4, 2, 1)
+# Coarser where the lists of all lights would have more cells than that, or more pairs of a cell and an object of a kind,
+# or a primitive of another: of 24, 40 and 60 bytes, of which the last takes half a microsecond.
+_MAX_CELLS, _MAX_ITEMS, _MAX_LISTED = 2**23, 2**24, 2**22
+# How often a ray goes through a chain's leaves, but for few that meet more than chain.glsl has room for.
+_CHAIN_ROUNDS = 8
 _UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7, "measured": 8}
 
 
@@ -42,7 +50,7 @@ class Numbers:
         self._of: object = None  # which scene, but for its lights
         self._lister: lists.Lister | None = None
         self._of_camera: lists.Lists | None = None
-        self._of_lights: list[lists.Lists] = []
+        self._of_lights: lists.Lists | None = None
         self._lit: object = None  # the lights' places of these, and their radii
         self._first = 0  # where the camera's lists begin
         self.rectangles = np.zeros((0, 8), np.int32)  # of lists.py
@@ -50,6 +58,8 @@ class Numbers:
         self.farthest = 1.0  # than any distance to what is in them
         self.grid = GRIDS[0]  # cells of a side of a cube's face around a light
         self._shape = 0, 0  # rows and columns of cells
+        # Of loops those that a pixel's rays may go through at most, or a little more: see cut_short.glsl.
+        self.rounds = self._rounds_of_lists = 0
 
     def load(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
         """Take the numbers of `scene` for a picture of `size`."""
@@ -69,6 +79,7 @@ class Numbers:
                 self._texture("numbers", numbers)
                 if self._lister:
                     self._texture("items", self._lister.items_texture(numbers))
+        self.rounds = (1 + len(scene.lights)) * 3 * table(scene).size  # but for `roth`, where it is not asked for
         if self._lister:
             self._load_lists(self._lister, scene, settings, size)
         self._of = of
@@ -104,40 +115,72 @@ class Numbers:
             self.rectangles, self.farthest = lister.rectangles(scene, size)
             self._texture("objects", self.rectangles.reshape(-1, 4))
             self._shape = -(-size[1] // CELL), -(-size[0] // CELL)
-            self._of_lights, self._lit = [], None
+            self._of_lights, self._lit = None, None
         lights = [settings.cast(light) for light in scene.lights if settings.shadows != "off"]
         lit = tuple((light.position, light.radius) for light in lights)
+        self.rounds = self._rounds_of_lists
         if lit == self._lit:
             return
         self._lit = None
-        # As fine as there is room for, and use.
-        most = BufferTexture.most(self._context)
-        finest = min((lister.finest_grid(scene, light) for light in lights), default=GRIDS[0])
-        fitting = (grid for grid in GRIDS if grid <= finest and 6 * grid * grid * len(lit) <= most)
-        self.grid = next(fitting, GRIDS[-1])
-        self._of_lights = [lister.of_light(scene, light, self.grid) for light in lights]
+        self.grid = self._finest_grid(lister, scene, lights)
+        self._of_lights = lister.of_lights(scene, lights, self.grid)
         # All in one texture, the camera's last; and where the list of each cell of a light begins and ends.
         everything = lister.of_everything().entries if has_mirrors(scene, settings) else np.zeros(0, np.int32)
-        entries = [*(found.entries for found in self._of_lights), everything, self._of_camera.entries]
+        entries = [self._of_lights.entries, everything, self._of_camera.entries]
         first = np.cumsum([0, *map(len, entries)])
-        self.everything = int(first[-3]), int(first[-2])
-        ends = [found.ends(at) for found, at in zip(self._of_lights, first, strict=False)]
-        self._first = int(first[-2])
+        self.everything = int(first[1]), int(first[2])
+        self._first = int(first[2])
         self._texture("lists", np.concatenate(entries))
-        self._texture("ends", np.concatenate([*ends, np.zeros((0, 2), np.int32)]))
+        self._texture("ends", self._of_lights.ends)
+        programs = groups(scene).bigs
+        trees = any(not big.pruner.is_chain for big in programs)
+        self.rounds = self._rounds_of_lists = self._most_rounds(len(lights), trees=trees) if programs else 0
         self._lit = lit
+
+    def _most_rounds(self, lights: int, *, trees: bool) -> int:
+        """Rounds of loops in programs, for a ray from the camera and one to each light: of the longest list's codes, as
+        often as it has surfaces, but in chains rarely more than a few times.
+        """
+        assert self._of_camera and self._of_lights
+        longest = [int(np.diff(found.ends).max(initial=0)) for found in (self._of_camera, self._of_lights)]
+        return sum(
+            rays * codes * (2 * codes if trees else _CHAIN_ROUNDS) for rays, codes in zip((1, lights), longest, strict=True)
+        )
+
+    def _finest_grid(self, lister: lists.Lister, scene: Scene, lights: list[PointLight]) -> int:
+        """How many cells a side of each face has: as many as there is room for, and use.
+
+        Raises InputError if even one cell for each face is too many.
+        """
+        most = min(BufferTexture.most(self._context), _MAX_CELLS)
+        finest = min((lister.finest_grid(scene, light) for light in lights), default=GRIDS[0])
+        grids = [grid for grid in GRIDS if grid <= finest and 6 * grid * grid * len(lights) <= most] or [GRIDS[-1]]
+        of_kinds = others = 0.0
+        for grid in grids:
+            of_kinds, others = lister.pairs(scene, lights, grid)
+            if of_kinds <= _MAX_ITEMS and others <= _MAX_LISTED:
+                return grid
+        check_listed(others)
+        if of_kinds > MAX_PAIRS:
+            raise InputError(
+                f"objects: expected at most {MAX_PAIRS} pairs of an object and a face of the cube around a light, got "
+                f"about {of_kinds:.3g}, for which lists take about {of_kinds * 4e-8:.2g} GB; remedies are fewer lights "
+                "and fewer objects"
+            )
+        return grids[-1]
 
     def camera_lists(self) -> NDArray[np.int32]:
         """(cells, 2): where the list of each cell of the picture begins and ends, in a scene that has them."""
         assert self._of_camera
-        return self._of_camera.ends(self._first)
+        return self._of_camera.ends + np.int32(self._first)
 
     def met(self) -> Met | None:
         """In which cells there are lists."""
         if self._of_camera is None:
             return None
-        seen = (np.diff(self._of_camera.start) > 0) | cells_under(self.rectangles, self._shape, CELL).ravel()
-        return Met(seen, [np.diff(found.start) > 0 for found in self._of_lights])
+        seen = _are_listed(self._of_camera) | cells_under(self.rectangles, self._shape, CELL).ravel()
+        lights = _are_listed(self._of_lights).reshape(-1, 6 * self.grid * self.grid) if self._of_lights else []
+        return Met(seen, list(lights))
 
     def attach(self, program: moderngl.Program) -> None:
         """Say where `program` finds them."""
@@ -184,3 +227,8 @@ class Numbers:
         for thing in (*self._blocks.values(), *self._textures.values(), self._measured):
             if thing:
                 thing.release()
+
+
+def _are_listed(found: lists.Lists) -> Mask:
+    """In which cells there is anything."""
+    return found.ends[:, 1] > found.ends[:, 0]

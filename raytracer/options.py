@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import argparse
 import re
+import warnings
 from functools import partial
 from typing import Any, get_args
 
+from raytracer.models import MODELS
 from raytracer.presets import OWN, QUALITIES, Fields, flags
 from raytracer.sampling import SEQUENCES, Sequence
-from raytracer.settings import ASKED_SAMPLES, Evaluator, Precision, Settings, Shading, Shadows
-
-DEFAULT_SIZE = 1280, 720
+from raytracer.scene import Scene
+from raytracer.settings import ASKED_SAMPLES, Evaluator, Precision, Settings, Shading, Shadows, scene_warnings
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
@@ -51,6 +52,7 @@ def add_own(parser: argparse.ArgumentParser, *names: str) -> None:
         "shading": {
             "metavar": "MODEL",
             "choices": ("none", *get_args(Shading)),
+            "type": _model,
             "help": "a model for all materials, as like theirs as it can be (default: none, each one's own): "
             + ", ".join(get_args(Shading)),
         },
@@ -83,6 +85,7 @@ def add_settings(
     `samples` is the default, which is only told: nothing is stored that is not given, as a scene file may give it.
     """
     add = partial(parser.add_argument, default=argparse.SUPPRESS)
+    limited = "--max-error, --time or --adaptive" if adaptive else "--max-error or --time"
     add_size(parser)
     add(
         "--quality",
@@ -93,7 +96,7 @@ def add_settings(
         "--samples",
         metavar="N",
         type=whole,
-        help=f"rays a pixel (default: {samples}); with --max-error or --time the most (default: {ASKED_SAMPLES})",
+        help=f"rays a pixel (default: {samples}); with {limited} the most (default: {ASKED_SAMPLES})",
     )
     add(
         "--max-error",
@@ -108,8 +111,8 @@ def add_settings(
             "--adaptive",
             metavar="T",
             type=_number,
-            help="more than 3 samples only where a pixel's error is estimated to be above T, in linear radiance: "
-            "--samples 16 --adaptive 0.01; or none (default: all samples everywhere)",
+            help="more than 3 samples only where a pixel's error is estimated to be above T, in linear radiance: 0.01; "
+            "or none (default: all samples everywhere)",
         )
     add(
         "--sequence",
@@ -126,6 +129,12 @@ def given(options: argparse.Namespace) -> Fields:
     return {name: None if value == "none" else value for name, value in found.items()}
 
 
+def warn_of(name: str, scene: Scene, settings: Settings) -> None:
+    """Warn of everything in the scene of file `name` that makes its picture another one than meant."""
+    for warning in scene_warnings(scene, settings):
+        warnings.warn(f"{name}: {warning}", stacklevel=2)
+
+
 def whole(text: str) -> int:
     """A whole number that is not negative."""
     if not (text.isascii() and text.isdigit()):
@@ -139,6 +148,13 @@ def picture_size(text: str) -> tuple[int, int]:
     if not match:
         raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, such as 1280x720, got {text!r}")
     return whole(match[1]), whole(match[2])
+
+
+def _model(text: str) -> str:
+    if text in MODELS and text not in get_args(Shading):
+        table = f'model = "{text}" and file = "..."'
+        raise argparse.ArgumentTypeError(f"{text} needs a table, which only a material of a scene file gives: {table}")
+    return text
 
 
 def _number(text: str) -> float | str:

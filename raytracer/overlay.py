@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+import re
 import textwrap
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +33,7 @@ def panels(state: State, size: tuple[int, int], scale: float) -> list[tuple[NDAr
         found.append((table, (0, size[1] - table.shape[0])))
     width = max(_FEWEST_LETTERS, int(size[0] / (_LETTER_WIDTH * _FONT_SIZE * scale)))
     bottom = 0
-    for text, ground in ((state.error, _WRONG), (state.notice, _GROUND)):
+    for text, ground in ((state.error, _WRONG), (state.notice, _GROUND), (state.hint, _GROUND)):
         lines = [wrapped for line in text.splitlines() for wrapped in textwrap.wrap(line, width)]
         if len(lines) > _MOST_LINES:
             lines[_MOST_LINES - 1 :] = ["... (the whole is on the terminal)"]
@@ -51,17 +54,39 @@ def _fitted(columns: list[str], size: tuple[int, int], scale: float, ground: tup
         letter = max(_SMALLEST, min(letter - 0.5, letter / excess))
 
 
+def label(state: State, scale: float) -> NDArray[np.uint8]:
+    """What is written beside the selected light's marker, as panels() are."""
+    return _box([f"light {state.light + 1}" if len(state.scene.lights) > 1 else "light"], _FONT_SIZE * scale, _GROUND)
+
+
 def _box(columns: list[str], letter: float, ground: tuple[int, ...]) -> NDArray[np.uint8]:
     """Columns of text side by side on a coloured ground."""
-    font = ImageFont.load_default(letter)
-    pad, spacing = round(0.6 * letter), round(0.3 * letter)
-    draw = ImageDraw.Draw(Image.new("RGBA", (1, 1)))
-    boxes = [draw.multiline_textbbox((0, 0), column, font, spacing=spacing) for column in columns]
-    width = sum(int(box[2]) + 2 * pad for box in boxes)
-    image = Image.new("RGBA", (width, max(int(box[3]) for box in boxes) + 2 * pad), ground)
+    font = cast("ImageFont.FreeTypeFont", ImageFont.load_default(letter))  # as a size is asked for
+    pad, line = round(0.6 * letter), math.ceil(font.getbbox("A")[3]) + round(0.3 * letter)
+    gap = math.ceil(letter / 8.0)
+    texts = [[_placed(text, font, gap) for text in column.split("\n")] for column in columns]
+    widths = [max(width for _, width in rows) + 2 * pad for rows in texts]
+    ascent, descent = font.getmetrics()
+    height = line * (max(map(len, texts)) - 1) + ascent + descent + 2 * pad
+    image = Image.new("RGBA", (sum(widths), height), ground)
     draw = ImageDraw.Draw(image)
-    x = pad
-    for column, box in zip(columns, boxes, strict=True):
-        draw.multiline_text((x, pad), column, _INK, font, spacing=spacing)
-        x += int(box[2]) + 2 * pad
+    left = pad
+    for rows, width in zip(texts, widths, strict=True):
+        for k, (pieces, _) in enumerate(rows):
+            for x, piece in pieces:
+                draw.text((left + x, pad + k * line), piece, _INK, font)
+        left += width
     return np.asarray(image)
+
+
+def _placed(text: str, font: ImageFont.FreeTypeFont, gap: int) -> tuple[list[tuple[int, str]], int]:
+    """The pieces of a line of text and where each begins; and the line's width.
+
+    Between two dashes there is a gap, as this font draws them without any.
+    """
+    pieces: list[tuple[int, str]] = []
+    x = 0
+    for piece in re.split(r"(?<=-)(?=-)", text):
+        pieces.append((x, piece))
+        x += math.ceil(font.getlength(piece)) + gap
+    return pieces, x - gap

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from raytracer import view_space
 from raytracer.cells import BLOCK, CELL
+from raytracer.checks import InputError
 from raytracer.film import Image
 from raytracer.numbers import Numbers
 from raytracer.opengl import clear_integers, release, set_uniforms
@@ -32,6 +33,14 @@ _FIRST_DRAW, _LEAST_DRAW = 2**16, 2**12  # pixels
 # llvmpipe, which compiles a program's fragment shader twice, for blocks of pixels that are covered wholly and for
 # others, does it once where it may need what was there: quicker for one picture, some percent slower for each of many.
 _LOGIC_OP = 0x0BF2
+
+
+# Of cut_short.glsl.
+_CUT_SHORT = -(2**31)
+# Less than INF of real.glsl, more than any light.
+_INFINITE = 1e29
+# Rounds of all its loops together after which llvmpipe has a shader leave every loop.
+MAX_ROUNDS = 65535
 
 
 class Programs(NamedTuple):
@@ -103,6 +112,7 @@ class Passes:
                 toWorld=tuple(self._to_world.ravel().tolist()),  # rows of the way there are columns of the way back
                 focus=math.dist(scene.camera.position, scene.camera.look_at),
                 everything=self._numbers.everything,
+                two=2,
                 surface=0,
                 normalDepth=1,
                 others=0,
@@ -258,6 +268,13 @@ class Passes:
             self._context.finish()
         self._context.disable(moderngl.BLEND)
         self._context.disable_direct(_LOGIC_OP)
+        if anew and self._software and self._numbers.rounds > MAX_ROUNDS:
+            self.read_sum((0, 0, *tile[2:]))
+
+    def try_out(self) -> None:
+        """Raise InputError if shaders do not come to an end in the picture's first sample; in a target of its size."""
+        if self._software and self._numbers.rounds > MAX_ROUNDS:
+            self.draw((0, 0, *self._size), 0, anew=True)
 
     def _see(self, tile: Rectangle) -> None:
         """Find what the pixels of a tile see."""
@@ -289,9 +306,13 @@ class Passes:
             y += rows
 
     def read_sum(self, part: Rectangle) -> NDArray[np.float32]:
-        """(H, W, 3): the sum of the samples in a part of the target, top row first."""
-        data = self._light.read(part, components=3, dtype="f4")
-        return np.frombuffer(data, np.float32).reshape(part[3], part[2], 3)[::-1]
+        """(H, W, 3): the sum of the samples in a part of the target, top row first.
+
+        Raises InputError if shaders did not come to an end in some pixels.
+        """
+        data = np.frombuffer(self._light.read(part, components=3, dtype="f4"), np.float32)
+        _check_rounds(data.min(initial=0.0) < -_INFINITE)
+        return data.reshape(part[3], part[2], 3)[::-1]
 
     def read_variance(self, part: Rectangle, samples: NDArray[np.int32]) -> NDArray[np.float32]:
         """(H, W), top row first: the variance of each pixel's samples (H, W), all in the sum, summed over channels."""
@@ -308,6 +329,7 @@ class Passes:
         data = np.frombuffer(self._seen.read(area, components=4, attachment=1, dtype="f4"), np.float32)
         seen = data.reshape(height, width, 4)[::-1]
         data = np.frombuffer(self._seen.read(area, components=1, dtype="i4"), np.int32)
+        _check_rounds(data.min() == _CUT_SHORT)
         surface = data.reshape(height, width)[::-1]
         image.normal[where] = seen[..., :3] @ self._to_world
         image.depth[where] = np.where(surface == 0, np.float32(np.inf), seen[..., 3])
@@ -320,3 +342,13 @@ class Passes:
             if thing:
                 thing.release()
         self._numbers.close()
+
+
+def _check_rounds(cut_short: bool) -> None:
+    """Raise InputError if shaders were cut short (cut_short.glsl)."""
+    if cut_short:
+        raise InputError(
+            f"objects: expected pixels whose rays take at most {MAX_ROUNDS} steps from primitive to primitive, all "
+            "lights together (llvmpipe computes no more), got one whose rays take more; remedies are fewer primitives "
+            "in one object, fewer lights, or a graphics card"
+        )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
-from raytracer.checks import InputError, shown
+from raytracer.checks import InputError, check_choice
 from raytracer.settings import ASKED_SAMPLES, Settings
 
 # Some fields of Settings by their names; "quality" is one of them, and a "size" is nothing here.
@@ -36,8 +36,9 @@ def combined(*places: Fields) -> Settings:
     """Settings that are given at several places: what a place gives is in place of what those before it give.
 
     A place's "quality" comes before all else that it gives. `adaptive` is in place of `max_error` and `time`, too, and
-    these of `adaptive`, as they exclude each other. Where nobody says how many samples an error or a time may take,
-    ASKED_SAMPLES: a number given before those were is no such limit. Raises InputError as Settings does.
+    these of `adaptive`, as they exclude each other. Where nobody says how many samples an error, a time or adaptive
+    samples may take, ASKED_SAMPLES: a number given before those were is no such limit. Raises InputError as Settings
+    does.
     """
     fields: dict[str, Any] = {}
     for place in places:
@@ -55,11 +56,11 @@ def own(fields: Fields) -> Fields:
 def over(before: Fields, settings: Settings) -> Fields:
     """The fewest fields that, put over those given before, make `settings`: of none, what is not by default."""
     base = combined(before)
-    # An error or a time that is given may change the number of samples.
+    # An error, a time or adaptive samples that are given may change the number of samples.
     fields = {
         name: getattr(settings, name)
         for name in settings.__struct_fields__
-        if getattr(settings, name) != getattr(base, name) or (settings.asks and name == "samples")
+        if getattr(settings, name) != getattr(base, name) or (settings.refines and name == "samples")
     }
     for name in tuple(fields):
         fewer = {key: value for key, value in fields.items() if key != name}
@@ -74,9 +75,7 @@ def flags(fields: Fields) -> str:
 
 
 def _of_quality(name: Any) -> Fields:
-    if not isinstance(name, str) or name not in QUALITIES:
-        raise InputError(f"quality: expected one of {', '.join(QUALITIES)}, got {shown(name)}")
-    return {**_ELSE, **QUALITIES[name]}
+    return {**_ELSE, **QUALITIES[cast("Quality", check_choice(name, "quality", QUALITIES))]}
 
 
 def _over(before: Fields, given: Fields) -> dict[str, Any]:
@@ -84,10 +83,14 @@ def _over(before: Fields, given: Fields) -> dict[str, Any]:
     if _asks(given):
         if "adaptive" not in given:
             fields["adaptive"] = None
-        if "samples" not in given and not _asks(before):
-            fields["samples"] = ASKED_SAMPLES
+        limited = _asks(before)
     elif given.get("adaptive") is not None:
         fields |= {"max_error": None, "time": None}
+        limited = _asks(before) or before.get("adaptive") is not None
+    else:
+        return fields
+    if "samples" not in given and not limited:
+        fields["samples"] = ASKED_SAMPLES
     return fields
 
 

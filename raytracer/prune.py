@@ -23,7 +23,6 @@ AND_LEAF or OR_LEAF too, instead of PUSH: chains() makes it so.
 
 from __future__ import annotations
 
-import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +36,8 @@ Mask = NDArray[np.bool_]
 PUSH, AND_LEAF, OR_LEAF, AND, OR, TRUE = range(6)
 LEAF_SHIFT, SWAPPED, NEGATED = 5, 1 << 4, 1 << 3
 _DROPPED = -1
+# Pairs of a cell and a leaf that are pruned at a time.
+_AT_ONCE = 2**19
 
 
 class _Flat(NamedTuple):
@@ -119,14 +120,67 @@ def _empty(flat: _Flat) -> list[bool]:
     return empty
 
 
-class _Level(NamedTuple):
-    """The pairs cell << bits | node at one depth of the tree whose node is left, given what is below it; sorted."""
+class _Paths(NamedTuple):
+    """A tree cut into paths: from a node to the child with the most leaves, to that one's, and so on down to a leaf.
 
-    pairs: Ints
-    node: Ints
-    parents: Ints  # likewise pairs
-    size: Ints  # how many of the pairs are each parent's
-    left: Mask  # whether each parent is left
+    Above any node there are at most log2(leaves) other paths, however deep the tree is. A node's place is its own in
+    an order in which each path is one run from its leaf up.
+    """
+
+    place: Ints  # of each node
+    node: Ints  # at each place
+    bottom: Ints  # (nodes,): the place of the leaf at the end of the path of each place
+    top: Ints  # likewise of its uppermost node
+    rank: Ints  # (nodes,): of each place, how many other paths its path hangs from
+
+
+def _paths(parent: list[int]) -> _Paths:
+    """The paths of a tree by each node's parent; the root, which is its own, comes last, and parents after children."""
+    count = len(parent)
+    leaves = [0] * count
+    heavy = [-1] * count
+    for node in range(count):
+        leaves[node] = leaves[node] or 1
+        above = parent[node]
+        if above != node:
+            leaves[above] += leaves[node]
+            if heavy[above] < 0 or leaves[node] > leaves[heavy[above]]:
+                heavy[above] = node
+    rank, top = [0] * count, [0] * count
+    size = [0] * count  # of the path that a node is the top of
+    for node in reversed(range(count)):
+        above = parent[node]
+        if above == node:
+            top[node] = node
+        elif heavy[above] == node:
+            rank[node], top[node] = rank[above], top[above]
+        else:
+            rank[node], top[node] = rank[above] + 1, node
+        size[top[node]] += 1
+    # On a path children have smaller numbers than their parents, so it keeps the order of the numbers.
+    order = np.lexsort((np.arange(count), top))
+    place = np.empty(count, np.int64)
+    place[order] = np.arange(count)
+    tops = np.array(top)[order]
+    end = place[tops]
+    return _Paths(place, order, end - np.array(size)[tops] + 1, end, np.array(rank)[order])
+
+
+class _Events(NamedTuple):
+    """In cells, the nodes of paths of one rank beside which something is left, and the listed leaves at paths' ends.
+
+    They are sorted by cell, then place; those of one cell and path are a group.
+    """
+
+    pair: Ints  # cell << bits | place
+    left: Mask  # whether the node is left
+    below: Mask  # whether its child on the path is
+    last: Ints  # index of the last event of the group
+    tops: Ints  # those of these at which the uppermost node of the path is left
+    sides: Ints  # pairs of the nodes beside the paths that are left: those of `tops` of the next rank, and then leaves
+    parents: Ints  # which of them are whose children: sides[parents], by ...
+    start: Ints  # ... where the children of each event that has some begin there, ...
+    inner: Ints  # ... and the indices of these events
 
 
 class Pruner:
@@ -134,6 +188,10 @@ class Pruner:
 
     `depth`: how many values a program holds at most: those on the stack, and the leaf that is being
     combined with its top. A stack of max(depth - 1, 1) will do. `is_chain`: whether all programs are chains.
+
+    The work is in proportion to the listed leaves, times log2(leaves) at most, however deep the tree is: what is left
+    of a path is known from its few nodes beside which something is left, as all others are left if and only if their
+    child on the path is, or never.
     """
 
     def __init__(self, nodes: list[Solid]) -> None:
@@ -142,33 +200,41 @@ class Pruner:
         self.depth = order.depth
         self.is_chain = len(flat.children) == 1 or (len(flat.children) == 2 and len(flat.children[0]) == 1)
         self._constant = empty[0]
-        # From here on a node's number is its place in the order of evaluation: all below it come
-        # just before it, so that pairs sorted by cell and node stay sorted when parents take their places.
+        # From here on a node's number is its place in the order of evaluation: all below it come just before it.
         count = len(order.nodes)
         number = {node: i for i, node in enumerate(order.nodes)}
-        self._number = np.zeros(len(flat.negated), np.int64)  # of leaves
-        self._inner = np.array([node >= 0 for node in order.nodes])
-        self._root = count - 1
-        self._parent = np.full(count, self._root)
-        self._level = np.zeros(count, np.int64)  # steps from the root
-        self._joins = np.zeros(count, np.int64)  # how a leaf in its place is combined with what is left before it
+        leaves = np.zeros(len(flat.negated), np.int64)
+        parent = [count - 1] * count
+        joins = np.zeros(count, np.int64)  # how a leaf in its place is combined with what is left before it
         # Whether a node decides its parent when it is dropped: False in an AND, True in an OR.
-        self._killer = np.zeros(count, np.int64)
-        self._code = np.zeros(count, np.int64)
+        killer = np.zeros(count, np.int64)
+        code = np.zeros(count, np.int64)
         for v, children in enumerate(flat.children):
             for c in children:
                 i = number[c]
-                self._parent[i] = number[v]
-                self._level[i] = self._level[number[v]] + 1
-                self._joins[i] = (AND_LEAF if flat.conjunction[v] else OR_LEAF) | (SWAPPED if c in order.swapped else 0)
-                self._killer[i] = (empty[c] if c >= 0 else flat.negated[~c]) != flat.conjunction[v]
+                parent[i] = number[v]
+                joins[i] = (AND_LEAF if flat.conjunction[v] else OR_LEAF) | (SWAPPED if c in order.swapped else 0)
+                killer[i] = (empty[c] if c >= 0 else flat.negated[~c]) != flat.conjunction[v]
                 if c < 0:
-                    self._number[~c] = i
-                    self._code[i] = ~c << LEAF_SHIFT | (NEGATED if flat.negated[~c] else 0)
-        # Whoever is dropped equals its empty value; a node is left only if none of its killers is dropped.
-        self._killers = np.bincount(self._parent, self._killer, count).astype(np.int64)
+                    leaves[~c] = i
+                    code[i] = ~c << LEAF_SHIFT | (NEGATED if flat.negated[~c] else 0)
+        paths = _paths(parent)
         self._bits = count.bit_length()
-        self._sorted = self._level.max() == 1 and bool(np.all(np.diff(self._number) > 0))
+        self._code = code  # of each node by its number; all that follows is of each place
+        self._leaf = paths.place[leaves]  # of each leaf
+        self._places = np.arange(count)
+        self._ranks = int(paths.rank.max()) + 1
+        self._number, self._bottom, self._top, self._rank = paths.node, paths.bottom, paths.top, paths.rank
+        self._parent = paths.place[np.array(parent)[paths.node]]
+        self._joins, self._killer = joins[paths.node], killer[paths.node]
+        # Whoever is dropped equals its empty value; a node is left only if none of its killers is dropped. How many of
+        # these are beside the path:
+        side = np.flatnonzero(self._top == self._places)
+        side = side[side != count - 1]  # the root's is beside none
+        self._killers = np.bincount(self._parent[side], self._killer[side], count).astype(np.int64)
+        # How many places before each, with one more at the end, are inner nodes that are dropped unless they are
+        # events: at which something beside the path would have to be left.
+        self._blocked = np.concatenate([[0], np.cumsum(self._killers > 0)])
 
     def programs(self, cell: Ints, leaf: Ints, cells: int) -> tuple[Ints, NDArray[np.int32]]:
         """(start (cells + 1,), code (K,)): cell i's program is code[start[i] : start[i + 1]].
@@ -176,71 +242,145 @@ class Pruner:
         `cell` and `leaf`, each (M,), are the listed pairs, sorted by cell, then leaf, each once. What has no
         bounds, such as a half-space, belongs in every cell.
         """
-        levels = self._up(self._split((cell << self._bits) | self._number[leaf]))
-        parts = self._down(levels)
-        roots = levels[0].parents[levels[0].left]
+        parts = [np.zeros(0, np.int64)]
+        begin = 0
+        while begin < len(cell):
+            # Whole cells; what is computed on the way takes a few hundred bytes a pair.
+            end = begin + _AT_ONCE
+            end = int(np.searchsorted(cell, cell[end])) if end < len(cell) else len(cell)
+            if end <= begin:
+                end = int(np.searchsorted(cell, cell[begin], side="right"))
+            pruned = self._chain if self.is_chain else self._paths
+            parts.append(pruned(cell[begin:end], self._leaf[leaf[begin:end]]))
+            begin = end
+        entries = np.concatenate(parts)
         if self._constant:
             left = np.zeros(cells, bool)
-            left[roots >> self._bits] = True
-            parts.append((np.flatnonzero(~left) << self._bits | self._root) << LEAF_SHIFT | TRUE)
-        # Each part is sorted, and the stable sort merges what is.
-        entries = parts[0] if len(parts) == 1 else np.sort(np.concatenate((roots[:0], *parts)), kind="stable")
+            left[entries >> (LEAF_SHIFT + self._bits)] = True
+            constant = (np.flatnonzero(~left) << self._bits | (len(self._code) - 1)) << LEAF_SHIFT | TRUE
+            entries = np.sort(np.concatenate((entries, constant)), kind="stable")
         pair, how = entries >> LEAF_SHIFT, entries & ((1 << LEAF_SHIFT) - 1)
-        code = self._code[pair & self._node] | how
+        code = self._code[pair & self._mask] | how
         return row_starts(pair >> self._bits, cells), code.astype(np.int32)
 
     @property
-    def _node(self) -> int:
-        """What of a pair, cell << bits | node, is the node."""
+    def _mask(self) -> int:
+        """The bits of a pair, cell << bits | place, that are the place."""
         return (1 << self._bits) - 1
 
-    def _split(self, pairs: Ints) -> list[Ints]:
-        """The pairs of every level from 1, sorted."""
-        if self._sorted:
-            return [pairs]
-        level = self._level[pairs & self._node]
-        # One sort, whatever the number of levels.
-        bits = int(pairs.max(initial=0)).bit_length()
-        pairs = np.sort(level << bits | pairs)
-        ends = np.searchsorted(pairs, np.arange(1, level.max(initial=1) + 2) << bits)
-        return [pairs[a:b] & ((1 << bits) - 1) for a, b in itertools.pairwise(ends)]
+    def _chain(self, cell: Ints, place: Ints) -> Ints:
+        """What is left, as cell << bits | number, << LEAF_SHIFT | how it is combined, where all leaves have one parent."""
+        start = np.flatnonzero(_differs(cell))
+        left = np.add.reduceat(self._killer[place], start) == self._killer[self._leaf].sum()
+        how = self._joins[place]
+        how[start] = PUSH
+        kept = np.repeat(left, np.diff(start, append=len(cell)))
+        return ((cell << self._bits | self._number[place]) << LEAF_SHIFT | how)[kept]
 
-    def _up(self, own: list[Ints]) -> list[_Level]:
-        """From the listed leaves of each level up to the roots that are left."""
-        levels = []
-        inner = own[-1][:0]
-        for leaves in reversed(own):
-            pairs = np.sort(np.concatenate((leaves, inner)), kind="stable") if len(inner) else leaves
-            node = pairs & self._node
-            parents = (pairs - node) | self._parent[node]
-            first = np.ones(len(pairs), bool)
-            np.not_equal(parents[1:], parents[:-1], out=first[1:])
-            start = np.flatnonzero(first)
-            parents, size = parents[start], np.diff(start, append=len(pairs))
-            left = np.add.reduceat(self._killer[node], start) == self._killers[parents & self._node]
-            levels.append(_Level(pairs, node, parents, size, left))
-            inner = parents[left]
+    def _paths(self, cell: Ints, place: Ints) -> Ints:
+        """The same of any tree."""
+        return np.sort(np.concatenate(self._down(self._up(cell << self._bits | place))))
+
+    def _up(self, pairs: Ints) -> list[_Events]:
+        """The events of each rank, by the pairs of listed leaves."""
+        place = pairs & self._mask
+        rank = self._rank[place]
+        alone = self._top[place] == place  # leaves that are a path of their own
+        levels: list[_Events] = []
+        tops = pairs[:0]
+        for r in reversed(range(self._ranks)):
+            levels.append(
+                self._events(np.concatenate((tops, pairs[alone & (rank == r + 1)])), pairs[~alone & (rank == r)])
+            )
+            tops = levels[-1].pair[levels[-1].tops]
+            tops = tops + (self._top - self._places)[tops & self._mask]
         return levels[::-1]
 
-    def _down(self, levels: list[_Level]) -> list[Ints]:
-        """From the roots down to the leaves: what is left, as pair << LEAF_SHIFT | how it is combined; each sorted."""
-        parts = []
-        # How each parent that is left joins what was evaluated before it: the code for a leaf in its place.
-        joins = np.full(np.count_nonzero(levels[0].left), PUSH)
-        for pairs, node, parents, size, left in levels:
-            above = np.full(len(parents), _DROPPED)
-            above[left] = joins
-            # A parent with one child left is that child.
-            joined = (above > PUSH) & (size > 1)
-            parts.append(parents[joined] << LEAF_SHIFT | above[joined] + (AND - AND_LEAF))
-            below = self._joins[node]
-            below[np.cumsum(size) - size] = np.where(size > 1, PUSH, above)
-            below[np.repeat(above == _DROPPED, size)] = _DROPPED
-            inner = self._inner[node]
-            leaves = (below != _DROPPED) & ~inner
-            parts.append(pairs[leaves] << LEAF_SHIFT | below[leaves])
-            joins = below[inner]
-        return [part for part in parts if len(part)]
+    def _events(self, sides: Ints, ends: Ints) -> _Events:
+        """The events of the paths that have `sides` and, as the leaves that they end in, `ends`."""
+        place = sides & self._mask
+        parent = sides - place + self._parent[place]
+        parents = np.argsort(parent, kind="stable")
+        parent = parent[parents]
+        start = np.flatnonzero(_differs(parent))
+        parent = parent[start]
+        at = parent & self._mask
+        fulfilled = np.add.reduceat(self._killer[place[parents]], start) == self._killers[at]
+        pair = np.concatenate((parent, ends))
+        order = np.argsort(pair, kind="stable")
+        pair = pair[order]
+        inner = np.empty(len(pair), np.int64)
+        inner[order] = np.arange(len(pair))
+        # A node is left if what is beside the path leaves it, and its child on the path is no killer or is left, too.
+        alone = np.concatenate((~fulfilled | (self._killer[at - 1] == 0), np.ones(len(ends), bool)))[order]
+        value = np.concatenate((fulfilled, np.ones(len(ends), bool)))[order] & alone
+        at = pair & self._mask
+        group = pair + (self._top - self._places)[at]
+        begins = _differs(group)
+        # Between two events are nodes beside which nothing is left: they are as the child on the path, or blocked.
+        joined = ~begins
+        joined[1:] &= self._blocked[at[1:]] == self._blocked[at[:-1] + 1]
+        known = alone | ~joined
+        left = value[np.maximum.accumulate(np.where(known, np.arange(len(pair)), 0))]
+        below = joined
+        below[1:] &= left[:-1]
+        ends_ = np.flatnonzero(np.append(begins[1:], True)[: len(pair)])
+        tops = ends_[left[ends_] & (self._blocked[self._top[at[ends_]] + 1] == self._blocked[at[ends_] + 1])]
+        last = ends_[np.cumsum(begins) - 1]
+        return _Events(pair, left, below, last, tops, sides, parents, start, inner[: len(parent)])
+
+    def _down(self, levels: list[_Events]) -> list[Ints]:
+        """From the roots down to the leaves: what is left, as cell << bits | number, << LEAF_SHIFT | how it is combined."""
+        parts: list[Ints] = []
+        # How each path that is left joins what was evaluated before it: the code for a leaf in its place.
+        joins = np.full(len(levels[0].tops), PUSH)
+        for level, nexts in zip(levels, [*(len(level.tops) for level in levels[1:]), 0], strict=True):
+            pair, at = level.pair, level.pair & self._mask
+            entering = np.full(len(pair), _DROPPED)
+            entering[level.tops] = joins
+            # Below the first event whose child on the path is dropped, all of the path is.
+            gone = np.cumsum(~level.below)
+            live = (entering[level.last] != _DROPPED) & (gone[level.last] == gone)
+            sides = level.sides[level.parents]
+            size = np.diff(level.start, append=len(sides))
+            number = self._number[sides & self._mask]
+            first = np.full(len(pair), len(self._number))
+            first[level.inner] = np.minimum.reduceat(number, level.start)
+            # A node with one child left is that child. Of more, the one that is evaluated first is pushed.
+            on_path = level.below & (self._number[at - 1] < first)
+            handed = np.where(on_path, PUSH, self._joins[at - 1])
+            above = np.where(level.last == np.arange(len(pair)), entering, np.append(handed[1:], 0)[: len(pair)])
+            above[~live] = _DROPPED
+            many = np.zeros(len(pair), bool)
+            many[level.inner] = size + level.below[level.inner] > 1
+            combined = many & (above > PUSH)
+            is_leaf = (above != _DROPPED) & (self._bottom[at] == at)
+            numbered = pair - at + self._number[at]
+            parts.append(numbered[combined] << LEAF_SHIFT | above[combined] + (AND - AND_LEAF))
+            parts.append(numbered[is_leaf] << LEAF_SHIFT | above[is_leaf])
+            owner = np.repeat(level.inner, size)
+            below = np.where(
+                (number == first[owner]) & ~on_path[owner],
+                np.where(many[owner], PUSH, above[owner]),
+                self._joins[sides & self._mask],
+            )
+            below[above[owner] == _DROPPED] = _DROPPED
+            by_side = np.empty(len(sides), np.int64)
+            by_side[level.parents] = below
+            # The tops of the next rank's paths come first.
+            joins = by_side[:nexts]
+            leaves, how = level.sides[nexts:], by_side[nexts:]
+            place = leaves & self._mask
+            kept = how != _DROPPED
+            parts.append((leaves - place + self._number[place])[kept] << LEAF_SHIFT | how[kept])
+        return parts
+
+
+def _differs(values: Ints) -> Mask:
+    """Whether each is another than the one before it."""
+    first = np.ones(len(values), bool)
+    np.not_equal(values[1:], values[:-1], out=first[1:])
+    return first
 
 
 def chains(start: Ints, code: NDArray[np.int32]) -> NDArray[np.int32]:

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import argparse
 import gc
-import sys
 import time
-import warnings
-from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from raytracer.checks import about, number, printable
+from raytracer.checks import about, check_size, number
+from raytracer.interrupts import STATUS
 from raytracer.memory import check_memory
-from raytracer.options import DEFAULT_SIZE, add_backend, add_scene, add_settings, given
+from raytracer.options import add_backend, add_scene, add_settings, given, warn_of
 from raytracer.presets import Fields, combined
 from raytracer.progress import progress_bar
 from raytracer.sampling import PROGRESSIVE
 from raytracer.scene_file import parse_all, read
-from raytracer.settings import Settings, precision_warning
+from raytracer.settings import Settings
+from raytracer.settings_table import DEFAULT_SIZE
+from raytracer.terminal import complain, say
 
 if TYPE_CHECKING:
     from raytracer.film import Image
@@ -68,30 +68,32 @@ def render(options: argparse.Namespace) -> int:
 
     # Next to nothing of what an import makes is garbage: it is not looked for, now or when all ends.
     gc.disable()
-    from raytracer.film import check_output
-    from raytracer.limits import check_size, host_memory
+    from raytracer.film import SUFFIXES
+    from raytracer.limits import host_memory
+    from raytracer.output import check_output
     from raytracer.renderer import shared_renderer
 
     gc.freeze()
     gc.enable()
 
     check_size(size)
-    output = check_output(options.output)
+    output = check_output(options.output, SUFFIXES)
     geometry = output.suffix.lower() == ".npz"
     check_memory(host_memory(size, geometry, settings.refines), size)
-    if warning := precision_warning(scene, settings):
-        warnings.warn(f"{options.scene}: {warning}", stacklevel=1)
+    warn_of(options.scene, scene, settings)
     renderer = shared_renderer(options.backend, options.device)
     start = time.monotonic()
     # Beyond the driver's limits is the scene.
     with about(options.scene), progress_bar(f"rendering {output.name}") as progress:
         image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, only=True)
     image.save(output)
-    print(f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {time.monotonic() - start:.1f} s")
-    print(image.estimate)
+    took = time.monotonic() - start
+    say(f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {took:.1f} s", str(image.estimate))
     if missed := _missed(image, settings):
-        print(f"raytracer: {printable(str(output))}: {missed}", file=sys.stderr)
-        return int(_by_number(of_file, flags))
+        if _by_number(of_file, flags):
+            complain(f"{output}: {missed}")
+            return 1
+        say(missed)  # with as many samples as were asked for: no mistake
     return 0
 
 
@@ -134,11 +136,12 @@ def view(options: argparse.Namespace) -> int:
     flags = given(options)
     combined(flags)
 
-    from raytracer.limits import check_size
     from raytracer.viewer import view as show
 
     if "size" in flags:
         check_size(flags["size"])
-    with suppress(KeyboardInterrupt):  # one of the ways to close the window
+    try:
         show(options.scene, flags, budget)
+    except KeyboardInterrupt:  # one of the ways to close the window
+        return STATUS
     return 0

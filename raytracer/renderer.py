@@ -15,21 +15,23 @@ import msgspec
 import numpy as np
 
 from raytracer.cells import CELL
-from raytracer.checks import InputError, shown
+from raytracer.checks import InputError, check_flag, check_size, shown
 from raytracer.context import chosen, open_context
 from raytracer.devices import Device, leave
 from raytracer.estimate import Estimate, Moved, estimated
 from raytracer.film import Image
 from raytracer.glsl_source import ShaderError, Source, assemble
 from raytracer.groups import groups
-from raytracer.limits import Limits, check_size
+from raytracer.interrupts import deferred
+from raytracer.limits import Limits
 from raytracer.passes import Passes, Programs, Rectangle
 from raytracer.presets import Quality, combined
 from raytracer.progress import Progress
 from raytracer.sampler import Sampler
 from raytracer.sampling import Sequence as SampleSequence
 from raytracer.scene import Scene
-from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, precision_warning
+from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, checked_settings, scene_warnings
+from raytracer.settings_table import DEFAULT_SIZE
 from raytracer.shader import (
     Show,
     is_listed,
@@ -63,7 +65,8 @@ _STRIP = 2**18
 
 def render(
     scene: Scene,
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] = DEFAULT_SIZE,
+    settings: Settings | None = None,
     *,
     quality: Quality | None = None,
     samples: int | None = None,
@@ -83,9 +86,9 @@ def render(
 ) -> Image:
     """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
 
-    See `Settings` for `samples` to `bounces`, whose defaults hold for what is None; but `samples` is 4096 where
-    `max_error` or `time` is given. `quality` is a name for some (presets.py), and what is given comes before it; a
-    None takes nothing of it back.
+    See `Settings` for `samples` to `bounces`. Those given come before `quality`, a name for some (presets.py), that
+    before the fields of `settings`, and these before the defaults; None takes nothing back. `adaptive` is in place of
+    `max_error` and `time`, and these of it. `samples` is 4096 where one of the three is given here without it.
     The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
     `backend` is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl",
     "window" or "osmesa"; the context is kept for the next call. `device` is one of EGL's, its index or a part of its
@@ -96,12 +99,13 @@ def render(
     picture a process must not be forked to render in the child, as multiprocessing does by default on Linux before
     Python 3.14: OpenGL drivers do not survive that. Use multiprocessing.get_context("spawn").
 
-    Warns (UserWarning) of a scene whose distances and radii are further apart than 32 bits resolve. Raises
+    Warns (UserWarning) of a scene whose distances and radii are further apart than 32 bits resolve, of soft shadows
+    where no light has a radius, and of each material that reflects more light than comes in. Raises
     InputError for a wrong value or a scene beyond this driver's limits, ContextError if no OpenGL
     context opens or in such a child, RuntimeError if called by `progress`, MemoryError if the picture does not fit.
     """
     if not isinstance(scene, Scene):
-        raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}")
+        raise InputError(f"expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}", "scene")
     given = {
         "quality": quality,
         "samples": samples,
@@ -115,9 +119,13 @@ def render(
         "precision": precision,
         "bounces": bounces,
     }
-    settings = combined({key: value for key, value in given.items() if value is not None})
-    check_size(size)
-    if warning := precision_warning(scene, settings):
+    keywords = {key: value for key, value in given.items() if value is not None}
+    settings = combined(checked_settings(settings), keywords)
+    size = check_size(size)
+    geometry = check_flag(geometry, "geometry")
+    if progress is not None and (not callable(progress) or isinstance(progress, type)):
+        raise InputError(f"expected a function of two numbers or None, got {shown(progress)}", "progress")
+    for warning in scene_warnings(scene, settings):
         warnings.warn(warning, stacklevel=2)
     return shared_renderer(backend, device).render(scene, size, settings, geometry=geometry, progress=progress)
 
@@ -295,23 +303,13 @@ class Renderer:
 
         Without `quiet`, quiet cells that are not empty are drawn as all others are.
         """
-        varyings = self.limits.varyings
-        cells = vertex_source(scene, settings, varyings)
-        see = None
-        if show != "picture" or not is_over_planes(scene, settings):
-            see = self.program(visibility_source(scene, settings, varyings, geometry=show != "picture"), cells)
-        shade = self.program(show_source(scene, settings, show, varyings), cells) if show else None
-        kinds = None
-        if is_listed(scene, settings) and groups(scene).kinds:
-            vertex, fragment = kinds_source(scene, settings, varyings, geometry=show != "picture")
-            kinds = self.program(fragment, vertex)
-        if show != "picture" or not has_quiet(scene, settings):
-            return Programs(see, shade, kinds=kinds)
-        picture = (
-            self.program(quiet_source(scene, settings, varyings), cells) if quiet and groups(scene).planes else None
-        )
-        empty = self.program(assemble("empty.frag"), plain_vertex_source())
-        return Programs(see, shade, picture, empty, kinds)
+        sources = _sources(scene, settings, show, self.limits.varyings, quiet=quiet)
+        return Programs(**{"see": None} | {name: self.program(*source) for name, source in sources.items()})
+
+    def has_programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> bool:
+        """Whether programs() compiles nothing. Raises ShaderError as that does."""
+        sources = _sources(scene, settings, show, self.limits.varyings, quiet=True).values()
+        return all((vertex.text, fragment.text) in self._programs for fragment, vertex in sources)
 
     def program(self, source: Source, vertex: Source | None = None) -> moderngl.Program:
         """The program with this fragment shader, and screen.vert or another; `context` must be current.
@@ -323,7 +321,8 @@ class Renderer:
         program = self._programs.pop(key, None)
         if program is None:
             try:
-                program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
+                with deferred():
+                    program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
             except moderngl.Error as error:
                 heading, _, log = str(error).rpartition("===\n")
                 wrong = vertex if "vertex" in heading else source
@@ -351,6 +350,26 @@ class Renderer:
             if program not in held:
                 total -= lengths[key]
                 self._programs.pop(key).release()
+
+
+def _sources(
+    scene: Scene, settings: Settings, show: Show | None, varyings: int, *, quiet: bool
+) -> dict[str, tuple[Source, Source]]:
+    """The fragment and the vertex shader of each of the programs that draw `scene`, by its name in Programs."""
+    sources: dict[str, tuple[Source, Source]] = {}
+    cells = vertex_source(scene, settings, varyings)
+    if show != "picture" or not is_over_planes(scene, settings):
+        sources["see"] = visibility_source(scene, settings, varyings, geometry=show != "picture"), cells
+    if show:
+        sources["shade"] = show_source(scene, settings, show, varyings), cells
+    if is_listed(scene, settings) and groups(scene).kinds:
+        vertex, fragment = kinds_source(scene, settings, varyings, geometry=show != "picture")
+        sources["kinds"] = fragment, vertex
+    if show == "picture" and has_quiet(scene, settings):
+        if quiet and groups(scene).planes:
+            sources["quiet"] = quiet_source(scene, settings, varyings), cells
+        sources["empty"] = assemble("empty.frag"), plain_vertex_source()
+    return sources
 
 
 def _add_progress(progress: Progress | None, before: int, total: int, done: int) -> None:

@@ -8,19 +8,20 @@ Whatever is wrong with a value raises `InputError`, whose message begins with th
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from types import UnionType
-from typing import TypeVar
-
-import msgspec
+from typing import Any, TypeVar
 
 from raytracer.checks import (
     MAX_LENGTH,
     MIN_RADIUS,
     InputError,
     Vec3,
+    check_choice,
+    check_text,
     color,
     direction,
+    items,
     number,
     point,
     set_fields,
@@ -28,6 +29,7 @@ from raytracer.checks import (
 )
 from raytracer.instances import Instances
 from raytracer.material import Material
+from raytracer.record import Record
 from raytracer.solids import MAX_SURFACES, ROUNDING, Solid, Sphere, leaves
 from raytracer.vectors import cross, divided, dot, scaled, sub
 
@@ -41,7 +43,7 @@ MIN_UP_ANGLE = 1e-8
 FALLOFFS = ("none", "inverse_square")
 
 
-class PointLight(msgspec.Struct, frozen=True, repr_omit_defaults=True):
+class PointLight(Record, frozen=True, repr_omit_defaults=True):
     """A light at `position`: a point, or under soft shadows a sphere of `radius`, which nobody sees itself.
 
     `color` is I, the irradiance on a surface that faces it: at any distance where `falloff` is "none", as in the
@@ -58,10 +60,14 @@ class PointLight(msgspec.Struct, frozen=True, repr_omit_defaults=True):
         expected = f"0, for a point, or a number in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
         radius = number(self.radius, "radius", 0.0, MAX_LENGTH, expected)
         if 0.0 < radius < MIN_RADIUS:
-            raise InputError(f"radius: expected {expected}, got {radius:g}")
-        if self.falloff not in FALLOFFS:
-            raise InputError(f"falloff: expected {' or '.join(map(repr, FALLOFFS))}, got {shown(self.falloff)}")
-        set_fields(self, position=point(self.position, "position"), color=color(self.color, "color"), radius=radius)
+            raise InputError(f"expected {expected}, got {radius:g}", "radius")
+        set_fields(
+            self,
+            position=point(self.position, "position"),
+            color=color(self.color, "color"),
+            radius=radius,
+            falloff=check_choice(self.falloff, "falloff", FALLOFFS, expected=" or ".join(map(repr, FALLOFFS))),
+        )
 
     def is_bulb(self, sphere: Sphere) -> bool:
         """Whether `sphere` is this light's own, to the rounding of the numbers that are given."""
@@ -70,7 +76,7 @@ class PointLight(msgspec.Struct, frozen=True, repr_omit_defaults=True):
         return off <= ROUNDING * given
 
 
-class Camera(msgspec.Struct, frozen=True):
+class Camera(Record, frozen=True):
     """A pinhole camera. `vertical_fov` is in degrees, in (0, 180); `up` need not be a unit vector."""
 
     position: Vec3
@@ -81,7 +87,7 @@ class Camera(msgspec.Struct, frozen=True):
     def __post_init__(self) -> None:
         fov = number(self.vertical_fov, "vertical_fov", expected="degrees in (0, 180)")
         if not 0.0 < fov < 180.0:
-            raise InputError(f"vertical_fov: expected degrees in (0, 180), got {fov:g}")
+            raise InputError(f"expected degrees in (0, 180), got {fov:g}", "vertical_fov")
         set_fields(
             self,
             position=point(self.position, "position"),
@@ -96,12 +102,12 @@ class Camera(msgspec.Struct, frozen=True):
         forward = sub(self.look_at, self.position)
         distance = math.hypot(*forward)
         if distance == 0.0:
-            raise InputError(f"look_at: expected a point other than position, got {self.look_at}")
+            raise InputError(f"expected a point other than position, got {self.look_at}", "look_at")
         forward = divided(forward, distance)
         right = cross(forward, divided(self.up, math.hypot(*self.up)))
         sine = math.hypot(*right)
         if sine < MIN_UP_ANGLE:
-            raise InputError(f"up: expected a direction not parallel to the view, got {self.up}")
+            raise InputError(f"expected a direction not parallel to the view, got {self.up}", "up")
         # The shorter the product, the larger its rounding: take out what is left along `forward`.
         right = divided(right, sine)
         right = sub(right, scaled(forward, dot(right, forward)))
@@ -109,7 +115,7 @@ class Camera(msgspec.Struct, frozen=True):
         return right, cross(right, forward), forward
 
 
-class Scene(msgspec.Struct, frozen=True):
+class Scene(Record, frozen=True):
     """Solids, lights and a camera.
 
     `objects` are separate solids, and Instances of solids; the first hit of any is seen. `ambient`
@@ -129,9 +135,9 @@ class Scene(msgspec.Struct, frozen=True):
     def __post_init__(self) -> None:
         objects = _tuple_of(self.objects, Solid | Instances, "objects", "solids and Instances")
         if not objects:
-            raise InputError("objects: expected at least one")
+            raise InputError("expected at least one", "objects")
         if not isinstance(self.camera, Camera):
-            raise InputError(f"camera: expected a Camera, got {shown(self.camera)}")
+            raise InputError(f"expected a Camera, got {shown(self.camera)}", "camera")
         given = _tuple_of(self.materials, Material, "materials", "Materials")
         set_fields(
             self,
@@ -140,6 +146,7 @@ class Scene(msgspec.Struct, frozen=True):
             ambient=color(self.ambient, "ambient"),
             background=color(self.background, "background"),
             materials=tuple(dict.fromkeys((*given, *_materials(objects)))),
+            name=check_text(self.name, "name"),
         )
 
     def solids(self) -> tuple[Solid, ...]:
@@ -158,18 +165,29 @@ def _materials(objects: tuple[Solid | Instances, ...]) -> tuple[Material, ...]:
     global _last
     last = _last  # another thread may set it meanwhile
     if last[0] is not objects:
-        once = [leaves(o.solid if isinstance(o, Instances) else o) for o in objects]
-        copies = [len(o) if isinstance(o, Instances) else 1 for o in objects]
-        count = sum(n * len(found) for n, found in zip(copies, once, strict=True))
-        if count > MAX_SURFACES:
-            raise InputError(f"objects: expected at most {MAX_SURFACES} primitives, got {count}")
-        _last = last = objects, tuple(dict.fromkeys(leaf.material for found in once for leaf in found))
+        count = 0
+        materials: dict[Material, None] = {}
+        for item in objects:
+            primitives = leaves(item.solid if isinstance(item, Instances) else item)
+            count += len(primitives) * (len(item) if isinstance(item, Instances) else 1)
+            if count > MAX_SURFACES:  # at once: of solids that objects share there may be more than fit the memory
+                raise InputError(f"expected at most {MAX_SURFACES} primitives, got at least {count}", "objects")
+            materials |= dict.fromkeys(leaf.material for leaf in primitives)
+        _last = last = objects, tuple(materials)
     return last[1]
 
 
-def _tuple_of(values: Iterable[T], kind: type[T] | UnionType, key: str, expected: str) -> tuple[T, ...]:
-    result = tuple(values) if isinstance(values, Iterable) else (values,)
+def _tuple_of(values: Any, kind: type[T] | UnionType, key: str, expected: str) -> tuple[T, ...]:
+    if isinstance(values, kind):
+        values = (values,)
+    # A tuple stays the same one, by which the materials of a scene's objects are known.
+    result = values if type(values) is tuple else items(values, MAX_SURFACES)
+    if result is None:
+        raise InputError(f"expected {expected}, got {shown(values)}", key)
+    result = tuple(result)
+    if len(result) > MAX_SURFACES:
+        raise InputError(f"expected at most {MAX_SURFACES} {expected}", key)
     for value in result:
         if not isinstance(value, kind):
-            raise InputError(f"{key}: expected {expected}, got {shown(value)}")
+            raise InputError(f"expected {expected}, got {shown(value)}", key)
     return result

@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
-
-import msgspec
+from typing import Any, NamedTuple, TypeVar
 
 from raytracer import expression
-from raytracer.checks import InputError, Vec3, shown
+from raytracer.checks import InputError, Vec3, check_choice, check_path, check_text, shown, within
 from raytracer.files import packaged, read_bounded
 from raytracer.instance_file import is_plain, read_instances
 from raytracer.instances import Instances
@@ -25,56 +23,28 @@ from raytracer.models import MODELS
 from raytracer.presets import Fields, combined
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
-from raytracer.settings_table import settings_table
-from raytracer.solids import Plane, Primitive, Solid, Sphere, leaves
-from raytracer.toml_table import convert, known, toml
+from raytracer.settings_table import DEFAULT_SIZE, settings_table
+from raytracer.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves
+from raytracer.suggest import did_you_mean, did_you_mean_file
+from raytracer.toml_table import any_list, any_table, build, check_table, known, toml
+
+T = TypeVar("T")
 
 MAX_BYTES = 4 * 1024 * 1024
 # Each takes 17 MiB here and on the GPU.
 MAX_TABLES = 16
+# Of the expressions of all objects: as many as a scene can have primitives.
+MAX_OPERATORS = MAX_SURFACES
 
 # Of the files that a scene file names.
 _SUFFIXES = (".csv", ".npz", ".binary")
 
 
-class _SphereTable(msgspec.Struct):
-    center: Vec3
-    radius: float
-
-
-class _PlaneTable(msgspec.Struct):
-    normal: Vec3
-    offset: float
-
-
-class _ShapeTable(msgspec.Struct):
-    material: str
-    sphere: dict[str, Any] | None = None
-    plane: dict[str, Any] | None = None
-
-
-class _InstancesTable(msgspec.Struct):
-    positions: list[Vec3] = []
-    scales: float | list[float] = 1.0
-    file: str = ""
-
-
-class _SceneTable(msgspec.Struct):
-    """The file's top level. Tables of named entries stay raw, to be checked with their names at hand."""
-
-    camera: dict[str, Any]
-    shapes: dict[str, Any]
-    objects: dict[str, Any]
-    materials: dict[str, Any] = {}
-    lights: list[Any] = []
-    instances: dict[str, Any] = {}
-    ambient: Vec3 | None = None
-    background: Vec3 | None = None
-    settings: dict[str, Any] = {}
-
-
-class _SettingsOnly(msgspec.Struct):
-    settings: dict[str, Any]
+# The keys of a file, and of the tables in it that are no struct's fields.
+_TOP = ("camera", "shapes", "objects", "materials", "lights", "instances", "ambient", "background", "settings")
+_NEEDED = ("camera", "shapes", "objects")
+_INSTANCES = ("positions", "scales", "file")
+_PRIMITIVES: dict[str, type[Primitive]] = {"sphere": Sphere, "plane": Plane}
 
 
 def examples() -> dict[str, Path]:
@@ -90,38 +60,64 @@ def load(path: str | os.PathLike[str]) -> Scene:
     Warns (UserWarning) of shapes that no object uses. Raises InputError if the file cannot be
     read or is not a scene.
     """
-    return parse(*read(path))
+    return _read_all(path)[0]
+
+
+class SceneFile(NamedTuple):
+    """All that a scene file says, in the order in which `render` takes it: `rt.render(*rt.load_all("scene.toml"))`.
+
+    `size` is (width, height) in pixels. Size and settings are those of the table [settings]. Defaults: (1280, 720)
+    and `Settings()`.
+    """
+
+    scene: Scene
+    size: tuple[int, int]
+    settings: Settings
+
+
+def load_all(path: str | os.PathLike[str]) -> SceneFile:
+    """The scene, the size and the settings in the file that `load` takes for `path`, which is read once.
+
+    Warns and raises as `load`, and for wrong settings.
+    """
+    scene, fields = _read_all(path)
+    return SceneFile(scene, fields.get("size", DEFAULT_SIZE), combined(fields))
+
+
+def _read_all(path: str | os.PathLike[str]) -> tuple[Scene, Fields]:
+    return parse_all(*read(path))
 
 
 def load_settings(path: str | os.PathLike[str]) -> Settings:
     """The settings in the table [settings] of the scene file that `load` takes for `path`; what it does not give is the
-    default. A scene has none, as they are what is traded, whatever the scene is.
+    default. A scene has none, as they are what is traded, whatever the scene is. The file's size is no setting:
+    `load_all` gives it, with the scene and the settings of one reading.
 
     Raises InputError if the file cannot be read, is no TOML, or has wrong settings; the scene is not looked at.
     """
     path, text = read(path)
     with _located(path, text):
-        table = convert({"settings": toml(text).get("settings", {})}, _SettingsOnly, "")
-        return combined(settings_table(table.settings))
+        return combined(settings_table(toml(text).get("settings", {})))
 
 
 def read(path: str | os.PathLike[str]) -> tuple[Path, str]:
     """The file that `load` takes for `path`, and its text. Raises InputError if it cannot be read."""
-    path = Path(path)
+    path = check_path(path, "path")
     try:
         if not path.exists() and str(path) in examples():
             path = examples()[str(path)]
         data = read_bounded(path, MAX_BYTES, stdin=True)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        names = ", ".join(examples())
-        raise InputError(f"{path}: expected a readable scene file or an example ({names}): {reason}") from None
+        near = did_you_mean_file(path, examples())
+        expected = f"a readable scene file or an example ({', '.join(examples())})"
+        raise InputError(f"expected {expected}: {reason}{near}", file=str(path)) from None
     if len(data) > MAX_BYTES:
-        raise InputError(f"{path}: expected a file of at most {MAX_BYTES} bytes")
+        raise InputError(f"expected a file of at most {MAX_BYTES} bytes", file=str(path))
     try:
         return path, data.decode()
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected UTF-8 text: {error.reason} at byte {error.start}") from None
+        raise InputError(f"expected UTF-8 text: {error.reason} at byte {error.start}", file=str(path)) from None
 
 
 def parse(path: Path, text: str) -> Scene:
@@ -144,10 +140,9 @@ def _located(path: Path, text: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        from raytracer.scene_text import line_of_error  # its patterns take a while to compile
+        from raytracer.scene_text import line_of  # its patterns take a while to compile
 
-        line = line_of_error(text, str(error))
-        raise InputError(f"{path}:{line}: {error}" if line else f"{path}: {error}") from None
+        raise error.at(path, error.line or line_of(text, error.keys)) from None
 
 
 def loads(text: str, name: str = "scene") -> Scene:
@@ -200,128 +195,122 @@ def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, Fields, st
 
     `folder`: where its files of instances are; None if it can have none.
     """
-    table = convert(toml(text), _SceneTable, "")
+    table = check_table(toml(text), _TOP, _NEEDED)
     tables: dict[str, Any] = {}
-    materials = {key: _material(value, key, folder, tables) for key, value in table.materials.items()}
-    shapes = {key: _shape(value, key, materials) for key, value in table.shapes.items()}
-    solids = {key: _object(text, key, shapes, table.objects) for key, text in table.objects.items()}
-    objects = solids | {key: _instances(value, key, solids, folder) for key, value in table.instances.items()}
-    options = {key: getattr(table, key) for key in ("ambient", "background") if getattr(table, key) is not None}
+    materials = _named(table, "materials", lambda value, name: _material(value, name, folder, tables))
+    shapes = _named(table, "shapes", lambda value, name: _shape(value, name, materials))
+    _check_operators(table["objects"])
+    solids = _named(table, "objects", lambda value, _: _object(value, shapes, table["objects"]))
+    instances = _named(table, "instances", lambda value, name: _instances(value, name, solids, folder))
+    objects = solids | instances
+    with within("lights"):
+        lights = [_light(value, i) for i, value in enumerate(any_list(table.get("lights", [])))]
+    with within("camera"):
+        camera = build(Camera, table["camera"])
     scene = Scene(
         objects=tuple(objects.values()),
-        lights=[convert(value, PointLight, f"lights[{i}]") for i, value in enumerate(table.lights)],
-        camera=convert(table.camera, Camera, "camera"),
+        lights=lights,
+        camera=camera,
         materials=tuple(materials.values()),
         name=name,
-        **options,
+        **{key: table[key] for key in ("ambient", "background") if key in table},
     )
-    return scene, settings_table(table.settings), _unused(shapes, solids.values())
+    return scene, settings_table(table.get("settings", {})), _unused(shapes, solids.values())
+
+
+def _named(table: dict[str, Any], key: str, make: Callable[[Any, str], T]) -> dict[str, T]:
+    """What `make(value, name)` makes of each entry of the table at `key`."""
+    made: dict[str, T] = {}
+    with within(key):
+        for name, value in any_table(table.get(key, {})).items():
+            with within(name):
+                made[name] = make(value, name)
+    return made
+
+
+def _check_operators(objects: Any) -> None:
+    """Raise InputError where the expressions of all objects together have too many operators."""
+    texts = [text for text in objects.values() if isinstance(text, str)] if isinstance(objects, dict) else []
+    if (count := sum(text.count(sign) for text in texts for sign in "~-&|")) > MAX_OPERATORS:
+        raise InputError(f"expected at most {MAX_OPERATORS} operators in all, got {count}", "objects")
+
+
+def _light(value: Any, i: int) -> PointLight:
+    with within(i):
+        return build(PointLight, value)
 
 
 def _material(value: Any, name: str, folder: Path | None, tables: dict[str, Any]) -> Material:
     """`tables`: of the .binary files that were read."""
-    key = f"materials.{name}"
-    if not isinstance(value, dict):
-        raise InputError(f"{key}: expected a table, got {shown(value)}")
     # The label is the table's own name, so `name` is no key of it.
-    model = value.get("model", "phong")
-    if not isinstance(model, str) or model not in MODELS:
-        raise InputError(f"{key}.model: expected one of {', '.join(MODELS)}, got {shown(model)}")
-    keys = "model", *MODELS[model].parameters
-    if unknown := [name for name in value if name not in keys]:
-        raise InputError(f"{key}: unknown key `{unknown[0]}` ({known(keys)})")
-    try:
-        if "file" in value:
-            value = value | {"file": _measured_file(value["file"], folder, tables)}
-        return Material(**value, name=name)
-    except InputError as error:
-        raise InputError(f"{key}.{error}") from None
+    model = check_choice(any_table(value).get("model", "phong"), "model", MODELS)
+    parameters = dict(check_table(value, ("model", *MODELS[model].parameters)))
+    if "file" in parameters:
+        with within("file"):
+            parameters["file"] = _measured_file(parameters["file"], folder, tables)
+    return Material(**parameters, name=name)
 
 
 def _measured_file(name: Any, folder: Path | None, tables: dict[str, Any]) -> Any:
     if not isinstance(name, str) or not is_plain(name, (".binary",)):
-        raise InputError(
-            f"file: expected the plain name of a .binary file in the scene file's folder, got {shown(name)}"
-        )
+        raise InputError(f"expected the plain name of a .binary file in the scene file's folder, got {shown(name)}")
     if folder is None:
-        raise InputError("file: a text is in no folder; load() the scene's file instead")
+        raise InputError("a text is in no folder; load() the scene's file instead")
     if name not in tables and len(tables) == MAX_TABLES:
-        raise InputError(f"file: expected at most {MAX_TABLES} .binary files in a scene")
+        raise InputError(f"expected at most {MAX_TABLES} .binary files in a scene")
     if name not in tables:
         from raytracer.merl import read  # with NumPy, which few scene files need
 
-        try:
-            tables[name] = read(folder / name)
-        except InputError as error:
-            raise InputError(f"file: {error}") from None
+        tables[name] = read(folder / name)
     return tables[name]
 
 
 def _shape(value: Any, name: str, materials: dict[str, Material]) -> Primitive:
-    key = f"shapes.{name}"
     if not expression.is_name(name):
-        raise InputError(f'{key}: expected a name of letters, digits and "_" that begins with no digit')
-    table = convert(value, _ShapeTable, key)
-    material = _material_of(table.material, f"{key}.material", materials)
-    tables = {"sphere": (table.sphere, _SphereTable, Sphere), "plane": (table.plane, _PlaneTable, Plane)}
-    given = [name for name, (value, _, _) in tables.items() if value is not None]
-    if len(given) != 1:
-        raise InputError(f"{key}: expected one of sphere or plane, got {' and '.join(given) or 'neither'}")
-    value, kind, primitive = tables[given[0]]
-    numbers = msgspec.structs.asdict(convert(value, kind, f"{key}.{given[0]}"))
-    try:
-        return primitive(**numbers, material=material)
-    except InputError as error:
-        raise InputError(f"{key}.{given[0]}.{error}") from None
+        raise InputError('expected a name of letters, digits and "_" that begins with no digit')
+    table = check_table(value, ("material", *_PRIMITIVES), ("material",))
+    with within("material"):
+        material = _material_of(table["material"], materials)
+    kinds = [kind for kind in _PRIMITIVES if kind in table]
+    if len(kinds) != 1:
+        raise InputError(f"expected one of sphere or plane, got {' and '.join(kinds) or 'neither'}")
+    with within(kinds[0]):
+        return build(_PRIMITIVES[kinds[0]], table[kinds[0]], material=material)
 
 
-def _material_of(name: str, key: str, materials: dict[str, Material]) -> Material:
+def _material_of(name: Any, materials: dict[str, Material]) -> Material:
     """The file's own material of that name, or a published one."""
-    if name in materials:
+    if isinstance(name, str) and name in materials:
         return materials[name]
-    if "/" not in name:
-        raise InputError(f"{key}: expected the name of a material, got {name[:40]!r} ({known(materials)})")
+    if not isinstance(name, str) or "/" not in name:
+        near = did_you_mean(name, materials) if isinstance(name, str) else ""
+        raise InputError(f"expected the name of a material, got {shown(name)} ({known(materials)}){near}")
     from raytracer.library import published
 
-    try:
-        return published(name)
-    except InputError as error:
-        raise InputError(f"{key}: {error}") from None
+    return published(name)
 
 
-def _object(text: Any, key: str, shapes: dict[str, Primitive], objects: dict[str, Any]) -> Solid:
+def _object(text: Any, shapes: dict[str, Primitive], objects: dict[str, Any]) -> Solid:
     if not isinstance(text, str):
-        raise InputError(f"objects.{key}: expected a string, an expression over shapes, got {shown(text)}")
-    try:
-        return expression.parse(text, shapes)
-    except InputError as error:
-        hint = f" ({known(shapes)})" if "the name of a shape" in str(error) else ""
-        if any(f'"{name}"' in str(error) for name in objects.keys() - shapes.keys()):
-            hint = " (an object; only shapes can be named)"
-        raise InputError(f"objects.{key}: {error}{hint}") from None
+        raise InputError(f"expected a string, an expression over shapes, got {shown(text)}")
+    return expression.parse(text, shapes, objects)
 
 
 def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | None) -> Instances:
-    key = f"instances.{name}"
     if name not in solids:
-        raise InputError(f"{key}: expected the name of an object ({known(solids)})")
-    table = convert(value, _InstancesTable, key)
-    if ("file" in value) == ("positions" in value):
-        given = "both" if "file" in value else "neither"
-        raise InputError(f"{key}: expected one of positions or file, got {given}")
-    if "file" not in value:
-        try:
-            return Instances(solids[name], table.positions, table.scales)
-        except InputError as error:
-            raise InputError(f"{key}.{error}") from None
-    if "scales" in value:
-        raise InputError(f"{key}.scales: expected scales in {shown(table.file)}, not here too")
-    if folder is None:
-        raise InputError(f"{key}.file: expected positions: a text is in no folder; load() the scene's file instead")
-    try:
-        return read_instances(solids[name], folder, table.file)
-    except InputError as error:
-        raise InputError(f"{key}.file: {error}") from None
+        raise InputError(f"expected the name of an object ({known(solids)}){did_you_mean(name, solids)}")
+    table = check_table(value, _INSTANCES)
+    if ("file" in table) == ("positions" in table):
+        got = "both" if "file" in table else "neither"
+        raise InputError(f"expected one of positions or file, got {got}")
+    if "file" not in table:
+        return Instances(solids[name], table["positions"], table.get("scales", 1.0))
+    if "scales" in table:
+        raise InputError(f"expected scales in {shown(table['file'])}, not here too", "scales")
+    with within("file"):
+        if folder is None:
+            raise InputError("expected positions: a text is in no folder; load() the scene's file instead")
+        return read_instances(solids[name], folder, check_text(table["file"], ()))
 
 
 def _unused(shapes: dict[str, Primitive], objects: Iterable[Solid]) -> str:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import msgspec
 
-from raytracer.checks import InputError, Vec3, number, shown
+from raytracer.checks import InputError, Vec3, check_choice, number, set_fields, shown, whole
 from raytracer.instances import Instances
 from raytracer.material import Material
+from raytracer.models import MODELS, REFLECTED
+from raytracer.record import Record
 from raytracer.sampling import PROGRESSIVE, SEQUENCES, Sequence
 from raytracer.scene import PointLight, Scene
 from raytracer.solids import Solid, Sphere, leaves
@@ -40,12 +42,13 @@ Evaluator = Literal["cells", "walk", "roth"]
 Precision = Literal[32, 64]
 
 MAX_SAMPLES = 65536
-# Where an error or a time is asked for, unless a number of samples is, too: the error falls by less than 1e-3 then.
+# Where an error, a time or adaptive samples are asked for, unless a number of samples is, too: the error falls by less
+# than 1e-3 then.
 ASKED_SAMPLES = 4096
 MAX_BOUNCES = 64
 
 
-class Settings(msgspec.Struct, frozen=True):
+class Settings(Record, frozen=True):
     """How to render.
 
     `samples` a pixel, 1 to 65536. `shadows`: "off", "hard" (a blocked light gives nothing),
@@ -78,28 +81,33 @@ class Settings(msgspec.Struct, frozen=True):
     time: float | None = None
 
     def __post_init__(self) -> None:
-        if isinstance(self.samples, bool) or not isinstance(self.samples, int) or not 1 <= self.samples <= MAX_SAMPLES:
-            raise InputError(f"samples: expected a whole number in [1, {MAX_SAMPLES}], got {shown(self.samples)}")
-        if isinstance(self.bounces, bool) or not isinstance(self.bounces, int) or not 0 <= self.bounces <= MAX_BOUNCES:
-            raise InputError(f"bounces: expected a whole number in [0, {MAX_BOUNCES}], got {shown(self.bounces)}")
-        _check_choice("shading", self.shading, (None, *get_args(Shading)))
-        _check_choice("shadows", self.shadows, get_args(Shadows))
-        _check_choice("evaluator", self.evaluator, get_args(Evaluator))
-        _check_choice("precision", self.precision, get_args(Precision))
-        _check_choice("sequence", self.sequence, SEQUENCES)
+        set_fields(
+            self,
+            samples=whole(self.samples, "samples", 1, MAX_SAMPLES),
+            bounces=whole(self.bounces, "bounces", 0, MAX_BOUNCES),
+            shadows=check_choice(self.shadows, "shadows", get_args(Shadows)),
+            evaluator=check_choice(self.evaluator, "evaluator", get_args(Evaluator)),
+            precision=_precision(self.precision),
+            sequence=check_choice(self.sequence, "sequence", SEQUENCES),
+        )
+        if (shading := self.shading) is not None:
+            hint = shading_hint(shading)
+            set_fields(self, shading=check_choice(shading, "shading", get_args(Shading), hint=hint))
         for key, unit in (("adaptive", "linear radiance"), ("max_error", "linear radiance"), ("time", "seconds")):
             if (value := getattr(self, key)) is not None:
-                number(value, key, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
+                expected = f"a finite number above 0 ({unit})"
+                set_fields(self, **{key: number(value, key, math.ulp(0.0), expected=expected)})
                 # The samples of no other tell the error.
                 fit = ("sobol",) if key == "max_error" else PROGRESSIVE
                 if self.sequence not in fit:
-                    raise InputError(f"sequence: expected {' or '.join(fit)} with {key}, got {shown(self.sequence)}")
+                    raise InputError(f"expected {' or '.join(fit)} with {key}, got {shown(self.sequence)}", "sequence")
         if self.adaptive is not None and self.asks:
-            raise InputError("adaptive: expected none with max_error or time, which decide themselves where samples go")
-        if self.sequence not in PROGRESSIVE and math.isqrt(self.samples) ** 2 != self.samples:
             raise InputError(
-                f"samples: expected a square number, such as 16, for the sequence {self.sequence}, got {self.samples}"
+                "expected none with max_error or time, which decide themselves where samples go", "adaptive"
             )
+        if self.sequence not in PROGRESSIVE and math.isqrt(self.samples) ** 2 != self.samples:
+            expected = f"a square number, such as 16, for the sequence {self.sequence}"
+            raise InputError(f"expected {expected}, got {self.samples}", "samples")
 
     @property
     def refines(self) -> bool:
@@ -127,6 +135,43 @@ class Settings(msgspec.Struct, frozen=True):
     def cast(self, light: PointLight) -> PointLight:
         """`light` under these shadows: its centre, unless they are soft."""
         return light if self.shadows == "soft" else msgspec.structs.replace(light, radius=0.0)
+
+
+# Materials that get a warning each; a scene may have a million.
+_NAMED = 5
+
+
+def scene_warnings(scene: Scene, settings: Settings) -> list[str]:
+    """Everything to tell a user whose picture of `scene` may well be another one than meant: one sentence each."""
+    single = precision_warning(scene, settings), shadows_warning(scene, settings)
+    return [*filter(None, single), *brightness_warnings(scene)]
+
+
+def shadows_warning(scene: Scene, settings: Settings) -> str | None:
+    """A warning of soft shadows where every light is a point, or None."""
+    if settings.shadows != "soft" or not scene.lights or any(light.radius for light in scene.lights):
+        return None
+    return "soft shadows are hard ones here, as no light has a radius: give a light one, such as radius = 0.5"
+
+
+def brightness_warnings(scene: Scene) -> list[str]:
+    """A warning for each material that reflects more light than reaches it, such as one of colours from 0 to 255."""
+    bright = [(i, material, keys) for i, material in enumerate(scene.materials) if (keys := _too_bright(material))]
+    warnings = [
+        f"material {shown(material.name or i)}: {keys}: above 1 more light is reflected than comes in (colours are "
+        "linear and from 0 to 1, not from 0 to 255)"
+        for i, material, keys in bright[:_NAMED]
+    ]
+    if len(bright) > _NAMED:
+        warnings.append(f"{len(bright) - _NAMED} more materials reflect more light than comes in")
+    return warnings
+
+
+def _too_bright(material: Material) -> str:
+    """The parameters of a material that are above 1, and should not be; "" if none is."""
+    values = material.parameters
+    colors = (p.name for p in MODELS[material.model].parameters.values() if p.unit == REFLECTED and p.name in values)
+    return ", ".join(f"{name} = {max(values[name]):g}" for name in colors if max(values[name]) > 1.0)
 
 
 # In float32 a point at distance d is known to about 4 x 2^-24 d. Once that is 1 % of a sphere's
@@ -178,6 +223,28 @@ def _reach_of_many(instances: Instances, eye: Vec3) -> tuple[float, float]:
     return float(far.max(initial=0.0)), float(radii.min(initial=math.inf))
 
 
-def _check_choice(key: str, value: object, choices: tuple[str | int | None, ...]) -> None:
-    if not any(value == choice and type(value) is type(choice) for choice in choices):  # 64.0 is no number of bits
-        raise InputError(f"{key}: expected one of {', '.join(map(str, choices))}, got {shown(value)}")
+def shading_hint(name: Any) -> str:
+    """The end of an error about a shading that is none, where it is a model that needs more than numbers; else ""."""
+    if isinstance(name, str) and name in MODELS and name not in get_args(Shading):
+        return f'; {name} needs a file, so only a material can have it: model = "{name}", file = "brass.binary"'
+    return ""
+
+
+def _precision(bits: Any) -> int:
+    try:
+        result = whole(bits, "precision", 32, 64)
+    except InputError:
+        result = 0
+    if result not in get_args(Precision):
+        raise InputError(f"expected one of {', '.join(map(str, get_args(Precision)))}, got {shown(bits)}", "precision")
+    return result
+
+
+def checked_settings(settings: Any) -> dict[str, Any]:
+    """The fields of `settings`, none of None. Raises InputError for what is no Settings."""
+    if settings is None:
+        return {}
+    if not isinstance(settings, Settings):
+        makers = "Settings(), quality() or load_settings() make them"
+        raise InputError(f"expected Settings ({makers}), got {shown(settings)}", "settings")
+    return msgspec.structs.asdict(settings)

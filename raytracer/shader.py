@@ -15,11 +15,12 @@ from typing import Literal
 from raytracer import evaluators, listed, reflectance
 from raytracer.glsl_source import Source, assemble
 from raytracer.groups import FEW, KIND_LEAVES, groups
+from raytracer.instances import Instances
 from raytracer.material import Material
 from raytracer.models import MODELS
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union, postfix
+from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union, simplified
 from raytracer.table import table
 from raytracer.varyings import ALL, Handed, fitting
 
@@ -220,7 +221,12 @@ def show_source(scene: Scene, settings: Settings, show: Show, varyings: int = AL
 def roth_loops(scene: Scene) -> int:
     """How many loops in a row the Roth filters of a scene are: what bounds their compilation."""
     cost = {Union: 1, Intersection: 1, Difference: 2, Complement: 1}
-    return sum(1 + sum(cost.get(type(node), 0) for node in postfix(solid)) for solid in scene.solids())
+    loops = 0
+    for item in scene.objects:
+        tree = simplified(item.solid if isinstance(item, Instances) else item)
+        count = len(item) if isinstance(item, Instances) else 1
+        loops += count * (1 + sum(cost.get(type(node), 0) for node in tree))
+    return loops
 
 
 def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
@@ -229,9 +235,10 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
     defines: dict[str, int | str] = {"HAS_SPHERES": 1} if spheres else {}
     defines |= {"HAS_PLANES": 1} if planes else {}
     if is_listed(scene, settings):
-        defines |= {"PROGRAMS": 1} if groups(scene).bigs else {}
+        defines |= {"PROGRAMS": 1, "MANY_ROUNDS": 1} if groups(scene).bigs else {}
         return defines | {"LISTED": 1}
     defines |= {"SPHERES": spheres, "SURFACES": found.size}
+    defines |= {"MANY_ROUNDS": 1} if settings.evaluator != "roth" and found.size > evaluators.FEW_SPANS else {}
     return defines | {"DOUBLES": 1} if settings.precision == 64 else defines
 
 
@@ -350,7 +357,7 @@ def _numbered(scene: Scene) -> list[evaluators.Tree]:
     def numbered(node: Solid) -> Solid | int:
         return next(spheres) if isinstance(node, Sphere) else next(planes) if isinstance(node, Plane) else node
 
-    return [[numbered(node) for node in postfix(solid)] for solid in scene.solids()]
+    return [[numbered(node) for node in simplified(solid)] for solid in scene.solids()]
 
 
 def _materials(scene: Scene, settings: Settings) -> dict[str, str]:

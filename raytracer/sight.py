@@ -15,13 +15,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.cells import CELL, MARGIN, cube_faces, overlaps, tangents
+from raytracer.cells import CELL, MARGIN, cube_faces, overlaps, tangents, widened
 from raytracer.groups import groups, is_bounded
 from raytracer.models import MODELS
 from raytracer.scene import Scene
 from raytracer.settings import Settings
 from raytracer.shader import has_mirrors, is_listed, shaded_materials
-from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, postfix
+from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, simplified
 from raytracer.table import table
 from raytracer.view_space import camera_grid, rotation, vectors
 
@@ -59,7 +59,9 @@ def has_quiet(scene: Scene, settings: Settings) -> bool:
         return False
     if settings.evaluator != "cells" or is_listed(scene, settings):
         return settings.evaluator == "cells"
-    shapes = (tuple(type(node) for node in postfix(solid)) for solid in scene.solids())
+    shapes = [tuple(type(node) for node in simplified(solid)) for solid in scene.solids()]
+    if shapes.count((Plane,)) > len(groups(scene).planes):  # too many to be named
+        return False
     return all(shape == (Plane,) or is_bounded(shape) for shape in shapes)
 
 
@@ -100,9 +102,11 @@ def quiet_cells(scene: Scene, size: tuple[int, int], settings: Settings, met: Me
 
 
 def _corner_rays(scene: Scene, size: tuple[int, int]) -> Array:
-    """(rows + 1, columns + 1, 3): directions through the corners of the cells, in view space, z = -1."""
+    """(rows + 1, columns + 1, 3): directions through the corners of the cells of the picture, in view space, z = -1."""
     corner, step, (columns, rows) = camera_grid(scene.camera, size)
-    x, y = corner[0] + step * np.arange(columns + 1), corner[1] + step * np.arange(rows + 1)
+    # The last cells end with the picture.
+    x = np.minimum(corner[0] + step * np.arange(columns + 1), -corner[0])
+    y = np.minimum(corner[1] + step * np.arange(rows + 1), -corner[1])
     return np.stack(np.broadcast_arrays(x, y[:, None], -1.0), axis=-1)
 
 
@@ -160,7 +164,7 @@ def finest_grid(light: Array, radius: float, centers: Array) -> float:
 def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
     """Where a tree may be met at all, given that for its spheres, from left to right."""
     stack: list[Mask] = []
-    for node in postfix(solid):
+    for node in simplified(solid):
         match node:
             case Sphere():
                 stack.append(next(spheres))
@@ -193,22 +197,24 @@ def _in_cone(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Of the pairs of a cell and a sphere those where the sphere's cone meets the one around the cell.
 
-    `corners` (4, pairs, 3) are directions.
+    `corners` (4, pairs, 3) are directions. A cone of at most a right angle to its axis, dot(d, axis) >= cos |d| with
+    cos >= 0, holds with two directions their sum: so it holds a cell of which it holds the corners. A wider one may
+    not, and its pairs are kept.
     """
     cell, sphere = pairs
-    corners = corners / np.linalg.norm(corners, axis=-1, keepdims=True)
-    axis = corners.sum(axis=0)
-    axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
-    # By the chords: of small angles a cosine says little.
-    around = 2.0 * np.arcsin(np.minimum(np.linalg.norm(corners - axis, axis=-1).max(axis=0) / 2.0, 1.0))
-    distance = np.linalg.norm(centers[sphere], axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        half = np.arcsin(np.minimum(radii[sphere] * (1.0 + MARGIN) / distance, 1.0))
-        off = np.arctan2(
-            np.linalg.norm(np.cross(axis, centers[sphere]), axis=1), np.sum(axis * centers[sphere], axis=1)
-        )
-    keep = ~(off > (around + half) * (1.0 + MARGIN)) | (distance <= radii[sphere] * (1.0 + MARGIN))
+    centers, radii = centers[sphere], widened(centers, radii)[sphere]
+    axis = (corners / np.linalg.norm(corners, axis=-1, keepdims=True)).sum(axis=0)
+    around = _angles(corners, axis).max(axis=0)
+    distance = np.linalg.norm(centers, axis=1)
+    half = np.arcsin(np.minimum(radii / np.where(distance > 0.0, distance, 1.0), 1.0))
+    apart = _angles(axis, centers) > (around + half) * (1.0 + MARGIN)
+    keep = ~apart | (around >= math.pi / 2.0 * (1.0 - MARGIN)) | (distance <= radii)
     return cell[keep], sphere[keep]
+
+
+def _angles(a: Array, b: Array) -> Array:
+    """Between directions. By the cross product: where the view is narrow it keeps the bits of their small parts."""
+    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, axis=-1))
 
 
 def _cube_corners(cell: NDArray[np.int64], grid: int) -> Array:

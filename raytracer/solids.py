@@ -6,12 +6,12 @@ Part of `scene.py`, which says what holds for all of it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
-from typing import Any
+from numbers import Integral
+from typing import Any, ClassVar
 
-import msgspec
-
+from raytracer import tree
 from raytracer.checks import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -23,11 +23,15 @@ from raytracer.checks import (
     set_fields,
     shown,
 )
+from raytracer.checks import items as list_of
 from raytracer.material import Material
+from raytracer.record import Record
 
 # Leaves of one solid. Sub-solids may be shared in Python, so a short program can describe a tree
 # of astronomical size; no evaluator comes near this many.
 MAX_LEAVES = 65536
+# Nodes of one solid: twice as many as binary operators take, for complements.
+MAX_NODES = 4 * MAX_LEAVES
 # Leaves of all solids of a scene, instances counted each. 2^20 of four float32 are 16 MiB, which any
 # GPU holds, and their numbers are exact in float32 (up to 2^24).
 MAX_SURFACES = 1048576
@@ -35,8 +39,53 @@ MAX_SURFACES = 1048576
 ROUNDING = 8.0 * 2.0**-53
 
 
-class Solid(msgspec.Struct, frozen=True):
+class Solid(Record, frozen=True):
     """A closed set of points: a primitive, or a tree of them. `|` `&` `-` `~` make trees."""
+
+    # As Python spells the operator; "" of a primitive.
+    symbol: ClassVar[str] = ""
+
+    @property
+    def operands(self) -> tuple[Solid, ...]:
+        """The solids that the operator joins, none of a primitive."""
+        return ()
+
+    @staticmethod
+    def from_postfix(items: Iterable[Solid | str | int]) -> Solid:
+        """The tree that a list in postfix order describes: `[a, b, "|", c, "-"]` is `(a | b) - c`.
+
+        Each item is a solid, one of "|", "&", "-", "~" with its operands before it, or a whole number: the place, from
+        0, of an earlier item, whose solid it stands for. Trees may be of any depth. Raises InputError for other lists.
+        """
+        untyped = list_of(items, MAX_NODES)
+        if untyped is None:
+            raise InputError(f"expected a list, got {shown(items)}", "items")
+        if len(untyped) > MAX_NODES:
+            raise InputError(f"expected at most {MAX_NODES} items", "items")
+        made: list[Solid] = []
+        pending: list[Solid] = []
+        for i, item in enumerate(untyped):
+            if isinstance(item, str) and item in _OPERATORS:
+                operator = _OPERATORS[item]
+                count = 1 if item == Complement.symbol else 2
+                if len(pending) < count:
+                    expected = f"{count} operands before {shown(item)}"
+                    raise InputError(f"expected {expected}, got {len(pending)}", ("items", i))
+                operands = pending[-count:]
+                del pending[-count:]
+                solid = operator(*operands)
+            elif isinstance(item, Integral) and not isinstance(item, bool) and 0 <= int(item) < i:
+                solid = made[int(item)]
+            elif isinstance(item, Solid):
+                solid = item
+            else:
+                expected = f"a solid, one of {' '.join(_OPERATORS)}, or the place of an item before"
+                raise InputError(f"expected {expected}, got {shown(item)}", ("items", i))
+            made.append(solid)
+            pending.append(solid)
+        if len(pending) != 1:
+            raise InputError(f"expected the operands and operators of one solid, got {len(pending)} solids", "items")
+        return pending[0]
 
     def __or__(self, other: Solid) -> Union:
         return Union(self, other)
@@ -109,7 +158,7 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
         set_fields(self, normal=normal, offset=offset)
         distance = abs(self.unit()[1])
         if distance > MAX_LENGTH:
-            raise InputError(f"offset: expected offset / |normal| within +-{MAX_LENGTH:g}, got {distance:g}")
+            raise InputError(f"expected offset / |normal| within +-{MAX_LENGTH:g}, got {distance:g}", "offset")
 
     def unit(self) -> tuple[Vec3, float]:
         """The unit normal and its offset: to the last bit the same, or both negated, for planes that coincide."""
@@ -133,44 +182,43 @@ Primitive = Sphere | Plane
 
 def _check_material(material: Any) -> None:
     if not isinstance(material, Material):
-        raise InputError(f"material: expected a Material, got {shown(material)}")
+        raise InputError(f"expected a Material, got {shown(material)}", "material")
 
 
 class _Operator(Solid, frozen=True, eq=False):
     """An inner node of a CSG tree.
 
-    Trees get deep (a - b - c - ...), so nothing here recurses: equality, hash and repr work on
-    the tree's postfix form.
+    Trees get deep (a - b - c - ...), so nothing here recurses, by tree.py.
     """
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
             if not isinstance(getattr(self, name), Solid):
-                raise InputError(f"{name}: expected a solid, got {shown(getattr(self, name))}")
+                raise InputError(f"expected a solid, got {shown(getattr(self, name))}", name)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Operator) and _key(self) == _key(other)
+        return isinstance(other, _Operator) and tree.are_equal(self, other)
 
     def __hash__(self) -> int:
-        return hash(_key(self))
+        return tree.hash_of(self)
 
     def __repr__(self) -> str:
-        texts: list[str] = []
-        for node in postfix(self):
-            match node:
-                case Complement():
-                    texts.append(f"~{texts.pop()}")
-                case Union() | Intersection() | Difference():
-                    b, a = texts.pop(), texts.pop()
-                    texts.append(f"({a} {node.symbol} {b})")
-                case _:
-                    texts.append(repr(node))
-        return texts[0]
+        return tree.text(self)
+
+    def __rich_repr__(self) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """None, so that rich shows the repr: msgspec's own would recurse."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Solid.from_postfix, (tree.flat(self),)
 
 
 class _Binary(_Operator, frozen=True, eq=False):
     a: Solid
     b: Solid
+
+    @property
+    def operands(self) -> tuple[Solid, ...]:
+        return self.a, self.b
 
 
 class Union(_Binary, frozen=True, eq=False):
@@ -194,13 +242,23 @@ class Difference(_Binary, frozen=True, eq=False):
 class Complement(_Operator, frozen=True, eq=False):
     """The points that are not in `a`: `~a`."""
 
+    symbol = "~"
+
     a: Solid
+
+    @property
+    def operands(self) -> tuple[Solid, ...]:
+        return (self.a,)
+
+
+_KINDS = Union, Intersection, Difference, Complement
+_OPERATORS: dict[str, Callable[..., Solid]] = {kind.symbol: kind for kind in _KINDS}
 
 
 def postfix(solid: Solid) -> list[Solid]:
-    """The nodes of a tree, operands before their operator: the form that every evaluator reads.
+    """The nodes of a tree, operands before their operator.
 
-    Raises InputError for a tree of more than `MAX_LEAVES` leaves, and for what is no solid.
+    Raises InputError for a tree of more than `MAX_LEAVES` leaves or `MAX_NODES` nodes, and for what is no solid.
     """
     # Root, right, left on a stack is postfix backwards.
     order: list[Solid] = []
@@ -217,15 +275,24 @@ def postfix(solid: Solid) -> list[Solid]:
             case Sphere() | Plane():
                 count += 1
             case _:
-                raise InputError(f"objects: expected solids here, got {shown(node)}")
-        if count > MAX_LEAVES or len(order) > 4 * MAX_LEAVES:
-            raise InputError(f"objects: expected at most {MAX_LEAVES} primitives in one object")
+                raise InputError(f"expected solids here, got {shown(node)}", "objects")
+        if count > MAX_LEAVES:
+            raise InputError(f"expected at most {MAX_LEAVES} primitives in one object", "objects")
+        if len(order) > MAX_NODES:
+            raise InputError(f"expected at most {MAX_NODES} primitives and operators in one object", "objects")
     order.reverse()
     return order
 
 
-def _key(solid: Solid) -> tuple[object, ...]:
-    return tuple(type(node) if isinstance(node, _Operator) else node for node in postfix(solid))
+def simplified(solid: Solid) -> list[Solid]:
+    """As postfix(), of the shortest tree that is compiled alike: without complements of complements."""
+    order: list[Solid] = []
+    for node in postfix(solid):
+        if isinstance(node, Complement) and isinstance(order[-1], Complement):
+            order.pop()
+        else:
+            order.append(node)
+    return order
 
 
 def leaves(solid: Solid) -> list[Primitive]:

@@ -1,4 +1,4 @@
-"""TOML from anyone: text to tables to typed values, with errors that begin with the key they are about."""
+"""TOML from anyone: text to tables to typed values, with errors that know the keys they are about."""
 
 from __future__ import annotations
 
@@ -8,65 +8,134 @@ import tomllib
 from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
 
-import msgspec
+from raytracer.checks import InputError, UnknownKeyError
+from raytracer.shown import shortened
+from raytracer.suggest import did_you_mean
 
-from raytracer.checks import InputError
-
-# tomllib takes time that is quadratic in the parts of a dotted key: a.b.c.
-_LONG_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
+# A mark of TOML that is in no string and no comment, behind all that is none. Up to the first mistake in a text, where
+# tomllib stops, this reads strings as tomllib does. Possessive, and a match wherever it begins, so that no text makes the
+# search slow.
+_MARK = r"""
+    (?: [^"'\#.,=\n\[\]{}]++
+      | \"{3} (?: [^"\\]++ | \\. | "(?!"") )*+ "{0,5}
+      | '{3} (?: [^']++ | '(?!'') )*+ '{0,5}
+      | " (?: [^"\\\n]++ | \\. )*+ "?
+      | ' [^'\n]*+ '?
+      | \# [^\n]*+
+    )*+ (?: ( [.,=\n\[\]{}] ) | \Z )"""
+# A scene file needs 4 parts and 6 brackets.
+_MOST_PARTS = _MOST_OPEN = 32
+# With headers, in braces, or by a key's parts beyond its second. tomllib takes up to 2 kB for each, and 4 MB of text
+# that fill a scene have some 170,000.
+_MOST_TABLES = 1 << 18
+# Characters of a message, in which there may be a key of any length.
+_SHOWN = 1000
 
 T = TypeVar("T")
 
 
 def toml(text: str) -> dict[str, Any]:
-    """A TOML text. Raises InputError if it is none, or such that to read it would take long."""
-    if _LONG_KEY.search(text):
-        raise InputError("expected keys of at most 32 parts")
+    """A TOML text. Raises InputError if it is none, or such that to read it would take long or much memory."""
+    _check_marks(text)
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"expected TOML: {error}") from None
-    except (RecursionError, ValueError):  # deep nesting; an integer of more digits than Python converts
+        raise InputError(f"expected TOML: {_without_middle(str(error))}", line=_line(error, text)) from None
+    except (RecursionError, ValueError):  # an integer of more digits than Python converts
         raise InputError("expected TOML without deep nesting or numbers of thousands of digits") from None
 
 
-def convert(value: Any, kind: type[T], key: str, keys: Sequence[str] = ()) -> T:
-    """`value` as a `kind`, of which a file may give `keys` (default: all its fields).
+def _line(error: tomllib.TOMLDecodeError, text: str) -> int:
+    """The line, from 1, at which the parser stopped. Before Python 3.14 only its message says so."""
+    if (line := getattr(error, "lineno", None)) is not None:
+        return line
+    at = re.search(r"\(at line (\d+), column \d+\)$", str(error))
+    return int(at[1]) if at else text.count("\n") + 1
 
-    Errors begin with the whole key, e.g. `shapes.a.sphere.radius`.
+
+def _without_middle(message: str) -> str:
+    """A message of at most 1000 characters: its begin, and its end, which says where."""
+    half = _SHOWN // 2
+    return message if len(message) <= _SHOWN else f"{message[:half]}...{message[3 - half :]}"
+
+
+def _check_marks(text: str) -> None:
+    """Raise InputError for a text for which tomllib would take long, or much memory, for its length.
+
+    A key's parts cost their square, each table some 20 microseconds and 2 kB, and brackets in brackets Python's stack.
+    A number with more than one dot is no TOML, so what more dots join is a key.
     """
-    keys = keys or kind.__struct_fields__  # pyright: ignore[reportAttributeAccessIssue]
-    if isinstance(value, dict) and (unknown := [name for name in value if name not in keys]):
-        raise InputError(": ".join(filter(None, (key, f"unknown key `{unknown[0]}` ({known(keys)})"))))
-    try:
-        return msgspec.convert(value, kind)
-    except msgspec.ValidationError as error:
-        message, _, inner = str(error).partition(" - at `$")
-        where = ".".join(filter(None, (key, inner.rstrip("`").removeprefix("."))))
-        if isinstance(error.__cause__, InputError):  # from a __post_init__: the message begins with the field
-            raise InputError(".".join(filter(None, (where, message)))) from None
-        raise InputError(": ".join(filter(None, (where, _reworded(message))))) from None
+    opened = dots = tables = 0
+    before = "\n"
+    for mark in filter(None, re.findall(_MARK, text, re.VERBOSE | re.DOTALL)):
+        if mark == ".":
+            dots += 1
+            tables += dots > 1
+            if dots == _MOST_PARTS:
+                raise InputError(f"expected keys of at most {_MOST_PARTS} parts")
+        else:
+            dots = 0
+            if mark in "[{":
+                tables += mark == "{" or (before == "\n" and not opened)
+                opened += 1
+                if opened > _MOST_OPEN:
+                    raise InputError(f"expected TOML with at most {_MOST_OPEN} brackets open at once")
+            elif mark in "]}":
+                opened -= 1
+        before = mark
+    if tables > _MOST_TABLES:
+        raise InputError(f"expected TOML of at most {_MOST_TABLES} tables, got about {tables}")
 
 
-_WORDS = {
-    "`float | array`": "a number or a list",
-    "`array`": "a list",
-    "`object`": "a table",
-    "`float`": "a number",
-    "`str`": "a string",
-    "`int`": "a number",
-}
+def build(kind: type[T], value: Any, **others: Any) -> T:
+    """A struct of which a table gives the fields, all but `others`; those without a default must be there."""
+    fields: tuple[str, ...] = kind.__struct_fields__  # pyright: ignore[reportAttributeAccessIssue]
+    needed = fields[: len(fields) - len(kind.__struct_defaults__)]  # pyright: ignore[reportAttributeAccessIssue]
+    keys = [name for name in fields if name not in others]
+    return kind(**check_table(value, keys, [name for name in needed if name not in others]), **others)
 
 
-def _reworded(message: str) -> str:
-    """A message of msgspec in the words of TOML."""
-    message = message.replace("Object missing required field", "missing key")
-    for word, plain in _WORDS.items():
-        message = message.replace(word, plain)
-    return message[:1].lower() + message[1:]
+def check_table(value: Any, keys: Sequence[str], needed: Sequence[str] = ()) -> dict[str, Any]:
+    """`value`, if it is a table with no keys but `keys`, and all that are `needed`."""
+    value = any_table(value)
+    for name in value:
+        if name not in keys:
+            raise UnknownKeyError(f"unknown key `{shortened(name)}` ({known(keys)}){did_you_mean(name, keys)}", name)
+    for name in needed:
+        if name not in value:
+            raise InputError(f"missing key `{name}`")
+    return value
+
+
+def any_table(value: Any) -> dict[str, Any]:
+    """`value`, if it is a table."""
+    if not isinstance(value, dict):
+        raise InputError(f"expected a table, got {_kind(value)}")
+    return value
+
+
+def any_list(value: Any) -> list[Any]:
+    """`value`, if it is a list."""
+    if not isinstance(value, list):
+        raise InputError(f"expected a list, got {_kind(value)}")
+    return value
+
+
+def _kind(value: Any) -> str:
+    """A value's type in the words of TOML."""
+    match value:
+        case dict():
+            return "a table"
+        case list():
+            return "a list"
+        case str():
+            return "a string"
+        case bool() | int() | float():
+            return str(value).lower() if isinstance(value, bool) else "a number"
+    return "a date or time"
 
 
 def known(names: Iterable[str]) -> str:
     """A remedy for a name that is not there."""
-    shown = ", ".join(itertools.islice(names, 12))
-    return f"known: {shown}" if len(shown) <= 120 else f"known: {shown[:120]}..."
+    listed = ", ".join(map(shortened, itertools.islice(names, 12)))
+    return f"known: {listed}" if len(listed) <= 120 else f"known: {listed[:120]}..."

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from raytracer.checks import InputError, about, number, printable
-from raytracer.options import DEFAULT_SIZE, add_backend, add_own, add_scene, add_size, given, whole
+import msgspec
+
+from raytracer.checks import InputError, about, check_size, number
+from raytracer.interrupts import STATUS
+from raytracer.options import add_backend, add_own, add_scene, add_size, given, warn_of, whole
 from raytracer.presets import OWN, Fields, combined, over, own
 from raytracer.presets import flags as as_flags
-from raytracer.progress import progress_bar
+from raytracer.progress import step_bar, tell_step
 from raytracer.scene_file import parse_all, read
 from raytracer.settings import Settings
+from raytracer.settings_table import DEFAULT_SIZE
+from raytracer.terminal import complain, note, say
 
 if TYPE_CHECKING:
     from raytracer.trade.tune import Tuned
@@ -54,29 +59,32 @@ def trade_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _trade(options: argparse.Namespace) -> int:
-    """Measure, and write what there is; 1 if that is not all of it."""
+    """Measure, and write what there is; STATUS if that is not all of it."""
     scene, of_file = parse_all(*read(options.scene))
     if options.rounds is not None and options.rounds < 1:
         raise InputError("--rounds: expected at least 1, got 0")
-    from raytracer.film import check_folder
-    from raytracer.limits import check_size
+    from raytracer.output import check_folder
     from raytracer.renderer import shared_renderer
     from raytracer.trade.approximations import add_approximations
     from raytracer.trade.configurations import FULL, QUICK, plan
     from raytracer.trade.measure import measure
-    from raytracer.trade.page import write_page, write_tables
+    from raytracer.trade.page import FILES, write_page, write_tables
     from raytracer.trade.plots import check_matplotlib
 
     check_matplotlib()  # not found out when all is measured
     size = given(options).get("size") or (_QUICK_SIZE if options.quick else _SIZE)
     check_size(size)
     folder = Path(options.output)
-    if not folder.exists():
-        check_folder(folder.parent, folder)
-        folder.mkdir()
-    check_folder(folder)
+    if not os.path.lexists(folder):
+        check_folder(folder.parent)
+        try:
+            folder.mkdir()
+        except OSError as error:
+            raise InputError(f"expected a place for a folder: {error.strerror}", file=str(folder)) from None
+    check_folder(folder, *FILES)
     extent = QUICK if options.quick else FULL
     renderer = shared_renderer(options.backend, options.device)
+    warn_of(options.scene, scene, msgspec.structs.replace(combined(own(of_file)), shadows="hard"))  # as plan() has it
     planned = plan(scene, extent, of_file)
     add_approximations(planned, scene, extent, renderer)
     with about(options.scene):
@@ -86,22 +94,22 @@ def _trade(options: argparse.Namespace) -> int:
             renderer,
             size,
             options.rounds or (_QUICK_ROUNDS if options.quick else _ROUNDS),
-            progress_bar,
+            step_bar,
             source="gpu" if options.quick and options.truth == "auto" else options.truth,
             **({"gpu_samples": _QUICK_GPU_SAMPLES} if options.quick else {}),
         )
-    measured = f"{sum(result.measured for result in found.results)} configurations of {printable(scene.name)}"
+    measured = f"{sum(result.measured for result in found.results)} configurations of {scene.name}"
     write_tables(found, folder)
+    tell_step("drawing trade.html")
     try:
         page = write_page(found, renderer, folder)
     except KeyboardInterrupt:
-        print(f"wrote trade.csv and trade.json in {folder}: {measured}")
-        print("interrupted: there is no trade.html")
-        return 1
-    print(f"wrote {page}, with trade.csv and trade.json: {measured}")
+        say(f"wrote trade.csv and trade.json in {folder}: {measured}", "interrupted: there is no trade.html")
+        return STATUS
+    say(f"wrote {page}, with trade.csv and trade.json: {measured}")
     if not found.complete:
-        print("interrupted: this is what was measured by then")
-    return 0 if found.complete else 1
+        say("interrupted: this is what was measured by then")
+    return 0 if found.complete else STATUS
 
 
 def tune_arguments(parser: argparse.ArgumentParser) -> None:
@@ -124,7 +132,7 @@ def tune_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _tune(options: argparse.Namespace) -> int:
-    """Search, and print what was found; 1 if nothing meets the target."""
+    """Search, and print what was found; 1 if nothing meets the target, STATUS after Ctrl-C."""
     for value, name, unit in (
         (options.max_error, "--max-error", "linear radiance"),
         (options.time, "--time", "seconds"),
@@ -135,11 +143,12 @@ def _tune(options: argparse.Namespace) -> int:
     combined(own(flags))
     scene, of_file = parse_all(*read(options.scene))
     size = flags.get("size") or of_file.get("size") or DEFAULT_SIZE
-    from raytracer.limits import check_size
     from raytracer.renderer import shared_renderer
     from raytracer.trade.tune import tune
 
     check_size(size)
+    settings = combined(own(of_file), own(flags))
+    warn_of(options.scene, scene, settings)
     renderer = shared_renderer(options.backend, options.device)
     try:
         with about(options.scene):
@@ -147,16 +156,18 @@ def _tune(options: argparse.Namespace) -> int:
                 renderer,
                 scene,
                 size,
-                combined(own(of_file), own(flags)),
+                settings,
                 max_error=options.max_error,
                 time=options.time,
-                progress=lambda what: print(f"measuring {what}", file=sys.stderr),
+                progress=lambda what: note(f"measuring {what}"),
             )
     except KeyboardInterrupt:
-        print("raytracer: interrupted before any picture of the full size was measured", file=sys.stderr)
-        return 1
+        complain("interrupted before any picture of the full size was measured")
+        return STATUS
     _report(found, size, of_file)
-    return 0 if found.pick and found.complete else 1
+    if not found.complete:
+        return STATUS
+    return 0 if found.pick else 1
 
 
 def _report(found: Tuned, size: tuple[int, int], of_file: Fields) -> None:
@@ -169,12 +180,12 @@ def _report(found: Tuned, size: tuple[int, int], of_file: Fields) -> None:
         f"{best.samples:.3g} samples a pixel at {size[0]}x{size[1]}"
     )
     if not found.complete:
-        print(f"interrupted: the best of {found.tried} that were measured by then:")
+        say(f"interrupted: the best of {found.tried} that were measured by then:")
     if found.pick:
-        print(f"{says}\n\n{settings_table(best.settings, of_file.get('size'))}", end="")
+        say(says, "", *settings_table(best.settings, of_file.get("size")).splitlines())
     else:
         why = ", and that tells that no other will" if found.hopeless else ""
-        print(f"of {found.tried} tried nothing meets that{why}; the closest is {says}")
+        say(f"of {found.tried} tried nothing meets that{why}; the closest is {says}")
 
 
 def settings_table(settings: Settings, size: tuple[int, int] | None = None) -> str:

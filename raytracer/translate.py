@@ -33,7 +33,7 @@ def translated(material: Material, model: str) -> Material:
     h = _exponent(material)
     if model == "blinn" and material.model == "phong" and 4.0 * h > MAX_EXPONENT:
         expected = f"exponents h of at most {MAX_EXPONENT / 4:g}, which blinn takes times 4"
-        raise InputError(f"shading: expected {expected}, got {h:g}")
+        raise InputError(f"expected {expected}, got {h:g}", "shading")
     meant = {**_colors(material, model), **_widths(model, h), **_shared(material, model)}
     if model == "lafortune":
         meant["lobes"] = (Lobe((-1.0,) * 3, (1.0,) * 3, (h,) * 3, (-1.0,) * 3, _colors(material, "phong")["ks"]),)

@@ -29,9 +29,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer import oracle
-from raytracer.checks import InputError, number, shown
+from raytracer.checks import check_size, number, whole
 from raytracer.film import Image
-from raytracer.limits import check_size
 from raytracer.processes import Processes
 from raytracer.progress import Progress
 from raytracer.scene import Scene
@@ -84,9 +83,8 @@ def truth(
     a script that calls this needs `if __name__ == "__main__":`. `progress` is told (done, expected) samples,
     `before` what is going to be traced, if it is. Raises InputError.
     """
-    check_size(size)
-    if isinstance(samples, bool) or not isinstance(samples, int | np.integer) or not FIRST <= samples <= MAX_SAMPLES:
-        raise InputError(f"samples: expected a whole number in [{FIRST}, {MAX_SAMPLES}], got {shown(samples)}")
+    size = check_size(size)
+    samples = whole(samples, "samples", FIRST, MAX_SAMPLES)
     tolerance = number(tolerance, "tolerance", 0.0, expected="a finite number of at least 0 (linear radiance)")
     given = settings or Settings()
     job = Job(scene, size, Settings(shading=given.shading, shadows=given.shadows, bounces=given.bounces))

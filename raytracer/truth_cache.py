@@ -14,10 +14,11 @@ import msgspec
 import numpy as np
 
 from raytracer.checks import InputError
-from raytracer.film import Image, written_whole
+from raytracer.film import Image
 from raytracer.material import Material
 from raytracer.merl import Measured
 from raytracer.npz import read_arrays
+from raytracer.output import replaced_whole
 from raytracer.solids import Primitive, Solid, postfix
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ def write(path: Path, image: Image) -> None:
     """Keep a truth. Where that cannot be, a warning says so: the truth itself is none the worse for it."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with written_whole(path) as file:
+        with replaced_whole(path) as file:
             np.savez(file, **{name: getattr(image, name) for name in image.__struct_fields__ if name != "metadata"})
         _make_room(path.parent)
     except OSError as error:

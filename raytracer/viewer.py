@@ -16,7 +16,6 @@ import msgspec
 
 from raytracer.checks import InputError, about, printable
 from raytracer.context import open_window
-from raytracer.film import written_new
 from raytracer.glsl_source import ShaderError
 from raytracer.instance_file import copied
 from raytracer.interaction import (
@@ -24,6 +23,7 @@ from raytracer.interaction import (
     Cursor,
     Event,
     Failed,
+    Hinted,
     Key,
     Loaded,
     Press,
@@ -36,14 +36,15 @@ from raytracer.interaction import (
     reverted,
     start,
     step,
-    title,
 )
 from raytracer.live import Live
-from raytracer.options import DEFAULT_SIZE
-from raytracer.overlay import panels
+from raytracer.output import write_numbered
+from raytracer.overlay import label, panels
 from raytracer.presets import Fields
 from raytracer.renderer import Renderer, metadata
 from raytracer.scene_file import moved, named_files, parse_all, read
+from raytracer.settings_table import DEFAULT_SIZE
+from raytracer.titles import HELP, compiling, compiling_title, title
 from raytracer.watch import Files
 
 # Seconds. How often files are looked at; also, Python notices Ctrl+C only between two waits for events.
@@ -51,6 +52,9 @@ _LOOK = 0.05
 # Without a movement for so long, a picture is still: longer than between two events of a slow mouse.
 _STILL = 0.15
 _RETITLE = 0.25
+# Keys that are pressed one after the other within so long count together: only the last one's programs are compiled.
+_TOGETHER = 0.3
+_HINT = 6.0
 _BUTTONS: dict[int, Button] = {glfw.MOUSE_BUTTON_LEFT: "left", glfw.MOUSE_BUTTON_RIGHT: "right"}
 _NAMES = {glfw.KEY_TAB: "Tab", glfw.KEY_HOME: "Home", glfw.KEY_ESCAPE: "Escape"}
 _OTHER_MODIFIERS = glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER
@@ -83,7 +87,7 @@ def opened(scene: str | os.PathLike[str], given: Fields, budget: float) -> Itera
     with about(path):
         state = start(text, loaded, of_file, given)
     size = given.get("size") or of_file.get("size") or DEFAULT_SIZE
-    context, window = open_window(size, f"{state.scene.name} - compiling")
+    context, window = open_window(size, compiling_title(state))
     try:
         viewer = Viewer(context, window, files, state, budget)
         yield viewer
@@ -106,12 +110,15 @@ class Viewer:
         self._screenshot_due = False
         self._moved_at = self._titled_at = self._looked_at = 0.0
         self._panels: object = None  # what is on the GPU of them
+        self._pressed_at = 0.0
+        self._hinted: tuple[str, float] = "", 0.0  # the hint that is shown, and since when
         self._on_cursor(window, *glfw.get_cursor_pos(window))
         glfw.set_window_refresh_callback(window, self._on_refresh)
         glfw.set_key_callback(window, self._on_key)
         glfw.set_mouse_button_callback(window, self._on_button)
         glfw.set_cursor_pos_callback(window, self._on_cursor)
         glfw.set_scroll_callback(window, self._on_scroll)
+        self.handle(Hinted(HELP))
 
     def close(self) -> None:
         """Write a screenshot that is due, and give back what is on the GPU."""
@@ -120,6 +127,8 @@ class Viewer:
 
     def handle(self, event: Event) -> None:
         """Take the state after `event`, and do what it wants done at once."""
+        if isinstance(event, Key):
+            self._pressed_at = time.perf_counter()
         self.state, redo = step(self.state, event)
         self._redo |= redo & (Redo.PRESENT | Redo.SAMPLES)
         if Redo.CLOSE in redo:
@@ -139,7 +148,14 @@ class Viewer:
             return _LOOK
         live, begin = self.live, time.perf_counter()
         still_in = self._moved_at + _STILL - begin
+        hint, since = self._hinted
+        if hint and begin > since + _HINT:
+            self.handle(Hinted(""))
         if Redo.SAMPLES in self._redo or size != live.size:
+            if self._drawn and not self._is_compiled():
+                self._announce()
+                if begin < self._pressed_at + _TOGETHER:
+                    return _LOOK
             self._moved_at = begin
             self._begin(size, moving=True)
         elif live.moving and still_in <= 0.0:
@@ -160,6 +176,22 @@ class Viewer:
             text = title(self.state, live.samples, 1000.0 * (now - begin), live.rmse())
             glfw.set_window_title(self.window, text)
         return 0.0
+
+    def _is_compiled(self) -> bool:
+        """Whether the programs of the picture that is wanted are compiled; also if there can be none."""
+        live, state = self.live, self.state
+        if not self._reloaded and live.has_structure(state.scene, state.settings, state.show):
+            return True
+        try:
+            return live.is_compiled(state.scene, state.settings, state.show)
+        except (InputError, ShaderError):
+            return True
+
+    def _announce(self) -> None:
+        """Say in the window, under its title and over the picture before, what will be compiled."""
+        self._titled_at = 0.0
+        glfw.set_window_title(self.window, compiling_title(self.state))
+        self._present(compiling(self.state))
 
     def _refine(self, begin: float) -> None:
         """Draw one more sample, or as many as the budget allows since `begin`."""
@@ -197,13 +229,19 @@ class Viewer:
     def _start(self, state: State, size: tuple[int, int], moving: bool) -> None:
         self.live.start(state.scene, state.settings, state.show, size, moving=moving)
 
-    def _present(self) -> None:
+    def _present(self, note: str = "") -> None:
+        """Show the picture under the overlay, with `note` in place of a notice."""
         state, size = self.state, self.live.size
+        if note:
+            state = msgspec.structs.replace(state, notice=note)
         scale = glfw.get_window_content_scale(self.window)[1]
-        wanted = (state.help, state.notice, state.error, size, scale)
+        wanted = (state.help, state.notice, state.hint, state.error, state.light, len(state.scene.lights), size, scale)
         if wanted != self._panels:
             self.live.set_panels(panels(state, size, scale))
+            self.live.set_label(label(state, scale))
             self._panels = wanted
+        if state.hint != self._hinted[0]:
+            self._hinted = state.hint, time.perf_counter()
         marked = state.scene.lights[state.light] if state.marker and state.scene.lights else None
         self.live.present(self.context.screen, marked, state.scene.camera, scale)
         glfw.swap_buffers(self.window)
@@ -259,10 +297,9 @@ class Viewer:
         state, live = self._drawn or self.state, self.live
         drawn: Fields = {"samples": live.samples, "adaptive": None, "max_error": None, "time": None}
         settings = msgspec.structs.replace(state.settings, **drawn)
-        with written_new(state.scene.name, ".png") as (path, file):
-            text = metadata(state.scene, live.size, settings, live.estimate())
-            text["Description"] += f", showing {state.show}" if state.show != "picture" else ""
-            live.image(text).write_png(file)
+        text = metadata(state.scene, live.size, settings, live.estimate())
+        text["Description"] += f", showing {state.show}" if state.show != "picture" else ""
+        path = write_numbered(state.scene.name, ".png", live.image(text).write_png)
         return f"wrote {path}: {live.size[0]}x{live.size[1]}, {live.samples} of {state.settings.samples} samples"
 
     def _export(self) -> str:
@@ -270,10 +307,8 @@ class Viewer:
             text = moved(self.state.text, self.state.scene, self._files.scene.parent)
         except RuntimeError as error:
             raise RuntimeError(f"{self._files.scene}: {error}") from None
-        with written_new(self.state.scene.name, ".toml") as (path, file):
-            file.write(text.encode())
-            for other in named_files(self._files.scene, text):
-                copied(other, path.parent)
+        with copied(named_files(self._files.scene, text), Path()):
+            path = write_numbered(self.state.scene.name, ".toml", lambda file: file.write(text.encode()))
         return f"wrote {path}; to render its picture: {command(self.state, self.live.size, str(path))}"
 
     def _tell_terminal(self, error: str) -> None:

@@ -3,6 +3,9 @@
 
 #include "scene.glsl"
 #include "lighting.glsl"
+#ifdef MANY_ROUNDS
+#include "cut_short.glsl"
+#endif
 
 uniform isampler2D surface;  // from visibility.frag
 flat in vec3 background;
@@ -12,6 +15,10 @@ out vec4 radiance;  // and, in a, its squared length: the sums of both tell thei
 void main() {
     Ray view = cameraRay();
     int mat = texelFetch(surface, ivec2(gl_FragCoord.xy), 0).x;
+#ifdef MANY_ROUNDS
+    bool wrong = mat == CUT_SHORT;
+    if (wrong) mat = 0;
+#endif
 #ifdef OVER_PLANES
     if (mat == 0) {
         real3 P, N;
@@ -24,4 +31,8 @@ void main() {
     vec3 c = mat == 0 ? background : radianceAt(mat, view);
 #endif
     radiance = vec4(c, dot(c, c));
+#ifdef MANY_ROUNDS
+    // No light is negative: the host knows it by that, whatever other samples add.
+    if (wrong || isCutShort()) radiance = vec4(-INF);
+#endif
 }

@@ -5,6 +5,9 @@
 // at one distance the first that is drawn, which is in the scene's order.
 
 #include "scene.glsl"
+#ifdef MANY_ROUNDS
+#include "cut_short.glsl"
+#endif
 
 layout(location = 0) out int surface;       // as in surfaces.glsl, 0 for nothing
 #ifdef OTHERS
@@ -30,6 +33,14 @@ void main() {
 #endif
 #ifdef OTHERS
     other = vec2(t, surface == 0 ? -1.0 : objectOf(indexOf(surface)));
+#endif
+#if defined(MANY_ROUNDS) && !defined(KINDS)
+    if (isCutShort()) {
+        surface = CUT_SHORT;
+#ifdef OTHERS
+        other = vec2(0.0, -1.0);  // so that nothing is drawn over it
+#endif
+    }
 #endif
 #ifdef KINDS
     // The scale is a power of two, so depths are in the order of t. 1 is not before what the depth is cleared to.

@@ -1,13 +1,24 @@
 """One OpenGL context for the whole session; every test leaves it without an error."""
 
 import shutil
+import signal
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
 from raytracer import glsl_source, watch
 from raytracer.renderer import Renderer, _shared, shared_renderer
+
+
+def pytest_configure() -> None:
+    """Let tests that are terminated, as by a time limit, end what they started."""
+    signal.signal(signal.SIGTERM, _end)
+
+
+def _end(number: int, _frame: object) -> NoReturn:
+    pytest.exit("terminated", 128 + number)
 
 
 @pytest.fixture

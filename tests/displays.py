@@ -3,18 +3,19 @@
 import ctypes
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
+from subprocess import Popen
+from typing import IO, Any
 
 import numpy as np
 from PIL import ImageGrab
 
+from .processes import output_of, running
 from .scenes import CHECKOUT
 
 # Of the window, in pixels.
@@ -32,17 +33,17 @@ def x_server(width: int, height: int, scale: int = 1) -> Iterator[str]:
         assert shutil.which(program), f"{program} is missing: apt-get install xvfb xdotool"
     read, write = os.pipe()
     command = ("Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-noreset", "-nolisten", "tcp")
-    server = subprocess.Popen(command, pass_fds=[write])
-    os.close(write)
-    try:
-        with open(read) as pipe:
-            number = pipe.readline().strip()
-        assert number, "Xvfb did not start"
-        _set_resources(f":{number}", f"Xft.dpi:\t{96 * scale}\n".encode())
-        yield f":{number}"
-    finally:
-        server.terminate()
-        server.wait(60)
+    with running(*command, pass_fds=[write]) as server:
+        os.close(write)
+        try:
+            with open(read) as pipe:
+                number = pipe.readline().strip()
+            assert number, "Xvfb did not start"
+            _set_resources(f":{number}", f"Xft.dpi:\t{96 * scale}\n".encode())
+            yield f":{number}"
+        finally:
+            server.terminate()  # killed, it would leave files
+            server.wait(60)
 
 
 def _set_resources(display: str, text: bytes) -> None:
@@ -62,25 +63,28 @@ def environment(**variables: str) -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if name not in SESSION} | variables
 
 
-class Window:
-    """`raytracer view` in `folder`, without a marker: its pictures, and what a user does to it."""
+def shown(display: str, size: tuple[int, int] = SIZE) -> np.ndarray:
+    """(H, W, 3) int: the upper left part of a display."""
+    picture = ImageGrab.grab((0, 0, *size), xdisplay=display)
+    return np.asarray(picture.convert("RGB")).astype(int)
 
-    def __init__(self, display: str, folder: Path, *arguments: str) -> None:
-        self.display = display
-        self.variables = environment(DISPLAY=display, PYTHONPATH=str(CHECKOUT))
-        # Not pipes: who reads those would have to read both at all times. window() closes the files.
-        self.output, self.errors = tempfile.TemporaryFile("w+"), tempfile.TemporaryFile("w+")  # noqa: SIM115
-        command = (sys.executable, "-m", "raytracer", "view", *arguments)
-        self.process = subprocess.Popen(command, cwd=folder, env=self.variables, stdout=self.output, stderr=self.errors)
+
+class Window:
+    """A process of `raytracer view`: its pictures, and what a user does to it."""
+
+    def __init__(
+        self, process: Popen[Any], display: str, variables: Mapping[str, str], output: IO[str], errors: IO[str]
+    ) -> None:
+        self.process, self.display, self.variables = process, display, variables
+        self.output, self.errors = output, errors
 
     def act(self, actions: str) -> None:
         """Do what xdotool does for these words."""
-        subprocess.run(("xdotool", *actions.split()), env=self.variables, check=True)
+        output_of("xdotool", *actions.split(), env=self.variables)
 
     def shown(self, size: tuple[int, int] = SIZE) -> np.ndarray:
         """(H, W, 3) int: the upper left part of the display."""
-        picture = ImageGrab.grab((0, 0, *size), xdisplay=self.display)
-        return np.asarray(picture.convert("RGB")).astype(int)
+        return shown(self.display, size)
 
     def until(self, what: Callable[[], bool], says: str, seconds: float = TIMEOUT) -> float:
         """Wait until something holds; the seconds that it took."""
@@ -113,14 +117,16 @@ def window(
     folder: Path, *arguments: str, size: tuple[int, int] = SIZE, display: tuple[int, int] = SIZE, scale: int = 1
 ) -> Iterator[Window]:
     """A window on a display of its own, with the mouse in its middle. Without a window manager it is at (0, 0)."""
-    with x_server(*display, scale) as name:
-        opened = Window(name, folder, *arguments, "--size", f"{size[0]}x{size[1]}")
-        try:
+    command = (sys.executable, "-m", "raytracer", "view", *arguments, "--size", f"{size[0]}x{size[1]}")
+    with (
+        x_server(*display, scale) as name,
+        # Not pipes: who reads those would have to read both at all times.
+        tempfile.TemporaryFile("w+") as output,
+        tempfile.TemporaryFile("w+") as errors,
+    ):
+        variables = environment(DISPLAY=name, PYTHONPATH=str(CHECKOUT))
+        with running(*command, cwd=folder, env=variables, stdout=output, stderr=errors) as process:
+            opened = Window(process, name, variables, output, errors)
             opened.until(lambda: opened.shown(display).max() > 0, "nothing is shown")
             opened.act(f"mousemove {display[0] // 2} {display[1] // 2}")
             yield opened
-        finally:
-            opened.process.kill()
-            opened.process.wait()
-            opened.output.close()
-            opened.errors.close()

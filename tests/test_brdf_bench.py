@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import json
 import math
-import subprocess
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -27,6 +26,8 @@ from raytracer.cli import main
 from raytracer.library import published
 from raytracer.material import Material
 from raytracer.models import MODELS
+
+from .processes import output_of
 
 FINE = Fineness(6, 16)
 MEASURED = measure.COMPLETE
@@ -419,7 +420,7 @@ def test_other_commands_do_not_load_the_bench() -> None:
         "import sys; from raytracer.cli import _parser; _parser().parse_args(['doctor']);"
         "print([name for name in sys.modules if 'brdf' in name or 'bench' in name])"
     )
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+    assert output_of(sys.executable, "-c", code) == "[]\n"
 
 
 # Pictures.

@@ -2,10 +2,12 @@
 
 import json
 import os
+import select
 import signal
 import subprocess
 import sys
 import time
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +16,10 @@ from PIL import Image as Pillow
 
 import raytracer
 from raytracer.cli import main
-from raytracer.film import written_whole
 
 from . import scenes
 from .displays import environment, x_server
+from .processes import TIMEOUT, finished, output_of, running
 
 SCENE = str(scenes.ASSIGNMENT)
 # Where the system offers no OSMesa (Mesa 25.1 and later), `make test` says so here; else all must open.
@@ -91,6 +93,21 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
         (["render", SCENE, "-o", "{tmp}/a.png", "--sequence", "grid", "--samples", "5"], "a square number"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--time", "1", "--adaptive", "0.1"], "adaptive: expected none"),
         (["view", SCENE, "--sequence", "grid"], "sobol"),
+        (["rendr"], 'did you mean "render"?'),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--sampels", "4"], 'did you mean "--samples"? (see raytracer render '),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--sampels=4"], 'did you mean "--samples"?'),
+        (["render", SCENE, "-o=--"], "expected a value, got '--'"),
+        (["trade", SCENE, "-o", "{tmp}/" + "a" * 300], "too long"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--size", "9" * 100_000], " ... "),
+        (["render", SCENE, "-o", "{tmp}/a.png", "more"], "expected no more arguments, got 'more'"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--shading", "ggz"], 'did you mean "ggx"?'),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--shading", "merl"], "which only a material of a scene file gives"),
+        (["tune", SCENE, "--time", "1", "--shading", "merl"], "which only a material of a scene file gives"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--shadows", "sotf"], 'did you mean "soft"?'),
+        (["brdf", "chek"], 'did you mean "check"?'),
+        (["brdf", "list", "--jsno"], 'did you mean "--json"? (see raytracer brdf list --help)'),
+        (["brdf", "check", "lambrt"], 'did you mean "lambert"?'),
+        (["brdf", "check", "ggx", "--set", "aplha=1"], 'did you mean "alpha"?'),
         (["view", SCENE, "--size", "0x5"], "size"),
     ],
 )
@@ -111,18 +128,6 @@ def test_help_shows_examples(command: list[str], capsys: pytest.CaptureFixture[s
     assert "examples:\n  raytracer " in capsys.readouterr().out
 
 
-def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
-    out = tmp_path / "a.png"
-    out.write_bytes(b"before")
-    with pytest.raises(RuntimeError), written_whole(out) as file:
-        file.write(b"half")
-        raise RuntimeError
-    assert out.read_bytes() == b"before" and list(tmp_path.iterdir()) == [out]
-    with written_whole(out) as file:
-        file.write(b"all of it")
-    assert out.read_bytes() == b"all of it" and list(tmp_path.iterdir()) == [out]
-
-
 SMALL = "--size", "64x36"
 
 
@@ -135,9 +140,10 @@ def test_an_error_that_was_not_reached_is_status_1_with_the_picture_and_a_remedy
         status = main(["render", SCENE, "-o", str(out), *SMALL, *options])
         assert out.exists()
         text = capsys.readouterr()
-        return status, text.out.splitlines()[1], text.err
+        return status, text.out, text.err
 
-    status, line, errors = run("--max-error", "0.01")
+    status, says, errors = run("--max-error", "0.01")
+    line = says.splitlines()[1]
     assert status == 0 and errors == "" and float(line.split()[2]) < 0.01 and "(RMSE, linear radiance)" in line
     for options, says in (
         (("--max-error", "1e-6", "--samples", "8"), "8 samples were not enough: try more --samples"),
@@ -150,8 +156,8 @@ def test_an_error_that_was_not_reached_is_status_1_with_the_picture_and_a_remedy
     assert main(["render", SCENE, "-o", str(tmp_path / "b.png"), *SMALL, *unfit]) == 2
     assert "sequence: expected sobol with max_error, got 'r2'" in capsys.readouterr().err
     assert not (tmp_path / "b.png").exists()
-    status, _, errors = run("--quality", "high", "--samples", "4")
-    assert status == 0 and "was to be below 0.0005" in errors, "by its name it is asked for with so many samples"
+    status, says, errors = run("--quality", "high", "--samples", "4")
+    assert status == 0 and "was to be below 0.0005" in says and not errors, "asked for with so many samples at most"
 
 
 def test_what_is_given_nearest_holds(tmp_path: Path) -> None:
@@ -173,6 +179,9 @@ def test_what_is_given_nearest_holds(tmp_path: Path) -> None:
         ("size = [9, 8]\nmax_error = 0.1", ("--quality", "draft"), "samples=1, "),
         ("size = [9, 8]\nmax_error = 0.1", ("--max-error", "none"), "max_error=None"),
         ("size = [9, 8]\nmax_error = 0.1", ("--adaptive", "0.2"), "adaptive=0.2"),
+        ("size = [9, 8]\nadaptive = 0.1", (), "samples=4096, "),
+        ("size = [9, 8]\nsamples = 2", ("--adaptive", "0.2"), "samples=4096, "),
+        ("size = [9, 8]\nsamples = 5\nadaptive = 0.1", ("--adaptive", "0.2"), "samples=5, "),
         ("size = [9, 8]\nsamples = 2\nadaptive = 0.1", ("--max-error", "0.3"), "samples=4096, "),
         ("size = [9, 8]\nshading = 'ggx'\nshadows = 'soft'", ("--shading", "none"), "shading=None, shadows='off'"),
         ("size = [9, 8]\nsequence = 'grid'\nsamples = 4", ("--samples", "9"), "sequence='grid'"),
@@ -190,18 +199,14 @@ def test_a_conflict_of_the_files_settings_with_an_option_names_both(
     assert f"{file}: [settings] and the options given: sequence: expected sobol with max_error, got 'r2'" in says
 
 
-def start(*arguments: str, terminal: int | None = None) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", "raytracer", *arguments]
-    errors = subprocess.PIPE if terminal is None else terminal
-    return subprocess.Popen(command, cwd=scenes.CHECKOUT, stderr=errors, start_new_session=True)
+def start(*arguments: str, errors: int = subprocess.PIPE) -> AbstractContextManager[subprocess.Popen[bytes]]:
+    return running(sys.executable, "-m", "raytracer", *arguments, cwd=scenes.CHECKOUT, stderr=errors)
 
 
 def imported(*arguments: str) -> set[str]:
     """The modules that `raytracer *arguments` has imported when it is done."""
     script = "import sys; from raytracer.cli import main; main(); print(*sys.modules)"
-    command = [sys.executable, "-c", script, *arguments]
-    done = subprocess.run(command, cwd=scenes.CHECKOUT, stdout=subprocess.PIPE, check=True, text=True)
-    return set(done.stdout.splitlines()[-1].split())
+    return set(output_of(sys.executable, "-c", script, *arguments, cwd=scenes.CHECKOUT).splitlines()[-1].split())
 
 
 def test_render_imports_no_more_than_it_needs(tmp_path: Path) -> None:
@@ -231,37 +236,37 @@ def test_wrong_input_is_found_without_numpy_and_opengl(tmp_path: Path) -> None:
 
 def test_ctrl_c_stops_cleanly_and_writes_nothing(tmp_path: Path) -> None:
     out = tmp_path / "a.png"
-    process = start("render", SCENE, "-o", str(out), "--samples", "60000")
-    time.sleep(4)
-    assert process.poll() is None, "still rendering"
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
-    assert process.returncode == 1 and errors == b"raytracer: interrupted, nothing written\n"
+    with start("render", SCENE, "-o", str(out), "--samples", "60000") as process:
+        time.sleep(4)
+        assert process.poll() is None, "still rendering"
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130 and errors == b"raytracer: interrupted, nothing written\n"
     assert list(tmp_path.iterdir()) == []
 
 
 def test_progress_is_shown_on_a_terminal(tmp_path: Path) -> None:
     leader, terminal = os.openpty()
-    process = start("render", SCENE, "-o", str(tmp_path / "a.png"), "--samples", "100", terminal=terminal)
-    os.close(terminal)
-    shown = b""
-    while True:
-        try:
-            data = os.read(leader, 4096)
-        except OSError:  # Linux: the other end is closed
-            break
-        if not data:
-            break
-        shown += data
-    os.close(leader)
-    assert process.wait(timeout=120) == 0
+    with start("render", SCENE, "-o", str(tmp_path / "a.png"), "--samples", "100", errors=terminal) as process:
+        os.close(terminal)
+        shown = b""
+        while select.select([leader], [], [], TIMEOUT)[0]:
+            try:
+                data = os.read(leader, 4096)
+            except OSError:  # Linux: the other end is closed
+                break
+            if not data:
+                break
+            shown += data
+        os.close(leader)
+        assert process.wait(timeout=120) == 0
     assert b"rendering a.png" in shown and b"%" in shown
 
 
 def test_no_context_is_status_1_and_says_what_was_tried(tmp_path: Path) -> None:
     environment = {**os.environ, "__EGL_VENDOR_LIBRARY_FILENAMES": "/nowhere", "RAYTRACER_BACKEND": "egl"}
     command = [sys.executable, "-m", "raytracer", "render", SCENE, "-o", str(tmp_path / "a.png"), "--size", "8x8"]
-    done = subprocess.run(command, env=environment, cwd=scenes.CHECKOUT, capture_output=True, text=True)
+    done = finished(*command, env=environment, cwd=scenes.CHECKOUT)
     assert done.returncode == 1 and "Traceback" not in done.stderr
     assert "egl: " in done.stderr and "apt-get install" in done.stderr and "libegl1" in done.stderr
 
@@ -274,10 +279,10 @@ def test_every_way_to_opengl_opens_here_and_makes_the_same_picture(tmp_path: Pat
         for backend in BACKENDS:
             out = tmp_path / f"{backend}.npz"
             options = ["render", SCENE, "-o", str(out), "--size", "160x90", "--backend", backend]
-            subprocess.run(command + options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, check=True)
+            output_of(*command, *options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
             pictures.append(np.load(out)["radiance"])
         options = ["doctor", "--json"]
-        done = subprocess.run(command + options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, stdout=-1)
+        done = finished(*command, *options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
     assert set(BACKENDS) <= {report["backend"] for report in json.loads(done.stdout) if report["opens"]}
     for picture in pictures[1:]:
         np.testing.assert_allclose(picture, pictures[0], atol=1e-5)
@@ -285,10 +290,9 @@ def test_every_way_to_opengl_opens_here_and_makes_the_same_picture(tmp_path: Pat
 
 def test_doctor_names_each_way_and_the_driver() -> None:
     command = [sys.executable, "-m", "raytracer", "doctor"]
-    done = subprocess.run(command, cwd=scenes.CHECKOUT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    done = output_of(*command, cwd=scenes.CHECKOUT)
     for word in ("egl", "window", "osmesa", "Mesa", "16384"):
-        assert word in done.stdout
+        assert word in done
 
 
 @pytest.mark.window
@@ -305,9 +309,7 @@ for backend in ("egl", "osmesa", "window"):
         assert backend == "osmesa" and "only one kind at a time" in str(error), error
 """
     with x_server(640, 480) as display:
-        subprocess.run(
-            [sys.executable, "-c", script], env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, check=True
-        )
+        output_of(sys.executable, "-c", script, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
 
 
 @pytest.mark.window
@@ -325,6 +327,4 @@ with mock.patch.object(moderngl, "create_context", side_effect=RuntimeError("Ope
 open_context("osmesa")
 """
     with x_server(640, 480) as display:
-        subprocess.run(
-            [sys.executable, "-c", script], env=environment(DISPLAY=display), cwd=scenes.CHECKOUT, check=True
-        )
+        output_of(sys.executable, "-c", script, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)

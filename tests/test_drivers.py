@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from raytracer.renderer import Renderer
 from raytracer.settings import Settings
 
 from . import scenes
+from .processes import output_of
 
 pytestmark = pytest.mark.gl
 
@@ -37,7 +37,7 @@ def test_softpipe_makes_the_same_pictures(renderer: Renderer, tmp_path: Path) ->
         pytest.skip("another driver than Mesa's")
     code = f"{SCENE}\nfor n, s in dict(few=few, many=many).items(): rt.render(s, {SIZE}).save(f'{tmp_path}/{{n}}.npz')"
     environment = os.environ | {"GALLIUM_DRIVER": "softpipe", "RAYTRACER_BACKEND": "egl"}
-    subprocess.run([sys.executable, "-c", code], env=environment, check=True, timeout=120)
+    output_of(sys.executable, "-c", code, env=environment)
     made: dict[str, rt.Scene] = {}
     exec(SCENE, made)
     for name in ("few", "many"):

@@ -4,7 +4,6 @@ import csv
 import dataclasses
 import io
 import os
-import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from fractions import Fraction
@@ -24,6 +23,7 @@ from raytracer.rounding import UNIT
 from raytracer.settings import Evaluator, Precision, Settings, precision_warning
 
 from . import scenes
+from .processes import finished
 from .test_render import assert_agrees, check
 
 BALL = rt.Sphere((0, 0, 0), 1, scenes.COLORS[0])
@@ -206,9 +206,7 @@ def test_the_command_warns_and_refuses_where_doubles_are_missing(tmp_path: Path)
             "--size",
             "9x9",
         ]
-        done = subprocess.run(
-            [*command, *arguments], capture_output=True, text=True, env={**os.environ, **environment}, check=False
-        )
+        done = finished(*command, *arguments, env={**os.environ, **environment})
         return done.returncode, done.stderr
 
     status, errors = run()

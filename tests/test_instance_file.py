@@ -4,6 +4,7 @@ import io
 import os
 import pickle
 import random
+import shutil
 import struct
 import time
 import zipfile
@@ -204,16 +205,47 @@ def test_a_thousand_damaged_npz_files_load_or_are_refused(tmp_path: Path) -> Non
     assert 300 < refused < 1000
 
 
-def test_a_copy_goes_where_no_other_file_is(tmp_path: Path) -> None:
+def test_copies_go_where_no_other_file_is_and_all_of_them_or_none(tmp_path: Path) -> None:
     of_csv(tmp_path, "x,y,z\n1,2,3\n")
+    (tmp_path / "b.csv").write_text("x,y,z\n4,5,6\n")
+    files = [tmp_path / "b.csv", tmp_path / "a.csv"]
     there = tmp_path / "there"
     there.mkdir()
     for folder in (there, there, tmp_path):
-        copied(tmp_path / "a.csv", folder)
-    assert (there / "a.csv").read_bytes() == (tmp_path / "a.csv").read_bytes()
-    (there / "a.csv").write_text("x,y,z\n")
-    with pytest.raises(RuntimeError, match="expected no file of this name"):
-        copied(tmp_path / "a.csv", there)
+        with copied(files, folder):
+            pass
+    assert all((there / file.name).read_bytes() == file.read_bytes() for file in files)
+    with copied(files, there), pytest.raises(KeyboardInterrupt):
+        (there / "b.csv").unlink()
+        with copied(files, there):
+            raise KeyboardInterrupt
+    assert [file.name for file in there.iterdir()] == ["a.csv"], "what was there before stays"
+
+    (tmp_path / "secret").write_text("x,y,z\n")
+    (there / "of_scene").mkdir()
+    (there / "of_scene" / "c.csv").symlink_to(tmp_path / "secret")
+    (there / "of_scene" / "d.csv").symlink_to("e.csv")
+    (there / "of_scene" / "e.csv").write_text("x,y,z\n7,8,9\n")
+    with copied([there / "of_scene" / "d.csv"], there):
+        assert not (there / "d.csv").is_symlink() and "7,8,9" in (there / "d.csv").read_text()
+    with pytest.raises(RuntimeError, match="a link out of it"), copied([there / "of_scene" / "c.csv"], there):
+        raise AssertionError
+    assert not (there / "c.csv").exists()
+
+    outside = tmp_path / "outside"
+    for others in (
+        lambda: (there / "a.csv").write_text("x,y,z\n"),
+        lambda: (there / "a.csv").symlink_to(outside),  # not there
+        lambda: (there / "a.csv").symlink_to(tmp_path / "a.csv"),  # the same content, which no scene there may read
+        lambda: os.mkfifo(there / "a.csv"),
+        lambda: (there / "a.csv").mkdir(),
+    ):
+        shutil.rmtree(there)
+        there.mkdir()
+        others()
+        with pytest.raises(RuntimeError, match=r"a.csv: expected to be copied to "), copied(files, there):
+            raise AssertionError
+        assert [file.name for file in there.iterdir()] == ["a.csv"] and not outside.exists()
 
 
 def test_a_saved_file_of_instances_is_noticed(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from raytracer.interaction import (
     Cursor,
     Event,
     Failed,
+    Hinted,
     Key,
     Loaded,
     Press,
@@ -32,13 +33,13 @@ from raytracer.interaction import (
     reverted,
     start,
     step,
-    title,
 )
 from raytracer.options import given as given_by
-from raytracer.overlay import panels
+from raytracer.overlay import _box, panels
 from raytracer.presets import Fields, combined
 from raytracer.render_cli import render_arguments
 from raytracer.settings import Shading, Shadows
+from raytracer.titles import compiling, compiling_title, title
 from raytracer.turntable import turn_camera, turn_light
 
 from . import scenes
@@ -109,7 +110,7 @@ def test_tab_selects_the_light_that_moves_and_home_and_r_put_things_back() -> No
 
 @pytest.mark.parametrize(
     ("key", "presses"),
-    [("B", len(get_args(Shading))), ("S", len(get_args(Shadows)) - 1), ("A", 4), ("N", 2), ("Z", 2), ("M", 2)],
+    [("B", len(get_args(Shading))), ("S", len(get_args(Shadows))), ("A", 4), ("N", 2), ("Z", 2), ("M", 2)],
 )
 def test_a_toggle_makes_a_new_picture_at_each_press_and_comes_back(key: str, presses: int) -> None:
     state, seen = opened(), []
@@ -213,6 +214,45 @@ def test_the_title_says_how_far_the_picture_is_and_what_is_on() -> None:
     )
     assert "64 of 4096 samples, error 0.0013, " in title(opened(max_error=0.001), 64, 9.0, 0.00128)
     assert "phong" in title(opened(), 1, 1.0) and "showing depth" in title(after(opened(), Key("Z")), 1, 1.0)
+
+
+def test_what_is_compiled_is_named_in_the_title_and_over_the_picture() -> None:
+    state = after(opened(), Key("B"), Key("S"))
+    assert compiling(state) == "compiling blinn, diluted shadows ..."
+    assert compiling_title(state) == "assignment - compiling blinn, diluted shadows ..., H for help"
+    assert "compiling showing normal ..." in compiling_title(after(state, Key("N")))
+
+
+def test_a_hint_stays_until_the_next_key_or_until_it_is_taken_back_and_is_seen() -> None:
+    state = after(opened(), Hinted("H: help"), Cursor(0.3, 0.3))
+    assert state.hint == "H: help" and len(panels(state, (640, 360), 1.0)) == 1
+    assert redo(state, Hinted("")) == Redo.PRESENT and after(state, Hinted("")).hint == ""
+    assert after(state, Key("L")).hint == "" and after(state, Told("wrote it")).hint == ""
+    kept = after(opened(), Told("wrote it"), Hinted("H: help"), Hinted(""))
+    assert kept.notice == "wrote it", "what else is told is not taken back"
+
+
+def test_s_says_why_there_are_no_soft_shadows() -> None:
+    points = [rt.PointLight((4, 7, 4)), rt.PointLight((-4, 7, 4))]
+    why = "no soft shadows: no light has a radius"
+    expected = [("diluted", ""), ("off", why), ("hard", "")]
+    for lights in (points, points[:1], []):
+        state = opened(msgspec.structs.replace(scenes.assignment(), lights=lights))
+        for shadows, hint in expected:
+            state = after(state, Key("S"))
+            assert (state.settings.shadows, state.hint) == (shadows, hint)
+    lamp = opened(msgspec.structs.replace(scenes.assignment(), lights=[points[0], rt.PointLight((4, 7, 4), radius=1)]))
+    assert after(lamp, Key("S"), Key("S")).settings.shadows == "soft"
+    assert after(lamp, Key("S"), Key("S"), Key("S")).hint == ""
+
+
+@pytest.mark.parametrize("letter", [6.0, 9.0, 12.0, 16.0, 24.0, 32.0])
+def test_two_dashes_are_seen_as_two(letter: float) -> None:
+    for text in ("--", "--samples"):
+        ink = _box([text], letter, (0, 0, 0, 255))[..., 0].astype(int)
+        dashes = ink[ink[:, : 2 * round(0.6 * letter)].sum(axis=1).argmax()]
+        seen = np.flatnonzero(np.diff((dashes > 64).astype(int)) == 1)
+        assert len(seen) >= 2 and seen[1] - seen[0] < letter, "side by side, and apart"
 
 
 def test_the_command_renders_the_picture_that_is_shown() -> None:

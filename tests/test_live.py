@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.live import Live, Pace
+from raytracer.live import MARKER_RADIUS, Live, Pace
 from raytracer.passes import release
 from raytracer.renderer import Renderer
 from raytracer.sampler import SUMMED
@@ -259,11 +259,11 @@ def test_the_marker_is_drawn_at_the_lights_place_and_nowhere_else(live: Live, re
     scene = scenes.assignment()
     plain = drawn(live, renderer, scene, ONE)
     light = rt.PointLight((0.5, 2.5, 1.0), (9.0, 0.0, 0.0))
-    x, y, in_view = in_picture(scene.camera, light.position, SIZE, 8.0)
+    x, y, in_view = in_picture(scene.camera, light.position, SIZE, MARKER_RADIUS)
     assert in_view
     marked = shown(live, renderer, light)
     rows, columns = np.nonzero((marked != plain).any(axis=2))
-    assert np.hypot(columns + 0.5 - x, SIZE[1] - rows - 0.5 - y).max() <= 8.0
+    assert np.hypot(columns + 0.5 - x, SIZE[1] - rows - 0.5 - y).max() <= MARKER_RADIUS
     assert tuple(marked[SIZE[1] - 1 - int(y), int(x)]) == (255, 0, 0), "in the light's colour"
 
 

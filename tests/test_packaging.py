@@ -1,7 +1,6 @@
 """What a user installs: the wheel, in an environment of its own, away from the checkout."""
 
 import os
-import subprocess
 import sys
 import venv
 import zipfile
@@ -11,15 +10,14 @@ from PIL import Image
 
 import raytracer
 
+from .processes import output_of
 from .scenes import CHECKOUT
 
 
 def run(folder: Path, *command: str | Path) -> str:
     """Standard output of `command`, run in `folder` where nothing leads to the checkout."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
-    return done.stdout
+    return output_of(*command, cwd=folder, env=environment)
 
 
 def test_the_wheel_holds_what_it_needs_and_renders_an_example_by_its_bare_name(tmp_path: Path) -> None:

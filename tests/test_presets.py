@@ -38,6 +38,10 @@ def test_samples_given_before_an_error_or_a_time_was_asked_for_do_not_limit_it()
     assert combined({"max_error": 0.1}, {"samples": 16}).samples == 16
     assert combined({"max_error": 0.1}, {"adaptive": 0.2}).max_error is None
     assert combined({"adaptive": 0.2}, {"time": 1.0}) == rt.Settings(samples=ASKED_SAMPLES, time=1.0)
+    assert combined({"adaptive": 0.2}) == rt.Settings(samples=ASKED_SAMPLES, adaptive=0.2)
+    assert combined({"samples": 16}, {"adaptive": 0.2}).samples == ASKED_SAMPLES
+    assert combined({"samples": 16, "adaptive": 0.1}, {"adaptive": 0.2}).samples == 16
+    assert combined({"samples": 16, "time": 1.0}, {"adaptive": 0.2}) == rt.Settings(samples=16, adaptive=0.2)
     with pytest.raises(rt.InputError, match="adaptive: expected none with max_error"):
         combined({"adaptive": 0.2, "max_error": 0.1})
 
@@ -58,6 +62,7 @@ MADE = (
     rt.Settings(samples=16, adaptive=0.02, precision=64),
     rt.Settings(samples=16, max_error=0.00123456789),
     rt.Settings(samples=ASKED_SAMPLES, max_error=0.002, bounces=2),
+    rt.Settings(samples=ASKED_SAMPLES, adaptive=0.01),
 )
 
 

@@ -43,7 +43,7 @@ def test_the_assignment_is_the_scene_of_the_assignment() -> None:
     lens = rt.Sphere((-1, 2, 0), 1.5, red) & rt.Sphere((1, 2, 0), 1.5, red)
     solid = (lens | rt.Sphere((0, 2.7, -0.3), 0.8, blue)) - rt.Sphere((0, 2.8, 0.3), 0.8, green)
     assert scene.objects == (solid, rt.Plane((0, 1, 0), 0.0, grey))
-    assert scene.name == "assignment" and scene.lights == (rt.PointLight((4, 7, 4)),)
+    assert scene.name == "assignment" and scene.lights == (rt.PointLight((4, 7, 4), radius=0.4),)
 
 
 def test_an_example_loads_by_its_bare_name() -> None:
@@ -69,7 +69,7 @@ BAD = [
     ("look_at = [0, 2, 0]", "look_at = [0, 2, 0]\nzoom = 2", "camera: unknown key `zoom`"),
     ("kd = ", "diffuse = ", "materials.red: unknown key `diffuse`"),
     ("radius = 1.5", "radius = 1.5, hole = 1", "shapes.a.sphere: unknown key `hole` (known: center, radius)"),
-    ("position = [0, 3, 6]", 'position = "here"', "camera.position: expected a list, got a string"),
+    ("position = [0, 3, 6]", 'position = "here"', "camera.position: expected 3 numbers within +-1e+12, got 'here'"),
     ("position = [0, 3, 6]", "position = [0, 3]", "camera.position"),
     ("radius = 1.5", "radius = true", "shapes.a.sphere.radius"),
     ("radius = 1.5", "radius = 0", "shapes.a.sphere.radius: expected a number above 0"),
@@ -110,16 +110,20 @@ BAD = [
     ("background", "a." * 70_000 + "a", "keys of at most 32 parts"),
     ("[shapes.a]", "[shapes.a]\nplane = { normal = [0, 1, 0], offset = 0 }", "one of sphere or plane"),
     ("sphere = { center = [-1.0, 2.0, 0.0], radius = 1.5 }", "", "shapes.a: expected one of sphere or plane"),
-    ("[shapes.a]", '[shapes."a b"]', 'shapes.a b: expected a name of letters, digits and "_"'),
+    ("[shapes.a]", '[shapes."a b"]', 'shapes."a b": expected a name of letters, digits and "_"'),
     ("[[lights]]", "[lights]", "lights: expected a list, got a table"),
     (
         "[[lights]]",
         "[[lights]]\nradius = -1",
         "lights[0].radius: expected 0, for a point, or a number in [1e-12, 1e+12]",
     ),
-    ("[[lights]]", '[[lights]]\nradius = "1"', "lights[0].radius: expected a number, got a string"),
+    (
+        "[[lights]]",
+        '[[lights]]\nradius = "1"',
+        "lights[0].radius: expected 0, for a point, or a number in [1e-12, 1e+12]",
+    ),
     ("[[lights]]", '[[lights]]\nfalloff = "linear"', "lights[0].falloff: expected 'none' or 'inverse_square', got"),
-    ("[[lights]]", "[[lights]]\nfalloff = 2", "lights[0].falloff: expected a string, got a number"),
+    ("[[lights]]", "[[lights]]\nfalloff = 2", "lights[0].falloff: expected 'none' or 'inverse_square', got 2"),
     ("[[lights]]", "[[lights]]\nsize = 1", "lights[0]: unknown key `size` (known: position, color, radius, falloff)"),
     (
         END,
@@ -132,9 +136,9 @@ BAD = [
     (END, f'{END}\n[instances.one]\nfile = "a.csv"\npositions = []', "expected one of positions or file, got both"),
     (END, f'{END}\n[instances.one]\nfile = "a.csv"\nscales = 2', "instances.one.scales: expected scales in 'a.csv'"),
     (END, f"{END}\n[instances.one]\npositions = []", "instances.one.positions: expected at least one point"),
-    (END, f'{END}\n[instances.one]\npositions = "here"', "instances.one.positions: expected a list, got a string"),
+    (END, f'{END}\n[instances.one]\npositions = "here"', "instances.one.positions: expected numbers, got 'here'"),
     (END, f"{END}\n[instances.one]\npositions = [[0, 0, 0],\n[0, 1]]", "instances.one.positions[1]: expected"),
-    (END, f"{END}\n[instances.one]\npositions = [[0, true, 0]]", "instances.one.positions[0][1]: expected a number"),
+    (END, f"{END}\n[instances.one]\npositions = [[0, true, 0]]", "instances.one.positions[0]: expected 3 numbers"),
     (END, f"{END}\n[instances.one]\npositions = [[0, nan, 0]]", "instances.one.positions[0]: expected 3 numbers"),
     (
         END,
@@ -146,8 +150,12 @@ BAD = [
         f"{END}\n[instances.one]\npositions = [[0, 0, 0]]\nscales = [-1]",
         "instances.one.scales[0]: expected a numb",
     ),
-    (END, f'{END}\n[instances.one]\npositions = [[0, 0, 0]]\nscales = "2"', "scales: expected a number or a list, got"),
-    (END, f"{END}\n[instances.one]\nfile = 1", "instances.one.file: expected a string, got a number"),
+    (
+        END,
+        f'{END}\n[instances.one]\npositions = [[0, 0, 0]]\nscales = "2"',
+        "instances.one.scales: expected numbers, got '2'",
+    ),
+    (END, f"{END}\n[instances.one]\nfile = 1", "instances.one.file: expected a string, got 1"),
     (
         END,
         f'{END}\n[instances.one]\nfile = "a.csv"',

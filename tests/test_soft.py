@@ -11,7 +11,7 @@ import pytest
 import raytracer as rt
 from raytracer import glsl, oracle
 from raytracer.renderer import Renderer
-from raytracer.settings import Evaluator, Settings
+from raytracer.settings import Evaluator, Settings, Shadows
 from raytracer.shader import quiet_source, shade_source, vertex_source
 
 from . import scenes
@@ -224,3 +224,16 @@ def test_a_penumbra_gets_more_samples_where_they_are_adaptive(renderer: Renderer
     assert len(half_lit) > 500 and len(lit) > 500
     assert half_lit.mean() > 3.0 * lit.mean() and image.samples.mean() < 0.7 * 64
     assert np.sqrt(np.mean((image.radiance - truth) ** 2)) < 0.02
+
+
+@pytest.mark.parametrize("shadows", ["off", "hard", "diluted"])
+@pytest.mark.parametrize("evaluator", ["cells", "walk", "roth"])
+def test_a_radius_changes_no_bit_of_what_are_no_soft_shadows(
+    renderer: Renderer, shadows: Shadows, evaluator: Evaluator
+) -> None:
+    own, point = scenes.assignment(), scenes.under_spheres(scenes.assignment(), 0.0)
+    assert own.lights[0].radius > 0.0, "the example shows all kinds of shadows"
+    for precision in (32, 64):
+        settings = Settings(samples=3, shadows=shadows, evaluator=evaluator, precision=precision)
+        a, b = (renderer.render(scene, (96, 54), settings).radiance for scene in (own, point))
+        np.testing.assert_array_equal(a, b)

@@ -80,7 +80,7 @@ def test_on_random_edges_sobols_points_fall_steeper_than_random_ones_and_are_bet
 
 @pytest.mark.parametrize("extent", [FULL, QUICK])
 def test_every_knob_is_there_once_and_against_its_own_kind_of_shadows(extent) -> None:
-    made = plan(scenes.assignment(), extent)
+    made = plan(scenes.under_spheres(scenes.assignment(), 0.0), extent)
     keys = [(c.target, c.settings, c.scale, c.estimates) for c in made.configurations]
     assert len(set(keys)) == len(keys), "nothing is measured twice"
     for configuration in made.configurations:
@@ -200,10 +200,12 @@ def test_what_ends_the_page_leaves_the_tables_and_no_page_of_another_trade(
     monkeypatch.setattr(configurations, "plan", little)
     monkeypatch.setattr(approximations, "add_approximations", lambda *_: None)
     (tmp_path / "trade.html").write_text("an older one")
-    assert main(["trade", SCENE, "-o", str(tmp_path), "--quick", "--size", "32x18"]) == 1
+    assert main(["trade", SCENE, "-o", str(tmp_path), "--quick", "--size", "32x18"]) == (130 if why == "Ctrl-C" else 1)
     assert {file.name for file in tmp_path.iterdir()} == {"trade.csv", "trade.json"}
     assert len(json.loads((tmp_path / "trade.json").read_text())["configurations"]) == 2
     said = capsys.readouterr()
+    steps = [f"the truth of {MAIN}", f"measuring {MAIN}", "measuring in turns", "drawing trade.html"]
+    assert said.err.splitlines()[: len(steps)] == steps, "it says what it does where there is no terminal"
     assert "there is no trade.html" in said.out if why == "Ctrl-C" else "no more" in said.err
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import pickle
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from raytracer.settings import Settings
 from raytracer.truth import truth
 
 from . import scenes
+from .processes import output_of
 
 SHINING = rt.Material("lambert", rho=0, le=1)
 SIZE = (48, 32)
@@ -93,8 +93,8 @@ def test_the_files_whose_change_makes_truths_worthless_are_all_that_a_truth_need
         "truth(rt.load('materials'), (4, 3), settings, samples=16, workers=1, cache=False)\n"
         "print(*(m.__file__ for n, m in sys.modules.items() if n.partition('.')[0] == 'raytracer'), sep='\\n')"
     )
-    found = subprocess.run([sys.executable, "-c", script], cwd=scenes.CHECKOUT, capture_output=True, check=True)
-    needed = {Path(line) for line in found.stdout.decode().splitlines()}
+    found = output_of(sys.executable, "-c", script, cwd=scenes.CHECKOUT)
+    needed = {Path(line) for line in found.splitlines()}
     package = Path(truth_cache.__file__).parent
     assert len(needed) > 20 and needed <= {package / name for name, _ in truth_cache._sources()}
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import operator
 import os
@@ -17,13 +16,14 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import compare_cli, memory, truth_cost
+from raytracer import memory, reference_picture, truth_cost
 from raytracer import truth as module
 from raytracer.cli import main
 from raytracer.settings import Settings
 from raytracer.truth import truth
 
 from . import scenes
+from .processes import in_group, running
 
 SIZE = (48, 32)
 
@@ -97,7 +97,7 @@ def test_what_it_takes_is_told_before_it_is_begun(
     many = rt.Scene([row], [], rt.Camera((0, 0, 5), (0, 0, 0)))
     guessed = truth_cost.cost(module.Job(many, (320, 180), Settings()), 1024, workers=1)
     assert re.fullmatch("at least [0-9]+ (hours|days): each ray meets each of 2000 primitives", str(guessed))
-    monkeypatch.setattr(compare_cli, "_WORTH_MENTION", 0.0)
+    monkeypatch.setattr(reference_picture, "WORTH_MENTION", 0.0)
     command = ["reference", "assignment", "-o", str(tmp_path / "a.npz"), "--size", "16x9", "--samples", "16"]
     for says in (1, 0):  # not of what is read from the disk
         assert main(command) == 0
@@ -107,26 +107,17 @@ def test_what_it_takes_is_told_before_it_is_begun(
 def test_ctrl_c_ends_all_its_processes_and_writes_nothing(tmp_path: Path) -> None:
     out = tmp_path / "ref.npz"
     command = [sys.executable, "-m", "raytracer", "reference", "materials", "--shadows", "soft", "-o", str(out)]
-    process = subprocess.Popen(command, cwd=scenes.CHECKOUT, stderr=subprocess.PIPE, start_new_session=True)
-    deadline = time.monotonic() + 60
-    while len(in_group(process.pid)) < 3 and time.monotonic() < deadline:  # it, the one that counts resources, a worker
-        time.sleep(0.05)
-    os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
-    assert process.returncode == 1 and errors.endswith(b"raytracer: interrupted, nothing written\n")
+    with running(*command, cwd=scenes.CHECKOUT, stderr=subprocess.PIPE) as process:
+        deadline = time.monotonic() + 60
+        # It, the one that counts resources, a worker.
+        while len(in_group(process.pid)) < 3 and time.monotonic() < deadline:
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        deadline = time.monotonic() + 10
+        while (left := in_group(process.pid)) and time.monotonic() < deadline:
+            time.sleep(0.1)
+    assert process.returncode == 130 and errors.endswith(b"raytracer: interrupted, nothing written\n")
     assert b"Traceback" not in errors
     assert not out.exists() and not (tmp_path / "cache").exists()
-    deadline = time.monotonic() + 10
-    while (left := in_group(process.pid)) and time.monotonic() < deadline:
-        time.sleep(0.1)
     assert not left
-
-
-def in_group(group: int) -> list[str]:
-    """The processes of a group that still run, as Linux shows them."""
-    stats = []
-    for file in Path("/proc").glob("[0-9]*/stat"):
-        with contextlib.suppress(OSError):
-            stats.append(file.read_text())
-    fields = [(stat, stat.rpartition(")")[2].split()) for stat in stats]
-    return [stat for stat, (state, _, own, *_) in fields if int(own) == group and state != "Z"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import math
 import os
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -20,12 +19,13 @@ from PIL import Image
 import raytracer as rt
 import raytracer.viewer
 from raytracer import oracle
-from raytracer.interaction import Cursor, Event, Key, Press, Told, Wheel
+from raytracer.interaction import Cursor, Event, Hinted, Key, Press, Told, Wheel
 from raytracer.settings import Settings
 from raytracer.turntable import scale_camera, scale_light, turn_camera, turn_light
 from raytracer.viewer import _LOOK, Viewer
 
-from .displays import SIZE, TIMEOUT, Window, environment, window, x_server
+from .displays import SIZE, TIMEOUT, Window, environment, shown, window, x_server
+from .processes import finished, output_of
 from .scenes import ASSIGNMENT, CHECKOUT, assignment, copy_checkout
 
 BALL = """\
@@ -58,12 +58,14 @@ def half_turns(pixels: float) -> float:
 def test_each_key_changes_the_picture_as_render_does_and_brings_it_back() -> None:
     scene = assignment()
     plain = rendered(scene, samples=16)
+    soft = ("soft",) if any(light.radius for light in scene.lights) else ()
+    all_shadows = ("diluted", *soft, "off")
     with window(CHECKOUT, str(ASSIGNMENT), "--samples", "16") as view:
         view.act("key l")
         view.until_shown(plain, "hiding the marker: as many samples as render takes")
         for key, back, others in (
             ("b", "v", [rendered(scene, samples=16, shading="blinn")]),
-            ("s", "s", [rendered(scene, samples=16, shadows=shadows) for shadows in ("diluted", "off")]),
+            ("s", "s", [rendered(scene, samples=16, shadows=shadows) for shadows in all_shadows]),
             ("a", "a", [rendered(scene), rendered(scene, samples=4)]),
         ):
             for k, other in enumerate(others):
@@ -141,7 +143,7 @@ def test_wheel_and_right_button_move_light_and_camera_and_e_writes_what_render_r
     (command,) = (line.partition("its picture: ")[2] for line in lines if "assignment-2.toml" in line)
     program, *arguments = command.split()
     assert program == "raytracer"
-    subprocess.run((sys.executable, "-m", "raytracer", *arguments), cwd=tmp_path, env=view.variables, check=True)
+    output_of(sys.executable, "-m", "raytracer", *arguments, cwd=tmp_path, env=view.variables)
     with Image.open(tmp_path / "assignment-2-rendered.png") as again:
         assert np.abs(np.asarray(again).astype(int) - picture).max() <= 1
 
@@ -247,6 +249,17 @@ class Opened:
         while (wait := self.frame()) != _LOOK:
             time.sleep(wait)
 
+    def shown(self) -> np.ndarray:
+        """(H, W, 3) int: what is on the display."""
+        return shown(os.environ["DISPLAY"])
+
+    def until_shows(self, right: Callable[[np.ndarray], bool]) -> None:
+        """Wait for the display, which shows a picture a moment after the buffers were swapped."""
+        deadline = time.monotonic() + TIMEOUT
+        while not right(self.shown()):
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+
 
 @pytest.fixture
 def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opened]]:
@@ -262,6 +275,8 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opened]]:
         for name, value in environment(DISPLAY=display).items():
             monkeypatch.setenv(name, value)
         monkeypatch.setattr(glfw, "swap_buffers", swap)
+        monkeypatch.setattr(raytracer.viewer, "_TOGETHER", 0.0)
+        monkeypatch.setattr(raytracer.viewer, "_HINT", FOREVER)
 
         def open_one(
             scene: Path = ASSIGNMENT,
@@ -394,6 +409,67 @@ def test_nothing_is_drawn_for_a_still_picture_or_a_minimised_window(
             assert one.swaps == swaps + 1
     one.until_idle()
     assert one.swaps > swaps + 1, "restored, it shows what has changed meanwhile"
+
+
+@pytest.mark.window
+def test_the_window_says_for_a_while_how_to_get_help_and_a_screenshot_does_not(
+    opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    picture = rendered(assignment())
+    picture[: SIZE[1] // 2] = 0  # where the marker is
+
+    def difference(shown: np.ndarray) -> int:
+        return int(np.abs(shown - picture)[SIZE[1] // 2 :].max())
+
+    one = opened(samples=1)
+    one.until_idle()
+    assert one.viewer.state.hint == "H: help" and difference(one.shown()) > 50
+    one.viewer.handle(Key("P"))  # takes the hint back
+    one.viewer.handle(Hinted("H: help"))
+    one.until_idle()
+    one.viewer.handle(Told(""))
+    one.viewer.handle(Hinted("H: help"))
+    one.until_idle()
+    assert difference(one.shown()) > 50 and difference(as_written("assignment-1.png")) <= 1
+    monkeypatch.setattr(raytracer.viewer, "_HINT", 0.0)
+    one.until_idle()
+    assert one.viewer.state.hint == ""
+    one.until_shows(lambda shown: difference(shown) <= 1)
+
+
+@pytest.mark.window
+def test_keys_in_a_row_count_all_and_only_the_last_ones_programs_are_compiled_which_the_title_says_before(
+    opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(raytracer.viewer, "_TOGETHER", FOREVER)
+    pictures = rendered(assignment(), samples=4), rendered(assignment(), samples=4, shading="minnaert")
+    half = slice(SIZE[1] // 3, 2 * SIZE[1] // 3)  # without marker and text
+    one = opened(samples=4)
+    programs = one.viewer.live._renderer._programs
+    one.viewer.handle(Key("L"))
+    one.until_idle()
+    compiled = len(programs)
+    title = lambda: glfw.get_window_title(one.viewer.window)  # noqa: E731
+    assert title().startswith("assignment - ") and "phong, hard shadows" in title()
+    for model in ("blinn", "lambert", "minnaert"):
+        one.frame(Key("B"))
+        assert title() == f"assignment - compiling {model}, hard shadows ..., H for help"
+        one.until_shows(lambda shown: np.abs(shown - pictures[0])[half].max() <= 1)
+        assert np.abs(one.shown() - pictures[0]).max() > 50, "over the last picture it says so, too"
+    assert len(programs) == compiled
+    monkeypatch.setattr(raytracer.viewer, "_TOGETHER", 0.0)
+    one.until_idle()
+    once = len(programs) - compiled
+    assert "minnaert, hard shadows" in title() and "compiling" not in title()
+    one.until_shows(lambda shown: np.abs(shown - pictures[1]).max() <= 1)
+    monkeypatch.setattr(raytracer.viewer, "_TOGETHER", FOREVER)
+    one.frame(Key("V"))
+    assert "compiling lambert, " in title()
+    one.frame(Key("B"))
+    one.until_idle()
+    assert "4 of 4 samples" in title() and "minnaert, hard shadows" in title(), "back at what is compiled it is at once"
+    assert once > 0 and len(programs) == compiled + once
 
 
 def as_written(name: str) -> np.ndarray:
@@ -541,7 +617,7 @@ def test_two_thousand_frames_with_toggles_and_resizes_leave_nothing_behind(opene
 @pytest.mark.skipif(sys.platform != "linux", reason="a display is always there")
 def test_without_a_display_the_message_is_plain_and_names_render() -> None:
     command = (sys.executable, "-m", "raytracer", "view", str(ASSIGNMENT))
-    done = subprocess.run(command, cwd=CHECKOUT, env=environment(), capture_output=True, text=True, timeout=TIMEOUT)
+    done = finished(*command, cwd=CHECKOUT, env=environment())
     assert done.returncode == 1
     assert done.stderr.startswith("raytracer: there is no window here: ")
     assert "`raytracer render" in done.stderr

@@ -10,9 +10,9 @@ from PIL import Image, ImageDraw, ImageFont
 from raytracer.bench.measure import COMPLETE
 from raytracer.bench.pictures import picture
 from raytracer.checks import number
-from raytracer.film import check_output, written_whole
 from raytracer.library import published, tables
 from raytracer.material import Material
+from raytracer.output import check_output, written_whole
 from raytracer.progress import Progress
 from raytracer.renderer import Renderer
 

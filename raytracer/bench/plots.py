@@ -14,8 +14,8 @@ from raytracer.bench.pictures import light_of, picture
 from raytracer.bench.quadrature import Array
 from raytracer.brdf import evaluate
 from raytracer.checks import InputError
-from raytracer.film import written_whole
 from raytracer.material import Material
+from raytracer.output import written_whole
 from raytracer.progress import Progress
 from raytracer.renderer import Renderer
 

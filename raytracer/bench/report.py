@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from raytracer.bench.checks import Check
 from raytracer.bench.measure import RECIPROCAL, RESOLVED, Measured
 from raytracer.bench.verdicts import NOT_RECIPROCAL, VERDICTS, Settings
-from raytracer.checks import printable
 from raytracer.models import MODELS, Parameter
+from raytracer.terminal import cell, say, say_table
 
 _HEADING = ("model", "settings", "reciprocal", "conserving", "largest albedo", "furnace", "(vi)", "verdict")
 _ANSWERS = {True: "yes", False: "no", None: "?"}
@@ -20,34 +19,27 @@ _ANSWERS = {True: "yes", False: "no", None: "?"}
 
 def print_checks(checks: Sequence[Check]) -> None:
     """A table of all, then in words what is not as expected; of a single check its albedo over the angle too."""
-    from rich.markup import escape
     from rich.table import Table
 
     table = Table(*_HEADING)
     for check in checks:
-        table.add_row(*map(escape, _row(check)))
-    _print(table)
+        table.add_row(*map(cell, _row(check)))
+    say_table(table)
     if len(checks) == 1:
         _print_albedos(checks[0].measured)
-    print(f"reciprocal: f(wi, wo) and f(wo, wi) differ by {RECIPROCAL:g} of the larger one at most.")
-    print(f"albedo: over 0 to 89.9 degrees; ? where it is not resolved to {RESOLVED:g}. * with a part in one direction")
-    print("furnace, (vi): how far off 1 are the weak white furnace and the facets that a viewer sees")
+    say(f"reciprocal: f(wi, wo) and f(wo, wi) differ by {RECIPROCAL:g} of the larger one at most.")
+    say(f"albedo: over 0 to 89.9 degrees; ? where it is not resolved to {RESOLVED:g}. * with a part in one direction")
+    say("furnace, (vi): how far off 1 are the weak white furnace and the facets that a viewer sees")
     for check in checks:
         for differs in check.differs:
-            print(f"{check.name} {settings_text(check.settings)}: {differs}".replace("  ", " "))
+            say(f"{check.name} {settings_text(check.settings)}: {differs}".replace("  ", " "))
     wrong = sum(bool(check.differs) for check in checks)
     without = sum(check.verdict is None for check in checks)
     partly = sum(check.verdict is not None and check.verdict.conserving is None for check in checks)
     parts = [f"{len(checks)} measured, {wrong or 'none'} not as expected"]
     parts += [f"of {without} nothing is written down"] if without else []
     parts += [f"of {partly} it is not written down whether it conserves energy"] if partly else []
-    print("; ".join(parts))
-
-
-def _print(table: Any) -> None:
-    from rich.console import Console
-
-    Console(width=None if sys.stdout.isatty() else 160).print(table)
+    say("; ".join(parts))
 
 
 def _row(check: Check) -> list[str]:
@@ -83,9 +75,9 @@ def _print_albedos(found: Measured) -> None:
         pairs = (seen,) if same else (seen, beam)
         cells = [text for a in pairs for text in (f"{a.value:.5f}{'' if a.resolved else '?'}", f"{a.error:.0e}")]
         table.add_row(f"{seen.degrees:.4g}", *cells)
-    _print(table)
+    say_table(table)
     if not same:
-        print("It is not reciprocal: what is seen under equal light from everywhere, and what a beam sends everywhere.")
+        say("It is not reciprocal: what is seen under equal light from everywhere, and what a beam sends everywhere.")
 
 
 def settings_text(settings: Settings) -> str:
@@ -97,7 +89,7 @@ def _value_text(value: Any) -> str:
     if isinstance(value, float | int):
         return f"{value:g}"
     if isinstance(value, str):
-        return printable(value)
+        return value
     if all(isinstance(part, float | int) for part in value):
         return ",".join(f"{part:g}" for part in value) or "[]"
     return "[...]"  # lobes
@@ -172,23 +164,20 @@ def _over_range(checks: Sequence[Check], name: str) -> str:
 
 def print_models(models: Sequence[str], measured: Mapping[str, Sequence[Check]]) -> None:
     """What each is, what was measured, and what it takes."""
-    from rich.console import Console
-    from rich.markup import escape
     from rich.table import Table
 
-    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
     for name in models:
         model = MODELS[name]
-        console.print(f"\n[bold]{name}[/bold]: {escape(model.about)} ({escape(model.source)})")
+        say("", f"{name}: {model.about} ({model.source})")
         if checks := measured.get(name):
             found = properties(checks)
-            console.print(f"reciprocal: {escape(found['reciprocal'])}; conserving: {escape(found['conserving'])}")
+            say(f"reciprocal: {found['reciprocal']}; conserving: {found['conserving']}")
         else:
-            console.print("not measured: it needs a file")
+            say("not measured: it needs a file")
         table = Table("name", "kind", "range", "default", "unit", "meaning", "source")
         for parameter in model.parameters.values():
-            table.add_row(*map(escape, _parameter_row(parameter)))
-        console.print(table)
+            table.add_row(*map(cell, _parameter_row(parameter)))
+        say_table(table)
 
 
 def models_json(models: Sequence[str], measured: Mapping[str, Sequence[Check]]) -> str:

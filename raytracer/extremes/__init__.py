@@ -38,16 +38,28 @@ ROWS: tuple[Callable[[Renderer, bool], Iterator[Finding]], ...] = (
 _ROW = 60
 
 
-def measure(renderer: Renderer, *, short: bool, scenes: int, progress: Progress | None = None) -> list[Row]:
-    """All rows, in their shorter form if `short`, and `scenes` fuzzed scenes; progress(done, total) after each."""
+def measure(
+    renderer: Renderer,
+    *,
+    short: bool,
+    scenes: int,
+    progress: Progress | None = None,
+    step: Callable[[str], None] = lambda title: None,
+) -> list[Row]:
+    """All rows, in their shorter form if `short`, and `scenes` fuzzed scenes.
+
+    `step(title)` is called before each row, progress(done, total) after it.
+    """
     total = _ROW * len(ROWS) + scenes
     rows: list[Row] = []
     for i, row in enumerate(ROWS):
         if progress:
             progress(_ROW * i, total)
+        step(f"measuring {row.__name__.replace('_', ' ')}")
         rows.append(Row(_about(row), list(row(renderer, short))))
     if scenes:
         done = _ROW * len(ROWS)
+        step(f"measuring {scenes} random scenes")
         found = fuzz.run(renderer, scenes, progress=(lambda k: progress(done + k, total)) if progress else None)
         rows.append(Row(_about(fuzz.scene), found))
     return rows

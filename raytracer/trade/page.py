@@ -11,7 +11,7 @@ from html import escape
 from pathlib import Path
 
 from raytracer.comparison import SCALE
-from raytracer.film import written_whole
+from raytracer.output import written_whole
 from raytracer.renderer import Renderer
 from raytracer.trade import plots
 from raytracer.trade.configurations import MAIN
@@ -19,6 +19,8 @@ from raytracer.trade.measure import Result, Trade
 from raytracer.trade.report import as_csv, as_json, differences, slopes
 from raytracer.trade.strips import Tile, strips
 from raytracer.trade.truths import RESOLVED
+
+FILES = "trade.csv", "trade.json", "trade.html"
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 72rem; margin: 2rem auto; padding: 0 1rem; color: #222 }
@@ -46,17 +48,24 @@ _HOW = (
 def write_tables(trade: Trade, folder: Path) -> None:
     """Write trade.csv and trade.json into `folder`. Raises OSError.
 
-    Before the page: it takes pictures, which may fail or be interrupted. One of another trade is not left beside them.
+    Before the page: it takes pictures, which may fail or be interrupted.
     """
-    _write(folder / "trade.csv", as_csv(trade))
-    _write(folder / "trade.json", as_json(trade))
-    (folder / "trade.html").unlink(missing_ok=True)
+    table, data, _ = FILES
+    _write(folder / table, as_csv(trade))
+    _write(folder / data, as_json(trade))
 
 
 def write_page(trade: Trade, renderer: Renderer, folder: Path) -> Path:
-    """Write trade.html into `folder`, and return its path. Raises InputError, OSError."""
-    path = folder / "trade.html"
-    _write(path, as_html(trade, renderer))
+    """Write trade.html into `folder`, and return its path. Where that fails, no page of another trade is left there.
+
+    Raises InputError, OSError.
+    """
+    path = folder / FILES[-1]
+    try:
+        _write(path, as_html(trade, renderer))
+    except BaseException:
+        path.unlink(missing_ok=True)
+        raise
     return path
 
 

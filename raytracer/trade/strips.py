@@ -129,4 +129,4 @@ class _Shown:
 def _png(radiance: NDArray[np.float64]) -> bytes:
     """Each pixel as a square of pixels."""
     large = radiance.repeat(_TIMES, axis=0).repeat(_TIMES, axis=1)
-    return Image(np.ascontiguousarray(large))._repr_png_()
+    return Image(np.ascontiguousarray(large)).png()

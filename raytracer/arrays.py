@@ -1,0 +1,57 @@
+"""Arrays of numbers from what a user gives: an array as it is, a list row by row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.checks import InputError, Key, Keys, items
+from raytracer.shown import shown
+
+# Whole and real numbers: not true and false, nor complex numbers, text, dates and objects.
+_KINDS = "iuf"
+
+
+def number_array(value: Any, key: Key, most: int, check_row: Callable[[Any, Keys], Any]) -> NDArray[Any]:
+    """An array of real numbers, as it is; or float64 made of a list of at most `most` rows.
+
+    `check_row(row, keys)` makes a row's numbers, or raises InputError. Raises InputError for all else.
+    """
+    array = _array(value, key)
+    if array is not None and array.dtype.kind in _KINDS:
+        return array
+    rows = items(value, most)
+    if rows is None:
+        raise InputError(f"expected numbers, got {shown(value)}", key)
+    if len(rows) > most:
+        raise InputError(f"expected at most {most} rows", key)
+    if not _are_plain(rows):
+        rows = [check_row(row, (key, i)) for i, row in enumerate(rows)]
+    try:
+        return np.array(rows, np.float64)
+    except OverflowError:  # a whole number that float64 does not hold
+        return np.array([check_row(row, (key, i)) for i, row in enumerate(rows)], np.float64)
+
+
+def _array(value: Any, key: Key) -> NDArray[Any] | None:
+    """What NumPy makes of an array, its own or another library's; None if `value` is none."""
+    if not hasattr(type(value), "__array__"):
+        return None
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise InputError("expected numbers, got some that are masked", key)
+    try:
+        return np.asarray(value)
+    except Exception:  # whatever another library raises
+        return None
+
+
+def _are_plain(rows: list[Any]) -> bool:
+    """Whether all rows are numbers of Python's own types, or all are three of these: then none need be looked at."""
+    numbers = (float, int)
+    if all(type(row) in numbers for row in rows):
+        return True
+    threes = all(type(row) in (list, tuple) and len(row) == 3 for row in rows)
+    return threes and all(type(part) in numbers for row in rows for part in row)

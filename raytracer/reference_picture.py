@@ -1,0 +1,72 @@
+"""The float64 reference as a function: what `raytracer reference` makes."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+
+from raytracer.checks import InputError, check_size, shown
+from raytracer.film import Image
+from raytracer.presets import combined, own
+from raytracer.progress import Progress
+from raytracer.scene import Scene
+from raytracer.settings import Settings, Shading, Shadows, checked_settings
+from raytracer.truth import SAMPLES, TOLERANCE, Job, truth
+from raytracer.truth_cost import check_cost, cost
+
+# A sixteenth of the pixels that render makes: the processor traces them in float64, in seconds to minutes.
+REFERENCE_SIZE = (320, 180)
+# Seconds. Longer waits are announced.
+WORTH_MENTION = 60.0
+
+
+def reference(
+    scene: Scene,
+    size: tuple[int, int] = REFERENCE_SIZE,
+    settings: Settings | None = None,
+    *,
+    samples: int = SAMPLES,
+    tolerance: float = TOLERANCE,
+    shading: Shading | None = None,
+    shadows: Shadows | None = None,
+    bounces: int | None = None,
+    cache: bool = True,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Image:
+    """Trace in float64 what the picture of `scene` at `size` (width, height) in pixels converges to.
+
+    `shading`, `shadows` and `bounces` are as `Settings` has them, and come before those of `settings`, whose other
+    fields are of no effect. Each pixel gets 16 samples, and up to `samples` (range: 16 to 65536) while its error is
+    estimated to be above `tolerance`, in linear radiance. The image is float64: `radiance`; `depth`, `normal` and
+    `material` of the centre rays; `samples`, the samples of each pixel; `error`, the standard error of each pixel.
+
+    A reference is kept on the disk and read from there the next time, unless `cache` is False: the folder is the
+    variable RAYTRACER_CACHE, or the user's cache. `workers` processes trace (default: one for each processor). The
+    result does not depend on their number. They are spawned, so a script needs `if __name__ == "__main__":`.
+    `progress(done, expected)` is called with numbers of samples.
+
+    Warns (UserWarning) of more than a minute. Raises InputError for a wrong value, and for a scene or a size that
+    needs more memory than this machine has.
+    """
+    if not isinstance(scene, Scene):
+        raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}")
+    keywords = {"shading": shading, "shadows": shadows, "bounces": bounces}
+    chosen = {key: value for key, value in keywords.items() if value is not None}
+    used = combined(own(checked_settings(settings)), chosen)
+    if workers is not None and (
+        isinstance(workers, bool) or not isinstance(workers, int | np.integer) or not workers >= 1
+    ):
+        raise InputError(f"workers: expected a whole number of at least 1, or None, got {shown(workers)}")
+    check_size(size)
+    width, height = map(int, size)
+    check_cost(scene, (width, height), workers)
+
+    def announce(job: Job) -> None:
+        if (takes := cost(job, samples, workers)).seconds > WORTH_MENTION:
+            warnings.warn(f"this takes {takes}", stacklevel=4)
+
+    options: dict[str, Any] = {"samples": samples, "tolerance": tolerance, "cache": cache, "workers": workers}
+    return truth(scene, (width, height), used, **options, progress=progress, before=announce)

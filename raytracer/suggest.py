@@ -1,0 +1,50 @@
+"""A remedy for a name that is not there: the name that it is near to, and the names that there are."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+
+# A comparison takes time by the product of two lengths, and a scene file may have very many and very long names.
+_MAX_LENGTH = 64
+_MAX_NAMES = 4096
+# Of letters in common, 0 to 1: "asignment" and "assignment" have 0.95, "gold" and "ggx" 0.29.
+_CUTOFF = 0.6
+
+
+def nearest(name: str, names: Iterable[str]) -> str | None:
+    """The one of `names` that `name` is most likely meant to be; None if none is near. Case does not count."""
+    from difflib import get_close_matches  # few runs need it
+
+    if len(name) > _MAX_LENGTH:
+        return None
+    plain = name.casefold()
+    candidates = itertools.islice((n for n in names if len(n) <= _MAX_LENGTH), _MAX_NAMES)
+    by_case = {candidate.casefold(): candidate for candidate in candidates if candidate != name}
+    matches = get_close_matches(plain, by_case, 1, _CUTOFF)
+    return by_case[matches[0]] if matches else None
+
+
+def did_you_mean(name: str, names: Iterable[str]) -> str:
+    """`; did you mean "near"?`, to end an error about `name`; "" if none of `names` is near."""
+    near = nearest(name, names)
+    return f'; did you mean "{near}"?' if near else ""
+
+
+def did_you_mean_file(path: Path, others: Iterable[str] = ()) -> str:
+    """As `did_you_mean`, of a file that is not there: the name of one beside it, or one of the names `others`.
+
+    A path without a suffix is rather meant to be one of the others. "" if the file is there.
+    """
+    beside: list[str] = []
+    with suppress(OSError, ValueError):
+        if os.path.lexists(path):
+            return ""
+        with os.scandir(path.parent) as entries:
+            beside = sorted(entry.name for entry in itertools.islice(entries, _MAX_NAMES))
+    file = did_you_mean(path.name, beside)
+    other = did_you_mean(path.stem, others)
+    return file or other if path.suffix else other or file

@@ -1,0 +1,15 @@
+// Provides isCutShort(), CUT_SHORT: whether loops of this shader ended before they were done.
+//
+// llvmpipe leaves every loop after its first round once a shader has gone through 65,535 rounds of all its loops,
+// for some pixels that are drawn together. It does so without a word, and the picture is wrong there.
+
+uniform int two;  // 2; the compiler does not know
+
+// What `surface` (visibility.frag) is then: no surface has that number.
+const int CUT_SHORT = -2147483647 - 1;
+
+bool isCutShort() {
+    int rounds = 0;
+    for (int k = 0; k < two; k++) rounds++;
+    return rounds < two;
+}

@@ -1,0 +1,90 @@
+"""The package's names: what is public, whatever is imported and in whatever order."""
+
+import inspect
+import pkgutil
+import subprocess
+import sys
+
+import pytest
+
+import raytracer as rt
+
+from . import scenes
+
+FUNCTIONS = ("compare", "load", "load_all", "load_settings", "published", "quality", "reference", "render")
+SLOW = ("numpy", "moderngl", "glcontext", "glfw", "OpenGL", "PIL", "rich", "tomlkit")
+
+
+def run(code: str, *arguments: str) -> None:
+    """Run Python code in a process of its own."""
+    subprocess.run([sys.executable, "-c", code, *arguments], cwd=scenes.CHECKOUT, check=True, timeout=300)
+
+
+def modules() -> list[str]:
+    found = [module.name for module in pkgutil.walk_packages(rt.__path__, "raytracer.")]
+    assert len(found) > 70
+    return found
+
+
+def test_no_module_has_the_name_of_a_function() -> None:
+    names = {name.split(".")[1] for name in modules()}
+    assert names & set(rt.__all__) == {"brdf"} and not names & {*FUNCTIONS}
+
+
+IMPORT_ALL = f"""
+import importlib, inspect, random, sys
+import raytracer as rt
+names = sys.argv[2:]
+if sys.argv[1] == "backwards":
+    names.reverse()
+elif sys.argv[1] != "forwards":
+    random.Random(int(sys.argv[1])).shuffle(names)
+public = dir(rt)
+for name in names:
+    importlib.import_module(name)
+    wrong = [f for f in {FUNCTIONS} if f in vars(rt) and not inspect.isfunction(vars(rt)[f])]
+    assert not wrong and dir(rt) == public, (name, wrong)
+for f in {FUNCTIONS}:
+    assert inspect.isfunction(getattr(rt, f)), f
+exec("from raytracer import *")
+assert all(globals()[name] is getattr(rt, name) for name in rt.__all__) and dir(rt) == public
+"""
+
+
+@pytest.mark.parametrize("order", ["forwards", "backwards", "1", "2"])
+def test_functions_are_functions_and_dir_is_the_same_in_whatever_order_modules_are_imported(order: str) -> None:
+    run(IMPORT_ALL, order, *modules())
+
+
+@pytest.mark.parametrize("first", ["comparison", "compare_cli", "oracle", "reference_picture", "renderer", "brdf"])
+def test_functions_are_functions_whatever_module_is_imported_first(first: str) -> None:
+    run(f"import raytracer.{first}\nassert all(callable(getattr(raytracer, f)) for f in {FUNCTIONS})")
+
+
+def test_a_star_import_gives_functions() -> None:
+    run(f"from raytracer import *\nimport inspect\nassert all(inspect.isfunction(globals()[f]) for f in {FUNCTIONS})")
+
+
+def test_a_scene_is_made_and_shown_without_numpy_and_opengl() -> None:
+    run(
+        "import sys, raytracer as rt\n"
+        "scene = rt.Scene([rt.Sphere((0, 0, 0), 1)], [], rt.Camera((0, 0, 5), (0, 0, 0)))\n"
+        "assert eval(repr(scene), dict(vars(rt))) == scene.replace(name='scene') and dir(rt)\n"
+        f"loaded = [name for name in {SLOW} if name in sys.modules]\n"
+        "assert not loaded, loaded\n"
+    )
+
+
+def test_dir_is_what_is_public() -> None:
+    assert [name for name in dir(rt) if not name.startswith("_")] == sorted(rt.__all__)
+    assert {"__version__", "__all__", "__doc__", "__file__"} <= set(dir(rt))
+    assert all(getattr(rt, name).__doc__ for name in rt.__all__)
+
+
+def test_public_functions_say_what_they_take() -> None:
+    for name in FUNCTIONS:
+        function = getattr(rt, name)
+        for parameter in inspect.signature(function).parameters.values():
+            assert parameter.annotation is not parameter.empty
+            if name in ("reference", "compare"):
+                assert f"`{parameter.name}" in function.__doc__, f"{name}: {parameter.name}"

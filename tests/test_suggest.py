@@ -1,0 +1,108 @@
+"""Names that are not there: the near one is named."""
+
+from pathlib import Path
+
+import pytest
+
+import raytracer as rt
+from raytracer.models import MODELS
+from raytracer.scene_file import loads
+from raytracer.suggest import did_you_mean, nearest
+
+
+@pytest.mark.parametrize(
+    ("name", "near"),
+    [
+        ("phnog", "phong"),
+        ("GGX", "ggx"),
+        ("cook-torrance", "cook_torrance"),
+        ("oren nayar", "oren_nayar"),
+        ("wood", None),
+        ("", None),
+        ("p" * 1_000_000, None),
+    ],
+)
+def test_a_misspelt_name_is_near_to_one_and_another_name_to_none(name: str, near: str | None) -> None:
+    assert nearest(name, MODELS) == near
+    assert did_you_mean(name, MODELS) == (f'; did you mean "{near}"?' if near else "")
+
+
+GOOD = """\
+[camera]
+position = [0, 3, 6]
+look_at = [0, 2, 0]
+[[lights]]
+position = [4, 7, 4]
+[materials.red]
+kd = 0.5
+[materials.gold]
+model = "ggx"
+fresnel = "conductor"
+[shapes.ball]
+sphere = { center = [0, 2, 0], radius = 1 }
+material = "red"
+[objects]
+thing = "ball"
+[instances.thing]
+positions = [[0, 0, 0]]
+[settings]
+quality = "draft"
+shadows = "soft"
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "near"),
+    [
+        ("[objects]", "[object]", "objects"),
+        ("look_at", "lookat", "look_at"),
+        ("[[lights]]\nposition", "[[lights]]\npositon", "position"),
+        ("kd", "KD", "kd"),
+        ('"ggx"', '"gxx"', "ggx"),
+        ('"conductor"', '"conducter"', "conductor"),
+        ("sphere", "shpere", "sphere"),
+        ("radius", "radus", "radius"),
+        ('material = "red"', 'material = "rde"', "red"),
+        ('material = "red"', 'material = "lafortune/cley"', "clay"),
+        ('material = "red"', 'material = "lafortun/clay"', "lafortune"),
+        ('"ball"', '"bal"', "ball"),
+        ("[instances.thing]", "[instances.thingy]", "thing"),
+        ("positions", "position", "positions"),
+        ('"draft"', '"drafts"', "draft"),
+        ('"soft"', '"sotf"', "soft"),
+        ("shadows", "shadow", "shadows"),
+        ('shadows = "soft"', 'shading = "phnog"', "phong"),
+    ],
+)
+def test_a_misspelt_name_in_a_scene_file_is_asked_about(old: str, new: str, near: str) -> None:
+    assert old in GOOD
+    with pytest.raises(rt.InputError) as error:
+        loads(GOOD.replace(old, new, 1))
+    assert str(error.value).endswith(f'; did you mean "{near}"?')
+
+
+def test_a_misspelt_file_or_example_is_asked_about(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(GOOD)
+    for path, near in (
+        (tmp_path / "scen.toml", "scene.toml"),
+        ("asignment", "assignment"),
+        ("Assignment", "assignment"),
+        (tmp_path / "nowhere" / "assignmen.toml", "assignment"),
+    ):
+        with pytest.raises(rt.InputError) as error:
+            rt.load(path)
+        assert str(error.value).endswith(f'; did you mean "{near}"?')
+    (tmp_path / "places.csv").write_text("x,y,z\n0,0,0\n")
+    (tmp_path / "scene.toml").write_text(GOOD.replace("positions = [[0, 0, 0]]", 'file = "place.csv"'))
+    with pytest.raises(rt.InputError, match=r'; did you mean "places.csv"\?$'):
+        rt.load(tmp_path / "scene.toml")
+
+
+def test_a_model_that_needs_a_file_says_where_files_go() -> None:
+    with pytest.raises(rt.InputError, match=r'^shading: .*; merl needs a file, .*: model = "merl", file = "'):
+        rt.Settings(shading="merl")  # pyright: ignore[reportArgumentType]
+
+
+def test_many_and_long_names_are_compared_in_bounded_time() -> None:
+    names = [f"{i:064d}" for i in range(200_000)]
+    assert nearest("x" * 64, names) is None

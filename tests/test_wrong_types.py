@@ -1,0 +1,253 @@
+"""Values of wrong types in the Python API are refused at once, by the argument's name; all real numbers are taken."""
+
+import decimal
+import fractions
+import itertools
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.checks import shown
+
+api: Any = rt  # where types are wrong on purpose
+CAMERA = rt.Camera((0, 1, 5), (0, 0, 0))
+BALL = rt.Sphere((0, 0, 0), 1)
+SCENE = rt.Scene([BALL], [], CAMERA)
+NEST: list[Any] = []
+for _ in range(3000):
+    NEST = [NEST]
+LOOP: list[Any] = []
+LOOP.append(LOOP)
+
+
+class Hostile:
+    """What raises whatever is asked of it."""
+
+    def __float__(self) -> float:
+        raise RuntimeError("boom")
+
+    __iter__ = __repr__ = __index__ = __fspath__ = __array__ = __len__ = __float__  # pyright: ignore
+
+    def __getattr__(self, name: str) -> Any:
+        raise SystemError("boom")
+
+
+class NotANumber(float):
+    """A float that is something else when it is asked."""
+
+    def __float__(self) -> float:
+        return float("nan")
+
+
+class Odd(float):
+    """A number whose comparisons and text are not to be trusted."""
+
+    def __lt__(self, other: object) -> bool:
+        return False
+
+    def __repr__(self) -> str:
+        raise RuntimeError("boom")
+
+
+# Wrong wherever anything but a collection is expected, and in it.
+WRONG: dict[str, Any] = {
+    "None": None,
+    "object": object(),
+    "type": int,
+    "hostile": Hostile(),
+    "text": "x",
+    "number as text": "1",
+    "surrogate": "\ud800",
+    "null": "a\0b",
+    "bytes": b"123",
+    "bytearray": bytearray(b"123"),
+    "memoryview": memoryview(b"123"),
+    "True": True,
+    "NumPy's True": np.bool_(True),
+    "complex": 1j,
+    "NumPy's complex": np.complex64(1),
+    "nan": float("nan"),
+    "inf": float("inf"),
+    "Decimal nan": decimal.Decimal("nan"),
+    "Decimal snan": decimal.Decimal("sNaN"),
+    "huge": 10**5000,
+    "huge fraction": fractions.Fraction(10**5000, 3),
+    "longdouble": np.longdouble(1e300) ** 2,
+    "float that is none": NotANumber(0.5),
+    "date": np.datetime64("2020"),
+    "masked": np.ma.masked,
+    "structured": np.zeros((), "f4, f4"),
+    "dict": {},
+    "dict of 3": {1: 1, 2: 2, 3: 3},
+    "set": {1, 2, 3},
+    "nested": NEST,
+    "looped": LOOP,
+    "texts": ["1", "2", "3"],
+    "bools": [True, False, True],
+    "endless": itertools.count(),
+    "(2, 2)": np.ones((2, 2)),
+    "(1,)": np.array([0.5]),
+    "array of objects": np.array([None, None, None]),
+    "array of texts": np.array(["1", "2", "3"]),
+}
+
+
+def without(*names: str) -> dict[str, Any]:
+    return {name: value for name, value in WRONG.items() if name not in names}
+
+
+NAMES = without("text", "number as text")  # that a name may be
+SETTINGS = without("None")
+
+ODD_DEVICES = without("None", "text", "number as text", "surrogate", "null")
+
+PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
+    "Sphere.center": ("center", lambda v: api.Sphere(v, 1), WRONG),
+    "Sphere.center[0]": ("center", lambda v: api.Sphere((v, 0, 0), 1), WRONG),
+    "Sphere.radius": ("radius", lambda v: api.Sphere((0, 0, 0), v), WRONG),
+    "Sphere.material": ("material", lambda v: api.Sphere((0, 0, 0), 1, v), WRONG),
+    "Plane.normal": ("normal", lambda v: api.Plane(v, 0), WRONG),
+    "Plane.offset": ("offset", lambda v: api.Plane((0, 1, 0), v), WRONG),
+    "Solid |": ("b", lambda v: BALL | v, WRONG),
+    "Complement": ("a", api.Complement, WRONG),
+    "PointLight.position": ("position", api.PointLight, WRONG),
+    "PointLight.color": ("color", lambda v: api.PointLight((0, 0, 0), v), WRONG),
+    "PointLight.radius": ("radius", lambda v: api.PointLight((0, 0, 0), radius=v), WRONG),
+    "PointLight.falloff": ("falloff", lambda v: api.PointLight((0, 0, 0), falloff=v), WRONG),
+    "Camera.look_at": ("look_at", lambda v: api.Camera((0, 0, 0), v), WRONG),
+    "Camera.up": ("up", lambda v: api.Camera((0, 1, 5), (0, 0, 0), v), WRONG),
+    "Camera.vertical_fov": ("vertical_fov", lambda v: api.Camera((0, 1, 5), (0, 0, 0), vertical_fov=v), WRONG),
+    "Material.model": ("model", api.Material, WRONG),
+    "Material.name": ("name", lambda v: api.Material(name=v), NAMES),
+    "Material.kd": ("kd", lambda v: api.Material(kd=v), WRONG),
+    "Material.h": ("h", lambda v: api.Material(h=v), WRONG),
+    "Material.fresnel": ("fresnel", lambda v: api.Material("ggx", fresnel=v), WRONG),
+    "Material.nodes": ("nodes", lambda v: api.Material("diffuse_microfacet", nodes=v), WRONG),
+    "Material.tangent": ("tangent", lambda v: api.Material("lafortune", tangent=v), WRONG),
+    "Material.file": ("file", lambda v: api.Material("merl", file=v), WRONG),
+    "Material.lobes": ("lobes", lambda v: api.Material("lafortune", lobes=v), WRONG),
+    "Material.lobes[0]": ("lobes", lambda v: api.Material("lafortune", lobes=[v]), WRONG),
+    "Lobe.n": ("lobes", lambda v: api.Material("lafortune", lobes=[rt.Lobe(1, 1, v)]), WRONG),
+    "Solid.from_postfix": ("items", api.Solid.from_postfix, WRONG),
+    "Solid.from_postfix[0]": ("items", lambda v: api.Solid.from_postfix([v]), WRONG),
+    "Instances.solid": ("solid", lambda v: api.Instances(v, [[0, 0, 0]]), WRONG),
+    "Instances.positions": ("positions", lambda v: api.Instances(BALL, v), WRONG),
+    "Instances.positions[0]": ("positions", lambda v: api.Instances(BALL, [v]), WRONG),
+    "Instances.positions[0][0]": ("positions", lambda v: api.Instances(BALL, [[v, 0, 0]]), WRONG),
+    "Instances.scales": ("scales", lambda v: api.Instances(BALL, [[0, 0, 0]], v), without("(1,)")),
+    "Instances.scales[0]": ("scales", lambda v: api.Instances(BALL, [[0, 0, 0]], [v]), WRONG),
+    "Scene.objects": ("objects", lambda v: api.Scene(v, [], CAMERA), WRONG),
+    "Scene.objects[0]": ("objects", lambda v: api.Scene([v], [], CAMERA), WRONG),
+    "Scene.lights": ("lights", lambda v: api.Scene([BALL], v, CAMERA), WRONG),
+    "Scene.camera": ("camera", lambda v: api.Scene([BALL], [], v), WRONG),
+    "Scene.ambient": ("ambient", lambda v: api.Scene([BALL], [], CAMERA, ambient=v), WRONG),
+    "Scene.materials": ("materials", lambda v: api.Scene([BALL], [], CAMERA, materials=v), WRONG),
+    "Scene.name": ("name", lambda v: api.Scene([BALL], [], CAMERA, name=v), NAMES),
+    **{
+        f"Settings.{name}": (name, lambda v, name=name: api.Settings(**{name: v}), SETTINGS)
+        for name in rt.Settings.__struct_fields__
+    },
+    "load": ("path", api.load, without("text", "number as text")),
+    "load_settings": ("path", api.load_settings, without("text", "number as text")),
+    "quality": ("quality", api.quality, WRONG),
+    "render.scene": ("scene", lambda v: api.render(v, (8, 8)), WRONG),
+    "render.size": ("size", lambda v: api.render(SCENE, v), WRONG),
+    "render.size[0]": ("size", lambda v: api.render(SCENE, (v, 8)), WRONG),
+    "render.backend": ("backend", lambda v: api.render(SCENE, (8, 8), backend=v), SETTINGS),
+    "render.device": ("device", lambda v: api.render(SCENE, (8, 8), device=v), ODD_DEVICES),
+    "render.geometry": ("geometry", lambda v: api.render(SCENE, (8, 8), geometry=v), without("True", "NumPy's True")),
+    "render.progress": ("progress", lambda v: api.render(SCENE, (8, 8), progress=v), SETTINGS),
+    "Image": ("radiance", api.Image, WRONG),
+    "Image.save": ("path", rt.Image(np.zeros((2, 2, 3), np.float32)).save, without("text", "number as text")),
+    "brdf.evaluate.material": ("material", lambda v: api.brdf.evaluate(v, (0, 0, 1), (0, 0, 1)), WRONG),
+    "brdf.evaluate.wi": ("wi", lambda v: api.brdf.evaluate(rt.Material(), v, (0, 0, 1)), WRONG),
+    "brdf.evaluate.wo[0]": ("wo", lambda v: api.brdf.evaluate(rt.Material(), (0, 0, 1), [[0, 0, v]]), WRONG),
+    "brdf.bake": ("material", api.brdf.bake, WRONG),
+}
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_a_value_of_a_wrong_type_is_refused_by_the_name_of_its_argument(place: str) -> None:
+    argument, call, values = PLACES[place]
+    for name, value in values.items():
+        with pytest.raises(rt.InputError) as error:
+            call(value)
+        assert error.value.keys[:1] == (argument,), name
+        message = str(error.value)
+        assert message.startswith(argument) and message.isprintable() and len(message) < 400, name
+
+
+@pytest.mark.parametrize("value", [*WRONG.values(), ""], ids=[*WRONG, "empty"])
+def test_a_published_material_of_no_such_name_is_refused(value: Any) -> None:
+    with pytest.raises(rt.InputError, match=r"^expected a published material as"):
+        api.published(value)
+
+
+HALVES = [
+    0.5,
+    fractions.Fraction(1, 2),
+    decimal.Decimal("0.5"),
+    *(kind(0.5) for kind in (np.float16, np.float32, np.float64, np.longdouble)),
+    np.array(0.5),
+    np.array(0.5, np.float32),
+    np.ma.array(0.5),
+    np.array(fractions.Fraction(1, 2), object),
+    Odd(0.5),
+]
+FOURS = [4, np.int8(4), np.uint64(4), np.array(4), np.array(4, object)]
+
+
+@pytest.mark.parametrize("half", HALVES, ids=lambda v: type(v).__name__)
+def test_real_numbers_of_all_types_become_floats(half: Any) -> None:
+    sphere = rt.Sphere((half, 0, 0), half)
+    material = rt.Material(kd=half, ks=(half, 1, 1))
+    settings = rt.Settings(max_error=half)
+    for value in (*sphere.center, sphere.radius, *material.kd, *material.ks, settings.max_error):
+        assert type(value) is float
+    assert repr(sphere) == "Sphere(center=(0.5, 0.0, 0.0), radius=0.5)"
+    assert settings == rt.Settings(max_error=0.5) and repr(settings) == repr(rt.Settings(max_error=0.5))
+    assert material == rt.Material(kd=0.5, ks=(0.5, 1, 1))
+    assert rt.Instances(BALL, [[half, 0, 0]], half) == rt.Instances(BALL, [[0.5, 0, 0]], 0.5)
+
+
+@pytest.mark.parametrize("four", FOURS, ids=lambda v: type(v).__name__)
+def test_whole_numbers_of_all_types_become_ints(four: Any) -> None:
+    settings = rt.Settings(samples=four, bounces=four, sequence="grid")
+    assert type(settings.samples) is int and type(settings.bounces) is int
+    assert repr(settings) == repr(rt.Settings(samples=4, bounces=4, sequence="grid"))
+    precision = api.Settings(precision=four * 16).precision
+    assert type(precision) is int and precision == 64
+
+
+@pytest.mark.parametrize("vector", [np.array([1, 2, 3]), np.array([1, 2, 3], np.float32), range(1, 4), iter([1, 2, 3])])
+def test_ordered_collections_of_3_are_vectors(vector: Any) -> None:
+    assert rt.Sphere(vector, 1).center == (1.0, 2.0, 3.0)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("size", [[8, 6], np.array([8, 6]), (np.int64(8), np.uint8(6))])
+def test_a_size_may_be_a_list_an_array_or_of_numbers_of_numpy(size: Any) -> None:
+    image = rt.render(SCENE, size, samples=np.int64(1), geometry=np.bool_(True))  # pyright: ignore[reportArgumentType]
+    assert image.radiance.shape == (6, 8, 3)
+
+
+def test_a_value_is_shown_whatever_it_is() -> None:
+    shared: Any = BALL
+    for _ in range(200):  # a tree of 2^200 leaves, whose repr would not end
+        shared = rt.Union(shared, shared)
+    values = [*WRONG.values(), shared, Odd(1), -(10**5000), [10**5000], {1: NEST}, "\x1b[2J\n" * 10**6, b"\0" * 10**6]
+    limit = sys.get_int_max_str_digits()
+    try:
+        sys.set_int_max_str_digits(640)
+        for value in values:
+            text = shown(value)
+            assert text.isprintable() and 0 < len(text) <= 60
+    finally:
+        sys.set_int_max_str_digits(limit)
+    assert shown(-(10**5000)) == "a number of about 5000 digits"
+    assert shown([1, 2.5, "a", None, True, (1,)]) == "[1, 2.5, 'a', None, True, (1,)]"
+    assert shown(Hostile()) == "a Hostile" and shown(np.zeros((2, 3))) == "an array of shape (2, 3)"
