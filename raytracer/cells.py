@@ -36,8 +36,9 @@ _FLAT = 2.0**30
 MAX_PAIRS = 2**26
 
 
-def widened(centers: Array, radii: Array) -> Array:
-    """(N,): radii of balls that hold those of radius `radii` as float32 shows them to the camera, at the origin.
+def widened(centers: Array, radii: Array, times: Array | float = 1.0) -> Array:
+    """(N,): radii of balls that hold those of radius `radii` as float32 shows them to the camera, at the origin; or
+    balls that grow by so many `times` what that moves a ray by.
 
     A ray that meets a ball in float32 passes its centre c at a distance p <= r + 8 u (A + p), by sphere.glsl, with
     u = 2^-24 and A the length of (|c_j d_k| + |c_k d_j|) for its direction d, over the three pairs of axes. d is off
@@ -47,7 +48,7 @@ def widened(centers: Array, radii: Array) -> Array:
     x, y, z = centers.T
     distance = np.sqrt(x * x + y * y + z * z)
     across = np.sqrt((x * y) ** 2 + (y * z) ** 2 + (z * x) ** 2) / np.where(distance > 0.0, distance, 1.0)
-    return (radii + _TURN * across) * (1.0 + MARGIN)
+    return (radii + times * _TURN * across) * (1.0 + MARGIN)
 
 
 def tangents(centers: Array, radii: Array) -> tuple[Array, Array]:

@@ -39,6 +39,9 @@ FEW = 12
 # Code of so many kinds is compiled; a rarer tree, or one of more leaves than a vertex shader can hand on (kinds.vert),
 # becomes a program.
 KINDS, KIND_LEAVES = 4, 4
+# The least radius of a ball around a lens, of the smaller sphere's: its growth is then 11 at most, which SLACK of
+# lists.glsl is for. A thinner lens is seldom an object.
+_THICK = 0.25
 
 # Single half-spaces are written out in the code up to so many: of 100 llvmpipe compiles two seconds. More are programs.
 NAMED_PLANES = 32
@@ -166,32 +169,61 @@ def combined(tree: list[Solid | int], leaf: Callable[[int], T], common: Operator
     return stack[0]
 
 
-def balls(group: Group, centers: Array, radii: Array) -> tuple[Array, Array]:
-    """(n, 3) and (n,): balls that hold the objects of a group, close to the smallest, given all spheres' places."""
+class Balls(NamedTuple):
+    """Balls that hold something, close to the smallest."""
 
-    def ball(leaf: int) -> tuple[Array, Array]:
-        return centers[group.first + leaf], radii[group.first + leaf]
+    centers: Array  # (n, 3)
+    radii: Array  # (n,)
+    # (n, 3): where two spheres are moved by d from where they are, along x, y or z, balls wider by so many d hold it.
+    growth: Array
+    largest: Array  # (n,): the radius of the largest sphere
+
+
+def balls(group: Group, centers: Array, radii: Array) -> Balls:
+    """Balls that hold the objects of a group, given all spheres' places."""
+
+    def ball(leaf: int) -> Balls:
+        place = centers[group.first + leaf]
+        return Balls(place, radii[group.first + leaf], np.zeros_like(place), radii[group.first + leaf])
 
     return combined(group.tree, ball, _common, _around)
 
 
-def _common(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Around what two balls have in common: a lens, or else all of the smaller one."""
-    distance = np.linalg.norm(b[0] - a[0], axis=1)
+def _common(a: Balls, b: Balls) -> Balls:
+    """Around what two balls have in common: a lens, or else all of the smaller one.
+
+    Let r be the radius of the smaller one, and the two be wider by d, or nearer to each other by 2 d. The plane of
+    the lens's edge then moves by 2 d at most, and the square of the edge's radius grows by 4 r d + d^2 at most: where
+    it is R or less, it gets no larger than R by more than (2 r / R + 1) d. So that is bounded, R is at least a share
+    of r. Only of spheres: lenses of lenses would grow by the product.
+    """
+    apart = b.centers - a.centers
+    distance = np.linalg.norm(apart, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        along = (distance + (a[1] - b[1]) * (a[1] + b[1]) / distance) / 2.0  # from a to the lens's edge
-        square = (a[1] - along) * (a[1] + along)
-        lens = (along > 0.0) & (along < distance) & (square > 0.0)
-        middle = a[0] + (b[0] - a[0]) * (along / distance)[:, None]
-    smaller = a[1] < b[1]
-    center = np.where(lens[:, None], middle, np.where(smaller[:, None], a[0], b[0]))
-    return center, np.where(lens, np.sqrt(np.where(lens, square, 0.0)), np.minimum(a[1], b[1]))
+        along = (distance + (a.radii - b.radii) * (a.radii + b.radii) / distance) / 2.0  # from a to the lens's edge
+        square = (a.radii - along) * (a.radii + along)
+        lens = (along > 0.0) & (along < distance) & (square > 0.0) & ~np.any(a.growth + b.growth, axis=1)
+        axis = apart / distance[:, None]
+    first = a.radii <= b.radii
+    smaller = np.where(first, a.radii, b.radii)
+    edge = np.maximum(np.sqrt(np.where(lens, square, 0.0)), _THICK * smaller)
+
+    def choose(of_lens: Array, of_a: Array, of_b: Array) -> Array:
+        return np.where(lens[:, None], of_lens, np.where(first[:, None], of_a, of_b))
+
+    return Balls(
+        choose(a.centers + axis * along[:, None], a.centers, b.centers),
+        np.where(lens, edge, smaller),
+        choose(np.abs(axis) * (3.0 + 2.0 * smaller / edge)[:, None], a.growth, b.growth),
+        np.maximum(a.largest, b.largest),
+    )
 
 
-def _around(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+def _around(a: Balls, b: Balls) -> Balls:
     """The smallest ball around two."""
-    distance = np.linalg.norm(b[0] - a[0], axis=1)
-    radius = np.maximum(np.maximum(a[1], b[1]), (distance + a[1] + b[1]) / 2.0)
+    distance = np.linalg.norm(b.centers - a.centers, axis=1)
+    radius = np.maximum(np.maximum(a.radii, b.radii), (distance + a.radii + b.radii) / 2.0)
     # From a's centre towards b's: not at all if a holds b, all the way if b holds a.
-    share = np.clip((radius - a[1]) / np.where(distance > 0.0, distance, 1.0), 0.0, 1.0)
-    return a[0] + share[:, None] * (b[0] - a[0]), radius
+    share = np.clip((radius - a.radii) / np.where(distance > 0.0, distance, 1.0), 0.0, 1.0)
+    center = a.centers + share[:, None] * (b.centers - a.centers)
+    return Balls(center, radius, np.maximum(a.growth, b.growth), np.maximum(a.largest, b.largest))

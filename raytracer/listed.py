@@ -73,6 +73,8 @@ def blocked(
     """How far rays to a light get, by lists. With `first`, whatever blocks them will do, not the nearest; with `what`
     meetListed() says what it is, for anywhere().
 
+    Cells list what a ray to a light may meet as far as rays are known to within the balls' widening(); longer ones look
+    at everything.
     `kinds` are trees over their own leaves, `programs` is whether there are any, and else as seen(). With `beside`,
     rays may end beside a light's centre, and the cell is the one in which their origin is seen from there.
     """
@@ -84,14 +86,13 @@ def blocked(
         *(["#define OWNERS"] if what else []),
         *(['#include "chain.glsl"'] if programs else []),
         *(_programs(depth, what=what) if depth else []),
-        *(
-            _meet(bool(kinds), programs, bool(depth), first)
-            if kinds or programs
-            else ["#define meetListed(a, b, c, d)"]
-        ),
+        *(_meet(bool(kinds), programs, bool(depth), first) if kinds or programs else ["#define meetListed(a, b, c, d)"]),
+        "uniform ivec2 everything;  // where the list of all objects begins and ends",
         *BLOCKED_AT,
         *_nearest_plane(planes),
-        f"    ivec2 listed = endsAt(light * (6 * grid * grid) + cubeCell(vec3({origin})));",
+        f"    int cell = light * (6 * grid * grid) + cubeCell(vec3({origin}));",
+        "    float reach = intBitsToFloat(endsAt(LIGHTS * (6 * grid * grid) + light).x);",
+        "    ivec2 listed = ray.distance > reach ? everything : endsAt(cell);",
         "    meetListed(ray, listed.x, listed.y, nearest);",
         "    return nearest.t;",
         "}",
@@ -101,7 +102,6 @@ def blocked(
 def anywhere(planes: list[NamedPlane]) -> list[str]:
     """What a ray from anywhere meets first: it may be anything. After blocked()."""
     return [
-        "uniform ivec2 everything;  // where the list of all objects begins and ends",
         *RAY_CSG,
         *_nearest_plane(planes),
         "    meetListed(ray, everything.x, everything.y, nearest);",

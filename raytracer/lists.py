@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer import program_rows
-from raytracer.cells import CELL, by_cell, covered, cube_faces, overlaps, tangents
-from raytracer.groups import KIND_LEAVES, balls, combined, groups
+from raytracer.cells import CELL, MARGIN, by_cell, covered, cube_faces, overlaps, tangents, widened
+from raytracer.groups import KIND_LEAVES, Balls, balls, combined, groups
 from raytracer.program_rows import View
 from raytracer.scene import PointLight, Scene
-from raytracer.sight import finest_grid, widening
+from raytracer.sight import PASSING, finest_grid, reach, widening
 from raytracer.table import table
 from raytracer.view_space import camera_grid, rotation, vectors
 
@@ -38,8 +38,9 @@ class Lists(NamedTuple):
 class Items(NamedTuple):
     """The objects of kinds, in view space; those of kind 0 come first."""
 
-    centers: Array  # (N, 3) and (N,): the balls around them
+    centers: Array  # (N, 3) and (N,): balls that hold what float32 shows of them to the camera
     radii: Array
+    growth: Array  # by so many d those balls are to be wider where rounding moves spheres by d
     kind: Ints
     first: Ints  # index of their first surface
     order: Ints  # number in the scene
@@ -50,10 +51,19 @@ def items(scene: Scene) -> Items:
     found = table(scene)
     kinds = groups(scene).kinds
     around = [balls(group, found.centers, found.radii) for group in kinds]
-    centers = np.concatenate([np.zeros((0, 3)), *(center for center, _ in around)])
+    none = Balls(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)), np.zeros(0))
+    ball = Balls(*map(np.concatenate, zip(none, *around, strict=True)))
+    away = ball.centers - scene.camera.position
+    centers = away @ rotation(scene.camera).T
+    growth = np.maximum(np.linalg.norm(ball.growth, axis=1), 1.0)
+    # The roots of a ray with a sphere of radius r at c are off by 32 u (|c| + r) at most, sums of the bounds in
+    # sphere.glsl. That is along the ray, which is along c but for an angle of r / |c|; across it, rays and spheres are
+    # where they are but for that share of r, and widened() of the larger ones.
+    along = np.sum(ball.growth * np.abs(away), axis=1)
     return Items(
-        (centers - scene.camera.position) @ rotation(scene.camera).T if len(centers) else centers,
-        np.concatenate([np.zeros(0), *(radius for _, radius in around)]),
+        centers,
+        widened(centers, ball.radii, growth) + PASSING * (along + 4.0 * growth * ball.largest),
+        growth,
         np.repeat(np.arange(len(kinds)), [len(group.first) for group in kinds]),
         np.concatenate([np.zeros(0, np.int64), *(group.first for group in kinds)]),
         np.concatenate([np.zeros(0, np.int64), *(group.order for group in kinds)]),
@@ -74,7 +84,9 @@ class Lister:
         """(4 N, 4): the texels `items` of lists.glsl; `numbers` are those of surfaces.glsl."""
         found = self._items
         texels = np.zeros((len(found.radii), 4, 4), np.float32)
-        texels[:, 0, :3], texels[:, 0, 3] = found.centers, found.radii
+        # As seen from anywhere, its spheres being where float32 has them.
+        moved = PASSING * found.growth * np.linalg.norm(found.centers, axis=1)
+        texels[:, 0, :3], texels[:, 0, 3] = found.centers, found.radii + moved
         texels[:, 1, :3] = np.column_stack([found.kind, found.first, found.order])
         # An object of fewer surfaces has numbers of others behind its own: they are not looked at.
         leaf = np.minimum(found.first[:, None] + np.arange(KIND_LEAVES), len(numbers) // 4 - 1)
@@ -135,6 +147,10 @@ class Lister:
         """How many cells a side of a cube's face around a light should at most have."""
         return finest_grid(_place(scene, light), light.radius, self._centers)
 
+    def reach(self, scene: Scene, light: PointLight) -> float:
+        """How long rays to a light may be for what of_lights() says."""
+        return reach(_place(scene, light), self._centers, self._radii)
+
     def pairs(self, scene: Scene, lights: list[PointLight], grid: int) -> tuple[float, float]:
         """About how many pairs of a cell and a ball the lists of lights have: of kinds, and of all others.
 
@@ -173,9 +189,11 @@ class Lister:
                 return cube_faces(centers - place, radii + wider, grid)
 
             views.append(view)
+            passing = wider - light.radius * (1.0 + MARGIN)  # the part of it that is for rounding
             # Nearest first: what is behind a hit is not looked at.
             near = np.linalg.norm(self._items.centers - place, axis=1) - self._items.radii
-            start, item = by_cell(*view(self._items.centers, self._items.radii), cells, near)
+            radii = self._items.radii + (self._items.growth - 1.0) * passing
+            start, item = by_cell(*view(self._items.centers, radii), cells, near)
             counts.append(np.diff(start))
             items.append(item.astype(np.int32))
         return self._lists(views, cells, np.concatenate(counts), np.concatenate(items))

@@ -17,7 +17,7 @@ from raytracer.program_rows import check_listed
 from raytracer.rectangles import cells_under
 from raytracer.scene import PointLight, Scene
 from raytracer.settings import Settings
-from raytracer.shader import has_mirrors, is_listed, material_layout, shaded_materials
+from raytracer.shader import is_listed, material_layout, shaded_materials
 from raytracer.sight import Mask, Met
 from raytracer.table import table
 
@@ -54,7 +54,7 @@ class Numbers:
         self._lit: object = None  # the lights' places of these, and their radii
         self._first = 0  # where the camera's lists begin
         self.rectangles = np.zeros((0, 8), np.int32)  # of lists.py
-        self.everything = 0, 0  # where the list of all objects begins and ends, if reflection rays need it
+        self.everything = 0, 0  # where the list of all objects begins and ends
         self.farthest = 1.0  # than any distance to what is in them
         self.grid = GRIDS[0]  # cells of a side of a cube's face around a light
         self._shape = 0, 0  # rows and columns of cells
@@ -124,14 +124,16 @@ class Numbers:
         self._lit = None
         self.grid = self._finest_grid(lister, scene, lights)
         self._of_lights = lister.of_lights(scene, lights, self.grid)
-        # All in one texture, the camera's last; and where the list of each cell of a light begins and ends.
-        everything = lister.of_everything().entries if has_mirrors(scene, settings) else np.zeros(0, np.int32)
+        # All in one texture, the camera's last; and where the list of each cell of a light begins and ends. Behind
+        # these, each light's reach.
+        everything = lister.of_everything().entries
         entries = [self._of_lights.entries, everything, self._of_camera.entries]
         first = np.cumsum([0, *map(len, entries)])
         self.everything = int(first[1]), int(first[2])
         self._first = int(first[2])
         self._texture("lists", np.concatenate(entries))
-        self._texture("ends", self._of_lights.ends)
+        reaches = np.array([[lister.reach(scene, light), 0.0] for light in lights], np.float32).reshape(-1, 2)
+        self._texture("ends", np.concatenate((self._of_lights.ends, reaches.view(np.int32))))
         programs = groups(scene).bigs
         trees = any(not big.pruner.is_chain for big in programs)
         self.rounds = self._rounds_of_lists = self._most_rounds(len(lights), trees=trees) if programs else 0
@@ -154,7 +156,7 @@ class Numbers:
         """
         most = min(BufferTexture.most(self._context), _MAX_CELLS)
         finest = min((lister.finest_grid(scene, light) for light in lights), default=GRIDS[0])
-        grids = [grid for grid in GRIDS if grid <= finest and 6 * grid * grid * len(lights) <= most] or [GRIDS[-1]]
+        grids = [grid for grid in GRIDS if grid <= finest and (6 * grid * grid + 1) * len(lights) <= most] or [GRIDS[-1]]
         of_kinds = others = 0.0
         for grid in grids:
             of_kinds, others = lister.pairs(scene, lights, grid)

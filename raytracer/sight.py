@@ -237,11 +237,13 @@ def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[n
     `rays` (rows + 1, columns + 1, 3) go through the cells' corners. Balls are those of points within `reach`.
     """
     slope = rays @ n
-    ahead = slope * depth > 0.0  # linear, so that a cell sees the face where one of its corners does
+    steep = np.abs(slope) > _FLATTEST * CELL * sum(rays.shape[:2]) * np.linalg.norm(rays, axis=-1)
+    ahead = steep & (slope * depth > 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         P = np.where(ahead, depth / slope, 0.0)[..., None] * rays
-    steep = np.abs(slope) > _FLATTEST * CELL * sum(rays.shape[:2]) * np.linalg.norm(rays, axis=-1)
-    visible, whole = _any(ahead), _all(ahead & steep & (np.linalg.norm(P, axis=-1) <= reach))
+    # Linear, so that a cell sees the face where one of its corners does; of flat ones rounding may change the sign.
+    visible = _any(ahead | ~steep) & (depth != 0.0)
+    whole = _all(ahead & (np.linalg.norm(P, axis=-1) <= reach))
     D = P - light
     grid = sums.shape[1] - 1
     shadowed = visible & ~whole & bool(sums[:, -1, -1].any())  # to the horizon: the face goes on without end

@@ -8,7 +8,7 @@
 #include "surfaces.glsl"
 
 uniform isamplerBuffer lists;  // the entries of all cells' lists
-uniform isamplerBuffer ends;   // where the list of each cell of each light begins and ends
+uniform isamplerBuffer ends;   // where the list of each cell of each light begins and ends; then how long rays to each may be
 uniform samplerBuffer items;   // 4 texels for each object of a kind: see ballAt() and itemAt()
 
 flat in int grid;              // cells of a side of each face of the cube around a light
@@ -59,8 +59,8 @@ bool nearer(real t, int object, Nearest than) {
     return t < than.t || (t == than.t && object < than.object);
 }
 
-// Of a distance: many times what float32 rounding moves a ray by.
-const real SLACK = 1e-5;
+// Of a distance: ten times, for lenses (raytracer/groups.py), what float32 rounding moves a ray or a root by, 32 u.
+const real SLACK = 2e-5;
 
 // Whether the ray may meet something in a ball before the distance `end`.
 bool meets(Ray ray, vec4 ball, real end) {

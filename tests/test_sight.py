@@ -294,6 +294,36 @@ def test_brute_force_finds_what_is_not_quiet(monkeypatch: pytest.MonkeyPatch) ->
         assert_quiet_is_quiet(scene, (160, 96))
 
 
+def test_a_cell_in_which_a_ball_is_seen_is_not_quiet_in_any_view() -> None:
+    rng = np.random.default_rng(5)
+    sizes = [(1, 1), (2, 3), (16, 9), (40, 30), (1, 300), (300, 1), (33, 17), (5, 90), (64, 64)]
+    shown = 0
+    for _ in range(1500):
+        at, toward, beside = (vector / np.linalg.norm(vector) for vector in rng.normal(size=(3, 3)))
+        size = sizes[rng.integers(len(sizes))]
+        fov = float(rng.choice([10.0 ** rng.uniform(-3, 2), rng.uniform(120, 179.9), 179.9]))
+        camera = rt.Camera((0, 0, 0), tuple(at.tolist()), vertical_fov=fov)
+        rays = np.concatenate(
+            [camera_rays(camera, size, point).reshape(-1, 3) for point in ((0.5, 0.5), (0.0, 0.0), (0.999, 0.999))]
+        )
+        if rng.random() < 0.5:  # in the picture or at its edge
+            toward = rays[rng.integers(len(rays))]
+            toward = toward / np.linalg.norm(toward)
+        radius = float(rng.choice([10.0 ** rng.uniform(-7, 0), 1.0 - 10.0 ** rng.uniform(-6, -0.3)]))
+        if fov < 100.0:
+            radius = min(radius, np.radians(fov) / size[1] * 10.0 ** rng.uniform(-1, 3))
+        center = toward + beside * radius * rng.choice([0.0, 0.9, 1.0])
+        scene = rt.Scene([rt.Sphere(tuple(center.tolist()), radius)], [], camera)
+        quiet, _ = quiet_cells(scene, size, Settings(shadows="off"))
+        passed = np.linalg.norm(np.cross(center, rays), axis=1) / np.linalg.norm(rays, axis=1)
+        hit = ((passed < radius) & (rays @ center > 0.0)) | (np.linalg.norm(center) < radius)
+        row, column = np.indices((size[1], size[0]))
+        in_quiet = quiet[(size[1] - 1 - row.ravel()) // CELL, column.ravel() // CELL]
+        assert not (hit & np.tile(in_quiet, 3)).any()
+        shown += hit.any() and not hit.all()
+    assert shown > 300
+
+
 def quiet_of(scene: rt.Scene, shadows: str) -> tuple[np.ndarray, np.ndarray]:
     from raytracer import sight
 
