@@ -27,7 +27,7 @@ Device = int | str
 class Opened(NamedTuple):
     """A device of the list: its context, or why it has none."""
 
-    index: int
+    number: int  # in the list
     context: moderngl.Context | None
     name: str  # the renderer and the vendor
     problem: str = ""
@@ -41,7 +41,7 @@ class Opened(NamedTuple):
         """Whether it is the device that is asked for; for None, hardware."""
         if device is None:
             return not self.is_software
-        return device in self.name.lower() if isinstance(device, str) else device == self.index
+        return device in self.name.lower() if isinstance(device, str) else device == self.number
 
 
 def device_of(device: Any = None) -> Device | None:
@@ -53,8 +53,8 @@ def device_of(device: Any = None) -> Device | None:
     value: Any = os.environ.get(VARIABLE) or None if device is None else device
     if value is None:
         return None
-    if isinstance(value, str) and value.strip():
-        text = value.strip()
+    text = value.strip() if isinstance(value, str) else ""
+    if text:
         return int(text) if text.isdecimal() and len(text) <= len(str(MAX_DEVICES)) else text.lower()
     try:
         return whole(value, where, 0, MAX_DEVICES)
@@ -88,12 +88,11 @@ def open_device(device: Device | None = None) -> moderngl.Context:
         return software
     if device is not None and not seen:
         seen = [*closed_devices()]
-    if device is None or (isinstance(device, int) and any(each.index == device for each in seen)) or not seen:
-        raise RuntimeError("; ".join(f"device {each.index}: {each.problem}" for each in seen) or "no EGL device")
-    names = "; ".join(f"{each.index} ({each.name or each.problem})" for each in seen)
-    raise InputError(
-        f"device: expected the index or a part of the name of one of the EGL devices, {names}; got {shown(device)}"
-    )
+    if device is None or (isinstance(device, int) and any(each.number == device for each in seen)) or not seen:
+        raise RuntimeError("; ".join(f"device {each.number}: {each.problem}" for each in seen) or "no EGL device")
+    names = "; ".join(f"{each.number} ({each.name or each.problem})" for each in seen)
+    expected = f"the index or a part of the name of one of the EGL devices, {names}"
+    raise InputError(f"expected {expected}; got {shown(device)}", "device")
 
 
 def opened_devices(index: int | None = None) -> Iterator[Opened]:

@@ -41,9 +41,9 @@ def examine() -> list[Report]:
 def _of_devices() -> list[Report]:
     begin()
     found = [
-        _report("egl", each.context, each.index)
+        _report("egl", each.context, each.number)
         if each.context
-        else Report("egl", False, each.index, problem=each.problem)
+        else Report("egl", False, each.number, problem=each.problem)
         for each in closed_devices()
     ]
     if any(report.opens for report in found):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import moderngl
 
 from raytracer.checks import InputError
+from raytracer.opengl import varying_components
 from raytracer.scene import Scene
 from raytracer.settings import Precision, Settings
 from raytracer.shader import is_listed, roth_loops
@@ -33,6 +34,7 @@ class Limits:
         self._block: int = info["GL_MAX_UNIFORM_BLOCK_SIZE"]
         # The largest side of a target in pixels; viewports have margins.
         self.target: int = min(info["GL_MAX_TEXTURE_SIZE"], min(info["GL_MAX_VIEWPORT_DIMS"][:2]) - 2 * MARGIN)
+        self.varyings: int = varying_components(context)
         # Doubles came with OpenGL 4.0.
         self.precisions: tuple[Precision, ...] = (32, 64) if self._version >= 400 else (32,)
 

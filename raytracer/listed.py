@@ -34,8 +34,9 @@ _OTHER_DRAWN = [
 ]
 
 
-def seen_kinds(kinds: list[Tree], planes: list[NamedPlane] | None) -> list[str]:
-    """Where the camera's rays meet the object of a kind that the vertex shader (kinds.vert) hands on.
+def seen_kinds(kinds: list[Tree], planes: list[NamedPlane] | None, handed: int) -> list[str]:
+    """Where the camera's rays meet the object of a kind that the vertex shader (kinds.vert) hands on, with the first
+    `handed` of its surfaces.
 
     All others are `planes`; or, for None, what they are was drawn before.
     """
@@ -46,7 +47,7 @@ def seen_kinds(kinds: list[Tree], planes: list[NamedPlane] | None) -> list[str]:
         '#include "lists.glsl"',
         "flat in int kind;",
         "flat in int first;  // index of its first surface",
-        *(f"flat in Surface sphere{j};" for j in range(len(spans))),
+        *(f"flat in Surface sphere{j};" for j in range(handed)),
         *_kind_holds(kinds),
         *_kind_owner(kinds),
         "// What else the ray meets.",
@@ -56,6 +57,7 @@ def seen_kinds(kinds: list[Tree], planes: list[NamedPlane] | None) -> list[str]:
         *RAY_CSG,
         "    P = N = real3(0.0);",
         "    mat = 0;",
+        *(f"    Surface sphere{j} = surfaceOf(first + {j});" for j in range(handed, len(spans))),
         *(f"    real2 {span} = sphereRoots(ray, sphere{j});" for j, span in enumerate(spans)),
         *_to_change(f"kindHolds(kind, {arguments}, at)", "if (next >= ray.distance) return ray.distance;"),
         f"    mat = kindOwner(kind, first, {arguments}, at);",

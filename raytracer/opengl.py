@@ -21,6 +21,7 @@ _TEXTURE0, _TEXTURE_BUFFER, _MAX_TEXTURE_BUFFER_SIZE = 0x84C0, 0x8C2A, 0x8C2B
 # Internal formats, by what is in a texel.
 _FORMATS = {("f", 4): 0x8814, ("i", 4): 0x8D82, ("i", 2): 0x823B, ("i", 1): 0x8235}
 _COLOR = 0x1800
+_MAX_VARYING_COMPONENTS, _MAX_VERTEX_OUTPUT_COMPONENTS = 0x8B4B, 0x9122
 _RENDERBUFFER, _DEPTH_COMPONENT32F = 0x8D41, 0x8CAC
 # OpenGL's calling convention is Windows's own there.
 _FUNCTION: Any = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)
@@ -73,6 +74,16 @@ def largest_point(context: moderngl.Context) -> int:
     found = (ctypes.c_float * 2)()
     _function(context, "glGetFloatv", _Uint, ctypes.POINTER(ctypes.c_float))(_ALIASED_POINT_SIZE_RANGE, found)
     return int(found[1])
+
+
+def varying_components(context: moderngl.Context) -> int:
+    """How many numbers a vertex shader can hand on to a fragment shader beside gl_Position and gl_PointSize."""
+    get = _function(context, "glGetIntegerv", _Uint, ctypes.POINTER(_Int))
+    varyings, outputs = _Int(), _Int()
+    get(_MAX_VARYING_COMPONENTS, ctypes.byref(varyings))
+    get(_MAX_VERTEX_OUTPUT_COMPONENTS, ctypes.byref(outputs))
+    # OpenGL 3.3 promises 60 and 64. A driver may count gl_Position, 4 components, and gl_PointSize among the outputs.
+    return min(varyings.value, outputs.value - 5)
 
 
 def volume_texture(context: moderngl.Context, values: NDArray[np.float32]) -> moderngl.Texture3D:

@@ -303,12 +303,12 @@ class Renderer:
 
         Without `quiet`, quiet cells that are not empty are drawn as all others are.
         """
-        sources = _sources(scene, settings, show, quiet=quiet)
+        sources = _sources(scene, settings, show, self.limits.varyings, quiet=quiet)
         return Programs(**{"see": None} | {name: self.program(*source) for name, source in sources.items()})
 
     def has_programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> bool:
         """Whether programs() compiles nothing. Raises ShaderError as that does."""
-        sources = _sources(scene, settings, show, quiet=True).values()
+        sources = _sources(scene, settings, show, self.limits.varyings, quiet=True).values()
         return all((vertex.text, fragment.text) in self._programs for fragment, vertex in sources)
 
     def program(self, source: Source, vertex: Source | None = None) -> moderngl.Program:
@@ -352,20 +352,22 @@ class Renderer:
                 self._programs.pop(key).release()
 
 
-def _sources(scene: Scene, settings: Settings, show: Show | None, *, quiet: bool) -> dict[str, tuple[Source, Source]]:
+def _sources(
+    scene: Scene, settings: Settings, show: Show | None, varyings: int, *, quiet: bool
+) -> dict[str, tuple[Source, Source]]:
     """The fragment and the vertex shader of each of the programs that draw `scene`, by its name in Programs."""
     sources: dict[str, tuple[Source, Source]] = {}
-    cells = vertex_source(scene, settings)
+    cells = vertex_source(scene, settings, varyings)
     if show != "picture" or not is_over_planes(scene, settings):
-        sources["see"] = visibility_source(scene, settings, geometry=show != "picture"), cells
+        sources["see"] = visibility_source(scene, settings, varyings, geometry=show != "picture"), cells
     if show:
-        sources["shade"] = show_source(scene, settings, show), cells
+        sources["shade"] = show_source(scene, settings, show, varyings), cells
     if is_listed(scene, settings) and groups(scene).kinds:
-        vertex, fragment = kinds_source(scene, settings, geometry=show != "picture")
+        vertex, fragment = kinds_source(scene, settings, varyings, geometry=show != "picture")
         sources["kinds"] = fragment, vertex
     if show == "picture" and has_quiet(scene, settings):
         if quiet and groups(scene).planes:
-            sources["quiet"] = quiet_source(scene, settings), cells
+            sources["quiet"] = quiet_source(scene, settings, varyings), cells
         sources["empty"] = assemble("empty.frag"), plain_vertex_source()
     return sources
 

@@ -22,13 +22,16 @@ from raytracer.scene import Scene
 from raytracer.settings import Settings
 from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union, simplified
 from raytracer.table import table
+from raytracer.varyings import ALL, Handed, fitting
 
 # What the second pass makes of what a pixel sees; all but the picture for looking into it.
 Show = Literal["picture", "normal", "depth", "material"]
 
-# Up to so many surfaces, and lights, are handed on by the vertex shader. With all else that is up to 125 numbers: more
-# than the 60 that OpenGL 3.3 promises, and what desktop drivers have.
+# Up to so many surfaces, and lights, are handed on by the vertex shader, where there is room (varyings.py).
 CONSTANTS, CONSTANT_LIGHTS = 6, 2
+# Components of the other varyings of cells.vert and kinds.vert (draw.glsl): vectors and colours; 2 of `real`; and those
+# that are only in lists, of programs, of kinds, and under lights with a radius.
+_DRAW, _DRAW_REALS, _DRAW_LISTED, _DRAW_PROGRAMS, _DRAW_KINDS, _DRAW_SPHERE_LIGHTS = 12, 2, 3, 2, 3, 1
 Constant = tuple[str, str, str]  # type, name, and what it is in the vertex shader
 
 
@@ -75,18 +78,53 @@ def material_layout(scene: Scene, settings: Settings) -> reflectance.Layout:
     return _shaded(scene, settings)[1]
 
 
-def vertex_source(scene: Scene, settings: Settings) -> Source:
-    """The vertex shader of all these programs. It hands them the constants that they declare: see draw.glsl."""
-    constants = _surface_constants(scene, settings)
-    if len(planes := groups(scene).planes) == 1 and material_layout(scene, settings).is_small:
-        constants.append(("Material", "onlyMaterial", f"materialAt({_index(scene, settings, planes[0])})"))
-    if len(scene.lights) <= CONSTANT_LIGHTS:
+def _handed(scene: Scene, settings: Settings, varyings: int) -> Handed:
+    """The constants that the vertex shaders hand on with so many components of varyings."""
+    real, layout, lit = settings.precision // 32, material_layout(scene, settings), light_defines(scene, settings)
+    in_lists, has_spheres = is_listed(scene, settings), "SPHERE_LIGHTS" in lit
+    kinds = _trees(scene) if in_lists else []
+    wanted = Handed(
+        [*_nameable(scene, settings)],
+        listed.most_leaves(kinds) if kinds else 0,
+        len(scene.lights) <= CONSTANT_LIGHTS,
+        len(groups(scene).planes) == 1 and layout.is_small,
+    )
+    room = varyings - _DRAW - _DRAW_REALS * real - (_DRAW_LISTED if in_lists else 0)
+    return fitting(
+        room - (_DRAW_PROGRAMS if in_lists else 0) - (_DRAW_SPHERE_LIGHTS if has_spheres else 0),
+        room - _DRAW_KINDS,
+        wanted,
+        # light.glsl: position, n and radius; color, on and falloff
+        len(scene.lights) * ((7 if has_spheres else 6) * real + (5 if "FALLOFF" in lit else 4)),
+        3 * len(layout.colors) + len(layout.numbers),
+    )
+
+
+def vertex_source(scene: Scene, settings: Settings, varyings: int = ALL) -> Source:
+    """The vertex shader of all these programs. It hands them the constants that they declare: see draw.glsl.
+
+    `varyings`, here and below, is how many components of varyings the driver has. The texts of one program must be made
+    with the same number.
+    """
+    handed = _handed(scene, settings, varyings)
+    constants = _surface_constants(scene, settings, varyings)
+    if handed.material:
+        constants.append(
+            ("Material", "onlyMaterial", f"materialAt({_index(scene, settings, groups(scene).planes[0])})")
+        )
+    if handed.lights:
         constants += [("Light", f"light{i}", f"lights[{i}]") for i in range(len(scene.lights))]
     includes = ["surfaces.glsl", "materials.glsl", *(["light.glsl"] if scene.lights else [])]
     defines = _defines(scene, settings) | {"VERTEX": 1} | light_defines(scene, settings)
     lines = [*(f'#include "{name}"' for name in includes), *_set_constants(constants)]
     generated = {"constants.glsl": "\n".join(lines)}
     return assemble("cells.vert", defines, generated | _materials(scene, settings))
+
+
+def _handed_defines(scene: Scene, settings: Settings, varyings: int) -> dict[str, int]:
+    """What fragment shaders depend on of what is handed on."""
+    few = len(scene.lights) <= CONSTANT_LIGHTS
+    return {"FETCHED_LIGHTS": 1} if few and not _handed(scene, settings, varyings).lights else {}
 
 
 def light_defines(scene: Scene, settings: Settings) -> dict[str, int]:
@@ -102,64 +140,68 @@ def plain_vertex_source() -> Source:
     return assemble("cells.vert", generated={"constants.glsl": "void setConstants() {}"})
 
 
-def visibility_source(scene: Scene, settings: Settings, *, geometry: bool = False) -> Source:
+def visibility_source(scene: Scene, settings: Settings, varyings: int = ALL, *, geometry: bool = False) -> Source:
     """The fragment shader that finds what each pixel sees; with `geometry`, its distance and normal too."""
     defines = _defines(scene, settings) | ({"GEOMETRY": 1} if geometry else {})
     if is_listed(scene, settings) and groups(scene).kinds and groups(scene).bigs:
         defines["OTHERS"] = 1
-    generated = [*_includes(scene, settings), "", *_ray_csg(scene, settings)]
+    generated = [*_includes(scene, settings, varyings), "", *_ray_csg(scene, settings, varyings)]
     return assemble("visibility.frag", defines, {"scene.glsl": "\n".join(generated)})
 
 
-def kinds_source(scene: Scene, settings: Settings, *, geometry: bool = False) -> tuple[Source, Source]:
+def kinds_source(
+    scene: Scene, settings: Settings, varyings: int = ALL, *, geometry: bool = False
+) -> tuple[Source, Source]:
     """The vertex and fragment shader that find the same where objects of kinds (groups.py) are seen."""
     trees = _trees(scene)
     defines = _defines(scene, settings)
-    spheres = [("Surface", f"sphere{j}", f"surfaceOf(first + {j})") for j in range(listed.most_leaves(trees))]
-    lines = _set_constants(spheres + _surface_constants(scene, settings))
+    leaves = _handed(scene, settings, varyings).leaves
+    spheres = [("Surface", f"sphere{j}", f"surfaceOf(first + {j})") for j in range(leaves)]
+    lines = _set_constants(spheres + _surface_constants(scene, settings, varyings))
     vertex = assemble("kinds.vert", defines | {"VERTEX": 1}, {"constants.glsl": "\n".join(lines)})
-    planes = None if groups(scene).bigs else _planes(scene, settings)
-    generated = [*_includes(scene, settings), "", *listed.seen_kinds(trees, planes)]
+    planes = None if groups(scene).bigs else _planes(scene, settings, varyings)
+    generated = [*_includes(scene, settings, varyings), "", *listed.seen_kinds(trees, planes, leaves)]
     defines |= {"KINDS": 1} | ({"GEOMETRY": 1} if geometry else {})
     return vertex, assemble("visibility.frag", defines, {"scene.glsl": "\n".join(generated)})
 
 
-def shade_source(scene: Scene, settings: Settings) -> Source:
+def shade_source(scene: Scene, settings: Settings, varyings: int = ALL) -> Source:
     """The fragment shader that computes the light from what each pixel sees."""
-    defines = _defines(scene, settings) | light_defines(scene, settings)
+    defines = _defines(scene, settings) | light_defines(scene, settings) | _handed_defines(scene, settings, varyings)
     over_planes = is_over_planes(scene, settings)
     mirrors = has_mirrors(scene, settings)
     if not scene.lights and not over_planes and not mirrors:
         return assemble("shade.frag", defines, {"scene.glsl": '#include "camera.glsl"'} | _materials(scene, settings))
-    generated = _includes(scene, settings)
+    generated = _includes(scene, settings, varyings)
     if over_planes:
         defines["OVER_PLANES"] = 1
-        generated += evaluators.nearest_plane(_planes(scene, settings), what=True)
+        generated += evaluators.nearest_plane(_planes(scene, settings, varyings), what=True)
     if scene.lights or mirrors:
         generated += [*_lights(scene, settings), *_light_rays(scene, settings)]
     if mirrors:
         defines |= {"BOUNCES": settings.bounces}
-        generated += _ray_anywhere(scene, settings)
+        generated += _ray_anywhere(scene, settings, varyings)
     if scene.lights and settings.shadows != "off":
         defines["SHADOWS"] = 1
         written = mirrors and (settings.evaluator == "roth" or is_listed(scene, settings))
-        generated += [*([] if written else ["", *_blocked_at(scene, settings)]), "", _shadow(settings)]
+        generated += [*([] if written else ["", *_blocked_at(scene, settings, varyings)]), "", _shadow(settings)]
     if mirrors:
         generated.append('#include "mirrors.glsl"')
     return assemble("shade.frag", defines, {"scene.glsl": "\n".join(generated)} | _materials(scene, settings))
 
 
-def quiet_source(scene: Scene, settings: Settings) -> Source:
+def quiet_source(scene: Scene, settings: Settings, varyings: int = ALL) -> Source:
     """The fragment shader that does both where only half-spaces are to be seen, and nothing else casts shadows there.
 
     Of a scene that has such objects: see raytracer/sight.py.
     """
-    planes = _planes(scene, settings)
+    planes = _planes(scene, settings, varyings)
     defines = _defines(scene, settings) | light_defines(scene, settings) | {"NO_SPHERES": 1}
+    defines |= _handed_defines(scene, settings, varyings)
     if len(planes) == 1:
         defines["ONLY"] = planes[0][0]
-        defines |= {"ONLY_MATERIAL": 1} if material_layout(scene, settings).is_small else {}
-    generated = ['#include "plane.glsl"', *_declared(scene, settings), '#include "hit.glsl"']
+        defines |= {"ONLY_MATERIAL": 1} if _handed(scene, settings, varyings).material else {}
+    generated = ['#include "plane.glsl"', *_declared(scene, settings, varyings), '#include "hit.glsl"']
     generated += evaluators.nearest_plane(planes, what=True)
     if scene.lights:
         generated += [*_lights(scene, settings), *_light_rays(scene, settings)]
@@ -169,10 +211,10 @@ def quiet_source(scene: Scene, settings: Settings) -> Source:
     return assemble("picture.frag", defines, {"scene.glsl": "\n".join(generated)} | _materials(scene, settings))
 
 
-def show_source(scene: Scene, settings: Settings, show: Show) -> Source:
+def show_source(scene: Scene, settings: Settings, show: Show, varyings: int = ALL) -> Source:
     """The fragment shader of the second pass."""
     if show == "picture":
-        return shade_source(scene, settings)
+        return shade_source(scene, settings, varyings)
     return assemble(f"show_{show}.frag", _defines(scene, settings), _materials(scene, settings))
 
 
@@ -200,21 +242,30 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
     return defines | {"DOUBLES": 1} if settings.precision == 64 else defines
 
 
-def _includes(scene: Scene, settings: Settings) -> list[str]:
+def _includes(scene: Scene, settings: Settings, varyings: int) -> list[str]:
     """What knows where rays meet the scene's surfaces."""
     found = table(scene)
     lines = ['#include "sphere.glsl"'] if len(found.radii) else []
     lines += ['#include "plane.glsl"'] if found.planes else []
-    return [*lines, *_declared(scene, settings), '#include "hit.glsl"']
+    return [*lines, *_declared(scene, settings, varyings), '#include "hit.glsl"']
 
 
-def _declared(scene: Scene, settings: Settings) -> list[str]:
+def _declared(scene: Scene, settings: Settings, varyings: int) -> list[str]:
     """The surfaces that a text names, from the vertex shader."""
-    return ['#include "surfaces.glsl"', *(f"flat in Surface {name};" for name in _named(scene, settings).values())]
+    return [
+        '#include "surfaces.glsl"',
+        *(f"flat in Surface {name};" for name in _named(scene, settings, varyings).values()),
+    ]
 
 
-def _named(scene: Scene, settings: Settings) -> dict[int, str]:
+def _named(scene: Scene, settings: Settings, varyings: int) -> dict[int, str]:
     """The surfaces, by index, that the vertex shader hands to all others, and their names."""
+    names = _nameable(scene, settings)
+    return {k: names[k] for k in _handed(scene, settings, varyings).surfaces}
+
+
+def _nameable(scene: Scene, settings: Settings) -> dict[int, str]:
+    """The same where there is room for all."""
     found, planes = table(scene), groups(scene).planes
     if is_listed(scene, settings):  # beside those of an object of a kind
         return {k: f"plane{k - len(found.radii)}" for k in planes} if len(planes) <= CONSTANTS - KIND_LEAVES else {}
@@ -222,9 +273,10 @@ def _named(scene: Scene, settings: Settings) -> dict[int, str]:
     return names if len(names) <= CONSTANTS and settings.precision == 32 else {}
 
 
-def _surface_constants(scene: Scene, settings: Settings) -> list[Constant]:
+def _surface_constants(scene: Scene, settings: Settings, varyings: int) -> list[Constant]:
     return [
-        ("Surface", name, f"surfaceOf({_index(scene, settings, k)})") for k, name in _named(scene, settings).items()
+        ("Surface", name, f"surfaceOf({_index(scene, settings, k)})")
+        for k, name in _named(scene, settings, varyings).items()
     ]
 
 
@@ -238,55 +290,55 @@ def _index(scene: Scene, settings: Settings, surface: int) -> str:
     return f"firstPlane + {surface - len(table(scene).radii)}" if is_listed(scene, settings) else str(surface)
 
 
-def _called(scene: Scene, settings: Settings) -> dict[int, str]:
+def _called(scene: Scene, settings: Settings, varyings: int) -> dict[int, str]:
     """What texts call the surfaces that they name."""
     every = groups(scene).planes if is_listed(scene, settings) else range(table(scene).size)
-    return {k: f"surfaceOf({_index(scene, settings, k)})" for k in every} | _named(scene, settings)
+    return {k: f"surfaceOf({_index(scene, settings, k)})" for k in every} | _named(scene, settings, varyings)
 
 
-def _planes(scene: Scene, settings: Settings) -> list[evaluators.NamedPlane]:
-    called = _called(scene, settings)
+def _planes(scene: Scene, settings: Settings, varyings: int) -> list[evaluators.NamedPlane]:
+    called = _called(scene, settings, varyings)
     return [(called[k], _index(scene, settings, k)) for k in groups(scene).planes]
 
 
-def _ray_csg(scene: Scene, settings: Settings) -> list[str]:
+def _ray_csg(scene: Scene, settings: Settings, varyings: int) -> list[str]:
     if settings.evaluator == "roth":
-        return _roth(scene, settings)
+        return _roth(scene, settings, varyings)
     if is_listed(scene, settings):
-        planes = _planes(scene, settings)
+        planes = _planes(scene, settings, varyings)
         if not groups(scene).bigs:
             return evaluators.nearest_plane(planes, what=True)
         return listed.seen(_depth(scene), planes)
-    return _walk(scene, settings, what=True)
+    return _walk(scene, settings, varyings, what=True)
 
 
-def _ray_anywhere(scene: Scene, settings: Settings) -> list[str]:
+def _ray_anywhere(scene: Scene, settings: Settings, varyings: int) -> list[str]:
     """rayCSG() for rays that do not come from the camera; for some evaluators with blockedAt()."""
     if not is_listed(scene, settings):
-        return _ray_csg(scene, settings)
-    return [*_blocked_at(scene, settings), *listed.anywhere(_planes(scene, settings))]
+        return _ray_csg(scene, settings, varyings)
+    return [*_blocked_at(scene, settings, varyings), *listed.anywhere(_planes(scene, settings, varyings))]
 
 
-def _blocked_at(scene: Scene, settings: Settings) -> list[str]:
+def _blocked_at(scene: Scene, settings: Settings, varyings: int) -> list[str]:
     if settings.evaluator == "roth":
-        return _roth(scene, settings)
+        return _roth(scene, settings, varyings)
     if is_listed(scene, settings):
-        trees, planes = _trees(scene), _planes(scene, settings)
+        trees, planes = _trees(scene), _planes(scene, settings, varyings)
         programs, mirrors = bool(groups(scene).bigs), has_mirrors(scene, settings)
         first = settings.shadows != "diluted" and not mirrors
         beside = "SPHERE_LIGHTS" in light_defines(scene, settings)
         return listed.blocked(trees, programs, _depth(scene), planes, first=first, what=mirrors, beside=beside)
-    return _walk(scene, settings, what=False)
+    return _walk(scene, settings, varyings, what=False)
 
 
-def _roth(scene: Scene, settings: Settings) -> list[str]:
+def _roth(scene: Scene, settings: Settings, varyings: int) -> list[str]:
     most = max(map(evaluators.max_hits, scene.solids()))
-    text = evaluators.roth(_numbered(scene), len(table(scene).radii), _called(scene, settings))
+    text = evaluators.roth(_numbered(scene), len(table(scene).radii), _called(scene, settings, varyings))
     return [f"#define MAX_HITS {most}", '#include "roth.glsl"', *text]
 
 
-def _walk(scene: Scene, settings: Settings, *, what: bool) -> list[str]:
-    called = _called(scene, settings)
+def _walk(scene: Scene, settings: Settings, varyings: int, *, what: bool) -> list[str]:
+    called = _called(scene, settings, varyings)
     return ['#include "walk.glsl"', *evaluators.walk(_numbered(scene), len(table(scene).radii), called, what=what)]
 
 

@@ -19,10 +19,16 @@ layout(std140) uniform Lights {
     Light lights[LIGHTS];
 };
 
-// Those that a text names itself it has from the vertex shader (draw.glsl).
+// Those that a text names itself it has from the vertex shader (draw.glsl); but if the host defines FETCHED_LIGHTS, the
+// driver has no room for them there.
 #if !defined(VERTEX) && LIGHTS <= 2
+#ifdef FETCHED_LIGHTS
+#define light0 lights[0]
+#define light1 lights[1]
+#else
 flat in Light light0;
 #if LIGHTS == 2
 flat in Light light1;
+#endif
 #endif
 #endif

@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 
 import raytracer as rt
 from raytracer import devices, doctor
+from raytracer.cli import main
 from raytracer.context import chosen
 from raytracer.devices import device_of, open_device
 from raytracer.renderer import Renderer, shared_renderer
@@ -163,3 +165,11 @@ def test_a_picture_is_made_on_the_device_that_is_named(renderer: Renderer) -> No
         assert shared_renderer("egl", device).context.info["GL_RENDERER"] == found[-1]["renderer"]
     with pytest.raises(rt.InputError, match=r"^device: expected .*; got 63$"):
         rt.render(scenes.of(rt.Sphere((0, 0, 0), 1)), (16, 9), backend="egl", device=63)
+
+
+@pytest.mark.gl
+def test_the_command_line_takes_a_device(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "a.png"
+    command = ["render", str(scenes.ASSIGNMENT), "-o", str(out), "--size", "8x8", "--device", "63"]
+    assert main(command) == 2
+    assert capsys.readouterr().err.startswith("raytracer: device: expected ") and not out.exists()
