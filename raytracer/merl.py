@@ -56,11 +56,14 @@ class Measured:
         return repr(self.path) if self.path else "Measured(...)"
 
 
-def read(path: str | os.PathLike[str]) -> Measured:
-    """The table in a `.binary` file. Raises InputError if it cannot be read or is none."""
+def read(path: str | os.PathLike[str], folder: Path | None = None) -> Measured:
+    """The table in a `.binary` file; with `folder`, one that is in there when all links are followed.
+
+    Raises InputError if it cannot be read or is none.
+    """
     path = Path(path)
     try:
-        data = read_bounded(path, _BYTES)
+        data = read_bounded(path, _BYTES, folder)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: expected a readable .binary file: {reason}") from None

@@ -18,10 +18,11 @@ import msgspec
 from raytracer import expression
 from raytracer.checks import InputError, Vec3, shown
 from raytracer.files import packaged, read_bounded
-from raytracer.instance_file import is_plain, read_instances
+from raytracer.instance_file import Room, is_plain, read_instances
 from raytracer.instances import Instances
 from raytracer.material import Material
 from raytracer.models import MODELS
+from raytracer.moved_text import with_positions
 from raytracer.presets import Fields, combined
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
@@ -121,9 +122,14 @@ def read(path: str | os.PathLike[str]) -> tuple[Path, str]:
     if len(data) > MAX_BYTES:
         raise InputError(f"{path}: expected a file of at most {MAX_BYTES} bytes")
     try:
-        return path, data.decode()
+        return path, _without_mark(data.decode())
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: expected UTF-8 text: {error.reason} at byte {error.start}") from None
+
+
+def _without_mark(text: str) -> str:
+    """A text without the byte order mark with which editors on Windows let it begin."""
+    return text.removeprefix("\ufeff")
 
 
 def parse(path: Path, text: str) -> Scene:
@@ -155,7 +161,7 @@ def _located(path: Path, text: str) -> Iterator[None]:
 
 def loads(text: str, name: str = "scene") -> Scene:
     """The scene in a TOML text. Warns and raises as `load`, without a file's name; no files of instances are read."""
-    scene, _, unused = _scene(text, name, None)
+    scene, _, unused = _scene(_without_mark(text), name, None)
     if unused:
         warnings.warn(unused, stacklevel=2)
     return scene
@@ -176,22 +182,11 @@ def moved(text: str, scene: Scene, folder: Path | None = None) -> str:
     `folder` is the scene file's, where its files of instances are. Raises RuntimeError for a text that is
     laid out so strangely that this does not succeed.
     """
-    import tomlkit  # takes long to import, and few sessions need it
-    from tomlkit.exceptions import TOMLKitError
-
-    def move(table: Any, position: Vec3) -> None:
-        if table["position"] != list(position):
-            table["position"] = list(position)
-
+    text = _without_mark(text)
     try:
-        document: Any = tomlkit.parse(text)
-        move(document["camera"], scene.camera.position)
-        for table, light in zip(document.get("lights", ()), scene.lights, strict=True):
-            move(table, light.position)
-        result = tomlkit.dumps(document)
+        result = with_positions(text, scene.camera.position, [light.position for light in scene.lights])
         right = _scene(result, scene.name, folder)[0] == scene
-    # There are texts that tomllib reads and tomlkit does not.
-    except (TOMLKitError, ValueError, TypeError, LookupError, RecursionError):
+    except ValueError:
         right, result = False, ""
     if not right:
         raise RuntimeError("this scene file is laid out in a way that moved lights and cameras cannot be put into")
@@ -211,7 +206,7 @@ def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, Fields, st
     if (count := sum(text.count(sign) for text in expressions for sign in "~-&|")) > MAX_OPERATORS:
         raise InputError(f"objects: expected at most {MAX_OPERATORS} operators in all, got {count}")
     solids = {key: _object(text, key, shapes, table.objects) for key, text in table.objects.items()}
-    objects = solids | {key: _instances(value, key, solids, folder) for key, value in table.instances.items()}
+    objects = solids | _all_instances(table.instances, solids, folder)
     options = {key: getattr(table, key) for key in ("ambient", "background") if getattr(table, key) is not None}
     scene = Scene(
         objects=tuple(objects.values()),
@@ -257,7 +252,7 @@ def _measured_file(name: Any, folder: Path | None, tables: dict[str, Any]) -> An
         from raytracer.merl import read  # with NumPy, which few scene files need
 
         try:
-            tables[name] = read(folder / name)
+            tables[name] = read(folder / name, folder)
         except InputError as error:
             raise InputError(f"file: {error}") from None
     return tables[name]
@@ -307,7 +302,20 @@ def _object(text: Any, key: str, shapes: dict[str, Primitive], objects: dict[str
         raise InputError(f"objects.{key}: {error}{hint}") from None
 
 
-def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | None) -> Instances:
+def _all_instances(tables: dict[str, Any], solids: dict[str, Solid], folder: Path | None) -> dict[str, Instances]:
+    """The table [instances]. Each is bounded alone, and here all are together, before they take time and memory."""
+    result: dict[str, Instances] = {}
+    room = Room()
+    count = 0
+    for name, value in tables.items():
+        result[name] = _instances(value, name, solids, folder, room)
+        count += len(result[name]) * len(leaves(solids[name]))
+        if count > MAX_SURFACES:
+            raise InputError(f"instances.{name}: expected at most {MAX_SURFACES} primitives in all, got {count}")
+    return result
+
+
+def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | None, room: Room) -> Instances:
     key = f"instances.{name}"
     if name not in solids:
         raise InputError(f"{key}: expected the name of an object ({known(solids)})")
@@ -325,7 +333,7 @@ def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | N
     if folder is None:
         raise InputError(f"{key}.file: expected positions: a text is in no folder; load() the scene's file instead")
     try:
-        return read_instances(solids[name], folder, table.file)
+        return read_instances(solids[name], folder, table.file, room)
     except InputError as error:
         raise InputError(f"{key}.file: {error}") from None
 
