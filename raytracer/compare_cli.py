@@ -12,7 +12,17 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from raytracer.checks import InputError, about, check_size, number
-from raytracer.comparison import SCALE, SUFFIXES, THRESHOLD, Comparison, compare, difference, load_radiance, size_of
+from raytracer.comparison import (
+    SCALE,
+    SUFFIXES,
+    THRESHOLD,
+    Comparison,
+    compare,
+    difference,
+    load_radiance,
+    size_in,
+    size_of,
+)
 from raytracer.options import add_own, add_scene, add_size, given, warn_of, whole
 from raytracer.output import check_output
 from raytracer.presets import combined, own
@@ -22,6 +32,9 @@ from raytracer.terminal import complain, say, say_json
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+# Pixels of a picture that is read in no time.
+_SMALL = 1 << 16
 
 
 def reference_arguments(parser: argparse.ArgumentParser) -> None:
@@ -138,9 +151,14 @@ def _compare(options: argparse.Namespace) -> int:
     number(options.threshold, "--threshold", 0.0, expected="a finite number of at least 0 (linear radiance)")
     output = check_output(options.output, (".png",)) if options.output else None
     names = (options.a, options.b)
+    sizes = [size_in(name) for name in names]
+    if sizes[0] != sizes[1]:  # before a large one takes time and memory
+        for name, (width, height) in zip(names, sizes, strict=True):
+            if width * height <= _SMALL:
+                load_radiance(name)  # what is wrong with the file itself comes first
+        size, expected = ("{}x{}".format(*size) for size in sizes)
+        raise InputError(f"{names[0]}: expected the size of {names[1]}, {expected}, got {size}")
     a, b = (load_radiance(name) for name in names)
-    if a.shape != b.shape:
-        raise InputError(f"{names[0]}: expected the size of {names[1]}, {size_of(b)}, got {size_of(a)}")
     deep = [Path(name).suffix.lower() == ".npz" for name in names]
     clipped = (
         next((name for name, is_deep in zip(names, deep, strict=True) if is_deep), None) if sum(deep) == 1 else None

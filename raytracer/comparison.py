@@ -8,16 +8,17 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import IO, TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from raytracer import __version__
 from raytracer.checks import InputError, number, printable, shown
-from raytracer.files import read_bounded
+from raytracer.files import opened
 from raytracer.film import Image, linear
-from raytracer.npz import read_arrays
+from raytracer.npz import read_arrays, read_shape
+from raytracer.png_file import check_whole, read_header
 from raytracer.record import Record
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ SUFFIXES = (".npz", ".png")
 MAX_PIXELS = 2**25
 # Of its file: from 2 GB on NumPy writes another kind of archive; a PNG's pixels take at most half of this.
 _MAX_BYTES = {".npz": 2**31 - 1, ".png": 16 * MAX_PIXELS}
+_MAX_ARRAY = 16 * 3 * MAX_PIXELS
 # What float32 can hold: what a file has beyond was not rendered, and its square might be beyond float64.
 _LARGEST = float(np.finfo(np.float32).max)
 # A difference that is seen as one: 1/255 where the sRGB curve is steepest in the middle of its range.
@@ -124,7 +126,7 @@ def _picture(values: Image | ArrayLike, name: str) -> Array:
     if picture.ndim != 3 or picture.shape[2] != 3 or not picture.size or picture.dtype.kind not in "iuf":
         kind = shown(values) if picture.ndim == 0 else f"{picture.shape} of {picture.dtype}"
         raise InputError(f"{name}: expected {expected}, got {kind}")
-    picture = picture.astype(np.float64)
+    picture = np.asarray(picture, np.float64)
     if wrong := int(np.count_nonzero(~(np.abs(picture) <= _LARGEST))):  # NaN is not, either
         raise InputError(f"{name}: expected finite numbers within +-{_LARGEST:.2g}, got {wrong} others")
     return picture
@@ -151,29 +153,44 @@ def _flip(a: Array, b: Array, kind: Literal["ldr", "hdr"]) -> float:
     return float(mean)
 
 
+def size_in(path: str | os.PathLike[str]) -> tuple[int, int]:
+    """(width, height) of the picture in a file, of which no more is read. Raises InputError as load_radiance()."""
+    with _opened(path) as (file, suffix):
+        if suffix == ".png":
+            return read_header(file, MAX_PIXELS)[:2]
+        height, width, _ = read_shape(file, "radiance", _check_array, _MAX_ARRAY)
+        return width, height
+
+
 def load_radiance(path: str | os.PathLike[str]) -> Array:
     """The linear radiance (H, W, 3) in a file: the array `radiance` of an `.npz`, or an opaque `.png`, taken for sRGB.
 
     A PNG may have 8 or 16 bits, of colour or grey. Raises InputError, which begins with the file's name.
     """
+    with _opened(path) as (file, suffix):
+        return _from_png(file) if suffix == ".png" else _from_npz(file)
+
+
+@contextmanager
+def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[IO[bytes], str]]:
+    """A picture's file and its suffix. Errors in the block are about the file: they begin with its name."""
     path = Path(path)
-    readers = {".npz": _from_npz, ".png": _from_png}
-    if path.suffix.lower() not in readers:
-        raise InputError(f"{path}: expected a file that ends in {' or '.join(readers)}")
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise InputError(f"{path}: expected a file that ends in {' or '.join(SUFFIXES)}")
     try:
-        head = read_bounded(path, _HEAD)
-        if (size := path.stat().st_size) > (most := _MAX_BYTES[path.suffix.lower()]):
-            raise InputError(f"expected a file of at most {most} bytes, got {size}")
-        return readers[path.suffix.lower()](path, head)
+        with opened(path) as file:
+            if (size := os.fstat(file.fileno()).st_size) > (most := _MAX_BYTES[suffix]):
+                raise InputError(f"expected a file of at most {most} bytes, got {size}")
+            yield file, suffix
     except OSError as error:
         raise InputError(f"{path}: expected a picture that can be read: {error.strerror or error}") from None
     except ValueError as error:  # InputError is one; so is what Python makes of a name with a null character
         raise InputError(f"{path}: {error}") from None
 
 
-def _from_npz(path: Path, head: bytes) -> Array:
-    with path.open("rb") as file:
-        [picture] = read_arrays(file, lambda names: ["radiance"], _check_array, 16 * 3 * MAX_PIXELS).values()
+def _from_npz(file: IO[bytes]) -> Array:
+    [picture] = read_arrays(file, lambda names: ["radiance"], _check_array, _MAX_ARRAY).values()
     return _picture(picture, "radiance")
 
 
@@ -188,56 +205,53 @@ def _check_size(width: int, height: int) -> None:
         raise InputError(f"expected at most {MAX_PIXELS} pixels, got {width}x{height}")
 
 
-# A PNG begins with its signature, 8 bytes, and the chunk IHDR, 25 bytes (ISO/IEC 15948).
-_HEAD = 33
-_SIGNATURE = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"
-
-
-def _from_png(path: Path, head: bytes) -> Array:
-    if len(head) < _HEAD or not head.startswith(_SIGNATURE):
-        raise InputError("expected a PNG file")
-    _check_size(int.from_bytes(head[16:20]), int.from_bytes(head[20:24]))
+def _from_png(file: IO[bytes]) -> Array:
+    deep = check_whole(file, MAX_PIXELS).bits == 16
     try:
-        if head[24] == 16:
-            pixels, most = _deep(path), 65535
-        else:
-            with _opened(path) as picture:
-                pixels, most = np.asarray(picture.convert("RGBA")), 255
+        pixels = _deep(file) if deep else _plain(file)
     except InputError:
         raise
     except Exception as error:  # what damaged files can raise is not written down anywhere
         raise InputError(f"expected a PNG file: {' '.join(printable(str(error)).split())[:100]}") from None
+    most = 65535 if deep else 255
     if pixels.shape[2] == 4 and (pixels[..., 3] != most).any():
         raise InputError("expected an opaque picture, got one with transparent pixels")
-    return linear(pixels[..., :3] / most)
+    # By a table, as linear() takes several times a large picture's memory.
+    return linear(np.arange(most + 1) / most)[pixels[..., :3]]
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[ImageFile]:
+def _undecoded(file: IO[bytes]) -> Iterator[ImageFile]:
     """A PNG, whose pixels are not read yet."""
     from PIL import Image
 
+    file.seek(0)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # an error will say so
-        picture = Image.open(path, formats=["PNG"])
+        warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # its size is known to be right
+        picture = Image.open(file, formats=["PNG"])
     with picture:
-        _check_size(*picture.size)  # of several headers Pillow believes the last
         yield picture
 
 
-def _deep(path: Path) -> NDArray[Any]:
+def _plain(file: IO[bytes]) -> NDArray[Any]:
+    """The pixels (H, W, 4) of a PNG with 8 bits or less."""
+    with _undecoded(file) as picture:
+        return np.asarray(picture.convert("RGBA"))
+
+
+def _deep(file: IO[bytes]) -> NDArray[Any]:
     """The pixels (H, W, 3 or 4) of a PNG with 16 bits.
 
     Of colours Pillow keeps the upper 8: told that files have the lower ones first, it keeps these.
     """
-    with _opened(path) as picture:
+    with _undecoded(file) as picture:
         layout = str(picture.tile[0][3])
         if "transparency" in picture.info or layout not in ("RGB;16B", "RGBA;16B", "I;16B"):
             raise InputError(f"expected RGB, RGBA or grey of 16 bits without transparent pixels, got {layout}")
         if layout == "I;16B":
             return np.repeat(np.asarray(picture)[..., None], 3, axis=2)
         upper = np.asarray(picture).astype(np.uint16)
-    with _opened(path) as picture:
+    with _undecoded(file) as picture:
         codec, box, offset, _ = picture.tile[0]
         picture.tile = [(codec, box, offset, layout.replace("16B", "16L"))]  # pyright: ignore[reportAttributeAccessIssue]
         return upper << 8 | np.asarray(picture)

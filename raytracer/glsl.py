@@ -20,6 +20,7 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from raytracer.files import read_packaged
 from raytracer.glsl_source import ShaderError, Source, assemble, shaders_folder
 from raytracer.opengl import release, set_uniforms, volume_texture
 from raytracer.renderer import Renderer, shared_renderer
@@ -112,7 +113,7 @@ def _definitions() -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     folder = shaders_folder()
     for path in sorted(folder.rglob("*.glsl")):
-        text = _COMMENT.sub("", path.read_text(encoding="utf-8"))
+        text = _COMMENT.sub("", read_packaged(path))
         for name in re.findall(r"^\w+\s+(\w+)\s*\([^()]*\)\s*\{|^struct\s+(\w+)", text, re.MULTILINE):
             file = path.relative_to(folder).as_posix()
             found.setdefault(name[0] or name[1], []).append(file)

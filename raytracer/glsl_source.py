@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from raytracer.files import packaged
+from raytracer.files import packaged, read_packaged
 
 # Doubles came with OpenGL 4.0.
 _VERSION, _VERSION_OF_DOUBLES = 330, 400
@@ -66,7 +66,7 @@ def assemble(
             text = generated[name]
         else:
             try:
-                text = (folder / name).read_text(encoding="utf-8")
+                text = read_packaged(folder / name)
             except OSError:
                 raise ShaderError(f'{wanted_by}: no file "{name}" in {folder}') from None
             except UnicodeDecodeError as error:

@@ -23,15 +23,29 @@ from raytracer.output import write_new
 from raytracer.solids import MAX_SURFACES, Solid
 from raytracer.suggest import did_you_mean_file
 
-# Of a file, and of an array in it when inflated: all places that a scene can have, generously written.
+# Of all files of a scene, and of an array in one when inflated: all places that a scene can have, generously written.
 MAX_BYTES = 64 * 1024 * 1024
+# For which a file counts at least, as opening and checking one takes time, too: some 0.1 ms.
+_LEAST_BYTES = 4096
+
+# Bytes of a line of a .csv. Four numbers take some 100.
+_MAX_LINE = 1 << 18
+# Empty ones count, and are not more than the others.
+_MAX_LINES = 2 * MAX_SURFACES
 
 _HEADERS = (["x", "y", "z"], ["x", "y", "z", "scale"])
 _COLUMNS = {"positions": "x,y,z", "scales": "scale"}
 
 
-def read_instances(solid: Solid, folder: Path, name: str) -> Instances:
-    """`solid` at the places that the file `name` in `folder` gives.
+class Room:
+    """How many bytes the files of a scene may have that are still to be read."""
+
+    def __init__(self) -> None:
+        self.left = MAX_BYTES
+
+
+def read_instances(solid: Solid, folder: Path, name: str, room: Room | None = None) -> Instances:
+    """`solid` at the places that the file `name` in `folder` gives. The file takes its part of `room`.
 
     A `.csv` has the header `x,y,z` or `x,y,z,scale`; an `.npz` an array `positions` (N, 3), and
     `scales` (N,) or () or none. Raises InputError.
@@ -39,7 +53,9 @@ def read_instances(solid: Solid, folder: Path, name: str) -> Instances:
     if not is_plain(name):
         expected = "the plain name of a .csv or .npz file in the scene file's folder"
         raise InputError(f"expected {expected}, got {shown(name)}")
-    data = _read(folder / name, name)
+    room = room or Room()
+    data = _read(folder / name, room.left)
+    room.left = max(0, room.left - max(len(data), _LEAST_BYTES))
     with about(name):
         if name.lower().endswith(".csv"):
             return _from_csv(solid, data)
@@ -65,11 +81,11 @@ def copied(files: Sequence[Path], folder: Path) -> Iterator[None]:
         for file in files:
             target = folder / file.name
             try:
-                data = _read_inside(file)
+                data = _read(file)
                 if not os.path.lexists(target):
                     write_new(target, lambda copy, data=data: copy.write(data))
                     made.append(target)
-                elif _read_inside(target) != data:
+                elif _read(target) != data:
                     raise InputError(
                         f"expected no file of this name in {folder.absolute()}, or one of the same content"
                     )
@@ -82,20 +98,14 @@ def copied(files: Sequence[Path], folder: Path) -> Iterator[None]:
         raise
 
 
-def _read_inside(path: Path) -> bytes:
-    if not path.resolve().is_relative_to(path.parent.resolve()):
-        raise InputError(f"{path.name}: expected a file in the scene file's folder, got a link out of it")
-    return _read(path, path.name)
-
-
-def _read(path: Path, name: str) -> bytes:
+def _read(path: Path, most: int = MAX_BYTES) -> bytes:
     try:
-        data = read_bounded(path, MAX_BYTES)
+        data = read_bounded(path, most, path.parent)
     except OSError as error:
-        near = did_you_mean_file(path)
-        raise InputError(f"expected a file beside the scene file: {error.strerror or error}{near}", file=name) from None
-    if len(data) > MAX_BYTES:
-        raise InputError(f"expected a file of at most {MAX_BYTES} bytes", file=name)
+        reason = f"{error.strerror or error}{did_you_mean_file(path)}"
+        raise InputError(f"expected a file beside the scene file: {reason}", file=path.name) from None
+    if len(data) > most:
+        raise InputError(f"expected a file of at most {MAX_BYTES} bytes, with the scene's others", file=path.name)
     return data
 
 
@@ -113,35 +123,54 @@ def _from_csv(solid: Solid, data: bytes) -> Instances:
         raise
 
 
-def _csv_numbers(data: bytes) -> tuple[array[float], list[int], int]:
+def _csv_numbers(data: bytes) -> tuple[array[float], array[int], int]:
     """The numbers row by row, the line of each row, and how many a row has."""
-    try:
-        text = data.decode("utf-8-sig")  # spreadsheets begin with a mark
-    except UnicodeDecodeError as error:
-        raise InputError(f"expected UTF-8 text: {error.reason} at byte {error.start}") from None
-    reader = csv.reader(io.StringIO(text, newline=""))
-    numbers, lines = array("d"), []
-    try:
-        header = [cell.strip() for cell in next(reader, [])]
-        if header not in _HEADERS:
-            got = shown(",".join(header))
-            raise InputError(f"expected the header {' or '.join(map(','.join, _HEADERS))}, got {got}", line=1)
-        for row in reader:
-            if not row:
-                continue
-            if len(lines) == MAX_SURFACES:
-                raise InputError(f"expected at most {MAX_SURFACES} rows", line=reader.line_num)
-            try:
-                if len(row) != len(header):
-                    raise ValueError
-                numbers.extend([float(cell) for cell in row])
-            except ValueError:
-                expected = f"{len(header)} numbers: {','.join(header)}"
-                raise InputError(f"expected {expected}, got {shown(','.join(row))}", line=reader.line_num) from None
-            lines.append(reader.line_num)
-    except csv.Error as error:
-        raise InputError(f"expected CSV: {error}", line=reader.line_num) from None
+    numbers, lines, header = array("d"), array("q"), []
+    for number, line in enumerate(_csv_lines(data), start=1):
+        try:
+            # Line by line, as no number goes on in the next one.
+            row = next(csv.reader([line], strict=True), [])
+        except csv.Error as error:
+            raise InputError(f"expected CSV: {error}", line=number) from None
+        if number == 1:
+            header = [cell.strip() for cell in row]
+            if header not in _HEADERS:
+                got = shown(",".join(header))
+                raise InputError(f"expected the header {' or '.join(map(','.join, _HEADERS))}, got {got}", line=1)
+            continue
+        if not row:
+            continue
+        if len(lines) == MAX_SURFACES:
+            raise InputError(f"expected at most {MAX_SURFACES} rows", line=number)
+        try:
+            if len(row) != len(header):
+                raise ValueError
+            numbers.extend([float(cell) for cell in row])
+        except ValueError:
+            expected = f"{len(header)} numbers: {','.join(header)}"
+            raise InputError(f"expected {expected}, got {shown(','.join(row))}", line=number) from None
+        lines.append(number)
     return numbers, lines, len(header)
+
+
+def _csv_lines(data: bytes) -> Iterator[str]:
+    """The lines of a text, at least one, without their ends. Raises InputError for one too long, or too many."""
+    start = 3 if data.startswith(b"\xef\xbb\xbf") else 0  # a byte order mark, with which spreadsheets begin
+    newline = b"\n" if b"\n" in data else b"\r"
+    for number in range(1, _MAX_LINES + 1):
+        end = data.find(newline, start, start + _MAX_LINE)
+        last = end < 0 and len(data) - start <= _MAX_LINE
+        if end < 0 and not last:
+            raise InputError(f"{number}: expected CSV: lines of at most {_MAX_LINE} bytes")
+        line = data[start:] if last else data[start:end]
+        try:
+            yield line.decode().removesuffix("\r")
+        except UnicodeDecodeError as error:
+            raise InputError(f"expected UTF-8 text: {error.reason} at byte {start + error.start}") from None
+        if last:
+            return
+        start = end + 1
+    raise InputError(f"{_MAX_LINES + 1}: expected CSV: at most {_MAX_LINES} lines")
 
 
 def _npz_arrays(data: bytes) -> dict[str, Any]:

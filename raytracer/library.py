@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from raytracer.checks import InputError, shown
-from raytracer.files import packaged
+from raytracer.files import packaged, read_packaged
 from raytracer.material import Material
 from raytracer.suggest import did_you_mean
+from raytracer.toml_table import toml
 
 
 def folder() -> Path:
@@ -26,8 +26,8 @@ def collections() -> list[str]:
 @cache
 def tables(collection: str) -> dict[str, dict[str, Any]]:
     """The tables of a collection, one of `collections()`; each with `source`, who published it."""
-    text = (folder() / f"{collection}.toml").read_text(encoding="utf-8")
-    return {key: value for key, value in tomllib.loads(text).items() if isinstance(value, dict)}
+    text = read_packaged(folder() / f"{collection}.toml")
+    return {key: value for key, value in toml(text).items() if isinstance(value, dict)}
 
 
 def published(name: str) -> Material:

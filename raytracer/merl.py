@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
@@ -56,11 +57,14 @@ class Measured:
         return repr(self.path) if self.path else "Measured(...)"
 
 
-def read(path: str | os.PathLike[str]) -> Measured:
-    """The table in a `.binary` file. Raises InputError if it cannot be read or is none."""
+def read(path: str | os.PathLike[str], folder: Path | None = None) -> Measured:
+    """The table in a `.binary` file; with `folder`, one that is in there when all links are followed.
+
+    Raises InputError if it cannot be read or is none.
+    """
     path = check_path(path, "path")
     try:
-        data = read_bounded(path, _BYTES)
+        data = read_bounded(path, _BYTES, folder)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         near = did_you_mean_file(path)

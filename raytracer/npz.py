@@ -34,6 +34,19 @@ def read_arrays(
 
     None may be of more than `most` bytes. Raises InputError.
     """
+    return _chosen(file, choose, lambda archive, info, name: _array(archive, info, name, check, most))
+
+
+def read_shape(file: IO[bytes], name: str, check: Check, most: int) -> tuple[int, ...]:
+    """The shape of the array `name` in a file, which is not read itself. Raises InputError as read_arrays()."""
+    return _chosen(file, lambda _: [name], lambda archive, info, name: _shape(archive, info, name, check, most))[name]
+
+
+def _chosen(
+    file: IO[bytes],
+    choose: Callable[[list[str]], Iterable[str]],
+    read: Callable[[ZipFile, ZipInfo, str], Any],
+) -> dict[str, Any]:
     from zipfile import ZipFile  # takes long to import
 
     try:
@@ -43,7 +56,7 @@ def read_arrays(
             names = list(choose([*members]))
             if missing := [name for name in names if name not in members]:
                 raise InputError(f"expected an array {missing[0]}, got {shown(', '.join(members))}")
-            return {name: _array(archive, members[name], name, check, most) for name in names}
+            return {name: read(archive, members[name], name) for name in names}
     except InputError:
         raise
     except Exception as error:  # what damaged archives and headers can raise is not written down anywhere
@@ -62,7 +75,7 @@ def _check_directory(file: IO[bytes]) -> None:
         raise ValueError("it has too many members")
 
 
-def _array(archive: ZipFile, info: ZipInfo, name: str, check: Check, most: int) -> Any:
+def _shape(archive: ZipFile, info: ZipInfo, name: str, check: Check, most: int) -> tuple[int, ...]:
     from zipfile import ZIP_DEFLATED, ZIP_STORED
 
     from numpy.lib import format as npy
@@ -80,5 +93,12 @@ def _array(archive: ZipFile, info: ZipInfo, name: str, check: Check, most: int) 
         raise InputError(f"{name}: expected an array of numbers in .npy format 1.0 or 2.0")
     shape, _, dtype = (npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0)(begin)
     check(name, shape, dtype)
+    return shape
+
+
+def _array(archive: ZipFile, info: ZipInfo, name: str, check: Check, most: int) -> Any:
+    from numpy.lib import format as npy
+
+    _shape(archive, info, name, check, most)
     with archive.open(info) as file:
         return npy.read_array(file, allow_pickle=False)

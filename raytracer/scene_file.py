@@ -14,12 +14,13 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from raytracer import expression
-from raytracer.checks import InputError, Vec3, check_choice, check_path, check_text, shown, within
+from raytracer.checks import InputError, check_choice, check_path, check_text, shown, within
 from raytracer.files import packaged, read_bounded
-from raytracer.instance_file import is_plain, read_instances
+from raytracer.instance_file import Room, is_plain, read_instances
 from raytracer.instances import Instances
 from raytracer.material import Material
 from raytracer.models import MODELS
+from raytracer.moved_text import with_positions
 from raytracer.presets import Fields, combined
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
@@ -115,9 +116,14 @@ def read(path: str | os.PathLike[str]) -> tuple[Path, str]:
     if len(data) > MAX_BYTES:
         raise InputError(f"expected a file of at most {MAX_BYTES} bytes", file=str(path))
     try:
-        return path, data.decode()
+        return path, _without_mark(data.decode())
     except UnicodeDecodeError as error:
         raise InputError(f"expected UTF-8 text: {error.reason} at byte {error.start}", file=str(path)) from None
+
+
+def _without_mark(text: str) -> str:
+    """A text without the byte order mark with which editors on Windows let it begin."""
+    return text.removeprefix("\ufeff")
 
 
 def parse(path: Path, text: str) -> Scene:
@@ -147,7 +153,7 @@ def _located(path: Path, text: str) -> Iterator[None]:
 
 def loads(text: str, name: str = "scene") -> Scene:
     """The scene in a TOML text. Warns and raises as `load`, without a file's name; no files of instances are read."""
-    scene, _, unused = _scene(text, name, None)
+    scene, _, unused = _scene(_without_mark(text), name, None)
     if unused:
         warnings.warn(unused, stacklevel=2)
     return scene
@@ -168,22 +174,11 @@ def moved(text: str, scene: Scene, folder: Path | None = None) -> str:
     `folder` is the scene file's, where its files of instances are. Raises RuntimeError for a text that is
     laid out so strangely that this does not succeed.
     """
-    import tomlkit  # takes long to import, and few sessions need it
-    from tomlkit.exceptions import TOMLKitError
-
-    def move(table: Any, position: Vec3) -> None:
-        if table["position"] != list(position):
-            table["position"] = list(position)
-
+    text = _without_mark(text)
     try:
-        document: Any = tomlkit.parse(text)
-        move(document["camera"], scene.camera.position)
-        for table, light in zip(document.get("lights", ()), scene.lights, strict=True):
-            move(table, light.position)
-        result = tomlkit.dumps(document)
+        result = with_positions(text, scene.camera.position, [light.position for light in scene.lights])
         right = _scene(result, scene.name, folder)[0] == scene
-    # There are texts that tomllib reads and tomlkit does not.
-    except (TOMLKitError, ValueError, TypeError, LookupError, RecursionError):
+    except ValueError:
         right, result = False, ""
     if not right:
         raise RuntimeError("this scene file is laid out in a way that moved lights and cameras cannot be put into")
@@ -201,8 +196,7 @@ def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, Fields, st
     shapes = _named(table, "shapes", lambda value, name: _shape(value, name, materials))
     _check_operators(table["objects"])
     solids = _named(table, "objects", lambda value, _: _object(value, shapes, table["objects"]))
-    instances = _named(table, "instances", lambda value, name: _instances(value, name, solids, folder))
-    objects = solids | instances
+    objects = solids | _all_instances(table, solids, folder)
     with within("lights"):
         lights = [_light(value, i) for i, value in enumerate(any_list(table.get("lights", [])))]
     with within("camera"):
@@ -261,7 +255,7 @@ def _measured_file(name: Any, folder: Path | None, tables: dict[str, Any]) -> An
     if name not in tables:
         from raytracer.merl import read  # with NumPy, which few scene files need
 
-        tables[name] = read(folder / name)
+        tables[name] = read(folder / name, folder)
     return tables[name]
 
 
@@ -296,7 +290,23 @@ def _object(text: Any, shapes: dict[str, Primitive], objects: dict[str, Any]) ->
     return expression.parse(text, shapes, objects)
 
 
-def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | None) -> Instances:
+def _all_instances(table: dict[str, Any], solids: dict[str, Solid], folder: Path | None) -> dict[str, Instances]:
+    """The table [instances]. Each is bounded alone, and here all are together, before they take time and memory."""
+    room = Room()
+    count = 0
+
+    def make(value: Any, name: str) -> Instances:
+        nonlocal count
+        made = _instances(value, name, solids, folder, room)
+        count += len(made) * len(leaves(solids[name]))
+        if count > MAX_SURFACES:
+            raise InputError(f"expected at most {MAX_SURFACES} primitives in all, got {count}")
+        return made
+
+    return _named(table, "instances", make)
+
+
+def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | None, room: Room) -> Instances:
     if name not in solids:
         raise InputError(f"expected the name of an object ({known(solids)}){did_you_mean(name, solids)}")
     table = check_table(value, _INSTANCES)
@@ -310,7 +320,7 @@ def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | N
     with within("file"):
         if folder is None:
             raise InputError("expected positions: a text is in no folder; load() the scene's file instead")
-        return read_instances(solids[name], folder, check_text(table["file"], ()))
+        return read_instances(solids[name], folder, check_text(table["file"], ()), room)
 
 
 def _unused(shapes: dict[str, Primitive], objects: Iterable[Solid]) -> str:

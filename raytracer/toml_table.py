@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, TypeVar
 
 from raytracer.checks import InputError, UnknownKeyError
@@ -13,8 +13,8 @@ from raytracer.shown import shortened
 from raytracer.suggest import did_you_mean
 
 # A mark of TOML that is in no string and no comment, behind all that is none. Up to the first mistake in a text, where
-# tomllib stops, this reads strings as tomllib does. Possessive, and a match wherever it begins, so that no text makes the
-# search slow.
+# tomllib stops, this reads strings as tomllib does. It is possessive and matches wherever it begins, so that no text
+# makes the search slow.
 _MARK = r"""
     (?: [^"'\#.,=\n\[\]{}]++
       | \"{3} (?: [^"\\]++ | \\. | "(?!"") )*+ "{0,5}
@@ -57,6 +57,19 @@ def _without_middle(message: str) -> str:
     """A message of at most 1000 characters: its begin, and its end, which says where."""
     half = _SHOWN // 2
     return message if len(message) <= _SHOWN else f"{message[:half]}...{message[3 - half :]}"
+
+
+def statements(text: str) -> Iterator[slice]:
+    """The parts of a TOML text that end with a line and outside of all brackets: headers, assignments, comments."""
+    start = opened = 0
+    for match in re.finditer(_MARK, text, re.VERBOSE | re.DOTALL):
+        mark = match[1]
+        if mark == "\n" and not opened:
+            yield slice(start, match.end())
+            start = match.end()
+        opened += mark is not None and ((mark in "[{") - (mark in "]}"))
+    if start < len(text):
+        yield slice(start, len(text))
 
 
 def _check_marks(text: str) -> None:

@@ -93,7 +93,7 @@ def truth(
     from raytracer import truth_cache
 
     file = truth_cache.path_of(job, samples, tolerance) if cache else None
-    if file and (image := truth_cache.read(file, size)):
+    if file and (image := truth_cache.read(file, size, len(scene.materials), (FIRST, most_samples(samples)))):
         return image
     if before:
         before(job)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import stat
 import warnings
 from contextlib import suppress
 from pathlib import Path
@@ -14,6 +15,7 @@ import msgspec
 import numpy as np
 
 from raytracer.checks import InputError
+from raytracer.files import opened
 from raytracer.film import Image
 from raytracer.material import Material
 from raytracer.merl import Measured
@@ -31,6 +33,10 @@ _SOURCES = ("*.py",)
 # Bytes of all truths that are kept. Beyond, those go that were not asked for for the longest time. Of 320x180 pixels
 # one has 5 MB.
 MOST_BYTES = 10**9
+# Beyond any radiance: lights and materials keep it within float32.
+_LARGEST = float(np.finfo(np.float32).max)
+# The length of a normal, with its rounding.
+_UNIT = 1.0 + 1e-9
 
 
 def folder() -> Path:
@@ -55,8 +61,11 @@ def path_of(job: Job, samples: int, tolerance: float) -> Path:
     return folder() / f"truth-{hashlib.sha256(text.encode()).hexdigest()}.npz"
 
 
-def read(path: Path, size: tuple[int, int]) -> Image | None:
-    """The truth in a file; None if there is none, or it is damaged."""
+def read(path: Path, size: tuple[int, int], materials: int, samples: tuple[int, int]) -> Image | None:
+    """The truth in a file; None if there is none, or it is damaged, or it cannot be the truth.
+
+    The scene has so many `materials`; a pixel has from `samples[0]` to `samples[1]` samples.
+    """
     width, height = size
     arrays = {
         "radiance": ((height, width, 3), np.float64),
@@ -72,13 +81,31 @@ def read(path: Path, size: tuple[int, int]) -> Image | None:
             raise InputError(f"{name}: expected {arrays[name]}, got {shape} of {dtype}")
 
     try:
-        with path.open("rb") as file:
-            image = Image(**read_arrays(file, lambda names: arrays, check, path.stat().st_size))
+        with opened(path, path.parent) as file:
+            image = Image(**read_arrays(file, lambda names: arrays, check, os.fstat(file.fileno()).st_size))
     except (OSError, InputError):
+        return None
+    if not _may_be(image, materials, samples):
         return None
     with suppress(OSError):
         os.utime(path)  # asked for now
     return image
+
+
+def _may_be(image: Image, materials: int, samples: tuple[int, int]) -> bool:
+    """Whether the numbers of an image are within the ranges of a truth's. NaN is in no range."""
+    assert image.depth is not None and image.normal is not None and image.material is not None
+    assert image.samples is not None and image.error is not None
+    ranges = (
+        (image.radiance, 0.0, _LARGEST),
+        (image.error, 0.0, _LARGEST),
+        (image.depth, 0.0, np.inf),
+        (image.normal, -_UNIT, _UNIT),
+        (image.material, -1, materials - 1),
+        (image.samples, *samples),
+    )
+    within = all(bool(((values >= low) & (values <= high)).all()) for values, low, high in ranges)
+    return within and bool((np.isinf(image.depth) == (image.material < 0)).all())
 
 
 def write(path: Path, image: Image) -> None:
@@ -86,7 +113,9 @@ def write(path: Path, image: Image) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with replaced_whole(path) as file:
-            np.savez(file, **{name: getattr(image, name) for name in image.__struct_fields__ if name != "metadata"})
+            fields = msgspec.structs.asdict(image)
+            arrays: dict[str, Any] = {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}
+            np.savez(file, **arrays)
         _make_room(path.parent)
     except OSError as error:
         reason = error.strerror or error
@@ -98,13 +127,15 @@ def _make_room(folder: Path) -> None:
     found = []
     for file in folder.glob("truth-*.npz"):
         with suppress(OSError):  # another process removed it
-            status = file.stat()
-            found.append((status.st_mtime, status.st_size, file))
+            status = file.lstat()
+            if stat.S_ISREG(status.st_mode):  # and was written here
+                found.append((status.st_mtime, status.st_size, file))
     total = 0
     for k, (_, size, file) in enumerate(sorted(found, reverse=True)):
         total += size
         if total > MOST_BYTES and k:  # never the newest
-            file.unlink(missing_ok=True)
+            with suppress(OSError):
+                file.unlink()
 
 
 def canonical(scene: Scene) -> Any:

@@ -8,6 +8,7 @@ import math
 import os
 import re
 import struct
+import subprocess
 import sys
 import zipfile
 import zlib
@@ -91,6 +92,115 @@ def png16(pixels: np.ndarray) -> bytes:
         struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in chunks
     )
     return b"\x89PNG\r\n\x1a\n" + b"".join(parts)
+
+
+def chunk(kind: bytes, data: bytes = b"") -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def png(pixels: np.ndarray, bits: int, colour: int, interlaced: bool, more: bytes = b"") -> list[bytes]:
+    """A PNG file, by the standard, in parts: signature, IHDR, `more`, two IDAT, IEND. Pixels are (H, W, samples)."""
+    height, width, _ = pixels.shape
+    whole = [(0, 0, 1, 1)]
+    passes = [(0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2)]
+    data = b""
+    for x, y, dx, dy in passes if interlaced else whole:
+        part = pixels[y::dy, x::dx]
+        for row in part if part.size else ():
+            digits = "".join(f"{int(value):0{bits}b}" for value in row.ravel())
+            digits += "0" * (-len(digits) % 8)
+            data += b"\0" + int(digits, 2).to_bytes(len(digits) // 8)
+    data = zlib.compress(data)
+    head = struct.pack(">2I5B", width, height, bits, colour, 0, 0, int(interlaced))
+    half = len(data) // 2
+    idat = chunk(b"IDAT", data[:half]), chunk(b"IDAT", data[half:])
+    return [b"\x89PNG\r\n\x1a\n", chunk(b"IHDR", head), more, *idat, chunk(b"IEND")]
+
+
+KINDS = [(bits, 0, 1) for bits in (1, 2, 4, 8, 16)] + [(8, 2, 3), (16, 2, 3), (8, 6, 4), (16, 6, 4), (8, 4, 2)]
+KINDS += [(bits, 3, 1) for bits in (1, 2, 4, 8)]
+
+
+@pytest.mark.parametrize("interlaced", [False, True])
+@pytest.mark.parametrize(("bits", "colour", "samples"), KINDS)
+def test_a_png_of_any_kind_is_read_if_it_is_whole_and_refused_if_anything_of_it_is_missing(
+    tmp_path: Path, bits: int, colour: int, samples: int, interlaced: bool
+) -> None:
+    rng = np.random.default_rng(bits)
+    path = tmp_path / "a.png"
+    for size in ((5, 7), (1, 1), (9, 2), (2, 9)):
+        pixels = rng.integers(0, 1 << bits, (*size, samples))
+        if colour in (4, 6):
+            pixels[..., -1] = (1 << bits) - 1
+        palette = rng.integers(0, 256, (1 << min(bits, 8), 3), np.uint8)
+        more = chunk(b"PLTE", palette.tobytes()) if colour == 3 else chunk(b"tEXt", b"Title\0a")
+        parts = png(pixels, bits, colour, interlaced, more)
+        path.write_bytes(b"".join(parts))
+        shown = palette[pixels[..., 0]] / 255 if colour == 3 else pixels[..., : 3 if colour in (2, 6) else 1]
+        shown = np.broadcast_to(shown if colour == 3 else shown / ((1 << bits) - 1), (*size, 3))
+        expected = np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4)
+        np.testing.assert_allclose(load_radiance(path), expected, rtol=1e-12)
+        whole = path.read_bytes()
+        _, head, _, first, second, end = parts
+        taller, lower = (bytearray(head) for _ in range(2))
+        taller[15], lower[15] = size[0] + 1, size[0] - 1
+        wrong = [whole[: k * len(whole) // 40] for k in range(40)] + [whole[:-1], whole[: -len(end)], whole + b"\0"]
+        wrong += [whole.replace(second, b""), whole.replace(first, b""), whole.replace(first, first + more)]
+        wrong += [whole.replace(head, chunk(b"IHDR", bytes(other[8:-4]))) for other in (taller, lower)]
+        wrong += [whole.replace(head, head + head), whole.replace(end, first + end), whole.replace(b"IDAT", b"IDAU")]
+        for k in range(8, len(whole), 5):
+            broken = bytearray(whole)
+            broken[k] ^= 4
+            wrong.append(bytes(broken))
+        for data in wrong:
+            path.write_bytes(data)
+            with pytest.raises(rt.InputError, match=r"a.png: expected (a PNG file|at most 33554432 pixels)"):
+                load_radiance(path)
+
+
+def test_a_png_that_was_cut_off_with_all_its_chunks_right_is_refused(tmp_path: Path) -> None:
+    # The data of one row of four, deflated and with all checksums right, which decoders fill up with black.
+    path = tmp_path / "a.png"
+    pixels = np.full((4, 4, 3), 200)
+    whole, short = (png(pixels[:rows], 8, 2, False) for rows in (4, 1))
+    path.write_bytes(b"".join([*whole[:3], *short[3:]]))
+    with pytest.raises(rt.InputError, match=r"a.png: expected a PNG file: pixels are missing"):
+        load_radiance(path)
+    path.write_bytes(b"".join([*short[:3], *whole[3:]]))
+    with pytest.raises(rt.InputError, match=r"a.png: expected a PNG file: it has more pixels than"):
+        load_radiance(path)
+
+
+BOUNDED = """
+import resource, sys
+from raytracer.cli import main
+before = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (before + (512 << 20),) * 2)
+sys.exit(main(["compare", *sys.argv[1:]]))
+"""
+
+
+def test_sizes_are_compared_before_a_large_picture_takes_memory(tmp_path: Path) -> None:
+    small = save(tmp_path / "small.png", grey(0.5, (300, 300)))
+    rows = zlib.compressobj(1)
+    data = b"".join(rows.compress(bytes(1 + 3 * 7680)) for _ in range(4320)) + rows.flush()
+    head = struct.pack(">2I5B", 7680, 4320, 8, 2, 0, 0, 0)
+    large, filled = tmp_path / "large.png", tmp_path / "filled.png"
+    begin, end = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head), chunk(b"IDAT", data) + chunk(b"IEND")
+    large.write_bytes(begin + end)
+    filled.write_bytes(begin + chunk(b"tEXt", b"a\0" + bytes(1 << 25)) + end)
+    radiance = np.lib.format.open_memmap(tmp_path / "radiance.npy", "w+", np.float32, (4320, 7680, 3))
+    del radiance
+    archive = tmp_path / "large.npz"
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file:
+        file.write(tmp_path / "radiance.npy", "radiance.npy")
+    pairs = [(large, small), (small, large), (archive, small), (small, archive), (filled, filled)]
+    for pair in pairs:
+        ended = subprocess.run(
+            [sys.executable, "-c", BOUNDED, *map(str, pair)], capture_output=True, text=True, timeout=60
+        )
+        assert ended.returncode == 2, ended.stderr
+        assert re.search(r"expected the size of|bytes beside its pixels", ended.stderr), ended.stderr
 
 
 @pytest.mark.parametrize("channels", [1, 3, 4])

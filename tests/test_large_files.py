@@ -158,3 +158,23 @@ def test_a_file_of_the_largest_number_of_tables_is_no_mistake() -> None:
     text = f"{OBJECT}[shapes.b]\nmaterial = 'm'\nsphere.center = [0, 0, 0]\nsphere.radius = 1\n"
     with pytest.warns(UserWarning, match="no object uses the shape b"):
         assert len(loads(text).objects) == 1
+
+
+MOVE = """
+import resource, sys
+from raytracer.scene_file import loads, moved
+from raytracer.turntable import turn_camera, turn_light
+resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[2]) << 20,) * 2)
+text = open(sys.argv[1]).read()
+scene = turn_light(turn_camera(loads(text), 0.3, 0.1), 1999, 0.1, 0.1)
+print(loads(moved(text, scene)) == scene)
+"""
+
+
+def test_lights_and_camera_of_the_largest_file_are_moved_within_bounds(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    lights = "[[lights]]\nposition = [4, 7, 4] # here\n" * 2000
+    path.write_text(filled(lambda i: f"# [camera] {i}\n", f"{OBJECT}{lights}"))
+    command = [sys.executable, "-c", MOVE, str(path), str(MEBIBYTES)]
+    ended = subprocess.run(command, cwd=scenes.CHECKOUT, capture_output=True, text=True, timeout=SECONDS)
+    assert ended.stdout == "True\n", ended.stderr

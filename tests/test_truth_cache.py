@@ -86,6 +86,65 @@ def test_what_was_not_asked_for_for_the_longest_time_makes_room(folder: Path, mo
     assert {file.name for file in folder.iterdir()} == {names[16], name_of(edge(), samples=128)}
 
 
+def test_what_cannot_be_the_truth_is_made_again(folder: Path) -> None:
+    scene = edge()
+    first = truth(scene, SIZE, samples=16)
+    [file] = folder.iterdir()
+    right = file.read_bytes()
+    with np.load(file) as archive:
+        arrays = dict(archive)
+
+    def spoilt(name: str, value: float) -> dict[str, Any]:
+        array = arrays[name].copy()
+        array.flat[array.size // 2] = value
+        return arrays | {name: array}
+
+    values = {
+        "radiance": (math.nan, math.inf, -1.0, 1e300),
+        "error": (math.nan, math.inf, -1.0),
+        "depth": (math.nan, -1.0, math.inf),
+        "normal": (math.nan, math.inf, 1.1),
+        "material": (-2, 1, -1),
+        "samples": (0, -16, 32),
+    }
+    poisoned = [spoilt(name, value) for name, some in values.items() for value in some]
+    poisoned += [arrays | {name: array.astype(array.dtype.newbyteorder())} for name, array in arrays.items()]
+    poisoned += [arrays | {name: array.astype(np.float32)} for name, array in arrays.items()]
+    poisoned += [arrays | {name: array[:-1]} for name, array in arrays.items()]
+    poisoned += [{key: array for key, array in arrays.items() if key != name} for name in arrays]
+    for wrong in poisoned:
+        np.savez(file, **wrong)
+        assert truth_cache.read(file, SIZE, len(scene.materials), (16, 16)) is None
+    np.savez(file, **poisoned[0])
+    np.testing.assert_array_equal(truth(scene, SIZE, samples=16).radiance, first.radiance)
+    assert file.read_bytes() == right
+
+
+def test_what_is_no_file_in_the_folder_is_neither_waited_for_nor_read(tmp_path: Path, folder: Path) -> None:
+    scene = edge()
+    first = truth(scene, SIZE, samples=16)
+    [file] = folder.iterdir()
+    elsewhere = file.rename(tmp_path / "elsewhere.npz")
+    before = elsewhere.stat().st_mtime_ns
+    makers = (
+        lambda: os.mkfifo(file),
+        lambda: file.symlink_to("/dev/zero"),
+        lambda: file.symlink_to("/proc/self/maps"),
+        lambda: file.symlink_to(file),
+        lambda: file.symlink_to(elsewhere),
+    )
+    for make in makers:
+        make()
+        assert truth_cache.read(file, SIZE, len(scene.materials), (16, 16)) is None
+        np.testing.assert_array_equal(truth(scene, SIZE, samples=16).radiance, first.radiance)
+        assert not file.is_symlink() and file.is_file()
+        file.unlink()
+    assert elsewhere.stat().st_mtime_ns == before
+    file.mkdir()
+    with pytest.warns(UserWarning, match="the reference was not kept"):
+        truth(scene, SIZE, samples=16)
+
+
 def test_the_files_whose_change_makes_truths_worthless_are_all_that_a_truth_needs() -> None:
     script = (
         "import sys, raytracer as rt; from raytracer.truth import truth\n"
