@@ -82,7 +82,11 @@ def blocked(
         *(["#define OWNERS"] if what else []),
         *(['#include "chain.glsl"'] if programs else []),
         *(_programs(depth, what=what) if depth else []),
-        *(_meet(bool(kinds), programs, bool(depth), first) if kinds or programs else ["#define meetListed(a, b, c, d)"]),
+        *(
+            _meet(bool(kinds), programs, bool(depth), first)
+            if kinds or programs
+            else ["#define meetListed(a, b, c, d)"]
+        ),
         *BLOCKED_AT,
         *_nearest_plane(planes),
         f"    ivec2 listed = endsAt(light * (6 * grid * grid) + cubeCell(vec3({origin})));",
