@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from raytracer.solids import Complement, Difference, Intersection, Solid, Sphere, Union, simplified
+from raytracer.solids import Complement, Difference, Intersection, Solid, Sphere, Union, postfix
 
 Tree = list[Solid | int]
 # Up to so many surfaces, a walk computes their roots one after the other: quickest. Of more it does so in a loop, which
@@ -34,7 +34,7 @@ def max_hits(solid: Solid) -> int:
     """
     most = 0
     stack: list[tuple[int, bool]] = []  # crossings, unbounded?
-    for node in simplified(solid):
+    for node in postfix(solid):
         match node:
             case Complement():
                 crossings, unbounded = stack.pop()
@@ -166,7 +166,7 @@ def _spans(count: int, spheres: int, surfaces: Mapping[int, str]) -> list[str]:
 
 
 def _holds(tree: Tree, name: str) -> list[str]:
-    """The lines that compute how long a tree's value at `at` holds: a line a node, as compilers take no deep expression."""
+    """How long a tree's value at `at` holds, in a line for each node: compilers take no deep expression."""
     lines: list[str] = []
     stack: list[str] = []
     for node in tree:

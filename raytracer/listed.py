@@ -85,7 +85,11 @@ def blocked(
         *(["#define OWNERS"] if what else []),
         *(['#include "chain.glsl"'] if programs else []),
         *(_programs(depth, what=what) if depth else []),
-        *(_meet(bool(kinds), programs, bool(depth), first) if kinds or programs else ["#define meetListed(a, b, c, d)"]),
+        *(
+            _meet(bool(kinds), programs, bool(depth), first)
+            if kinds or programs
+            else ["#define meetListed(a, b, c, d)"]
+        ),
         "uniform ivec2 everything;  // where the list of all objects begins and ends",
         *BLOCKED_AT,
         *_nearest_plane(planes),

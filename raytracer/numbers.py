@@ -29,8 +29,9 @@ _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2}
 # Cells of a side of a cube's face around a light: in a picture of many objects, one of the first covers about a
 # quarter of a cell. The coarse ones are for large lights.
 GRIDS = (256, 128, 64, 32, 16, 8, 4, 2, 1)
-# Coarser where the lists of all lights would have more cells than that, or more pairs of a cell and an object of a kind,
-# or a primitive of another: of 24, 40 and 60 bytes, of which the last takes half a microsecond.
+# Cells are larger where the lists of all lights would have more of them than that, or more pairs of a cell and an
+# object of a kind, or of a cell and a primitive of another object. They take 24, 40 and 60 bytes, and such a primitive
+# half a microsecond.
 _MAX_CELLS, _MAX_ITEMS, _MAX_LISTED = 2**23, 2**24, 2**22
 # How often a ray goes through a chain's leaves, but for few that meet more than chain.glsl has room for.
 _CHAIN_ROUNDS = 8
@@ -146,7 +147,8 @@ class Numbers:
         assert self._of_camera and self._of_lights
         longest = [int(np.diff(found.ends).max(initial=0)) for found in (self._of_camera, self._of_lights)]
         return sum(
-            rays * codes * (2 * codes if trees else _CHAIN_ROUNDS) for rays, codes in zip((1, lights), longest, strict=True)
+            rays * codes * (2 * codes if trees else _CHAIN_ROUNDS)
+            for rays, codes in zip((1, lights), longest, strict=True)
         )
 
     def _finest_grid(self, lister: lists.Lister, scene: Scene, lights: list[PointLight]) -> int:
@@ -156,7 +158,8 @@ class Numbers:
         """
         most = min(BufferTexture.most(self._context), _MAX_CELLS)
         finest = min((lister.finest_grid(scene, light) for light in lights), default=GRIDS[0])
-        grids = [grid for grid in GRIDS if grid <= finest and (6 * grid * grid + 1) * len(lights) <= most] or [GRIDS[-1]]
+        fitting = [grid for grid in GRIDS if grid <= finest and (6 * grid * grid + 1) * len(lights) <= most]
+        grids = fitting or [GRIDS[-1]]
         of_kinds = others = 0.0
         for grid in grids:
             of_kinds, others = lister.pairs(scene, lights, grid)

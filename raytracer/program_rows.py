@@ -33,7 +33,7 @@ class Rows(NamedTuple):
     code: NDArray[np.int32]  # with numbers of surfaces for those of leaves
 
     def entries(self) -> tuple[Ints, NDArray[np.int32]]:
-        """Of each entry of the lists its cell, and the entry: each row is its negative length, its object, its codes."""
+        """Of each entry of the lists its cell, and the entry: a row is its negative length, its object, its codes."""
         count = np.diff(self.start)
         begin = self.start[:-1] + 2 * np.arange(len(count))
         values = np.zeros(len(self.code) + 2 * len(count), np.int32)
@@ -44,19 +44,20 @@ class Rows(NamedTuple):
 
 
 def check_listed(count: float) -> None:
-    """Raise InputError for so many pairs of a primitive and a cell that their lists take too long, and too much memory."""
+    """Raise InputError for so many pairs of a primitive and a cell that their lists take too much time and memory."""
     if count > MAX_LISTED:
         raise InputError(
-            f"objects: expected at most {MAX_LISTED} pairs of a primitive of a large object and a cell in which rays may "
-            f"meet it, got about {count:.3g}, for which lists take about {count * 6e-8:.2g} GB; remedies are fewer lights, "
-            "a smaller picture, objects of fewer primitives, and half-spaces only together with spheres that bound them"
+            f"objects: expected at most {MAX_LISTED} pairs of a primitive of a large object and a cell in which rays "
+            f"may meet it, got about {count:.3g}, whose lists take about {count * 6e-8:.2g} GB; remedies are fewer "
+            "lights, a smaller picture, objects of fewer primitives, and half-spaces only together with spheres that "
+            "bound them"
         )
 
 
 def everywhere(big: Big, spheres: int) -> Rows:
     """The programs where no sphere of the objects is met: rows of cell 0, none if there is nothing of them."""
     planes = np.flatnonzero(big.surfaces[0] >= spheres)
-    start, code = big.pruner.programs(np.zeros(len(planes), np.int64), planes, 1)
+    _, code = big.pruner.programs(np.zeros(len(planes), np.int64), planes, 1)
     count = len(big.order)
     instance = np.repeat(np.arange(count), 1 if len(code) else 0)
     return _rows(big, np.zeros_like(instance), instance, np.arange(len(instance) + 1) * len(code), np.tile(code, count))
@@ -88,8 +89,8 @@ def met(big: Big, spheres: int, centers: Array, radii: Array, views: list[View],
     pair = pair[first]
     if len(planes):
         check_listed(len(leaf) + len(pair) * len(planes))
-        everywhere = np.repeat(np.arange(len(pair)), len(planes)) << bits | np.tile(planes, len(pair))
-        key = np.sort(np.concatenate((row << bits | leaf, everywhere)))
+        unbounded = np.repeat(np.arange(len(pair)), len(planes)) << bits | np.tile(planes, len(pair))
+        key = np.sort(np.concatenate((row << bits | leaf, unbounded)))
         row, leaf = key >> bits, key & ((1 << bits) - 1)
     start, code = big.pruner.programs(row, leaf, len(pair))
     cell, instance = np.divmod(pair, count)
@@ -97,7 +98,7 @@ def met(big: Big, spheres: int, centers: Array, radii: Array, views: list[View],
 
 
 def filled(big: Big, rows: Rows, bare: Rows, pairs: Ints, cells: Ints) -> Rows:
-    """The rows, with the bare ones in those of `cells` in which there are none of an object; `pairs` are those of met()."""
+    """The rows, and the bare ones in those of `cells` where an object has none; `pairs` are those of met()."""
     count = len(big.order)
     size = int(bare.start[1])
     check_listed(float(len(cells)) * count * size)
@@ -126,9 +127,14 @@ def _rows(big: Big, cell: Ints, instance: Ints, start: Ints, code: NDArray[np.in
         whole[count > 0] = (code[start[:-1][count > 0]] & 7) == TRUE
         count = np.where(whole, 0, count)
         code = code[(code & 7) != TRUE]
-        start = np.concatenate(([0], np.cumsum(count)))
+        start = _starts(count)
     code = chains(start, code)
     surface = big.surfaces[np.repeat(instance, count), code >> LEAF_SHIFT].astype(np.int32)
     code = (surface << LEAF_SHIFT) | (code & ((1 << LEAF_SHIFT) - 1))
     some = count > 0
-    return Rows(cell[some], big.order[instance[some]], np.concatenate(([0], np.cumsum(count[some]))), code)
+    return Rows(cell[some], big.order[instance[some]], _starts(count[some]), code)
+
+
+def _starts(count: Ints) -> Ints:
+    """(N + 1,): where each row of so many codes begins, and the last one ends."""
+    return np.concatenate((np.zeros(1, np.int64), np.cumsum(count)))

@@ -29,7 +29,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.cells import Ints, row_starts
-from raytracer.solids import Complement, Difference, Intersection, Primitive, Solid, Union
+from raytracer.flat_tree import empty_values, evaluation_order, flatten
+from raytracer.solids import Solid
+from raytracer.tree_paths import paths
 
 Mask = NDArray[np.bool_]
 
@@ -40,132 +42,6 @@ _DROPPED = -1
 _AT_ONCE = 2**19
 
 
-class _Flat(NamedTuple):
-    """A tree of n-ary AND and OR nodes over literals; parents come before children, and root 0 is an AND.
-
-    Children are in the tree's order: inner nodes by number, leaf i as ~i.
-    """
-
-    conjunction: list[bool]
-    children: list[list[int]]
-    negated: list[bool]  # of leaves
-
-
-def _flatten(nodes: list[Solid]) -> _Flat:
-    """Complements pushed down to the leaves by De Morgan's laws, a - b as a & ~b, equal operators merged."""
-    leaf = sum(isinstance(node, Primitive) for node in nodes)
-    flat = _Flat([True], [[]], [False] * leaf)
-    # Backwards, a postfix list is root, right, left. For each node that is to come: its parent, whether negated.
-    pending = [(0, False)]
-    for node in reversed(nodes):
-        parent, negated = pending.pop()
-        match node:
-            case Complement():
-                pending.append((parent, not negated))
-            case Union() | Intersection() | Difference():
-                conjunction = isinstance(node, Union) == negated
-                if conjunction != flat.conjunction[parent]:
-                    inner = len(flat.children)
-                    flat.children[parent].append(inner)
-                    flat.conjunction.append(conjunction)
-                    flat.children.append([])
-                    parent = inner
-                pending += ((parent, negated), (parent, negated != isinstance(node, Difference)))
-            case _:
-                leaf -= 1
-                flat.negated[leaf] = negated
-                flat.children[parent].append(~leaf)
-    for children in flat.children:
-        children.reverse()
-    return flat
-
-
-class _Order(NamedTuple):
-    """In what order a flat tree's nodes are evaluated."""
-
-    depth: int
-    nodes: list[int]  # children before their parent, numbered as in _Flat
-    swapped: set[int]  # nodes that are evaluated later than a sibling that the tree has after them
-
-
-def _order(flat: _Flat) -> _Order:
-    """The order that holds the fewest values at a time (Sethi and Ullman 1970), of those that _Flat's nodes allow."""
-    need = [0] * len(flat.children)
-    turns: list[list[int]] = [[] for _ in flat.children]
-    swapped: set[int] = set()
-    for v in reversed(range(len(flat.children))):
-        children = flat.children[v]
-        needs = [need[c] if c >= 0 else 1 for c in children]
-        neediest = needs.index(max(needs))
-        need[v] = max([needs.pop(neediest), *(n + 1 for n in needs)])
-        turns[v] = children[neediest:] + children[:neediest][::-1]
-        swapped.update(children[:neediest])
-    # Root, last, ..., first on a stack is children before parents backwards.
-    nodes: list[int] = []
-    pending = [0]
-    while pending:
-        node = pending.pop()
-        nodes.append(node)
-        if node >= 0:
-            pending += turns[node]
-    return _Order(need[0], nodes[::-1], swapped)
-
-
-def _empty(flat: _Flat) -> list[bool]:
-    """What each inner node is when none of its leaves is listed."""
-    empty = [False] * len(flat.children)
-    for v in reversed(range(len(flat.children))):
-        values = (empty[c] if c >= 0 else flat.negated[~c] for c in flat.children[v])
-        empty[v] = all(values) if flat.conjunction[v] else any(values)
-    return empty
-
-
-class _Paths(NamedTuple):
-    """A tree cut into paths: from a node to the child with the most leaves, to that one's, and so on down to a leaf.
-
-    Above any node there are at most log2(leaves) other paths, however deep the tree is. A node's place is its own in
-    an order in which each path is one run from its leaf up.
-    """
-
-    place: Ints  # of each node
-    node: Ints  # at each place
-    bottom: Ints  # (nodes,): the place of the leaf at the end of the path of each place
-    top: Ints  # likewise of its uppermost node
-    rank: Ints  # (nodes,): of each place, how many other paths its path hangs from
-
-
-def _paths(parent: list[int]) -> _Paths:
-    """The paths of a tree by each node's parent; the root, which is its own, comes last, and parents after children."""
-    count = len(parent)
-    leaves = [0] * count
-    heavy = [-1] * count
-    for node in range(count):
-        leaves[node] = leaves[node] or 1
-        above = parent[node]
-        if above != node:
-            leaves[above] += leaves[node]
-            if heavy[above] < 0 or leaves[node] > leaves[heavy[above]]:
-                heavy[above] = node
-    rank, top = [0] * count, [0] * count
-    size = [0] * count  # of the path that a node is the top of
-    for node in reversed(range(count)):
-        above = parent[node]
-        if above == node:
-            top[node] = node
-        elif heavy[above] == node:
-            rank[node], top[node] = rank[above], top[above]
-        else:
-            rank[node], top[node] = rank[above] + 1, node
-        size[top[node]] += 1
-    # On a path children have smaller numbers than their parents, so it keeps the order of the numbers.
-    order = np.lexsort((np.arange(count), top))
-    place = np.empty(count, np.int64)
-    place[order] = np.arange(count)
-    tops = np.array(top)[order]
-    end = place[tops]
-    return _Paths(place, order, end - np.array(size)[tops] + 1, end, np.array(rank)[order])
-
-
 class _Events(NamedTuple):
     """In cells, the nodes of paths of one rank beside which something is left, and the listed leaves at paths' ends.
 
@@ -173,8 +49,7 @@ class _Events(NamedTuple):
     """
 
     pair: Ints  # cell << bits | place
-    left: Mask  # whether the node is left
-    below: Mask  # whether its child on the path is
+    below: Mask  # whether the child on the path is left
     last: Ints  # index of the last event of the group
     tops: Ints  # those of these at which the uppermost node of the path is left
     sides: Ints  # pairs of the nodes beside the paths that are left: those of `tops` of the next rank, and then leaves
@@ -195,8 +70,8 @@ class Pruner:
     """
 
     def __init__(self, nodes: list[Solid]) -> None:
-        flat = _flatten(nodes)
-        order, empty = _order(flat), _empty(flat)
+        flat = flatten(nodes)
+        order, empty = evaluation_order(flat), empty_values(flat)
         self.depth = order.depth
         self.is_chain = len(flat.children) == 1 or (len(flat.children) == 2 and len(flat.children[0]) == 1)
         self._constant = empty[0]
@@ -218,15 +93,15 @@ class Pruner:
                 if c < 0:
                     leaves[~c] = i
                     code[i] = ~c << LEAF_SHIFT | (NEGATED if flat.negated[~c] else 0)
-        paths = _paths(parent)
+        cut = paths(parent)
         self._bits = count.bit_length()
         self._code = code  # of each node by its number; all that follows is of each place
-        self._leaf = paths.place[leaves]  # of each leaf
+        self._leaf = cut.place[leaves]  # of each leaf
         self._places = np.arange(count)
-        self._ranks = int(paths.rank.max()) + 1
-        self._number, self._bottom, self._top, self._rank = paths.node, paths.bottom, paths.top, paths.rank
-        self._parent = paths.place[np.array(parent)[paths.node]]
-        self._joins, self._killer = joins[paths.node], killer[paths.node]
+        self._ranks = int(cut.rank.max()) + 1
+        self._number, self._bottom, self._top, self._rank = cut.node, cut.bottom, cut.top, cut.rank
+        self._parent = cut.place[np.array(parent)[cut.node]]
+        self._joins, self._killer = joins[cut.node], killer[cut.node]
         # Whoever is dropped equals its empty value; a node is left only if none of its killers is dropped. How many of
         # these are beside the path:
         side = np.flatnonzero(self._top == self._places)
@@ -269,7 +144,7 @@ class Pruner:
         return (1 << self._bits) - 1
 
     def _chain(self, cell: Ints, place: Ints) -> Ints:
-        """What is left, as cell << bits | number, << LEAF_SHIFT | how it is combined, where all leaves have one parent."""
+        """What is left: (cell << bits | number) << LEAF_SHIFT | how it is combined. All leaves have one parent."""
         start = np.flatnonzero(_differs(cell))
         left = np.add.reduceat(self._killer[place], start) == self._killer[self._leaf].sum()
         how = self._joins[place]
@@ -327,10 +202,10 @@ class Pruner:
         ends_ = np.flatnonzero(np.append(begins[1:], True)[: len(pair)])
         tops = ends_[left[ends_] & (self._blocked[self._top[at[ends_]] + 1] == self._blocked[at[ends_] + 1])]
         last = ends_[np.cumsum(begins) - 1]
-        return _Events(pair, left, below, last, tops, sides, parents, start, inner[: len(parent)])
+        return _Events(pair, below, last, tops, sides, parents, start, inner[: len(parent)])
 
     def _down(self, levels: list[_Events]) -> list[Ints]:
-        """From the roots down to the leaves: what is left, as cell << bits | number, << LEAF_SHIFT | how it is combined."""
+        """What is left, from the roots down to the leaves, as _chain() has it."""
         parts: list[Ints] = []
         # How each path that is left joins what was evaluated before it: the code for a leaf in its place.
         joins = np.full(len(levels[0].tops), PUSH)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from fractions import Fraction
 from numbers import Integral
 from typing import Any, ClassVar
 
@@ -163,7 +162,7 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
     def unit(self) -> tuple[Vec3, float]:
         """The unit normal and its offset: to the last bit the same, or both negated, for planes that coincide."""
         scale = max(self.normal, key=abs)
-        x, y, z, offset = (float(Fraction(c) / Fraction(scale)) for c in (*self.normal, self.offset))
+        x, y, z, offset = (c / scale for c in (*self.normal, self.offset))
         length = math.copysign(math.hypot(x, y, z), scale)
         return (x / length, y / length, z / length), offset / length
 

@@ -2,6 +2,7 @@
 
 import functools
 import operator
+import tracemalloc
 from collections.abc import Callable
 
 import numpy as np
@@ -78,6 +79,29 @@ def test_programs_have_the_values_and_owners_of_random_trees() -> None:
     rng = np.random.default_rng(1)
     for _ in range(150):
         check(random_tree(rng, int(rng.integers(1, 41))), rng, 8, rng.choice([0.1, 0.5, 1.0]))
+
+
+def test_programs_are_the_same_however_many_pairs_are_pruned_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(prune, "_AT_ONCE", 5)
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        check(random_tree(rng, int(rng.integers(1, 41))), rng, 8, 0.5)
+
+
+def test_of_a_deep_tree_work_is_in_proportion_to_what_is_listed() -> None:
+    # From each listed leaf it is thousands of levels to the root. To go through them one by one took 3 GB.
+    tree = spheres(8000)[0]
+    for i, sphere in enumerate(spheres(8000)):
+        tree = tree - sphere if i % 2 else tree | sphere
+    pruner = Pruner(postfix(tree))
+    rng = np.random.default_rng(5)
+    pairs = np.unique(np.repeat(np.arange(20000), 2) * 8001 + rng.integers(0, 8001, 40000))
+    tracemalloc.start()
+    start, code = pruner.programs(*np.divmod(pairs, 8001), 20000)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 100e6 and len(code) == start[-1] > 10000
+    check(tree, rng, 4, 0.001)
 
 
 def spheres(count: int) -> list[Solid]:
