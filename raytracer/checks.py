@@ -38,8 +38,8 @@ class InputError(ValueError):
     """A user's mistake. Its text is one line: where, what was expected, what there is.
 
     `reason` is the text without the place. `keys` is the path of keys to the value, names and indices from the
-    outermost, such as ("materials", "red", "kd"); () if the error is about no single value. `file` and `line`, from
-    1, say where that is written; None if it is in no file, or on no single line.
+    outermost, such as ("materials", "red", "kd"); () if the error is about no single value. `file`, or words of the
+    command line, and `line`, from 1, say where the value is written; None if in no file, or on no single line.
     """
 
     def __init__(self, reason: str, keys: Key | Keys = (), *, file: str | None = None, line: int | None = None) -> None:

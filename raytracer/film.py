@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import os
 import struct
 import zlib
@@ -47,17 +48,17 @@ def srgb8(radiance: NDArray[Any]) -> NDArray[np.uint8]:
     To the nearest level, exactly for float32, to which all else is rounded, and without a power for every value.
     """
     encoded = np.empty(radiance.shape, np.uint8)
-    for rows in _blocks(radiance):
+    for rows in row_blocks(radiance.shape):
         linear = (np.clip(radiance[rows], 0.0, 1.0) + 0.0).astype(np.float32, copy=False)  # -0.0 becomes 0.0
         key = linear.view(np.int32) >> _LOWER_HALF
         encoded[rows] = _LEVELS.take(key) + (linear >= _NEXT_EDGES.take(key))
     return encoded
 
 
-def _blocks(picture: NDArray[Any]) -> Iterator[slice]:
-    """The rows of a picture (H, W, 3), as many at a time as are worked on at once."""
-    rows = max(1, _BLOCK // max(1, picture[:1].size))
-    return (slice(start, start + rows) for start in range(0, len(picture), rows))
+def row_blocks(shape: tuple[int, ...]) -> Iterator[slice]:
+    """The rows of a picture of this shape, (H, W, 3), as many at a time as are worked on at once."""
+    rows = max(1, _BLOCK // max(1, math.prod(shape[1:])))
+    return (slice(start, start + rows) for start in range(0, shape[0], rows))
 
 
 class Image(Record, frozen=True, eq=False):
@@ -119,7 +120,9 @@ class Image(Record, frozen=True, eq=False):
             arrays = {name: getattr(self, name) for name in ("radiance", "depth", "normal", "material")}
             missing = [name for name, array in arrays.items() if array is None]
             if missing:
-                raise InputError(f"{path}: expected an image rendered with geometry=True, got none of {missing}")
+                raise InputError(
+                    f"expected an image rendered with geometry=True, got none of {missing}", file=str(path)
+                )
             more = {"samples": self.samples, "error": self.error}
             arrays |= {name: array for name, array in more.items() if array is not None}
             # Text and no object, so that it loads without pickles.
@@ -150,7 +153,7 @@ class Image(Record, frozen=True, eq=False):
             _write_chunk(file, b"iTXt", key.encode("latin-1") + bytes(5) + value.encode())  # plain, no language
         # Differences to the left neighbour are mostly small, and runs of zeros in flat parts.
         compressor = zlib.compressobj(strategy=zlib.Z_RLE)
-        for rows in _blocks(self.radiance):
+        for rows in row_blocks(self.radiance.shape):
             pixels = srgb8(self.radiance[rows]).reshape(-1, 3 * width)
             filtered = np.ones((len(pixels), 1 + 3 * width), np.uint8)  # a row begins with its filter; 1 is "Sub"
             filtered[:, 1:4] = pixels[:, :3]

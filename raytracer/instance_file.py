@@ -161,7 +161,7 @@ def _csv_lines(data: bytes) -> Iterator[str]:
         end = data.find(newline, start, start + _MAX_LINE)
         last = end < 0 and len(data) - start <= _MAX_LINE
         if end < 0 and not last:
-            raise InputError(f"{number}: expected CSV: lines of at most {_MAX_LINE} bytes")
+            raise InputError(f"expected CSV: lines of at most {_MAX_LINE} bytes", line=number)
         line = data[start:] if last else data[start:end]
         try:
             yield line.decode().removesuffix("\r")
@@ -170,7 +170,7 @@ def _csv_lines(data: bytes) -> Iterator[str]:
         if last:
             return
         start = end + 1
-    raise InputError(f"{_MAX_LINES + 1}: expected CSV: at most {_MAX_LINES} lines")
+    raise InputError(f"expected CSV: at most {_MAX_LINES} lines", line=_MAX_LINES + 1)
 
 
 def _npz_arrays(data: bytes) -> dict[str, Any]:
@@ -188,8 +188,8 @@ def _npz_arrays(data: bytes) -> dict[str, Any]:
 
 def _check_header(name: str, shape: Sequence[int], dtype: Any) -> None:
     if dtype.kind not in "iuf":
-        raise InputError(f"{name}: expected numbers, got an array of {shown(str(dtype))}")
+        raise InputError(f"expected numbers, got an array of {shown(str(dtype))}", name)
     right = len(shape) == 2 and shape[1] == 3 if name == "positions" else len(shape) <= 1
     if not right or not all(0 <= n <= MAX_SURFACES for n in shape):
         expected = "(N, 3)" if name == "positions" else "(N,) or ()"
-        raise InputError(f"{name}: expected an array {expected} with N at most {MAX_SURFACES}, got {shown(shape)}")
+        raise InputError(f"expected an array {expected} with N at most {MAX_SURFACES}, got {shown(shape)}", name)

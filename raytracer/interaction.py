@@ -213,8 +213,9 @@ def _of_window(*places: Fields) -> Settings:
     settings = combined(*places)
     if settings.sequence not in PROGRESSIVE:
         raise InputError(
-            f"settings.sequence: expected one of {', '.join(PROGRESSIVE)} for a window, which adds one sample after "
-            f"another (or try --sequence sobol), got {shown(settings.sequence)}"
+            f"expected one of {', '.join(PROGRESSIVE)} for a window, which adds one sample after "
+            f"another (or try --sequence sobol), got {shown(settings.sequence)}",
+            ("settings", "sequence"),
         )
     return settings
 

@@ -109,7 +109,9 @@ class Live:
         """
         limit = self._renderer.limits.target
         if max(size) > limit:
-            raise InputError(f"size: expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}")
+            raise InputError(
+                f"expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}", "size"
+            )
         structure = _structure(scene, settings, show)
         reread, self._reread = self._reread, False
         known = not reread and structure == self._structure

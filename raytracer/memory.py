@@ -24,8 +24,9 @@ def check_memory(needed: int, size: tuple[int, int]) -> None:
     gib, physical = needed / 2**30, physical_memory()
     if physical is not None and needed > physical:
         raise InputError(
-            f"size: expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
-            f"got {size[0]}x{size[1]}, which needs {gib:.1f} GiB"
+            f"expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
+            f"got {size[0]}x{size[1]}, which needs {gib:.1f} GiB",
+            "size",
         )
     if needed > _WORTH_MENTION:
         complain(f"this picture needs {gib:.1f} GiB of memory")

@@ -106,7 +106,9 @@ class Numbers:
         if tables:
             most = self._context.info["GL_MAX_3D_TEXTURE_SIZE"] // len(tables[0].values)
             if len(tables) > most:
-                raise InputError(f"materials: expected at most {most} measured ones on this driver, got {len(tables)}")
+                raise InputError(
+                    f"expected at most {most} measured ones on this driver, got {len(tables)}", "materials"
+                )
             self._measured = volume_texture(self._context, np.concatenate([table.values for table in tables]))
         self._measured_tables = tables
 
@@ -168,9 +170,10 @@ class Numbers:
         check_listed(others)
         if of_kinds > MAX_PAIRS:
             raise InputError(
-                f"objects: expected at most {MAX_PAIRS} pairs of an object and a face of the cube around a light, got "
+                f"expected at most {MAX_PAIRS} pairs of an object and a face of the cube around a light, got "
                 f"about {of_kinds:.3g}, for which lists take about {of_kinds * 4e-8:.2g} GB; remedies are fewer lights "
-                "and fewer objects"
+                "and fewer objects",
+                "objects",
             )
         return grids[-1]
 
@@ -222,7 +225,7 @@ class Numbers:
         if len(data) > most:
             what = "entries in the lists of all cells" if name == "lists" else f"texels of {name}"
             limit = f"{most} {what} (this driver's buffer textures)"
-            raise InputError(f"objects: expected at most {limit}, got {len(data)}")
+            raise InputError(f"expected at most {limit}, got {len(data)}", "objects")
         if name not in self._textures:
             self._textures[name] = BufferTexture(self._context)
         self._textures[name].write(data)

@@ -21,7 +21,7 @@ def check_output(path: str | os.PathLike[str], suffixes: Sequence[str]) -> Path:
     """`path` if a file that ends in one of `suffixes` can be written there; InputError otherwise."""
     path = check_path(path, "path")
     if path.suffix.lower() not in suffixes:
-        raise InputError(f"{path}: expected an output that ends in {' or '.join(suffixes)}")
+        raise InputError(f"expected an output that ends in {' or '.join(suffixes)}", file=str(path))
     _check(path)
     return path
 
@@ -37,19 +37,19 @@ def _check(path: Path) -> None:
     try:
         _check_folder(_target(path).parent, path)
     except OSError as error:
-        raise InputError(f"{path}: expected a place that can be written to: {error.strerror}") from None
+        raise InputError(f"expected a place that can be written to: {error.strerror}", file=str(path)) from None
 
 
 def _check_folder(folder: Path, path: Path) -> None:
     """Raise InputError about `path` unless files can be written into `folder`."""
     try:
         if not folder.is_dir():
-            raise InputError(f"{path}: expected a folder that exists, got {folder}")
+            raise InputError(f"expected a folder that exists, got {folder}", file=str(path))
         probe = _temporary(folder / "probe")
         probe.touch(exist_ok=False)
         probe.unlink()
     except OSError as error:
-        raise InputError(f"{path}: expected a place that can be written to: {error.strerror}") from None
+        raise InputError(f"expected a place that can be written to: {error.strerror}", file=str(path)) from None
 
 
 def _target(path: Path) -> Path:
@@ -63,16 +63,18 @@ def _target(path: Path) -> Path:
     except FileNotFoundError:
         if path.is_symlink():
             got = f"a link to {shown(os.readlink(path))}, which is not there"
-            raise InputError(f"{path}: expected a file, got {got}; remove the link") from None
+            raise InputError(f"expected a file, got {got}; remove the link", file=str(path)) from None
         return path
     if not stat.S_ISREG(mode):
-        raise InputError(f"{path}: expected a file, got a {'folder' if stat.S_ISDIR(mode) else 'device or a pipe'}")
+        raise InputError(
+            f"expected a file, got a {'folder' if stat.S_ISDIR(mode) else 'device or a pipe'}", file=str(path)
+        )
     try:
         if not mode & _ANY_MAY_WRITE:  # root may open it all the same
             raise PermissionError
         os.close(os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0)))  # not for long, if it became a pipe
     except PermissionError:
-        raise InputError(f"{path}: expected a file that can be written to, got a read-only one") from None
+        raise InputError("expected a file that can be written to, got a read-only one", file=str(path)) from None
     return path.resolve() if path.is_symlink() else path
 
 

@@ -348,7 +348,8 @@ def _check_rounds(cut_short: bool) -> None:
     """Raise InputError if shaders were cut short (cut_short.glsl)."""
     if cut_short:
         raise InputError(
-            f"objects: expected pixels whose rays take at most {MAX_ROUNDS} steps from primitive to primitive, all "
+            f"expected pixels whose rays take at most {MAX_ROUNDS} steps from primitive to primitive, all "
             "lights together (llvmpipe computes no more), got one whose rays take more; remedies are fewer primitives "
-            "in one object, fewer lights, or a graphics card"
+            "in one object, fewer lights, or a graphics card",
+            "objects",
         )

@@ -47,10 +47,11 @@ def check_listed(count: float) -> None:
     """Raise InputError for so many pairs of a primitive and a cell that their lists take too much time and memory."""
     if count > MAX_LISTED:
         raise InputError(
-            f"objects: expected at most {MAX_LISTED} pairs of a primitive of a large object and a cell in which rays "
+            f"expected at most {MAX_LISTED} pairs of a primitive of a large object and a cell in which rays "
             f"may meet it, got about {count:.3g}, whose lists take about {count * 6e-8:.2g} GB; remedies are fewer "
             "lights, a smaller picture, objects of fewer primitives, and half-spaces only together with spheres that "
-            "bound them"
+            "bound them",
+            "objects",
         )
 
 

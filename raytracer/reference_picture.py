@@ -52,7 +52,7 @@ def reference(
     needs more memory than this machine has.
     """
     if not isinstance(scene, Scene):
-        raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}")
+        raise InputError(f"expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}", "scene")
     keywords = {"shading": shading, "shadows": shadows, "bounces": bounces}
     chosen = {key: value for key, value in keywords.items() if value is not None}
     used = combined(own(checked_settings(settings)), chosen)

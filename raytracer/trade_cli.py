@@ -62,7 +62,7 @@ def _trade(options: argparse.Namespace) -> int:
     """Measure, and write what there is; STATUS if that is not all of it."""
     scene, of_file = parse_all(*read(options.scene))
     if options.rounds is not None and options.rounds < 1:
-        raise InputError("--rounds: expected at least 1, got 0")
+        raise InputError("expected at least 1, got 0", "--rounds")
     from raytracer.output import check_folder
     from raytracer.renderer import shared_renderer
     from raytracer.trade.approximations import add_approximations

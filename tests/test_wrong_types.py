@@ -3,8 +3,10 @@
 import decimal
 import fractions
 import itertools
+import re
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -179,6 +181,12 @@ def test_a_value_of_a_wrong_type_is_refused_by_the_name_of_its_argument(place: s
         assert error.value.keys[:1] == (argument,), name
         message = str(error.value)
         assert message.startswith(argument) and message.isprintable() and len(message) < 400, name
+
+
+def test_no_error_has_its_keys_or_its_file_in_the_reason() -> None:
+    sources = sorted(Path(rt.__file__).parent.rglob("*.py"))
+    written = re.compile(r"""InputError\(\s*f?["'](?!column |\{_COLUMNS)(?:[\w.\[\]-]|\{[^{}"]*\})+: """)
+    assert [(path.name, match[0]) for path in sources for match in written.finditer(path.read_text())] == []
 
 
 @pytest.mark.parametrize("value", [*WRONG.values(), ""], ids=[*WRONG, "empty"])
