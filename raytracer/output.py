@@ -5,16 +5,20 @@ from __future__ import annotations
 import itertools
 import os
 import stat
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
 from raytracer.checks import InputError, check_path, shown
+from raytracer.interrupts import deferred
 
 _ANY_MAY_WRITE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
 # The permissions of a new file, from which the umask takes some away.
 _NEW_FILE = 0o666
+# The last files that written_whole() finished, for an interrupt to tell.
+written: deque[Path] = deque(maxlen=8)
 
 
 def check_output(path: str | os.PathLike[str], suffixes: Sequence[str]) -> Path:
@@ -46,8 +50,10 @@ def _check_folder(folder: Path, path: Path) -> None:
         if not folder.is_dir():
             raise InputError(f"expected a folder that exists, got {folder}", file=str(path))
         probe = _temporary(folder / "probe")
-        probe.touch(exist_ok=False)
-        probe.unlink()
+        try:
+            probe.touch(exist_ok=False)
+        finally:
+            probe.unlink(missing_ok=True)
     except OSError as error:
         raise InputError(f"expected a place that can be written to: {error.strerror}", file=str(path)) from None
 
@@ -85,13 +91,16 @@ def written_whole(path: Path) -> Iterator[IO[Any]]:
     A file that is there keeps its permissions and, where possible, its owner; a link stays, and its target is written.
     Raises InputError as check_output() does, and OSError.
     """
-    with replaced_whole(_target(path)) as file:
+    with replaced_whole(_target(path), lambda: written.append(path)) as file:
         yield file
 
 
 @contextmanager
-def replaced_whole(path: Path) -> Iterator[IO[Any]]:
-    """As written_whole(), but a link gives way to a file: who could have made the link does not choose the target."""
+def replaced_whole(path: Path, finish: Callable[[], object] = lambda: None) -> Iterator[IO[Any]]:
+    """As written_whole(), but a link gives way to a file: who could have made the link does not choose the target.
+
+    `finish` is called once the file is there, and no interrupt comes between.
+    """
     kept = None
     with suppress(FileNotFoundError):
         status = path.lstat()
@@ -99,18 +108,19 @@ def replaced_whole(path: Path) -> Iterator[IO[Any]]:
     temporary = _temporary(path)
     # At no time may more users read it than the file before.
     mode = stat.S_IMODE(kept.st_mode) & 0o777 if kept else _NEW_FILE
-    file = open(temporary, "xb", opener=lambda name, flags: os.open(name, flags, mode))  # noqa: SIM115
     try:
-        with file:
+        with open(temporary, "xb", opener=lambda name, flags: os.open(name, flags, mode)) as file:
             yield file
         if kept:
             if hasattr(os, "chown"):
                 with suppress(OSError):  # only root gives files away
                     os.chown(temporary, kept.st_uid, kept.st_gid)
             temporary.chmod(mode)
-        temporary.replace(path)
+        with deferred():
+            temporary.replace(path)
+            finish()
     except BaseException:
-        temporary.unlink()
+        temporary.unlink(missing_ok=True)
         raise
 
 
