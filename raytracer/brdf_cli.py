@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import tomllib
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ from raytracer.models import MODELS, Parameter
 from raytracer.progress import progress_bar
 from raytracer.suggest import did_you_mean
 from raytracer.terminal import say, say_json
+from raytracer.toml_table import toml
 
 if TYPE_CHECKING:
     from raytracer.material import Material
@@ -279,7 +279,7 @@ def _value(parameter: Parameter, text: str, given: str) -> Any:
         "color": (_numbers, "a number, or three with commas between: 1,0.8,0.3"),
         "direction": (_numbers, "three numbers with commas between: 1,0,0"),
         "lobes": (
-            lambda text: tomllib.loads(f"x = {text}")["x"],
+            lambda text: toml(f"x = {text}")["x"],
             "lobes as in a scene file: [{ cx = -1, cz = 1, n = 20 }]",
         ),
     }
@@ -288,7 +288,7 @@ def _value(parameter: Parameter, text: str, given: str) -> Any:
     convert, expected = parse[parameter.kind]
     try:
         return convert(text)
-    except (ValueError, RecursionError):  # of lists in lists
+    except ValueError:  # InputError is one
         raise InputError(f"expected {expected}", file=_short(given)) from None
 
 
