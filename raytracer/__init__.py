@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from raytracer.library import published
     from raytracer.material import Material
     from raytracer.models import Lobe
+    from raytracer.picture import render
     from raytracer.presets import quality
     from raytracer.reference_picture import reference
-    from raytracer.renderer import render
     from raytracer.scene import Camera, PointLight, Scene
     from raytracer.scene_file import SceneFile, load, load_all, load_settings
     from raytracer.settings import Settings
@@ -102,7 +102,7 @@ _PICTURES = {
     "compare": "comparison",
     "published": "library",
     "reference": "reference_picture",
-    "render": "renderer",
+    "render": "picture",
 }
 
 

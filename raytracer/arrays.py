@@ -27,7 +27,8 @@ def number_array(
     array = _array(value, key)
     if array is not None and array.dtype.kind in _KINDS:
         return array
-    rows = items(value, most)
+    # Arrays of objects may hold numbers. Arrays of other kinds hold none.
+    rows = items(value, most) if array is None or array.dtype.kind == "O" else None
     if rows is None:
         raise InputError(f"expected {expected}, got {shown(value)}", key)
     if len(rows) > most:
@@ -35,11 +36,12 @@ def number_array(
     if not _are_plain(rows):
         rows = [check_row(row, (*keys, i)) for i, row in enumerate(rows)]
     try:
-        return np.array(rows, np.float64)
+        with np.errstate(over="ignore"):  # a number of more bits becomes infinite, which whoever asks refuses
+            return np.array(rows, np.float64)
     except OverflowError:  # a whole number that float64 does not hold
         return np.array([check_row(row, (*keys, i)) for i, row in enumerate(rows)], np.float64)
     except ValueError:  # what is said of it is long
-        raise InputError("expected rows of one length", key) from None
+        raise InputError(f"expected {expected}, in rows of one length", key) from None
 
 
 def _array(value: Any, key: Key | Keys) -> NDArray[Any] | None:

@@ -19,7 +19,7 @@ from raytracer.checks import InputError, shown
 from raytracer.presets import Fields, combined, flags, over
 from raytracer.sampling import PROGRESSIVE
 from raytracer.scene import Scene
-from raytracer.settings import Settings, Shading, Shadows
+from raytracer.settings import NO_RADIUS, Settings, Shading, Shadows
 from raytracer.shader import Show, material_layout
 
 T = TypeVar("T")
@@ -248,7 +248,7 @@ def _shadows(state: State) -> State:
     """To the next shadows that differ: soft ones are hard where all lights are points."""
     shadows = _next(get_args(Shadows), state.settings.shadows)
     if shadows == "soft" and not any(light.radius for light in state.loaded.lights):
-        state = _set(state, hint="no soft shadows: no light has a radius")
+        state = _set(state, hint=f"no soft shadows: {NO_RADIUS}")
         shadows = _next(get_args(Shadows), shadows)
     return _with_settings(state, shadows=shadows)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
-from raytracer.checks import printable
+from raytracer.checks import InputError, printable, shown
 from raytracer.terminal import note
 
 # What takes longer than this on a terminal shows a progress bar, in seconds.
@@ -17,6 +17,12 @@ _SECONDS_WITHOUT_BAR = 1.0
 _SECONDS_WITHOUT_LINE = 10.0
 
 Progress = Callable[[int, int], None]
+
+
+def check_progress(value: Any) -> None:
+    """Raise InputError unless `value` can be called with two numbers, or is None."""
+    if value is not None and (not callable(value) or isinstance(value, type)):
+        raise InputError(f"expected a function of two numbers or None, got {shown(value)}", "progress")
 
 
 def progress_bar(title: str) -> AbstractContextManager[Progress]:

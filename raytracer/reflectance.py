@@ -14,8 +14,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.material import Material, peak
-from raytracer.models import FUNCTIONS, MODELS, Parameter
+from raytracer.material import Material
+from raytracer.models import FUNCTIONS, MODELS, Parameter, peak
 
 if TYPE_CHECKING:
     from raytracer.merl import Measured

@@ -67,6 +67,14 @@ def test_pictures_of_many_blocks_of_rows_have_the_numbers_of_the_plain_formulas(
     assert 0 < got.over == pytest.approx(np.mean(off.max(axis=2) > 8.0), rel=1e-12)
 
 
+def test_pictures_may_be_lists_and_numbers_of_any_type() -> None:
+    rows = [[[0.5, 0.25, 1], [0, 1, 2]], [[1, 1, 1], [3, 2, 1]]]
+    a = np.array(rows, np.float64)
+    for same in (rows, [*a], a.astype(np.float16), a.astype(np.longdouble), a.astype(object), np.ma.array(a), Image(a)):
+        assert compare(same, a).largest == 0.0
+    assert compare(a, np.asfortranarray(a)[::-1]).largest == 3.0
+
+
 def test_the_second_picture_is_the_reference() -> None:
     assert compare(grey(0.1), grey(0.4)).relative == pytest.approx(0.75)
     assert compare(grey(0.4), grey(0.1)).relative == pytest.approx(3.0)
