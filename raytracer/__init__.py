@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from raytracer.glsl_source import ShaderError
     from raytracer.instances import Instances
     from raytracer.library import published
+    from raytracer.lobe import Lobe
     from raytracer.material import Material
-    from raytracer.models import Lobe
     from raytracer.picture import render
     from raytracer.presets import quality
     from raytracer.reference_picture import reference
@@ -79,7 +79,7 @@ _SCENES = {
     "InputError": "checks",
     "Instances": "instances",
     "Intersection": "solids",
-    "Lobe": "models",
+    "Lobe": "lobe",
     "Material": "material",
     "Plane": "solids",
     "PointLight": "scene",

@@ -13,7 +13,7 @@ import msgspec
 
 from raytracer.checks import InputError, about, check_size, number
 from raytracer.comparison import SCALE, THRESHOLD, Comparison, Rows, difference, measure, size_of
-from raytracer.options import add_own, add_scene, add_size, given, warn_of, whole
+from raytracer.options import add_own, add_scene, add_size, given, warn_about, whole
 from raytracer.output import check_output
 from raytracer.picture_file import SUFFIXES, load_radiance, size_in
 from raytracer.presets import combined, own
@@ -103,7 +103,7 @@ def _reference(options: argparse.Namespace) -> int:
         for material in scene.materials:
             settings.shaded(material)
         check_cost(scene, size)
-    warn_of(options.scene, scene, msgspec.structs.replace(settings, precision=64))
+    warn_about(options.scene, scene, msgspec.structs.replace(settings, precision=64))
     start = time.monotonic()
     traced = False
 

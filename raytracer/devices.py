@@ -44,7 +44,7 @@ class Opened(NamedTuple):
         return device in self.name.lower() if isinstance(device, str) else device == self.number
 
 
-def device_of(device: Any = None) -> Device | None:
+def wanted_device(device: Any = None) -> Device | None:
     """`device`, or the value of RAYTRACER_DEVICE if None: an index, a part of a name in lower case; None for the best.
 
     Raises InputError for anything else.
@@ -64,7 +64,7 @@ def device_of(device: Any = None) -> Device | None:
 
 
 def open_device(device: Device | None = None) -> moderngl.Context:
-    """A new context, current, on the device of device_of(): for None the first hardware, or else the first that opens.
+    """A new context, current, on the device: for None the first that is hardware, or else the first that opens.
 
     Raises InputError for a device that is not there, RuntimeError if there is none, or if the device does not open.
     """

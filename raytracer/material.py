@@ -20,7 +20,8 @@ from raytracer.checks import (
     three,
     within,
 )
-from raytracer.models import MODELS, Lobe, Parameter
+from raytracer.lobe import Lobe
+from raytracer.models import MODELS, Parameter
 from raytracer.suggest import did_you_mean
 from raytracer.toml_table import check_table
 

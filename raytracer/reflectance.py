@@ -14,8 +14,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from raytracer.lobe import peak
 from raytracer.material import Material
-from raytracer.models import FUNCTIONS, MODELS, Parameter, peak
+from raytracer.models import FUNCTIONS, MODELS, Parameter
 
 if TYPE_CHECKING:
     from raytracer.merl import Measured

@@ -199,7 +199,7 @@ class _Operator(Solid, frozen=True, eq=False):
         return isinstance(other, _Operator) and tree.are_equal(self, other)
 
     def __hash__(self) -> int:
-        return tree.hash_of(self)
+        return tree.tree_hash(self)
 
     def __repr__(self) -> str:
         return tree.text(self)

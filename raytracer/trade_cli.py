@@ -12,7 +12,7 @@ import msgspec
 
 from raytracer.checks import InputError, about, check_size, number
 from raytracer.interrupts import STATUS
-from raytracer.options import add_backend, add_own, add_scene, add_size, given, warn_of, whole
+from raytracer.options import add_backend, add_own, add_scene, add_size, given, warn_about, whole
 from raytracer.presets import OWN, Fields, combined, over, own
 from raytracer.presets import flags as as_flags
 from raytracer.progress import step_bar, tell_step
@@ -84,7 +84,9 @@ def _trade(options: argparse.Namespace) -> int:
     check_folder(folder, *FILES)
     extent = QUICK if options.quick else FULL
     renderer = shared_renderer(options.backend, options.device)
-    warn_of(options.scene, scene, msgspec.structs.replace(combined(own(of_file)), shadows="hard"))  # as plan() has it
+    warn_about(
+        options.scene, scene, msgspec.structs.replace(combined(own(of_file)), shadows="hard")
+    )  # as plan() has it
     planned = plan(scene, extent, of_file)
     add_approximations(planned, scene, extent, renderer)
     with about(options.scene):
@@ -148,7 +150,7 @@ def _tune(options: argparse.Namespace) -> int:
 
     check_size(size)
     settings = combined(own(of_file), own(flags))
-    warn_of(options.scene, scene, settings)
+    warn_about(options.scene, scene, settings)
     renderer = shared_renderer(options.backend, options.device)
     try:
         with about(options.scene):

@@ -21,9 +21,9 @@ def run(code: str, *arguments: str) -> None:
 
 
 def modules() -> list[str]:
-    found = [module.name for module in pkgutil.walk_packages(rt.__path__, "raytracer.")]
-    assert len(found) > 70
-    return found
+    names = [module.name for module in pkgutil.walk_packages(rt.__path__, "raytracer.")]
+    assert len(names) > 70
+    return names
 
 
 def test_no_module_has_the_name_of_a_function() -> None:
