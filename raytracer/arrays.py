@@ -40,7 +40,7 @@ def number_array(
             return np.array(rows, np.float64)
     except OverflowError:  # a whole number that float64 does not hold
         return np.array([check_row(row, (*keys, i)) for i, row in enumerate(rows)], np.float64)
-    except ValueError:  # what is said of it is long
+    except ValueError:  # whose own message is long
         raise InputError(f"expected {expected}, in rows of one length", key) from None
 
 

@@ -2,7 +2,7 @@
 `reference` and `compare` (`compare_cli.py`), `trade` and `tune` (`trade_cli.py`), `doctor`.
 
 Exit status: 0 done; 2 the input is wrong, with one line on standard error that says what and
-where, and nothing written; 1 anything else, such as a picture less accurate than was asked for; 130 after Ctrl-C.
+where, and nothing written; 1 anything else, such as a picture less accurate than `--max-error`; 130 after Ctrl-C.
 """
 
 from __future__ import annotations

@@ -145,7 +145,7 @@ def _compare(options: argparse.Namespace) -> int:
     if sizes[0] != sizes[1]:  # before a large one takes time and memory
         for name, (width, height) in zip(names, sizes, strict=True):
             if width * height <= _SMALL:
-                load_radiance(name)  # what is wrong with the file itself comes first
+                load_radiance(name)  # an error about the file itself comes first
         size, expected = ("{}x{}".format(*size) for size in sizes)
         raise InputError(f"expected the size of {names[1]}, {expected}, got {size}", file=names[0])
     pictures = [load_radiance(name) for name in names]

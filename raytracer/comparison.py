@@ -1,4 +1,4 @@
-"""How far two pictures are apart, in linear radiance."""
+"""Measures of how far two pictures are apart, in linear radiance."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def compare(
     threshold: float = THRESHOLD,
     flip: Literal["ldr", "hdr"] | None = None,
 ) -> Comparison:
-    """How far the picture `a` is from the reference `b`, each an Image, or an array (H, W, 3) of linear radiance.
+    """Measure how far the picture `a` is from the reference `b`, Images or arrays (H, W, 3) of linear radiance.
 
     `threshold`: above which difference of a channel a pixel counts in `over`; linear radiance. Default: 0.01.
     `flip`: with FLIP, of what is within [0, 1] ("ldr"), or at all exposures at which the reference can be looked

@@ -40,7 +40,7 @@ def backend_name(backend: str | None = None) -> str:
 
 
 def chosen(backend: str | None = None, device: Device | None = None) -> tuple[str, Device | None]:
-    """The backend's name, and the device that is asked for, by arguments or else by variables; None for the best one.
+    """The backend's name, and the device, by arguments or else by variables; None for the best device.
 
     Only EGL has devices: with one, "auto" is "egl". The variable RAYTRACER_DEVICE is for EGL alone. Raises InputError
     as `backend_name` and `wanted_device`, and for the argument `device` with a backend that has none.
