@@ -159,11 +159,12 @@ def _materials(objects: tuple[Solid | Instances, ...]) -> tuple[Material, ...]:
     if _last[0] is not objects:
         count = 0
         materials: dict[Material, None] = {}
-        for item in objects:
+        for i, item in enumerate(objects, start=1):
             found = leaves(item.solid if isinstance(item, Instances) else item)
             count += len(found) * (len(item) if isinstance(item, Instances) else 1)
             if count > MAX_SURFACES:  # at once: of solids that objects share there may be more than fit the memory
-                raise InputError(f"objects: expected at most {MAX_SURFACES} primitives, got at least {count}")
+                least = "at least " if i < len(objects) else ""
+                raise InputError(f"objects: expected at most {MAX_SURFACES} primitives, got {least}{count}")
             materials |= dict.fromkeys(leaf.material for leaf in found)
         _last = objects, tuple(materials)
     return _last[1]
