@@ -17,7 +17,7 @@ from raytracer.program_rows import check_listed
 from raytracer.rectangles import cells_under
 from raytracer.scene import PointLight, Scene
 from raytracer.settings import Settings
-from raytracer.shader import is_listed, material_layout, shaded_materials
+from raytracer.shader import has_mirrors, is_listed, material_layout, shaded_materials
 from raytracer.sight import Mask, Met
 from raytracer.table import table
 
@@ -33,6 +33,11 @@ GRIDS = (256, 128, 64, 32, 16, 8, 4, 2, 1)
 # object of a kind, or of a cell and a primitive of another object. They take 24, 40 and 60 bytes, and such a primitive
 # half a microsecond.
 _MAX_CELLS, _MAX_ITEMS, _MAX_LISTED = 2**23, 2**24, 2**22
+# Entries of the list of everything up to which rays to a light from beyond its reach go through that list: eight times
+# the primitives of which `walk` makes the same bits. A longer list takes too long for pixels at a horizon, and more
+# rounds than llvmpipe computes (cut_short.glsl). There the list of the cell has to do, which may then miss an object
+# that the ray only grazes, to within the ray's own rounding.
+_MOST_FROM_AFAR = 4096
 # How often a ray goes through a chain's leaves, but for few that meet more than chain.glsl has room for.
 _CHAIN_ROUNDS = 8
 _UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7, "measured": 8}
@@ -128,28 +133,36 @@ class Numbers:
         # All in one texture, the camera's last; and where the list of each cell of a light begins and ends. Behind
         # these, each light's reach.
         everything = lister.of_everything().entries
+        is_short = len(everything) <= _MOST_FROM_AFAR
+        mirrors = has_mirrors(scene, settings)
+        if not is_short and not mirrors:
+            everything = everything[:0]
         entries = [self._of_lights.entries, everything, self._of_camera.entries]
         first = np.cumsum([0, *map(len, entries)])
         self.everything = int(first[1]), int(first[2])
         self._first = int(first[2])
         self._texture("lists", np.concatenate(entries))
-        reaches = np.array([[lister.reach(scene, light), 0.0] for light in lights], np.float32).reshape(-1, 2)
+        reach = [lister.reach(scene, light) if is_short else np.inf for light in lights]
+        reaches = np.column_stack((reach, np.zeros(len(lights)))).astype(np.float32)
         self._texture("ends", np.concatenate((self._of_lights.ends, reaches.view(np.int32))))
-        programs = groups(scene).bigs
-        trees = any(not big.pruner.is_chain for big in programs)
-        self.rounds = self._rounds_of_lists = self._most_rounds(len(lights), trees=trees) if programs else 0
+        self.rounds = self._rounds_of_lists = self._most_rounds(scene, len(lights), settings.bounces if mirrors else 0)
         self._lit = lit
 
-    def _most_rounds(self, lights: int, *, trees: bool) -> int:
-        """Rounds of loops in programs, for a ray from the camera and one to each light: of the longest list's codes, as
-        often as it has surfaces, but in chains rarely more than a few times.
+    def _most_rounds(self, scene: Scene, lights: int, bounces: int) -> int:
+        """Rounds of loops, for rays from the camera and mirrors and from each point to each light: for each code in the
+        longest list one round in objects of kinds; in programs as many as the list has surfaces, but in chains rarely
+        more than a few.
         """
         assert self._of_camera and self._of_lights
-        longest = [int(np.diff(found.ends).max(initial=0)) for found in (self._of_camera, self._of_lights)]
-        return sum(
-            rays * codes * (2 * codes if trees else _CHAIN_ROUNDS)
-            for rays, codes in zip((1, lights), longest, strict=True)
-        )
+        camera, light = (int(np.diff(lists.ends).max(initial=0)) for lists in (self._of_camera, self._of_lights))
+        everything = self.everything[1] - self.everything[0]
+        programs = groups(scene).bigs
+        trees = any(not big.pruner.is_chain for big in programs)
+
+        def rounds(codes: int) -> int:
+            return codes * (2 * codes if trees else _CHAIN_ROUNDS if programs else 1)
+
+        return rounds(camera) + bounces * rounds(everything) + (1 + bounces) * lights * rounds(light)
 
     def _finest_grid(self, lister: lists.Lister, scene: Scene, lights: list[PointLight]) -> int:
         """How many cells a side of each face has: as many as there is room for, and use.
