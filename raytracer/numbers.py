@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer import lists, reflectance, view_space
-from raytracer.cells import CELL, MAX_PAIRS
+from raytracer.cells import CELL
 from raytracer.checks import InputError
 from raytracer.groups import groups
 from raytracer.opengl import BufferTexture, set_sampler, volume_texture
@@ -30,14 +30,15 @@ _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2}
 # quarter of a cell. The coarse ones are for large lights.
 GRIDS = (256, 128, 64, 32, 16, 8, 4, 2, 1)
 # Cells are larger where the lists of all lights would have more of them than that, or more pairs of a cell and an
-# object of a kind, or of a cell and a primitive of another object. They take 24, 40 and 60 bytes, and such a primitive
-# half a microsecond.
+# object of a kind, or of a cell and a primitive of another object. They take 24, 40 and 150 bytes.
 _MAX_CELLS, _MAX_ITEMS, _MAX_LISTED = 2**23, 2**24, 2**22
 # Entries of the list of everything up to which rays to a light from beyond its reach go through that list: eight times
 # the primitives of which `walk` makes the same bits. A longer list takes too long for pixels at a horizon, and more
 # rounds than llvmpipe computes (cut_short.glsl). There the list of the cell has to do, which may then miss an object
 # that the ray only grazes, to within the ray's own rounding.
 _MOST_FROM_AFAR = 4096
+# Spheres times lights: to find in which cells each is seen takes some microseconds.
+_MAX_SEEN = 2**22
 # How often a ray goes through a chain's leaves, but for few that meet more than chain.glsl has room for.
 _CHAIN_ROUNDS = 8
 _UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7, "measured": 8}
@@ -128,8 +129,7 @@ class Numbers:
         if lit == self._lit:
             return
         self._lit = None
-        self.grid = self._finest_grid(lister, scene, lights)
-        self._of_lights = lister.of_lights(scene, lights, self.grid)
+        self._of_lights = self._lists_of_lights(lister, scene, lights)
         # All in one texture, the camera's last; and where the list of each cell of a light begins and ends. Behind
         # these, each light's reach.
         everything = lister.of_everything().entries
@@ -164,28 +164,35 @@ class Numbers:
 
         return rounds(camera) + bounces * rounds(everything) + (1 + bounces) * lights * rounds(light)
 
-    def _finest_grid(self, lister: lists.Lister, scene: Scene, lights: list[PointLight]) -> int:
-        """How many cells a side of each face has: as many as there is room for, and use.
+    def _lists_of_lights(self, lister: lists.Lister, scene: Scene, lights: list[PointLight]) -> lists.Lists:
+        """Those of cubes around lights with as many cells as there is room for, and use.
 
-        Raises InputError if even one cell for each face is too many.
+        Raises InputError if even with one cell for each face they take too much.
         """
+        spheres = len(table(scene).radii)
+        if spheres * len(lights) > _MAX_SEEN:
+            raise InputError(
+                f"objects: expected at most {_MAX_SEEN} spheres times lights, got {spheres} x {len(lights)}, whose "
+                f"lists take about {spheres * len(lights) * 2e-6:.2g} s; remedies are fewer lights, fewer spheres and "
+                "no shadows"
+            )
         most = min(BufferTexture.most(self._context), _MAX_CELLS)
         finest = min((lister.finest_grid(scene, light) for light in lights), default=GRIDS[0])
-        fitting = [grid for grid in GRIDS if grid <= finest and (6 * grid * grid + 1) * len(lights) <= most]
-        grids = fitting or [GRIDS[-1]]
-        of_kinds = others = 0.0
-        for grid in grids:
-            of_kinds, others = lister.pairs(scene, lights, grid)
-            if of_kinds <= _MAX_ITEMS and others <= _MAX_LISTED:
-                return grid
-        check_listed(others)
-        if of_kinds > MAX_PAIRS:
-            raise InputError(
-                f"objects: expected at most {MAX_PAIRS} pairs of an object and a face of the cube around a light, got "
-                f"about {of_kinds:.3g}, for which lists take about {of_kinds * 4e-8:.2g} GB; remedies are fewer lights "
-                "and fewer objects"
-            )
-        return grids[-1]
+        for self.grid in GRIDS:
+            last = self.grid == GRIDS[-1]
+            if not last and (self.grid > finest or (6 * self.grid**2 + 1) * len(lights) > most):
+                continue
+            of_kinds, others = lister.pairs(scene, lights, self.grid)
+            if last:
+                check_listed(others)
+            elif of_kinds > _MAX_ITEMS or others > _MAX_LISTED:
+                continue
+            try:
+                return lister.of_lights(scene, lights, self.grid)
+            except InputError:  # there are more pairs than they seemed to be
+                if last:
+                    raise
+        raise AssertionError
 
     def camera_lists(self) -> NDArray[np.int32]:
         """(cells, 2): where the list of each cell of the picture begins and ends, in a scene that has them."""

@@ -144,6 +144,17 @@ def test_a_coarser_cube_around_the_lights_gives_the_same_picture(
         renderer.render(scene, SIZE, settings)
 
 
+def test_too_many_spheres_times_lights_are_refused(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(numbers, "_MAX_SEEN", 100)
+    scene = scenes.of(rt.Instances(BALL, np.zeros((60, 3))), eye=(0, 0, 6))
+    scene = msgspec.structs.replace(scene, lights=[rt.PointLight((4, 7, 4))] * 2)
+    with pytest.raises(
+        rt.InputError, match=r"objects: expected at most 100 spheres times lights, got 60 x 2, .* no sha"
+    ):
+        renderer.render(scene, SIZE, Settings())
+    renderer.render(scene, SIZE, Settings(shadows="off"))
+
+
 def row(count: int) -> rt.Scene:
     """Balls along the line of sight, each inside another that is taken away: rays go through all, and see nothing."""
     less, more = (joined([rt.Sphere((0, 0, -3.0 * i), r) for i in range(count)]) for r in (1.0, 1.1))
