@@ -178,17 +178,18 @@ class Numbers:
             )
         most = min(BufferTexture.most(self._context), _MAX_CELLS)
         finest = min((lister.finest_grid(scene, light) for light in lights), default=GRIDS[0])
-        for self.grid in GRIDS:
-            last = self.grid == GRIDS[-1]
-            if not last and (self.grid > finest or (6 * self.grid**2 + 1) * len(lights) > most):
+        for grid in GRIDS:
+            last = grid == GRIDS[-1]
+            if not last and (grid > finest or (6 * grid**2 + 1) * len(lights) > most):
                 continue
-            of_kinds, others = lister.pairs(scene, lights, self.grid)
+            of_kinds, others = lister.pairs(scene, lights, grid)
             if last:
                 check_listed(others)
             elif of_kinds > _MAX_ITEMS or others > _MAX_LISTED:
                 continue
+            self.grid = grid
             try:
-                return lister.of_lights(scene, lights, self.grid)
+                return lister.of_lights(scene, lights, grid)
             except InputError:  # there are more pairs than they seemed to be
                 if last:
                     raise

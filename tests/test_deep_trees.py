@@ -58,7 +58,7 @@ def test_complements_of_complements_are_not_compiled(renderer: Renderer, evaluat
         short = ~BALL if count % 2 else BALL
         one, other = (renderer.render(scenes.of(solid, eye=(0, 0, 4)), SIZE, settings) for solid in (deep, short))
         np.testing.assert_array_equal(one.radiance, other.radiance)
-        assert deep != short and eval(repr(deep), vars(rt)) == deep  # a solid is what was written
+        assert deep != short and eval(repr(deep), dict(vars(rt))) == deep  # a solid is what was written
     assert roth_loops(scenes.of(complements(BALL, 10_000))) == 1
     assert has_quiet(scenes.of(complements(BALL, 10_000)), Settings())
 
