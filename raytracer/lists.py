@@ -132,7 +132,7 @@ class Lister:
             return overlaps(*tangents(centers, radii), corner, (step, step), shape)
 
         cells = shape[0] * shape[1]
-        return self._lists([view], cells, np.zeros(cells, np.int64), np.zeros(0, np.int32))
+        return self._lists([view], cells, np.zeros(cells, np.int64), np.zeros(0, np.int32), cells)
 
     def of_everything(self) -> Lists:
         """Of all objects, for rays that come from anywhere: one list."""
@@ -198,10 +198,14 @@ class Lister:
             items.append(item.astype(np.int32))
         return self._lists(views, cells, np.concatenate(counts), np.concatenate(items))
 
-    def _lists(self, views: list[View], cells: int, count: Ints, item: NDArray[np.int32]) -> Lists:
-        """The lists of objects of kinds, of which cell i has count[i] one after the other, with those of all others."""
+    def _lists(self, views: list[View], cells: int, count: Ints, item: NDArray[np.int32], picture: int = 0) -> Lists:
+        """The lists of objects of kinds, of which cell i has count[i] one after the other, with those of all others.
+
+        `picture` is as in program_rows.met().
+        """
         listed = [
-            (big, *program_rows.met(big, self._spheres, self._centers, self._radii, views, cells)) for big in self._bigs
+            (big, *program_rows.met(big, self._spheres, self._centers, self._radii, views, cells, picture))
+            for big in self._bigs
         ]
         bare = [program_rows.everywhere(big, self._spheres) for big in self._bigs]
         if any(len(rows.cell) for rows in bare):
@@ -210,15 +214,22 @@ class Lister:
                 some[rows.cell] = True
             occupied = np.flatnonzero(some)
             listed = [
-                (big, pairs, program_rows.filled(big, rows, around, pairs, occupied) if len(around.cell) else rows)
+                (
+                    big,
+                    pairs,
+                    program_rows.filled(big, rows, around, pairs, occupied, picture) if len(around.cell) else rows,
+                )
                 for (big, pairs, rows), around in zip(listed, bare, strict=True)
             ]
         parts = [rows.entries() for _, _, rows in listed if len(rows.cell)]
         entries = item
         if parts:
-            cell = np.concatenate([np.repeat(np.arange(len(count)), count), *(cell for cell, _ in parts)])
+            cell = np.concatenate(
+                [np.repeat(np.arange(len(count), dtype=np.int32), count), *(cell for cell, _ in parts)]
+            )
             entries = np.concatenate([item, *(values for _, values in parts)])
-            entries = entries[np.argsort(cell, kind="stable")]
+            if np.any(cell[1:] < cell[:-1]):
+                entries = entries[np.argsort(cell, kind="stable")]
             count = np.bincount(cell, minlength=len(count))
         end = np.cumsum(count)
         ends = np.column_stack((end - count, end)).astype(np.int32)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer import lists, reflectance, view_space
-from raytracer.cells import CELL, MAX_PAIRS
+from raytracer.cells import CELL
 from raytracer.checks import InputError
 from raytracer.groups import groups
 from raytracer.opengl import BufferTexture, set_sampler, volume_texture
@@ -17,7 +17,7 @@ from raytracer.program_rows import check_listed
 from raytracer.rectangles import cells_under
 from raytracer.scene import PointLight, Scene
 from raytracer.settings import Settings
-from raytracer.shader import is_listed, material_layout, shaded_materials
+from raytracer.shader import has_mirrors, is_listed, material_layout, shaded_materials
 from raytracer.sight import Mask, Met
 from raytracer.table import table
 
@@ -30,9 +30,15 @@ _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2}
 # quarter of a cell. The coarse ones are for large lights.
 GRIDS = (256, 128, 64, 32, 16, 8, 4, 2, 1)
 # Cells are larger where the lists of all lights would have more of them than that, or more pairs of a cell and an
-# object of a kind, or of a cell and a primitive of another object. They take 24, 40 and 60 bytes, and such a primitive
-# half a microsecond.
+# object of a kind, or of a cell and a primitive of another object. They take 24, 40 and 150 bytes.
 _MAX_CELLS, _MAX_ITEMS, _MAX_LISTED = 2**23, 2**24, 2**22
+# Entries of the list of everything up to which rays to a light from beyond its reach go through that list: eight times
+# the primitives of which `walk` makes the same bits. A longer list takes too long for pixels at a horizon, and more
+# rounds than llvmpipe computes (cut_short.glsl). There the list of the cell has to do, which may then miss an object
+# that the ray only grazes, to within the ray's own rounding.
+_MOST_FROM_AFAR = 4096
+# Spheres times lights: to find in which cells each is seen takes some microseconds.
+_MAX_SEEN = 2**22
 # How often a ray goes through a chain's leaves, but for few that meet more than chain.glsl has room for.
 _CHAIN_ROUNDS = 8
 _UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7, "measured": 8}
@@ -125,57 +131,72 @@ class Numbers:
         if lit == self._lit:
             return
         self._lit = None
-        self.grid = self._finest_grid(lister, scene, lights)
-        self._of_lights = lister.of_lights(scene, lights, self.grid)
+        self._of_lights = self._lists_of_lights(lister, scene, lights)
         # All in one texture, the camera's last; and where the list of each cell of a light begins and ends. Behind
         # these, each light's reach.
         everything = lister.of_everything().entries
+        is_short = len(everything) <= _MOST_FROM_AFAR
+        mirrors = has_mirrors(scene, settings)
+        if not is_short and not mirrors:
+            everything = everything[:0]
         entries = [self._of_lights.entries, everything, self._of_camera.entries]
         first = np.cumsum([0, *map(len, entries)])
         self.everything = int(first[1]), int(first[2])
         self._first = int(first[2])
         self._texture("lists", np.concatenate(entries))
-        reaches = np.array([[lister.reach(scene, light), 0.0] for light in lights], np.float32).reshape(-1, 2)
+        reach = [lister.reach(scene, light) if is_short else np.inf for light in lights]
+        reaches = np.column_stack((reach, np.zeros(len(lights)))).astype(np.float32)
         self._texture("ends", np.concatenate((self._of_lights.ends, reaches.view(np.int32))))
-        programs = groups(scene).bigs
-        trees = any(not big.pruner.is_chain for big in programs)
-        self.rounds = self._rounds_of_lists = self._most_rounds(len(lights), trees=trees) if programs else 0
+        self.rounds = self._rounds_of_lists = self._most_rounds(scene, len(lights), settings.bounces if mirrors else 0)
         self._lit = lit
 
-    def _most_rounds(self, lights: int, *, trees: bool) -> int:
-        """Rounds of loops in programs, for a ray from the camera and one to each light: of the longest list's codes, as
-        often as it has surfaces, but in chains rarely more than a few times.
+    def _most_rounds(self, scene: Scene, lights: int, bounces: int) -> int:
+        """Rounds of loops, for rays from the camera and mirrors and from each point to each light: for each code in the
+        longest list one round in objects of kinds; in programs as many as the list has surfaces, but in chains rarely
+        more than a few.
         """
         assert self._of_camera and self._of_lights
-        longest = [int(np.diff(found.ends).max(initial=0)) for found in (self._of_camera, self._of_lights)]
-        return sum(
-            rays * codes * (2 * codes if trees else _CHAIN_ROUNDS)
-            for rays, codes in zip((1, lights), longest, strict=True)
-        )
+        camera, light = (int(np.diff(lists.ends).max(initial=0)) for lists in (self._of_camera, self._of_lights))
+        everything = self.everything[1] - self.everything[0]
+        programs = groups(scene).bigs
+        trees = any(not big.pruner.is_chain for big in programs)
 
-    def _finest_grid(self, lister: lists.Lister, scene: Scene, lights: list[PointLight]) -> int:
-        """How many cells a side of each face has: as many as there is room for, and use.
+        def rounds(codes: int) -> int:
+            return codes * (2 * codes if trees else _CHAIN_ROUNDS if programs else 1)
 
-        Raises InputError if even one cell for each face is too many.
+        return rounds(camera) + bounces * rounds(everything) + (1 + bounces) * lights * rounds(light)
+
+    def _lists_of_lights(self, lister: lists.Lister, scene: Scene, lights: list[PointLight]) -> lists.Lists:
+        """Those of cubes around lights with as many cells as there is room for, and use.
+
+        Raises InputError if even with one cell for each face they take too much.
         """
-        most = min(BufferTexture.most(self._context), _MAX_CELLS)
-        finest = min((lister.finest_grid(scene, light) for light in lights), default=GRIDS[0])
-        fitting = [grid for grid in GRIDS if grid <= finest and (6 * grid * grid + 1) * len(lights) <= most]
-        grids = fitting or [GRIDS[-1]]
-        of_kinds = others = 0.0
-        for grid in grids:
-            of_kinds, others = lister.pairs(scene, lights, grid)
-            if of_kinds <= _MAX_ITEMS and others <= _MAX_LISTED:
-                return grid
-        check_listed(others)
-        if of_kinds > MAX_PAIRS:
+        spheres = len(table(scene).radii)
+        if spheres * len(lights) > _MAX_SEEN:
             raise InputError(
-                f"expected at most {MAX_PAIRS} pairs of an object and a face of the cube around a light, got "
-                f"about {of_kinds:.3g}, for which lists take about {of_kinds * 4e-8:.2g} GB; remedies are fewer lights "
-                "and fewer objects",
+                f"expected at most {_MAX_SEEN} spheres times lights, got {spheres} x {len(lights)}, whose "
+                f"lists take about {spheres * len(lights) * 2e-6:.2g} s; remedies are fewer lights, fewer spheres and "
+                "no shadows",
                 "objects",
             )
-        return grids[-1]
+        most = min(BufferTexture.most(self._context), _MAX_CELLS)
+        finest = min((lister.finest_grid(scene, light) for light in lights), default=GRIDS[0])
+        for grid in GRIDS:
+            last = grid == GRIDS[-1]
+            if not last and (grid > finest or (6 * grid**2 + 1) * len(lights) > most):
+                continue
+            of_kinds, others = lister.pairs(scene, lights, grid)
+            if last:
+                check_listed(others)
+            elif of_kinds > _MAX_ITEMS or others > _MAX_LISTED:
+                continue
+            self.grid = grid
+            try:
+                return lister.of_lights(scene, lights, grid)
+            except InputError:  # there are more pairs than they seemed to be
+                if last:
+                    raise
+        raise AssertionError
 
     def camera_lists(self) -> NDArray[np.int32]:
         """(cells, 2): where the list of each cell of the picture begins and ends, in a scene that has them."""

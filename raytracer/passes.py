@@ -22,6 +22,7 @@ from raytracer.rectangles import Over, Rectangles, touching, which_touch
 from raytracer.sampling import sample_place, scatters
 from raytracer.scene import Scene
 from raytracer.settings import Settings
+from raytracer.shader import MAX_ROUNDS
 from raytracer.sight import Mask, quiet_cells
 from raytracer.squares import Rectangle, Squares, runs, squares, viewport
 from raytracer.table import table
@@ -39,8 +40,6 @@ _LOGIC_OP = 0x0BF2
 _CUT_SHORT = -(2**31)
 # Less than INF of real.glsl, more than any light.
 _INFINITE = 1e29
-# Rounds of all its loops together after which llvmpipe has a shader leave every loop.
-MAX_ROUNDS = 65535
 
 
 class Programs(NamedTuple):

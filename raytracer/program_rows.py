@@ -20,8 +20,10 @@ Mask = NDArray[np.bool_]
 View: TypeAlias = Callable[[Array, Array], tuple[Ints, Ints]]
 
 # Pairs of a primitive of a large object and a cell, in all cells of the picture or of all lights. A pair takes some
-# 60 bytes and half a microsecond: 1 GB, and 8 seconds.
-MAX_LISTED = 2**24
+# 150 bytes and 1 microsecond: 1.2 GB, and 8 seconds.
+MAX_LISTED = 2**23
+# More for pictures so large that they take longer than their lists: so many for each cell, up to 4 times as many.
+_LISTED_IN_CELL = 2**10
 
 
 class Rows(NamedTuple):
@@ -32,7 +34,7 @@ class Rows(NamedTuple):
     start: Ints
     code: NDArray[np.int32]  # with numbers of surfaces for those of leaves
 
-    def entries(self) -> tuple[Ints, NDArray[np.int32]]:
+    def entries(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """Of each entry of the lists its cell, and the entry: a row is its negative length, its object, its codes."""
         count = np.diff(self.start)
         begin = self.start[:-1] + 2 * np.arange(len(count))
@@ -40,15 +42,19 @@ class Rows(NamedTuple):
         is_code = np.ones(len(values), bool)
         is_code[begin] = is_code[begin + 1] = False
         values[begin], values[begin + 1], values[is_code] = -count - 1, self.order, self.code
-        return np.repeat(self.cell, count + 2), values
+        return np.repeat(self.cell.astype(np.int32), count + 2), values
 
 
-def check_listed(count: float) -> None:
-    """Raise InputError for so many pairs of a primitive and a cell that their lists take too much time and memory."""
-    if count > MAX_LISTED:
+def check_listed(count: float, cells: int = 0) -> None:
+    """Raise InputError for so many pairs of a primitive and a cell that their lists take too much time and memory.
+
+    `cells` are those of a picture.
+    """
+    most = max(MAX_LISTED, min(_LISTED_IN_CELL * cells, 4 * MAX_LISTED))
+    if count > most:
         raise InputError(
-            f"expected at most {MAX_LISTED} pairs of a primitive of a large object and a cell in which rays "
-            f"may meet it, got about {count:.3g}, whose lists take about {count * 6e-8:.2g} GB; remedies are fewer "
+            f"expected at most {most} pairs of a primitive of a large object and a cell in which rays "
+            f"may meet it, got about {count:.3g}, whose lists take about {count * 1.5e-7:.2g} GB; remedies are fewer "
             "lights, a smaller picture, objects of fewer primitives, and half-spaces only together with spheres that "
             "bound them",
             "objects",
@@ -64,10 +70,13 @@ def everywhere(big: Big, spheres: int) -> Rows:
     return _rows(big, np.zeros_like(instance), instance, np.arange(len(instance) + 1) * len(code), np.tile(code, count))
 
 
-def met(big: Big, spheres: int, centers: Array, radii: Array, views: list[View], cells: int) -> tuple[Ints, Rows]:
+def met(
+    big: Big, spheres: int, centers: Array, radii: Array, views: list[View], cells: int, picture: int
+) -> tuple[Ints, Rows]:
     """The programs where spheres of the objects are met, and all pairs cell * objects + object of these, sorted.
 
-    The cells of view v are numbered from v * cells on.
+    The cells of view v are numbered from v * cells on. `picture`: how many cells a picture has, if the view is that.
+    Raises InputError for too many pairs of a primitive and a cell.
     """
     count = len(big.order)
     is_sphere = big.surfaces[0] < spheres
@@ -79,7 +88,7 @@ def met(big: Big, spheres: int, centers: Array, radii: Array, views: list[View],
     for v, view in enumerate(views):
         cell, number = view(centers[surfaces], radii[surfaces])
         total += len(cell)
-        check_listed(total)
+        check_listed(total, picture)
         instance, leaf = np.divmod(number, max(len(leaves), 1))
         keys.append(((v * cells + cell) * count + instance) << bits | leaves[leaf])
     key = np.sort(np.concatenate(keys))
@@ -89,7 +98,7 @@ def met(big: Big, spheres: int, centers: Array, radii: Array, views: list[View],
     row = np.cumsum(first) - 1
     pair = pair[first]
     if len(planes):
-        check_listed(len(leaf) + len(pair) * len(planes))
+        check_listed(len(leaf) + len(pair) * len(planes), picture)
         unbounded = np.repeat(np.arange(len(pair)), len(planes)) << bits | np.tile(planes, len(pair))
         key = np.sort(np.concatenate((row << bits | leaf, unbounded)))
         row, leaf = key >> bits, key & ((1 << bits) - 1)
@@ -98,11 +107,11 @@ def met(big: Big, spheres: int, centers: Array, radii: Array, views: list[View],
     return pair, _rows(big, cell, instance, start, code)
 
 
-def filled(big: Big, rows: Rows, bare: Rows, pairs: Ints, cells: Ints) -> Rows:
-    """The rows, and the bare ones in those of `cells` where an object has none; `pairs` are those of met()."""
+def filled(big: Big, rows: Rows, bare: Rows, pairs: Ints, cells: Ints, picture: int) -> Rows:
+    """The rows, and the bare ones in those of `cells` where an object has none; else as of met()."""
     count = len(big.order)
     size = int(bare.start[1])
-    check_listed(float(len(cells)) * count * size)
+    check_listed(float(len(cells)) * count * size, picture)
     every = (cells[:, None] * count + np.arange(count)).ravel()
     missing = every[~_among(every, pairs)]
     cell, instance = np.divmod(missing, count)

@@ -174,11 +174,12 @@ def _materials(objects: tuple[Solid | Instances, ...]) -> tuple[Material, ...]:
     if last[0] is not objects:
         count = 0
         materials: dict[Material, None] = {}
-        for item in objects:
+        for i, item in enumerate(objects, start=1):
             primitives = leaves(item.solid if isinstance(item, Instances) else item)
             count += len(primitives) * (len(item) if isinstance(item, Instances) else 1)
             if count > MAX_SURFACES:  # at once: of solids that objects share there may be more than fit the memory
-                raise InputError(f"expected at most {MAX_SURFACES} primitives, got at least {count}", "objects")
+                least = "at least " if i < len(objects) else ""
+                raise InputError(f"expected at most {MAX_SURFACES} primitives, got {least}{count}", "objects")
             materials |= dict.fromkeys(leaf.material for leaf in primitives)
         _last = last = objects, tuple(materials)
     return last[1]

@@ -24,6 +24,9 @@ from raytracer.solids import Complement, Difference, Intersection, Plane, Solid,
 from raytracer.table import table
 from raytracer.varyings import ALL, Handed, fitting
 
+# Rounds of all its loops together after which llvmpipe has a shader leave every loop (cut_short.glsl).
+MAX_ROUNDS = 65535
+
 # What the second pass makes of what a pixel sees; all but the picture for looking into it.
 Show = Literal["picture", "normal", "depth", "material"]
 
@@ -235,11 +238,19 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
     defines: dict[str, int | str] = {"HAS_SPHERES": 1} if spheres else {}
     defines |= {"HAS_PLANES": 1} if planes else {}
     if is_listed(scene, settings):
-        defines |= {"PROGRAMS": 1, "MANY_ROUNDS": 1} if groups(scene).bigs else {}
+        defines |= {"PROGRAMS": 1} if groups(scene).bigs else {}
+        defines |= {"MANY_ROUNDS": 1} if _may_take_many_rounds(scene, settings) else {}
         return defines | {"LISTED": 1}
     defines |= {"SPHERES": spheres, "SURFACES": found.size}
     defines |= {"MANY_ROUNDS": 1} if settings.evaluator != "roth" and found.size > evaluators.FEW_SPANS else {}
     return defines | {"DOUBLES": 1} if settings.precision == 64 else defines
+
+
+def _may_take_many_rounds(scene: Scene, settings: Settings) -> bool:
+    """Whether a pixel's rays may go through more lists of objects than llvmpipe has rounds for (cut_short.glsl)."""
+    bounces = settings.bounces if has_mirrors(scene, settings) else 0
+    objects = sum(len(kind.order) for kind in groups(scene).kinds)
+    return bool(groups(scene).bigs) or objects * (bounces + (1 + bounces) * len(scene.lights)) > MAX_ROUNDS
 
 
 def _includes(scene: Scene, settings: Settings, varyings: int) -> list[str]:

@@ -176,3 +176,30 @@ def test_a_small_tree_is_a_kind_a_rare_or_large_one_a_program() -> None:
     found = groups(scenes.of(lens(0, 0, 0), lens(1, 0, 0), FLOOR, lens(0, 0, 0) & FLOOR, ~lens(0, 0, 0)))
     assert [len(kind.first) for kind in found.kinds] == [2]
     assert [big.order for big in found.bigs] == [3, 4] and found.planes == [12]
+
+
+def crowd() -> rt.Instances:
+    """More lenses with a bite taken out than llvmpipe has rounds for, small ones in a box above the ground."""
+    places = np.random.default_rng(5).uniform((-10, 0.2, -20), (10, 6, 2), (90_000, 3))
+    lens = rt.Sphere((-0.016, 0, 0), 0.04, RED) & rt.Sphere((0.016, 0, 0), 0.04, RED)
+    return rt.Instances(lens - rt.Sphere((0, 0.032, 0), 0.028, RED), places)
+
+
+def test_a_horizon_behind_many_objects_changes_nothing_of_their_shadows(renderer: Renderer) -> None:
+    # The ground blocks no ray from above it to the light. Rays from the horizon come from beyond the light's reach.
+    lights, camera = [rt.PointLight((4, 12, 8))], rt.Camera((0, 3, 6), (0, 2.95, 0), vertical_fov=4)
+    alone = renderer.render(rt.Scene([crowd()], lights, camera), (320, 64), Settings())
+    over = renderer.render(rt.Scene([crowd(), rt.Plane((0, 1, 0), 0)], lights, camera), (320, 64), Settings())
+    assert alone.material is not None and over.material is not None and over.depth is not None
+    both = (alone.material == 0) & (over.material == 0)
+    assert both.sum() > 10_000 and np.isfinite(over.depth).any() and over.depth[np.isfinite(over.depth)].max() > 20_000
+    np.testing.assert_array_equal(over.radiance[both], alone.radiance[both])
+
+
+def test_mirrors_among_more_objects_than_the_driver_has_rounds_for_are_refused(renderer: Renderer) -> None:
+    if "llvmpipe" not in renderer.context.info["GL_RENDERER"]:
+        pytest.skip("a limit of llvmpipe")
+    ground = rt.Plane((0, 1, 0), 0, rt.Material("mirror"))
+    scene = rt.Scene([crowd(), ground], [rt.PointLight((4, 12, 8))], rt.Camera((0, 3, 6), (0, 2, 0)))
+    with pytest.raises(rt.InputError, match="expected pixels whose rays take at most 65535 steps"):
+        renderer.render(scene, (32, 18), Settings())
