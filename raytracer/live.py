@@ -142,7 +142,7 @@ class Live:
             self._drop_error()
             self._held.clear()
             self._held |= {*filter(None, programs), *on_screen.values()}
-        if reread:  # what the files held before is not needed any more
+        if reread:  # programs of the files as they were are not needed any more
             self._mistaken = False
             self._renderer.forget(self._held)
         elif not known:
@@ -286,7 +286,7 @@ class Live:
 
 
 def _structure(scene: Scene, settings: Settings, show: Show) -> tuple[object, ...]:
-    """What decides the text of a picture's programs."""
+    """Everything that decides the text of a picture's programs."""
     compiled = msgspec.structs.replace(settings, samples=1, adaptive=None, max_error=None, time=None)
     return scene.objects, light_defines(scene, settings), compiled, show
 

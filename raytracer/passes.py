@@ -36,7 +36,7 @@ _FIRST_DRAW, _LEAST_DRAW = 2**16, 2**12  # pixels
 _LOGIC_OP = 0x0BF2
 
 
-# Of cut_short.glsl.
+# The constant CUT_SHORT of cut_short.glsl.
 _CUT_SHORT = -(2**31)
 # Less than INF of real.glsl, more than any light.
 _INFINITE = 1e29

@@ -46,12 +46,12 @@ def render(
     before the fields of `settings`, and these before the defaults; None takes nothing back. `adaptive` is in place of
     `max_error` and `time`, and these of it. `samples` is 4096 where one of the three is given here without it.
     The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
-    `backend` is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl",
+    `backend` is how OpenGL is reached: "auto" (the default, unless the variable RAYTRACER_BACKEND is set), "egl",
     "window" or "osmesa"; the context is kept for the next call. `device` is one of EGL's, its index or a part of its
-    name, as `raytracer doctor` lists them (default: what the variable RAYTRACER_DEVICE says, or the first that is
+    name, as `raytracer doctor` lists them (default: the variable RAYTRACER_DEVICE, or the first that is
     hardware, or the first). `progress(done, total)` is called after each pass, and must not render itself.
 
-    Threads take turns: a call waits until that of another thread is done, and gives the same bits. After the first
+    Threads take turns: a call waits until the call of another thread is done, and gives the same bits. After the first
     picture a process must not be forked to render in the child, as multiprocessing does by default on Linux before
     Python 3.14: OpenGL drivers do not survive that. Use multiprocessing.get_context("spawn").
 

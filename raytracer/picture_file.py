@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
 
 SUFFIXES = (".npz", ".png")
-# Of a picture that is read: 8K (7680x4320), as more would take gigabytes.
+# Pixels of a picture: 8K (7680x4320), as more would take gigabytes.
 MAX_PIXELS = 2**25
-# Of its file: from 2 GB on NumPy writes another kind of archive; a PNG's pixels take at most half of this.
+# Bytes of its file: from 2 GB on NumPy writes another kind of archive; a PNG's pixels take at most half of this.
 _MAX_BYTES = {".npz": 2**31 - 1, ".png": 16 * MAX_PIXELS}
 _MAX_ARRAY = 16 * 3 * MAX_PIXELS
 
@@ -139,7 +139,7 @@ def _plain(file: IO[bytes]) -> NDArray[Any]:
 def _deep(file: IO[bytes]) -> NDArray[Any]:
     """The pixels (H, W, 3 or 4) of a PNG with 16 bits.
 
-    Of colours Pillow keeps the upper 8: told that files have the lower ones first, it keeps these.
+    Pillow keeps the first 8 bits of colours, the upper ones. By another layout the lower ones are first.
     """
     with _undecoded(file) as picture:
         layout = str(picture.tile[0][3])

@@ -1,4 +1,4 @@
-"""How far something is that takes longer than a moment: on standard error, a bar on a terminal, else lines."""
+"""The progress of work that takes longer than a moment: on standard error, a bar on a terminal, else lines."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from raytracer.checks import InputError, printable, shown
 from raytracer.terminal import note
 
-# What takes longer than this on a terminal shows a progress bar, in seconds.
+# Seconds. Longer work shows a progress bar on a terminal.
 _SECONDS_WITHOUT_BAR = 1.0
 # Between lines: few enough for a log, and often enough to tell work from a hang.
 _SECONDS_WITHOUT_LINE = 10.0

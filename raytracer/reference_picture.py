@@ -36,9 +36,9 @@ def reference(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Image:
-    """Trace in float64 what the picture of `scene` at `size` (width, height) in pixels converges to.
+    """Trace in float64 the limit of the picture of `scene` at `size` (width, height) in pixels.
 
-    `shading`, `shadows` and `bounces` are as `Settings` has them, and come before those of `settings`, whose other
+    `shading`, `shadows` and `bounces` are as `Settings` has them, and come before the fields of `settings`, whose other
     fields are of no effect. Each pixel gets 16 samples, and up to `samples` (range: 16 to 65536) while its error is
     estimated to be above `tolerance`, in linear radiance. The image is float64: `radiance`; `depth`, `normal` and
     `material` of the centre rays; `samples`, the samples of each pixel; `error`, the standard error of each pixel.

@@ -93,7 +93,7 @@ def render(options: argparse.Namespace) -> int:
         if _by_number(of_file, flags):
             complain(f"{output}: {missed}")
             return 1
-        say(missed)  # with as many samples as were asked for: no mistake
+        say(missed)  # the samples are as many as the user wants: no mistake
     return 0
 
 

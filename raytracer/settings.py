@@ -244,7 +244,7 @@ def _precision(bits: Any) -> int:
 
 
 def checked_settings(settings: Any) -> dict[str, Any]:
-    """The fields of `settings`, none of None. Raises InputError for what is no Settings."""
+    """The fields of `settings`, none of None. Raises InputError for another type."""
     if settings is None:
         return {}
     if not isinstance(settings, Settings):

@@ -125,7 +125,7 @@ def vertex_source(scene: Scene, settings: Settings, varyings: int = ALL) -> Sour
 
 
 def _handed_defines(scene: Scene, settings: Settings, varyings: int) -> dict[str, int]:
-    """What fragment shaders depend on of what is handed on."""
+    """The defines by which fragment shaders know which varyings there are."""
     few = len(scene.lights) <= CONSTANT_LIGHTS
     return {"FETCHED_LIGHTS": 1} if few and not _handed(scene, settings, varyings).lights else {}
 

@@ -257,7 +257,7 @@ _OPERATORS: dict[str, Callable[..., Solid]] = {kind.symbol: kind for kind in _KI
 def postfix(solid: Solid) -> list[Solid]:
     """The nodes of a tree, operands before their operator.
 
-    Raises InputError for a tree of more than `MAX_LEAVES` leaves or `MAX_NODES` nodes, and for what is no solid.
+    Raises InputError for a tree of more than `MAX_LEAVES` leaves or `MAX_NODES` nodes, and for no solid.
     """
     # Root, right, left on a stack is postfix backwards.
     order: list[Solid] = []

@@ -134,7 +134,7 @@ def tune_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _tune(options: argparse.Namespace) -> int:
-    """Search, and print what was found; 1 if nothing meets the target, STATUS after Ctrl-C."""
+    """Search, and print the settings; 1 if nothing meets the target, STATUS after Ctrl-C."""
     for value, name, unit in (
         (options.max_error, "--max-error", "linear radiance"),
         (options.time, "--time", "seconds"),
