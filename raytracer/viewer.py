@@ -216,9 +216,11 @@ class Viewer:
         try:
             self._start(self.state, size, moving)
         except (InputError, ShaderError) as error:
-            message = str(error) if isinstance(error, ShaderError) else f"{self._files.scene}: {error}"
+            if isinstance(error, InputError):
+                error = error.at(self._files.scene)
             if not self._drawn:
-                raise type(error)(message) from None
+                raise error from None
+            message = str(error)
             complain(*message.splitlines())
             self.state = reverted(self.state, self._drawn)
             self._start(self.state, size, moving)
