@@ -141,7 +141,7 @@ def test_doctor_says_why_a_backend_does_not_open_in_the_words_of_its_error(monke
     monkeypatch.setattr(doctor, "BACKENDS", ("window",))
     [report] = doctor.examine()
     assert not report.opens and report.problem == "window: no screen\nand no hope"
-    with pytest.raises(rt.ContextError, match="^no OpenGL") as failed:
+    with pytest.raises(rt.ContextError, match=r"^no OpenGL") as failed:
         context.open_context("window")
     assert failed.value.problems == {"window": report.problem}
 
