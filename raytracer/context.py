@@ -63,18 +63,19 @@ def open_context(backend: str | None = None, device: Device | None = None) -> mo
     name, device = chosen(backend, device)
     begin()
     names = list(_OPENERS) if name == "auto" else [name]
-    failures = []
+    problems: dict[str, str] = {}
     for name in names:
         try:
             return open_device(device) if name == "egl" else _OPENERS[name]()
         except InputError:
             raise
         except Exception as error:  # every driver and binding fails in its own way
-            failures.append(f"  {name}: {error or type(error).__name__}")
+            problems[name] = str(error) or type(error).__name__
     packages = " ".join(dict.fromkeys(" ".join(PACKAGES[name] for name in names if name != "window").split()))
     remedy = f"\nOn Debian or Ubuntu this may help: apt-get install {packages or PACKAGES['window']}"
     remedy = remedy if sys.platform == "linux" else ""
-    raise ContextError("no OpenGL 3.3 context opens here; tried\n" + "\n".join(failures) + remedy)
+    tried = "\n".join(f"  {name}: {problem}" for name, problem in problems.items())
+    raise ContextError(f"no OpenGL 3.3 context opens here; tried\n{tried}{remedy}", problems)
 
 
 def open_window(size: tuple[int, int], title: str) -> tuple[moderngl.Context, Any]:

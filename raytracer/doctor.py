@@ -61,8 +61,7 @@ def _backend_report(backend: str) -> Report:
     try:
         context = open_context(backend)
     except ContextError as error:
-        reason = str(error).splitlines()[1].strip().removeprefix(f"{backend}: ")
-        return Report(backend, False, problem=reason)
+        return Report(backend, False, problem=error.problems[backend])
     report = _report(backend, context)
     leave(context)  # a released one that is current keeps the next from opening
     context.release()

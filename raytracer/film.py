@@ -45,13 +45,15 @@ _NEXT_EDGES = np.append(_EDGES32, np.float32(np.inf))[_LEVELS]
 def srgb8(radiance: NDArray[Any]) -> NDArray[np.uint8]:
     """Linear RGB (H, W, 3), clipped to [0, 1], by the sRGB transfer function (IEC 61966-2-1:1999) to 8 bits.
 
-    To the nearest level, exactly for float32, to which all else is rounded, and without a power for every value.
+    To the nearest level, exactly for float32, to which all else is rounded, and without a power for every value. NaN
+    becomes 255.
     """
     encoded = np.empty(radiance.shape, np.uint8)
     for rows in row_blocks(radiance.shape):
-        linear = (np.clip(radiance[rows], 0.0, 1.0) + 0.0).astype(np.float32, copy=False)  # -0.0 becomes 0.0
+        linear = np.abs(np.clip(radiance[rows], 0.0, 1.0)).astype(np.float32, copy=False)  # -0.0 becomes 0.0
         key = linear.view(np.int32) >> _LOWER_HALF
-        encoded[rows] = _LEVELS.take(key) + (linear >= _NEXT_EDGES.take(key))
+        # Beyond the last key is NaN alone.
+        encoded[rows] = _LEVELS.take(key, mode="clip") + (linear >= _NEXT_EDGES.take(key, mode="clip"))
     return encoded
 
 

@@ -53,21 +53,21 @@ def run_guarded() -> int:
 @contextmanager
 def deferred() -> Iterator[None]:
     """Interrupts wait for the end of the block: it calls code in C that does not survive an exception of Python's."""
+    import threading
+
     handler = signal.getsignal(signal.SIGINT)
-    waiting: list[tuple[int, FrameType | None]] = []
-    try:
-        if callable(handler):
-            signal.signal(signal.SIGINT, lambda number, frame: waiting.append((number, frame)))
-    except ValueError:  # only the main thread gets signals
+    # Only the main thread gets signals.
+    if not callable(handler) or threading.current_thread() is not threading.main_thread():
         yield
         return
+    waiting: list[tuple[int, FrameType | None]] = []
+    signal.signal(signal.SIGINT, lambda number, frame: waiting.append((number, frame)))
     try:
         yield
     finally:
-        if callable(handler):
-            signal.signal(signal.SIGINT, handler)
-            if waiting:
-                handler(*waiting[0])
+        signal.signal(signal.SIGINT, handler)
+        if waiting:
+            handler(*waiting[0])
 
 
 def _end(*_: object) -> None:

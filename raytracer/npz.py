@@ -57,7 +57,7 @@ def _chosen(
             if missing := [name for name in names if name not in members]:
                 raise InputError(f"expected an array {missing[0]}, got {shown(', '.join(members))}")
             return {name: read(archive, members[name], name) for name in names}
-    except InputError:
+    except (InputError, MemoryError):
         raise
     except Exception as error:  # what damaged archives and headers can raise is not written down anywhere
         raise InputError(f"expected an .npz file: {' '.join(str(error).split())[:100]}") from None

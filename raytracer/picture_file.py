@@ -107,7 +107,7 @@ def _from_png(file: IO[bytes]) -> Levels:
     deep = check_whole(file, MAX_PIXELS).bits == 16
     try:
         pixels = _deep(file) if deep else _plain(file)
-    except InputError:
+    except (InputError, MemoryError):
         raise
     except Exception as error:  # what damaged files can raise is not written down anywhere
         raise InputError(f"expected a PNG file: {' '.join(printable(str(error)).split())[:100]}") from None

@@ -23,7 +23,7 @@ _WIDTH = 160
 def say(*lines: str) -> None:
     """Print lines on standard output. What would control the terminal in them is shown as Python escapes it."""
     for line in lines:
-        print(printable(line))
+        print(printable(line), flush=True)
 
 
 def complain(*lines: str) -> None:
@@ -38,6 +38,8 @@ def _shortened(line: str) -> str:
 
 def note(*lines: str) -> None:
     """Print lines on standard error, as say() does, if it can be written to."""
+    if sys.stderr is None:  # which print() would take for standard output
+        return
     with suppress(OSError):
         for line in lines:
             print(printable(line), file=sys.stderr)
@@ -50,6 +52,8 @@ def say_json(text: str) -> None:
 
 def say_table(table: Table) -> None:
     """Print a table on standard output. Its cells are as cell() makes them."""
+    if sys.stdout is None:
+        return
     from rich.console import Console
 
     Console(width=None if sys.stdout.isatty() else _WIDTH).print(table)

@@ -75,13 +75,10 @@ def _trade(options: argparse.Namespace) -> int:
     size = given(options).get("size") or (_QUICK_SIZE if options.quick else _SIZE)
     check_size(size)
     folder = Path(options.output)
-    if not os.path.lexists(folder):
-        check_folder(folder.parent)
-        try:
-            folder.mkdir()
-        except OSError as error:
-            raise InputError(f"expected a place for a folder: {error.strerror}", file=str(folder)) from None
-    check_folder(folder, *FILES)
+    if os.path.lexists(folder):
+        check_folder(folder, *FILES)
+    else:
+        check_folder(folder.parent, folder.name)
     extent = QUICK if options.quick else FULL
     renderer = shared_renderer(options.backend, options.device)
     warn_about(
@@ -101,6 +98,7 @@ def _trade(options: argparse.Namespace) -> int:
             **({"gpu_samples": _QUICK_GPU_SAMPLES} if options.quick else {}),
         )
     measured = f"{sum(result.measured for result in found.results)} configurations of {scene.name}"
+    folder.mkdir(exist_ok=True)
     write_tables(found, folder)
     tell_step("drawing trade.html")
     try:

@@ -8,14 +8,21 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 import moderngl
 
 
 class ContextError(RuntimeError):
-    """No OpenGL context could be opened or used; the message says why, and a remedy."""
+    """No OpenGL context could be opened or used; the message says why, and a remedy.
+
+    `problems`: why each backend that was tried does not open, by its name.
+    """
+
+    def __init__(self, message: str, problems: Mapping[str, str] | None = None) -> None:
+        super().__init__(message)
+        self.problems = dict(problems or {})
 
 
 class _Process:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ import glfw
 import moderngl
 import msgspec
 
-from raytracer.checks import InputError, about, printable
+from raytracer.checks import InputError, about
 from raytracer.context import open_window
 from raytracer.glsl_source import ShaderError
 from raytracer.instance_file import copied
@@ -44,6 +43,7 @@ from raytracer.presets import Fields
 from raytracer.renderer import Renderer, metadata
 from raytracer.scene_file import moved, named_files, parse_all, read
 from raytracer.settings_table import DEFAULT_SIZE
+from raytracer.terminal import complain, say
 from raytracer.titles import HELP, compiling, compiling_title, title
 from raytracer.watch import Files
 
@@ -203,7 +203,7 @@ class Viewer:
         try:
             self.live.sample()
         except ShaderError as error:  # of those that find the error, without which the picture goes on
-            self._tell_terminal(str(error))
+            complain(*str(error).splitlines())
             self.handle(Failed(str(error)))
 
     def _begin(self, size: tuple[int, int], *, moving: bool) -> None:
@@ -216,10 +216,12 @@ class Viewer:
         try:
             self._start(self.state, size, moving)
         except (InputError, ShaderError) as error:
-            message = str(error) if isinstance(error, ShaderError) else f"{self._files.scene}: {error}"
+            if isinstance(error, InputError):
+                error = error.at(self._files.scene)
             if not self._drawn:
-                raise type(error)(message) from None
-            self._tell_terminal(message)
+                raise error from None
+            message = str(error)
+            complain(*message.splitlines())
             self.state = reverted(self.state, self._drawn)
             self._start(self.state, size, moving)
             self.handle(Failed(message) if self._reloaded else Told(message))
@@ -262,20 +264,22 @@ class Viewer:
             with about(path):
                 self.handle(Loaded(text, loaded, of_file))
         except InputError as error:
-            self._tell_terminal(str(error))
+            complain(*str(error).splitlines())
             self.handle(Failed(str(error)))
         self._reloaded = True
         self._redo |= Redo.SAMPLES
 
     def _write(self, write: Callable[[], str]) -> None:
         try:
-            self.handle(Told(write()))
-            print(printable(self.state.notice), flush=True)
+            notice = write()
         except (OSError, RuntimeError) as error:
             reason = error.strerror if isinstance(error, OSError) else ""
-            message = f"{Path.cwd()}: expected a folder that can be written to: {reason}" if reason else str(error)
-            self._tell_terminal(message)
-            self.handle(Told(message))
+            notice = f"{Path.cwd()}: expected a folder that can be written to: {reason}" if reason else str(error)
+            complain(*notice.splitlines())
+        else:
+            with suppress(OSError):  # nobody reads it there any more
+                say(notice)
+        self.handle(Told(notice))
 
     def _take_screenshot(self) -> None:
         """If one is due: of what was drawn last.
@@ -310,9 +314,6 @@ class Viewer:
         with copied(named_files(self._files.scene, text), Path()):
             path = write_numbered(self.state.scene.name, ".toml", lambda file: file.write(text.encode()))
         return f"wrote {path}; to render its picture: {command(self.state, self.live.size, str(path))}"
-
-    def _tell_terminal(self, error: str) -> None:
-        print("raytracer:", "\n".join(map(printable, error.splitlines())), file=sys.stderr, flush=True)
 
     def _on_refresh(self, _window: Any) -> None:
         # At once: while a user resizes a window, macOS and Windows return from no other call.

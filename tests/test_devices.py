@@ -7,13 +7,13 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import devices, doctor
+from raytracer import context, devices, doctor
 from raytracer.cli import main
 from raytracer.context import chosen
 from raytracer.devices import open_device, wanted_device
@@ -131,6 +131,19 @@ def test_the_variable_counts_for_egl_and_the_argument_before_it(monkeypatch: pyt
         chosen("osmesa", 1)
     monkeypatch.setenv("RAYTRACER_DEVICE", "")
     assert chosen() == ("auto", None)
+
+
+def test_doctor_says_why_a_backend_does_not_open_in_the_words_of_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> NoReturn:
+        raise RuntimeError("window: no screen\nand no hope")
+
+    monkeypatch.setitem(context._OPENERS, "window", fail)
+    monkeypatch.setattr(doctor, "BACKENDS", ("window",))
+    [report] = doctor.examine()
+    assert not report.opens and report.problem == "window: no screen\nand no hope"
+    with pytest.raises(rt.ContextError, match=r"^no OpenGL") as failed:
+        context.open_context("window")
+    assert failed.value.problems == {"window": report.problem}
 
 
 def test_doctor_lists_every_device(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -23,6 +23,12 @@ def test_srgb_is_the_nearest_level_on_both_sides_of_every_edge() -> None:
     assert (np.diff(at.view(np.int32) >> 16) > 0).all()  # what srgb8() builds on
 
 
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_what_is_no_number_is_white_and_infinities_are_clipped(kind: type) -> None:
+    values = np.array([[[np.nan, -np.nan, np.inf], [-np.inf, -0.0, 0.0]]], kind)
+    assert srgb8(values).tolist() == [[[255, 255, 255], [0, 0, 0]]]
+
+
 @pytest.mark.parametrize("size", [(1, 1), (1, 5), (7, 1), (640, 200), (50_000, 2)])
 def test_a_png_holds_the_picture_and_its_metadata(size: tuple[int, int]) -> None:
     width, height = size

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import raytracer as rt
 from raytracer.files import opened, read_bounded
 from raytracer.instance_file import read_instances
+from raytracer.npz import read_arrays
 from raytracer.scene_file import load, loads, moved
 from raytracer.turntable import turn_camera, turn_light
 
@@ -136,3 +139,14 @@ def test_all_instances_together_are_bounded_before_the_last_is_made() -> None:
     instances = "".join(f"[instances.o{i}]\npositions = [{many}]\n" for i in range(9)) + "[instances.o9]\nsize = 1\n"
     with pytest.raises(rt.InputError, match=r"^instances.o1: expected at most 1048576 primitives in all, got 1200000"):
         loads(f"{GOOD}{objects}{instances}")
+
+
+def test_memory_that_an_array_lacks_is_no_fault_of_its_file() -> None:
+    file = io.BytesIO()
+    np.savez(file, radiance=np.zeros((1, 1, 3)))
+
+    def check(*_: object) -> None:
+        raise MemoryError
+
+    with pytest.raises(MemoryError):
+        read_arrays(file, lambda names: names, check, 1 << 20)

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -184,6 +185,16 @@ def test_one_that_is_deferred_comes_at_the_end_of_the_block() -> None:
             os.kill(os.getpid(), signal.SIGINT)
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def test_in_other_threads_which_get_none_nothing_is_deferred_and_errors_are_as_without() -> None:
+    def fail() -> None:
+        with deferred():
+            raise OSError
+
+    with ThreadPoolExecutor(1) as threads:
+        error = threads.submit(fail).exception()
+    assert isinstance(error, OSError) and error.__context__ is None
 
 
 @pytest.mark.gl

@@ -135,6 +135,23 @@ def test_output_that_does_not_fit_is_status_1_and_a_line() -> None:
     assert (done.returncode, done.stderr) == (1, "raytracer: [Errno 28] No space left on device\n")
 
 
+def closed(arguments: str, stream: str) -> subprocess.CompletedProcess[str]:
+    """A command of which one standard stream is closed."""
+    command = ["sh", "-c", f"exec '{sys.executable}' -m raytracer {arguments} {stream}"]
+    return subprocess.run(command, cwd=scenes.CHECKOUT, capture_output=True, timeout=100, text=True)
+
+
+def test_a_mistake_is_not_said_on_standard_output_where_standard_error_is_closed() -> None:
+    done = closed("compare nowhere.png nowhere.png", "2>&-")
+    assert (done.returncode, done.stdout) == (2, "")
+
+
+@pytest.mark.gl
+def test_a_table_is_dropped_where_standard_output_is_closed() -> None:
+    done = closed("doctor", ">&-")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_without_a_terminal_there_are_lines_few_and_only_where_it_takes_long(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

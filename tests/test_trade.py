@@ -218,6 +218,17 @@ def test_without_matplotlib_nothing_is_measured(
     assert not (tmp_path / "trade").exists()
 
 
+def test_the_folder_is_not_made_for_a_scene_that_cannot_be_drawn(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / "lights.toml"
+    scene.write_text(scenes.ASSIGNMENT.read_text() + "[[lights]]\nposition = [1, 2, 3]\n" * 5000)
+    assert main(["trade", str(scene), "-o", str(tmp_path / "trade"), "--quick"]) == 2
+    assert "expected at most" in capsys.readouterr().err and not (tmp_path / "trade").exists()
+    assert main(["trade", SCENE, "-o", str(tmp_path / ("x" * 300)), "--quick"]) == 2
+    assert "File name too long" in capsys.readouterr().err
+
+
 def test_a_picture_that_is_no_numbers_is_refused_and_the_others_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     made = plan(scenes.assignment(), QUICK)
     broken = Image(np.full((2, 2, 3), np.nan, np.float32))

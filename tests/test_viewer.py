@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import io
 import math
 import os
 import sys
@@ -579,6 +580,23 @@ def test_what_this_driver_cannot_draw_is_taken_back_and_names_the_file(
     one.until_idle()
     assert one.viewer.state.error == "" and one.viewer.state.scene == rt.load(file)
     assert capsys.readouterr().err.count(f"raytracer: {file}: ") == 2
+
+
+@pytest.mark.window
+def test_what_is_written_is_told_in_the_window_also_where_standard_output_is_full(
+    opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    one = opened()
+
+    class Full(io.StringIO):
+        def write(self, _: str) -> int:
+            raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", Full())
+        one.frame(Key("E"))
+    assert one.viewer.state.notice.startswith("wrote assignment-1.toml") and (tmp_path / "assignment-1.toml").exists()
 
 
 @pytest.mark.window
