@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from raytracer.checks import InputError
 from raytracer.models import MODELS, Parameter
+from raytracer.options import add_backend
 from raytracer.progress import progress_bar
 from raytracer.suggest import did_you_mean
 from raytracer.terminal import say, say_json
@@ -41,7 +42,7 @@ def _list_arguments(parser: argparse.ArgumentParser) -> None:
     forms.add_argument("--json", action="store_true", help="print JSON instead of tables")
     forms.add_argument("--markdown", action="store_true", help="print docs/models.md; nothing is measured")
     forms.add_argument("--schema", action="store_true", help="print the JSON Schema of a scene file's materials")
-    _add_backend(parser)
+    add_backend(parser)
 
 
 def _check_arguments(parser: argparse.ArgumentParser) -> None:
@@ -55,7 +56,7 @@ def _check_arguments(parser: argparse.ArgumentParser) -> None:
     )
     _add_set(parser)
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
-    _add_backend(parser)
+    add_backend(parser)
 
 
 def _plot_arguments(parser: argparse.ArgumentParser) -> None:
@@ -68,7 +69,7 @@ def _plot_arguments(parser: argparse.ArgumentParser) -> None:
     _add_set(parser)
     parser.add_argument("--lecture", action="store_true", help="instead: how far apart (R.V)^h and (N.H)^4h are")
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png")
-    _add_backend(parser)
+    add_backend(parser)
 
 
 def _gallery_arguments(parser: argparse.ArgumentParser) -> None:
@@ -76,14 +77,14 @@ def _gallery_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cell", metavar="N", type=int, default=176, help="pixels of a picture's side (default: 176)")
     parser.add_argument("--samples", metavar="N", type=int, default=16, help="rays a pixel (default: 16)")
     parser.add_argument("--merl", metavar="FILE", help="a measured material besides")
-    _add_backend(parser)
+    add_backend(parser)
 
 
 def _bake_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("material", metavar="MATERIAL", help="a model or published material, as for plot")
     _add_set(parser)
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".binary (35 MB)")
-    _add_backend(parser)
+    add_backend(parser)
 
 
 def _add_set(parser: argparse.ArgumentParser) -> None:
@@ -94,11 +95,6 @@ def _add_set(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="a parameter, such as alpha=0.1 or f0=1,0.8,0.3; may be given again. See raytracer brdf list MODEL",
     )
-
-
-def _add_backend(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--backend", metavar="NAME", help="as for raytracer render")
-    parser.add_argument("--device", metavar="N|NAME", help="as for raytracer render")
 
 
 def _list(options: argparse.Namespace) -> int:

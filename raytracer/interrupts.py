@@ -72,8 +72,10 @@ def deferred() -> Iterator[None]:
 
 def _end(*_: object) -> None:
     """Handle a signal while there is nothing to clean up."""
-    os.write(2, b"raytracer: interrupted, nothing written\n")
-    os._exit(STATUS)
+    try:
+        os.write(2, b"raytracer: interrupted, nothing written\n")
+    finally:  # also where there is no standard error
+        os._exit(STATUS)
 
 
 class _Interrupts:

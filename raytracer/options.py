@@ -14,6 +14,9 @@ from raytracer.sampling import SEQUENCES, Sequence
 from raytracer.scene import Scene
 from raytracer.settings import ASKED_SAMPLES, Evaluator, Precision, Settings, Shading, Shadows, scene_warnings
 
+# Of a whole number. More are too many in any case, and are more than an error shows; Python refuses some thousands.
+_MOST_DIGITS = 300
+
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
     """SCENE."""
@@ -139,7 +142,7 @@ def whole(text: str) -> int:
     """A whole number that is not negative."""
     if not (text.isascii() and text.isdigit()):
         raise argparse.ArgumentTypeError(f"expected a whole number that is not negative, got {text!r}")
-    return int(text.lstrip("0")[:9] or "0")  # more digits are too many in any case
+    return int(text.lstrip("0")[:_MOST_DIGITS] or "0")
 
 
 def picture_size(text: str) -> tuple[int, int]:

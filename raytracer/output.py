@@ -106,15 +106,17 @@ def replaced_whole(path: Path, finish: Callable[[], object] = lambda: None) -> I
         status = path.lstat()
         kept = status if stat.S_ISREG(status.st_mode) else None
     temporary = _temporary(path)
-    # At no time may more users read it than the file before.
     mode = stat.S_IMODE(kept.st_mode) & 0o777 if kept else _NEW_FILE
+    # At no time may more users read it than the file before, whose group it gets in the end.
+    first = mode & stat.S_IRWXU if kept else mode
     try:
-        with open(temporary, "xb", opener=lambda name, flags: os.open(name, flags, mode)) as file:
+        with open(temporary, "xb", opener=lambda name, flags: os.open(name, flags, first)) as file:
             yield file
         if kept:
             if hasattr(os, "chown"):
-                with suppress(OSError):  # only root gives files away
-                    os.chown(temporary, kept.st_uid, kept.st_gid)
+                for owner in ((-1, kept.st_gid), (kept.st_uid, -1)):
+                    with suppress(OSError):  # only root gives files away, and to other groups members alone
+                        os.chown(temporary, *owner)
             temporary.chmod(mode)
         with deferred():
             temporary.replace(path)

@@ -83,6 +83,8 @@ def opened(scene: str | os.PathLike[str], given: Fields, budget: float) -> Itera
     """
     path, text = read(scene)
     files = Files(path)
+    if files.has_scene:  # it may have been saved before changes were looked for
+        path, text = read(path)
     loaded, of_file = parse_all(path, text)
     with about(path):
         state = start(text, loaded, of_file, given)

@@ -59,6 +59,11 @@ def test_while_a_module_is_imported_it_is_one_line_without_a_traceback(module: s
     assert list(tmp_path.iterdir()) == []
 
 
+def test_while_a_module_is_imported_the_status_is_130_also_without_standard_error(tmp_path: Path) -> None:
+    script = "import os; os.close(2)\n" + AT_IMPORT.format(name="msgspec")
+    assert run(script, tmp_path / "a.npz") == (130, "")
+
+
 def test_nothing_that_takes_time_is_imported_before_there_is_a_handler() -> None:
     script = "import sys; before = set(sys.modules); import raytracer.__main__; print(*set(sys.modules) - before)"
     done = subprocess.run([sys.executable, "-c", script], cwd=scenes.CHECKOUT, capture_output=True, text=True)

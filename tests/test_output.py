@@ -71,6 +71,29 @@ def test_a_file_that_is_there_keeps_its_owner(tmp_path: Path) -> None:
     assert (status.st_uid, status.st_gid, permissions(out)) == (12, 34, 0o660)
 
 
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="others are in few groups")
+def test_a_file_that_cannot_be_given_away_keeps_its_group_and_no_other_reads_it_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chown = os.chown
+
+    def chown_as_member(path: Path, user: int, group: int) -> None:
+        if user != -1:
+            raise PermissionError
+        chown(path, user, group)
+
+    out = tmp_path / "a.png"
+    out.touch()
+    os.chown(out, 12, 34)
+    out.chmod(0o640)
+    monkeypatch.setattr(os, "chown", chown_as_member)
+    with written_whole(out):
+        (part,) = {*tmp_path.iterdir()} - {out}
+        assert mode_of(part) == 0o600
+    status = out.stat()
+    assert (status.st_uid, status.st_gid, mode_of(out)) == (os.geteuid(), 34, 0o640)
+
+
 def test_what_a_link_leads_to_is_written_and_the_link_stays(tmp_path: Path) -> None:
     there, here = tmp_path / "there", tmp_path / "here"
     there.mkdir()

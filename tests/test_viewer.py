@@ -24,6 +24,7 @@ from raytracer.interaction import Cursor, Event, Hinted, Key, Press, Told, Wheel
 from raytracer.settings import Settings
 from raytracer.turntable import scale_camera, scale_light, turn_camera, turn_light
 from raytracer.viewer import _LOOK, Viewer
+from raytracer.watch import Files
 
 from .displays import SIZE, TIMEOUT, Window, environment, shown, window, x_server
 from .processes import finished, output_of
@@ -597,6 +598,21 @@ def test_what_is_written_is_told_in_the_window_also_where_standard_output_is_ful
         patch.setattr(sys, "stdout", Full())
         one.frame(Key("E"))
     assert one.viewer.state.notice.startswith("wrote assignment-1.toml") and (tmp_path / "assignment-1.toml").exists()
+
+
+@pytest.mark.window
+def test_a_file_that_is_saved_as_the_window_opens_is_shown_as_it_was_saved(
+    opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "ball.toml"
+    file.write_text(BALL)
+
+    def save(path: Path) -> Files:
+        file.write_text(BALL.replace("radius = 2", "radius = 1"))
+        return Files(path)
+
+    monkeypatch.setattr(raytracer.viewer, "Files", save)
+    assert opened(scene=file).viewer.state.scene == rt.load(file)
 
 
 @pytest.mark.window
