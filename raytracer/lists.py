@@ -134,14 +134,16 @@ class Lister:
         cells = shape[0] * shape[1]
         return self._lists([view], cells, np.zeros(cells, np.int64), np.zeros(0, np.int32), cells)
 
-    def of_everything(self) -> Lists:
-        """Of all objects, for rays that come from anywhere: one list."""
+    def of_everything(self) -> NDArray[np.int32]:
+        """The list of all objects, for rays that come from anywhere."""
 
         def view(centers: Array, radii: Array) -> tuple[Ints, Ints]:
             return np.zeros(len(radii), np.int64), np.arange(len(radii))
 
         every = np.arange(len(self._items.radii), dtype=np.int32)
-        return self._lists([view], 1, np.array([len(every)]), every)
+        lists = self._lists([view], 1, np.array([len(every)]), every)
+        begin, end = lists.ends[0]  # what is behind is for cells that see no sphere
+        return lists.entries[begin:end]
 
     def finest_grid(self, scene: Scene, light: PointLight) -> float:
         """How many cells a side of a cube's face around a light should at most have."""

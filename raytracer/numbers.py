@@ -141,7 +141,7 @@ class Numbers:
         self._of_lights = self._lists_of_lights(lister, scene, lights)
         # All in one texture, the camera's last; and where the list of each cell of a light begins and ends. Behind
         # these, each light's reach.
-        everything = lister.of_everything().entries
+        everything = lister.of_everything()
         is_short = len(everything) <= _MOST_FROM_AFAR
         mirrors = has_mirrors(scene, settings)
         if not is_short and not mirrors:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from functools import partial
 from typing import get_args
 
 import msgspec
@@ -14,7 +15,7 @@ import raytracer as rt
 from raytracer import shader as shader_module
 from raytracer.renderer import Renderer
 from raytracer.settings import Settings, Shadows
-from raytracer.solids import leaves
+from raytracer.solids import leaves, with_leaves
 
 from . import scenes
 from .pictures import assert_same
@@ -167,3 +168,31 @@ def test_shadows_of_what_is_near_a_light_reach_the_horizon(renderer: Renderer, m
     camera = rt.Camera((0.0, 69.36451708498775, 0.0), (0.0, 69.3643331505536, -0.9999999830840619), vertical_fov=60.0)
     scene = rt.Scene([ball, small, rt.Plane((0, 1, 0), 0, GREY)], [light], camera)
     check(renderer, monkeypatch, scene, (128, 72), Settings(samples=2))
+
+
+def test_a_mirror_inside_of_an_unbounded_object_shows_the_object(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mirror = rt.Material("mirror")
+    room = rt.Sphere((0, 0, 0), 2, mirror) | rt.Plane((0.45, -0.73, 0.47), 0.96, GREY)
+    camera = rt.Camera((-1, 0.3, -1.3), (0, 0, 0))
+    for more in ([], [rt.Sphere((0.3, 0.1, -0.4), 0.2, RED) - rt.Sphere((0.3, 0.1, -0.5), 0.2, BLUE)]):
+        scene = rt.Scene([room, *more], [rt.PointLight((0.5, 0.5, -0.5))], camera)
+        for bounces in (1, 3):
+            check(renderer, monkeypatch, scene, (64, 36), Settings(bounces=bounces))
+
+
+def test_random_scenes_with_mirrors_are_the_same(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    mirror = rt.Material("mirror")
+    for k, structure in enumerate(["a ball and a half-space", "bounded trees", "unbounded trees", "unbounded trees"]):
+        rng = np.random.default_rng((7, k))
+        for _ in range(4):
+            around = Surroundings(rng)
+            objects = [with_leaves(solid, partial(_painted, rng, mirror)) for solid in STRUCTURES[structure](around)]
+            scene = rt.Scene(objects, [around.light(soft=False)], around.camera(objects[-1]))
+            check(renderer, monkeypatch, scene, SIZES[rng.integers(2, len(SIZES))], Settings(bounces=3))
+
+
+def _painted(rng: np.random.Generator, material: rt.Material, leaf: rt.Sphere | rt.Plane) -> rt.Solid:
+    """The primitive, or by one chance in two the same of that material."""
+    return leaf.replace(material=material) if rng.random() < 0.5 else leaf
