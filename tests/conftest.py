@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NoReturn
 
+import numpy as np
 import pytest
 
 from raytracer import glsl_source, watch
@@ -25,6 +26,35 @@ def _end(number: int, _frame: object) -> NoReturn:
 def renderer() -> Renderer:
     """The session's renderer, on the backend that RAYTRACER_BACKEND names. No context is a failure."""
     return shared_renderer()
+
+
+@pytest.fixture
+def has_round_limit(renderer: Renderer) -> bool:
+    """Whether the driver leaves all loops of a shader after 65,535 rounds (cut_short.glsl): llvmpipe of Mesa 22.3 does,
+    and that of Mesa 25.0 does not."""
+    context = renderer.context
+    vertex = "#version 330\nvoid main() { gl_Position = vec4(gl_VertexID % 2 * 4 - 1, gl_VertexID / 2 * 4 - 1, 0, 1); }"
+    fragment = """#version 330
+        uniform int many, two;
+        out vec4 cut_short;
+        void main() {
+            int n = 1, rounds = 0;
+            for (int k = 0; k < many; k++) n = (n * 5) ^ k;
+            for (int k = 0; k < two; k++) rounds++;
+            cut_short = vec4(rounds < two, n, 0, 0);
+        }"""
+    with renderer.turn():
+        program = context.program(vertex_shader=vertex, fragment_shader=fragment)
+        program["many"], program["two"] = 70_000, 2
+        framebuffer = context.simple_framebuffer((8, 8), 4, dtype="f4")
+        framebuffer.use()
+        array = context.vertex_array(program, [])
+        array.render(vertices=3)
+        value = np.frombuffer(framebuffer.read(components=1, dtype="f4"), np.float32)[0]
+        context.detect_framebuffer(0).use()
+        for each in (array, framebuffer, program):
+            each.release()
+    return bool(value)
 
 
 @pytest.fixture
