@@ -30,7 +30,7 @@ def main() -> None:
             (shader, "vec3 I = m.ka * ambient;", "vec3 I = {:.1f} * m.ka * ambient;"),
         ]
         print("| saved | median s | worst s |\n|---|---|---|")
-        picture = SIZE[0], SIZE[1] // 2  # without what is written over it
+        picture = SIZE[0], SIZE[1] // 2  # the lower half has text over it
         with window(folder, str(scene), "--samples", "1", size=SIZE, display=SIZE) as view:
             for path, old, new in edits:
                 text = path.read_text()

@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from raytracer.glsl_source import ShaderError
     from raytracer.instances import Instances
     from raytracer.library import published
+    from raytracer.lobe import Lobe
     from raytracer.material import Material
-    from raytracer.models import Lobe
+    from raytracer.picture import render
     from raytracer.presets import quality
     from raytracer.reference_picture import reference
-    from raytracer.renderer import render
     from raytracer.scene import Camera, PointLight, Scene
     from raytracer.scene_file import SceneFile, load, load_all, load_settings
     from raytracer.settings import Settings
@@ -79,7 +79,7 @@ _SCENES = {
     "InputError": "checks",
     "Instances": "instances",
     "Intersection": "solids",
-    "Lobe": "models",
+    "Lobe": "lobe",
     "Material": "material",
     "Plane": "solids",
     "PointLight": "scene",
@@ -102,7 +102,7 @@ _PICTURES = {
     "compare": "comparison",
     "published": "library",
     "reference": "reference_picture",
-    "render": "renderer",
+    "render": "picture",
 }
 
 

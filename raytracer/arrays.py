@@ -1,4 +1,4 @@
-"""Arrays of numbers from what a user gives: an array as it is, a list row by row."""
+"""Arrays of numbers from a user's values: an array without a copy, a list row by row."""
 
 from __future__ import annotations
 
@@ -15,29 +15,37 @@ from raytracer.shown import shown
 _KINDS = "iuf"
 
 
-def number_array(value: Any, key: Key, most: int, check_row: Callable[[Any, Keys], Any]) -> NDArray[Any]:
-    """An array of real numbers, as it is; or float64 made of a list of at most `most` rows.
+def number_array(
+    value: Any, key: Key | Keys, most: int, check_row: Callable[[Any, Keys], Any], expected: str = "numbers"
+) -> NDArray[Any]:
+    """An array of real numbers, without a copy; or float64 made of a list of at most `most` rows.
 
-    `check_row(row, keys)` makes a row's numbers, or raises InputError. Raises InputError for all else.
+    `check_row(row, keys)` makes a row's numbers, or raises InputError. Raises InputError for all else, which
+    `expected` words.
     """
+    keys = key if isinstance(key, tuple) else (key,)
     array = _array(value, key)
     if array is not None and array.dtype.kind in _KINDS:
         return array
-    rows = items(value, most)
+    # Arrays of objects may hold numbers. Arrays of other kinds hold none.
+    rows = items(value, most) if array is None or array.dtype.kind == "O" else None
     if rows is None:
-        raise InputError(f"expected numbers, got {shown(value)}", key)
+        raise InputError(f"expected {expected}, got {shown(value)}", key)
     if len(rows) > most:
         raise InputError(f"expected at most {most} rows", key)
     if not _are_plain(rows):
-        rows = [check_row(row, (key, i)) for i, row in enumerate(rows)]
+        rows = [check_row(row, (*keys, i)) for i, row in enumerate(rows)]
     try:
-        return np.array(rows, np.float64)
+        with np.errstate(over="ignore"):  # a number of more bits becomes infinite, which whoever asks refuses
+            return np.array(rows, np.float64)
     except OverflowError:  # a whole number that float64 does not hold
-        return np.array([check_row(row, (key, i)) for i, row in enumerate(rows)], np.float64)
+        return np.array([check_row(row, (*keys, i)) for i, row in enumerate(rows)], np.float64)
+    except ValueError:  # whose own message is long
+        raise InputError(f"expected {expected}, in rows of one length", key) from None
 
 
-def _array(value: Any, key: Key) -> NDArray[Any] | None:
-    """What NumPy makes of an array, its own or another library's; None if `value` is none."""
+def _array(value: Any, key: Key | Keys) -> NDArray[Any] | None:
+    """An array, NumPy's or another library's, as NumPy's; None if `value` is no array."""
     if not hasattr(type(value), "__array__"):
         return None
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):

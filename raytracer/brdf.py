@@ -29,12 +29,12 @@ def evaluate(
     that are not finite or not unit.
     """
     _check(material, renderer)
-    given = [_directions(value, name) for value, name in ((wi, "wi"), (wo, "wo"))]
-    lengths = {len(part) for part in given} - {1}
+    pair = [_directions(value, name) for value, name in ((wi, "wi"), (wo, "wo"))]
+    lengths = {len(part) for part in pair} - {1}
     if len(lengths) > 1 or 0 in lengths:
-        got = " and ".join(str(len(part)) for part in given)
+        got = " and ".join(str(len(part)) for part in pair)
         raise InputError(f"expected as many directions as of wi, or one of either, got {got}", "wo")
-    return call("evaluate", material, *given, renderer=renderer)
+    return call("evaluate", material, *pair, renderer=renderer)
 
 
 def call(function: str, material: Material, *arguments: ArrayLike, renderer: Renderer | None = None) -> NDArray[Any]:

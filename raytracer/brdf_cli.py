@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import tomllib
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ from raytracer.options import add_backend
 from raytracer.progress import progress_bar
 from raytracer.suggest import did_you_mean
 from raytracer.terminal import say, say_json
+from raytracer.toml_table import toml
 
 if TYPE_CHECKING:
     from raytracer.material import Material
@@ -100,7 +100,7 @@ def _add_set(parser: argparse.ArgumentParser) -> None:
 def _list(options: argparse.Namespace) -> int:
     models = _models(options.models)
     if options.models and (options.markdown or options.schema):
-        raise InputError(f"{options.models[0]}: --markdown and --schema are of all models: expected no MODEL")
+        raise InputError("--markdown and --schema are of all models: expected no MODEL", file=options.models[0])
     if options.schema:
         import json
 
@@ -140,7 +140,7 @@ def _check(options: argparse.Namespace) -> int:
     for name, settings in single:
         material_of(name, settings)
     if missing := [name for name in whole if name not in COMPLETE]:
-        raise InputError(f"{missing[0]}: expected a file to measure: --set file=...")
+        raise InputError("expected a file to measure: --set file=...", file=missing[0])
     renderer = shared_renderer(options.backend, options.device)
     with progress_bar("measuring") as progress:
         checks = check_all(whole, renderer, progress)
@@ -159,7 +159,7 @@ def _plot(options: argparse.Namespace) -> int:
 
     output = check_output(options.output, (".png",))
     if options.lecture == bool(options.materials):
-        raise InputError("MATERIAL: expected materials to plot, or --lecture (see raytracer brdf plot --help)")
+        raise InputError("expected materials to plot, or --lecture (see raytracer brdf plot --help)", "MATERIAL")
     if options.lecture:
         plot_lecture(output, _number_of(options.set, "h"), shared_renderer(options.backend, options.device))
     else:
@@ -209,7 +209,7 @@ def _models(names: Sequence[str]) -> list[str]:
 
 def _known(name: str, shown: str) -> dict[str, Parameter]:
     if name not in MODELS:
-        raise InputError(f"{shown}: expected one of {', '.join(MODELS)}{did_you_mean(name, MODELS)}")
+        raise InputError(f"expected one of {', '.join(MODELS)}{did_you_mean(name, MODELS)}", file=shown)
     return MODELS[name].parameters
 
 
@@ -222,7 +222,7 @@ def _labelled(texts: Sequence[str], common: Sequence[str]) -> list[tuple[str, Ma
     for item in common:
         key = _name_of(item, "--set ")
         if not any(key in parameters for parameters in known):
-            raise InputError(f"{_short(f'--set {item}')}: none of the materials has a parameter {_short(key)}")
+            raise InputError(f"none of the materials has a parameter {_short(key)}", file=_short(f"--set {item}"))
     found = []
     for text, (name, *own), parameters in zip(texts, parts, known, strict=True):
         shared = settings_of(name, [item for item in common if _name_of(item, "--set ") in parameters])
@@ -230,7 +230,7 @@ def _labelled(texts: Sequence[str], common: Sequence[str]) -> list[tuple[str, Ma
         try:
             found.append((text, material_of(name, settings)))
         except InputError as error:
-            raise InputError(f"{_short(text)}: {error}") from None
+            raise error.at(_short(text)) from None
     return found
 
 
@@ -253,9 +253,10 @@ def settings_of(name: str, items: Sequence[str], prefix: str = "--set ") -> dict
     for item in items:
         key = _name_of(item, prefix)
         if key not in known:
-            given = _short(prefix + item)
             near = did_you_mean(key, known)
-            raise InputError(f"{given}: {name} has no parameter {_short(key)} (known: {', '.join(known)}){near}")
+            raise InputError(
+                f"{name} has no parameter {_short(key)} (known: {', '.join(known)}){near}", file=_short(prefix + item)
+            )
         found[key] = _value(known[key], item.partition("=")[2], prefix + item)
     return found
 
@@ -263,7 +264,7 @@ def settings_of(name: str, items: Sequence[str], prefix: str = "--set ") -> dict
 def _name_of(item: str, prefix: str) -> str:
     name, equals, _ = item.partition("=")
     if not equals:
-        raise InputError(f"{_short(prefix + item)}: expected NAME=VALUE, such as alpha=0.1")
+        raise InputError("expected NAME=VALUE, such as alpha=0.1", file=_short(prefix + item))
     return name
 
 
@@ -274,7 +275,7 @@ def _value(parameter: Parameter, text: str, given: str) -> Any:
         "color": (_numbers, "a number, or three with commas between: 1,0.8,0.3"),
         "direction": (_numbers, "three numbers with commas between: 1,0,0"),
         "lobes": (
-            lambda text: tomllib.loads(f"x = {text}")["x"],
+            lambda text: toml(f"x = {text}")["x"],
             "lobes as in a scene file: [{ cx = -1, cz = 1, n = 20 }]",
         ),
     }
@@ -283,8 +284,8 @@ def _value(parameter: Parameter, text: str, given: str) -> Any:
     convert, expected = parse[parameter.kind]
     try:
         return convert(text)
-    except (ValueError, RecursionError):  # of lists in lists
-        raise InputError(f"{_short(given)}: expected {expected}") from None
+    except ValueError:  # InputError is one
+        raise InputError(f"expected {expected}", file=_short(given)) from None
 
 
 def _short(text: str) -> str:
@@ -300,5 +301,5 @@ def _number_of(items: Sequence[str], name: str) -> float | None:
     """The only parameter that may be set here."""
     found = settings_of("phong", items)
     if other := [key for key in found if key != name]:
-        raise InputError(f"--set {other[0]}: expected only {name}")
+        raise InputError(f"expected only {name}", file=f"--set {other[0]}")
     return found.get(name)

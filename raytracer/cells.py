@@ -92,7 +92,7 @@ def overlaps(
     total = int(columns @ rows)
     if total > MAX_PAIRS:
         raise InputError(
-            f"objects: expected at most {MAX_PAIRS} pairs of an object and a cell that it may be seen in, got {total}"
+            f"expected at most {MAX_PAIRS} pairs of an object and a cell that it may be seen in, got {total}", "objects"
         )
     item, row = _runs(np.arange(len(lo), dtype=np.int64), np.where(columns > 0, rows, 0), first[:, 1])
     row, cell = _runs(np.arange(len(item)), columns[item], row * shape[0] + first[item, 0])

@@ -1,4 +1,4 @@
-"""Checks of what a user gives: finite numbers within bounds, vectors, colours, names; the bounds; and the error."""
+"""Checks of a user's values: finite numbers within bounds, vectors, colours, names; the bounds; and the error."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ MAX_EXPONENT = 1e6
 
 
 class InputError(ValueError):
-    """A user's mistake. Its text is one line: where, what was expected, what there is.
+    """A user's mistake. Its text is one line: the place, the expected value, the value.
 
     `reason` is the text without the place. `keys` is the path of keys to the value, names and indices from the
-    outermost, such as ("materials", "red", "kd"); () if the error is about no single value. `file` and `line`, from
-    1, say where that is written; None if it is in no file, or on no single line.
+    outermost, such as ("materials", "red", "kd"); () if the error is about no single value. `file`, or words of the
+    command line, and `line`, from 1, say where the value is written; None if in no file, or on no single line.
     """
 
     def __init__(self, reason: str, keys: Key | Keys = (), *, file: str | None = None, line: int | None = None) -> None:
@@ -234,7 +234,7 @@ def check_size(value: Any) -> tuple[int, int]:
     sides = items(value, 2)
     try:
         width, height = (whole(side, "size", 1, MAX_SIDE) for side in sides or ())
-    except ValueError:  # InputError is one; so is what unpacking raises
+    except ValueError:  # InputError is one; unpacking raises ValueError
         raise InputError(f"{expected}, got {shown(value)}", "size") from None
     return width, height
 

@@ -2,7 +2,7 @@
 `reference` and `compare` (`compare_cli.py`), `trade` and `tune` (`trade_cli.py`), `doctor`.
 
 Exit status: 0 done; 2 the input is wrong, with one line on standard error that says what and
-where, and nothing written; 1 anything else, such as a picture less accurate than was asked for; 130 after Ctrl-C.
+where, and nothing written; 1 anything else, such as a picture less accurate than `--max-error`; 130 after Ctrl-C.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from raytracer import __version__
 from raytracer.checks import InputError, shown
 from raytracer.interrupts import STATUS
 from raytracer.options import add_backend, whole
+from raytracer.output import written
 from raytracer.progress import progress_bar
 from raytracer.render_cli import render, render_arguments, view, view_arguments
 from raytracer.suggest import did_you_mean
@@ -52,6 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line with `arguments` (default: sys.argv) and return the exit status."""
     # NumPy's OpenBLAS starts a thread for each core as it is imported, which takes long. There is no work for them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    written.clear()
     try:
         with tolerant_output(), warnings.catch_warnings():
             warnings.simplefilter("always")
@@ -63,7 +65,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         complain(str(error))
         return 2
     except KeyboardInterrupt:
-        complain("interrupted, nothing written")
+        complain(
+            f"interrupted, after writing {', '.join(map(str, written))}" if written else "interrupted, nothing written"
+        )
         return STATUS
     except BrokenPipeError:  # the reader of our output has gone: no message, also at exit
         drop_output()

@@ -7,31 +7,19 @@ import json
 import math
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 
 from raytracer.checks import InputError, about, check_size, number
-from raytracer.comparison import (
-    SCALE,
-    SUFFIXES,
-    THRESHOLD,
-    Comparison,
-    compare,
-    difference,
-    load_radiance,
-    size_in,
-    size_of,
-)
-from raytracer.options import add_own, add_scene, add_size, given, warn_of, whole
+from raytracer.comparison import SCALE, THRESHOLD, Comparison, Rows, difference, measure, size_of
+from raytracer.options import add_own, add_scene, add_size, given, warn_about, whole
 from raytracer.output import check_output
+from raytracer.picture_file import SUFFIXES, load_radiance, size_in
 from raytracer.presets import combined, own
 from raytracer.progress import progress_bar
 from raytracer.scene_file import parse_all, read
 from raytracer.terminal import complain, say, say_json
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 # Pixels of a picture that is read in no time.
 _SMALL = 1 << 16
@@ -115,7 +103,7 @@ def _reference(options: argparse.Namespace) -> int:
         for material in scene.materials:
             settings.shaded(material)
         check_cost(scene, size)
-    warn_of(options.scene, scene, msgspec.structs.replace(settings, precision=64))
+    warn_about(options.scene, scene, msgspec.structs.replace(settings, precision=64))
     start = time.monotonic()
     traced = False
 
@@ -146,6 +134,8 @@ def _reference(options: argparse.Namespace) -> int:
 
 
 def _compare(options: argparse.Namespace) -> int:
+    import numpy as np
+
     if options.tolerance is not None:
         number(options.tolerance, "--tolerance", 0.0, expected="a finite number of at least 0 (linear radiance)")
     number(options.threshold, "--threshold", 0.0, expected="a finite number of at least 0 (linear radiance)")
@@ -155,62 +145,65 @@ def _compare(options: argparse.Namespace) -> int:
     if sizes[0] != sizes[1]:  # before a large one takes time and memory
         for name, (width, height) in zip(names, sizes, strict=True):
             if width * height <= _SMALL:
-                load_radiance(name)  # what is wrong with the file itself comes first
+                load_radiance(name)  # an error about the file itself comes first
         size, expected = ("{}x{}".format(*size) for size in sizes)
-        raise InputError(f"{names[0]}: expected the size of {names[1]}, {expected}, got {size}")
-    a, b = (load_radiance(name) for name in names)
+        raise InputError(f"expected the size of {names[1]}, {expected}, got {size}", file=names[0])
+    pictures = [load_radiance(name) for name in names]
     deep = [Path(name).suffix.lower() == ".npz" for name in names]
     clipped = (
         next((name for name, is_deep in zip(names, deep, strict=True) if is_deep), None) if sum(deep) == 1 else None
     )
     if clipped is not None:
-        a, b = a.clip(0.0, 1.0), b.clip(0.0, 1.0)
+        for picture in pictures:
+            if isinstance(picture, np.ndarray):
+                np.clip(picture, 0.0, 1.0, out=picture)
+    a, b = pictures
     flip = None if not options.flip else "hdr" if all(deep) else "ldr"
-    found = compare(a, b, threshold=options.threshold, flip=flip)
+    comparison = measure(a, b, options.threshold, flip)
     if output:
         image = difference(a, b)
         image.save(output)
-    within = options.tolerance is None or found.rmse <= options.tolerance
+    within = options.tolerance is None or comparison.rmse <= options.tolerance
     if options.json:
-        say_json(json.dumps(_json(found, options, a, clipped, within), indent=1, allow_nan=False))
+        say_json(json.dumps(_json(comparison, options, a, clipped, within), indent=1, allow_nan=False))
     else:
-        _print(found, options, a, clipped, within)
+        _print(comparison, options, a, clipped, within)
     return 0 if within else 1
 
 
 def _json(
-    found: Comparison, options: argparse.Namespace, a: NDArray[Any], clipped: str | None, within: bool
+    comparison: Comparison, options: argparse.Namespace, a: Rows, clipped: str | None, within: bool
 ) -> dict[str, Any]:
     return {
         "a": options.a,
         "b": options.b,
         "size": [a.shape[1], a.shape[0]],
         "clipped": clipped,
-        "rmse": found.rmse,
-        "largest": found.largest,
-        "pixel": found.pixel,
-        "psnr": found.psnr if math.isfinite(found.psnr) else None,
-        "relative": found.relative,
-        "threshold": found.threshold,
-        "over": found.over,
-        "flip": found.flip,
+        "rmse": comparison.rmse,
+        "largest": comparison.largest,
+        "pixel": comparison.pixel,
+        "psnr": comparison.psnr if math.isfinite(comparison.psnr) else None,
+        "relative": comparison.relative,
+        "threshold": comparison.threshold,
+        "over": comparison.over,
+        "flip": comparison.flip,
         "tolerance": options.tolerance,
         "within_tolerance": within,
     }
 
 
-def _print(found: Comparison, options: argparse.Namespace, a: NDArray[Any], clipped: str | None, within: bool) -> None:
-    x, y = found.pixel
+def _print(comparison: Comparison, options: argparse.Namespace, a: Rows, clipped: str | None, within: bool) -> None:
+    x, y = comparison.pixel
     rows = [
         ("size", size_of(a)),
-        ("RMSE", f"{found.rmse:.3g}"),
-        ("largest", f"{found.largest:.3g}" + (f", in the pixel ({x}, {y})" if found.largest else "")),
-        ("PSNR", f"{found.psnr:.1f} dB"),
-        ("relative", "the reference is black" if found.relative is None else f"{found.relative:.3g}"),
-        (f"over {found.threshold:g}", f"{100.0 * found.over:.3g} % of the pixels"),
+        ("RMSE", f"{comparison.rmse:.3g}"),
+        ("largest", f"{comparison.largest:.3g}" + (f", in the pixel ({x}, {y})" if comparison.largest else "")),
+        ("PSNR", f"{comparison.psnr:.1f} dB"),
+        ("relative", "the reference is black" if comparison.relative is None else f"{comparison.relative:.3g}"),
+        (f"over {comparison.threshold:g}", f"{100.0 * comparison.over:.3g} % of the pixels"),
     ]
-    if found.flip is not None:
-        rows.append(("FLIP", f"{found.flip:.3g}"))
+    if comparison.flip is not None:
+        rows.append(("FLIP", f"{comparison.flip:.3g}"))
     if clipped is not None:
         rows.append(("clipped", f"{clipped}, to [0, 1]"))
     if options.tolerance is not None:

@@ -1,37 +1,19 @@
-"""How far two pictures are apart, in linear radiance; and reading them from `.npz` and `.png` files."""
+"""Measures of how far two pictures are apart, in linear radiance."""
 
 from __future__ import annotations
 
 import math
-import os
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from raytracer import __version__
-from raytracer.checks import InputError, number, printable, shown
-from raytracer.files import opened
-from raytracer.film import Image, linear
-from raytracer.npz import read_arrays, read_shape
-from raytracer.png_file import check_whole, read_header
+from raytracer.arrays import number_array
+from raytracer.checks import MAX_SIDE, InputError, Keys, check_choice, number, vector
+from raytracer.film import Image, linear, row_blocks
 from raytracer.record import Record
 
-if TYPE_CHECKING:
-    from PIL.ImageFile import ImageFile
-
-Array = NDArray[np.float64]
-
-SUFFIXES = (".npz", ".png")
-# Of a picture that is read: 8K (7680x4320), as more would take gigabytes.
-MAX_PIXELS = 2**25
-# Of its file: from 2 GB on NumPy writes another kind of archive; a PNG's pixels take at most half of this.
-_MAX_BYTES = {".npz": 2**31 - 1, ".png": 16 * MAX_PIXELS}
-_MAX_ARRAY = 16 * 3 * MAX_PIXELS
 # What float32 can hold: what a file has beyond was not rendered, and its square might be beyond float64.
 _LARGEST = float(np.finfo(np.float32).max)
 # A difference that is seen as one: 1/255 where the sRGB curve is steepest in the middle of its range.
@@ -74,7 +56,7 @@ def compare(
     threshold: float = THRESHOLD,
     flip: Literal["ldr", "hdr"] | None = None,
 ) -> Comparison:
-    """How far the picture `a` is from the reference `b`, each an Image, or an array (H, W, 3) of linear radiance.
+    """Measure how far the picture `a` is from the reference `b`, Images or arrays (H, W, 3) of linear radiance.
 
     `threshold`: above which difference of a channel a pixel counts in `over`; linear radiance. Default: 0.01.
     `flip`: with FLIP, of what is within [0, 1] ("ldr"), or at all exposures at which the reference can be looked
@@ -83,60 +65,97 @@ def compare(
     below 0, and if that package is missing.
     """
     threshold = number(threshold, "threshold", 0.0, expected="a finite number of at least 0 (linear radiance)")
-    if flip not in (None, "ldr", "hdr"):
-        raise InputError(f"flip: expected ldr, hdr or None, got {shown(flip)}")
-    a, b = _picture(a, "a"), _picture(b, "b")
+    if flip is not None:
+        check_choice(flip, "flip", ("ldr", "hdr"), expected="ldr, hdr or None")
+    return measure(_picture(a, "a"), _picture(b, "b"), threshold, flip)
+
+
+class Rows(Protocol):
+    """A picture (H, W, 3) of finite linear radiance, of which rows are read by a slice: an array, or a file's."""
+
+    @property
+    def shape(self) -> tuple[int, ...]: ...
+    def __getitem__(self, rows: slice, /) -> NDArray[Any]: ...
+
+
+def measure(a: Rows, b: Rows, threshold: float, flip: Literal["ldr", "hdr"] | None) -> Comparison:
+    """Compare as `compare` does. Beside the pictures there are only some of their rows in memory, but with `flip`.
+
+    Raises InputError for pictures of two sizes, and if the package for `flip` is missing.
+    """
     if a.shape != b.shape:
         raise InputError(f"expected pictures of one size, got {size_of(a)} and {size_of(b)}")
-    off = np.abs(a - b).max(axis=2)
-    y, x = np.unravel_index(off.argmax(), off.shape)
-    rmse, level = _rms(a - b), _rms(b)
+    height, width, _ = a.shape
+    squares, level, largest, pixel, over = [], [], -1.0, (0, 0), 0
+    for rows in row_blocks(a.shape):
+        reference = np.asarray(b[rows], np.float64)
+        off = np.abs(np.asarray(a[rows], np.float64) - reference)
+        squares.append(np.sum(off**2))
+        level.append(np.sum(reference**2))
+        off = off.max(axis=2)
+        if (most := float(off.max())) > largest:  # the first of equal ones
+            y, x = divmod(int(off.argmax()), width)
+            largest, pixel = most, (x, rows.start + y)
+        over += int(np.count_nonzero(off > threshold))
+    rmse, root = (math.sqrt(math.fsum(sums) / (3 * height * width)) for sums in (squares, level))
     return Comparison(
         rmse=rmse,
-        largest=float(off.max()),
-        pixel=(int(x), int(y)),
+        largest=largest,
+        pixel=pixel,
         psnr=-20.0 * math.log10(rmse) if rmse else math.inf,
-        relative=rmse / level if level else None,
+        relative=rmse / root if root else None,
         threshold=threshold,
-        over=float(np.mean(off > threshold)),
+        over=over / (height * width),
         flip=_flip(a, b, flip) if flip else None,
     )
 
 
-def difference(a: NDArray[Any], b: NDArray[Any]) -> Image:
-    """The picture of where `a` and `b`, (H, W, 3) linear radiance, differ: by SCALE."""
-    off = np.clip(np.abs(a - b).max(axis=2), DARKEST, BRIGHTEST)
-    level = np.log10(off / DARKEST) / math.log10(BRIGHTEST / DARKEST)
+def difference(a: Rows, b: Rows) -> Image:
+    """The picture of where `a` and `b` differ: by SCALE."""
+    radiance = np.empty(a.shape, np.float32)
+    for rows in row_blocks(a.shape):
+        off = np.abs(np.asarray(a[rows], np.float64) - b[rows]).max(axis=2)
+        level = np.log10(np.clip(off, DARKEST, BRIGHTEST) / DARKEST) / math.log10(BRIGHTEST / DARKEST)
+        radiance[rows] = linear(level)[..., None]
     about = {"Title": "difference", "Description": SCALE, "Software": f"raytracer {__version__}"}
-    return Image(np.repeat(linear(level)[..., None], 3, axis=2), metadata=about)
+    return Image(radiance, metadata=about)
 
 
-def size_of(picture: NDArray[Any]) -> str:
+def size_of(picture: Rows) -> str:
     """As in 320x180."""
     height, width = picture.shape[:2]
     return f"{width}x{height}"
 
 
-def _picture(values: Image | ArrayLike, name: str) -> Array:
+def check_radiance(picture: NDArray[Any], name: str) -> None:
+    """Raise InputError unless all numbers of a picture (H, W, 3) are finite, and float32 holds them."""
+    wrong = 0
+    for rows in row_blocks(picture.shape):
+        with np.errstate(over="ignore"):  # a number of more bits becomes infinite
+            values = np.asarray(picture[rows], np.float64)
+        wrong += int(np.count_nonzero(~(np.abs(values) <= _LARGEST)))  # NaN is not, either
+    if wrong:
+        raise InputError(f"expected finite numbers within +-{_LARGEST:.2g}, got {wrong} others", name)
+
+
+def _picture(values: Image | ArrayLike, name: str) -> NDArray[Any]:
     expected = "an Image, or an array (H, W, 3) of numbers"
-    try:
-        picture = np.asarray(values)
-    except ValueError:  # rows of different lengths
-        raise InputError(f"{name}: expected {expected}, got {shown(values)}") from None
-    if picture.ndim != 3 or picture.shape[2] != 3 or not picture.size or picture.dtype.kind not in "iuf":
-        kind = shown(values) if picture.ndim == 0 else f"{picture.shape} of {picture.dtype}"
-        raise InputError(f"{name}: expected {expected}, got {kind}")
-    picture = np.asarray(picture, np.float64)
-    if wrong := int(np.count_nonzero(~(np.abs(picture) <= _LARGEST))):  # NaN is not, either
-        raise InputError(f"{name}: expected finite numbers within +-{_LARGEST:.2g}, got {wrong} others")
+    picture = number_array(values, name, MAX_SIDE, _row, expected)
+    if picture.ndim != 3 or picture.shape[2] != 3 or not picture.size:
+        raise InputError(f"expected {expected}, got {picture.shape} of {picture.dtype}", name)
+    check_radiance(picture, name)
     return picture
 
 
-def _rms(values: Array) -> float:
-    return math.sqrt(np.mean(values**2))
+def _row(values: Any, keys: Keys) -> NDArray[Any]:
+    return number_array(values, keys, MAX_SIDE, _pixel)
 
 
-def _flip(a: Array, b: Array, kind: Literal["ldr", "hdr"]) -> float:
+def _pixel(values: Any, keys: Keys) -> tuple[float, float, float]:
+    return vector(values, keys, -_LARGEST, _LARGEST, "3 finite numbers (linear RGB)")
+
+
+def _flip(a: Rows, b: Rows, kind: Literal["ldr", "hdr"]) -> float:
     try:
         import flip_evaluator
     except ImportError:
@@ -145,113 +164,9 @@ def _flip(a: Array, b: Array, kind: Literal["ldr", "hdr"]) -> float:
         ) from None
     # It takes no negative radiance, and no pictures that are not contiguous.
     most = 1.0 if kind == "ldr" else _LARGEST
-    test, reference = (np.ascontiguousarray(np.clip(picture, 0.0, most), np.float32) for picture in (a, b))
+    test, reference = (np.ascontiguousarray(np.clip(picture[:], 0.0, most), np.float32) for picture in (a, b))
     exposures = {"startExposure": 0.0, "stopExposure": 0.0} if kind == "hdr" and reference.max() < _DARK else {}
     _, mean, _ = flip_evaluator.evaluate(
         reference, test, kind.upper(), inputsRGB=False, applyMagma=False, parameters=exposures
     )
     return float(mean)
-
-
-def size_in(path: str | os.PathLike[str]) -> tuple[int, int]:
-    """(width, height) of the picture in a file, of which no more is read. Raises InputError as load_radiance()."""
-    with _opened(path) as (file, suffix):
-        if suffix == ".png":
-            return read_header(file, MAX_PIXELS)[:2]
-        height, width, _ = read_shape(file, "radiance", _check_array, _MAX_ARRAY)
-        return width, height
-
-
-def load_radiance(path: str | os.PathLike[str]) -> Array:
-    """The linear radiance (H, W, 3) in a file: the array `radiance` of an `.npz`, or an opaque `.png`, taken for sRGB.
-
-    A PNG may have 8 or 16 bits, of colour or grey. Raises InputError, which begins with the file's name.
-    """
-    with _opened(path) as (file, suffix):
-        return _from_png(file) if suffix == ".png" else _from_npz(file)
-
-
-@contextmanager
-def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[IO[bytes], str]]:
-    """A picture's file and its suffix. Errors in the block are about the file: they begin with its name."""
-    path = Path(path)
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise InputError(f"{path}: expected a file that ends in {' or '.join(SUFFIXES)}")
-    try:
-        with opened(path) as file:
-            if (size := os.fstat(file.fileno()).st_size) > (most := _MAX_BYTES[suffix]):
-                raise InputError(f"expected a file of at most {most} bytes, got {size}")
-            yield file, suffix
-    except OSError as error:
-        raise InputError(f"{path}: expected a picture that can be read: {error.strerror or error}") from None
-    except ValueError as error:  # InputError is one; so is what Python makes of a name with a null character
-        raise InputError(f"{path}: {error}") from None
-
-
-def _from_npz(file: IO[bytes]) -> Array:
-    [picture] = read_arrays(file, lambda names: ["radiance"], _check_array, _MAX_ARRAY).values()
-    return _picture(picture, "radiance")
-
-
-def _check_array(name: str, shape: tuple[int, ...], dtype: Any) -> None:
-    if len(shape) != 3 or shape[2] != 3 or min(shape) < 1 or dtype.kind != "f":
-        raise InputError(f"{name}: expected an array (H, W, 3) of floating-point numbers, got {shape} of {dtype}")
-    _check_size(shape[1], shape[0])
-
-
-def _check_size(width: int, height: int) -> None:
-    if width * height > MAX_PIXELS:
-        raise InputError(f"expected at most {MAX_PIXELS} pixels, got {width}x{height}")
-
-
-def _from_png(file: IO[bytes]) -> Array:
-    deep = check_whole(file, MAX_PIXELS).bits == 16
-    try:
-        pixels = _deep(file) if deep else _plain(file)
-    except (InputError, MemoryError):
-        raise
-    except Exception as error:  # what damaged files can raise is not written down anywhere
-        raise InputError(f"expected a PNG file: {' '.join(printable(str(error)).split())[:100]}") from None
-    most = 65535 if deep else 255
-    if pixels.shape[2] == 4 and (pixels[..., 3] != most).any():
-        raise InputError("expected an opaque picture, got one with transparent pixels")
-    # By a table, as linear() takes several times a large picture's memory.
-    return linear(np.arange(most + 1) / most)[pixels[..., :3]]
-
-
-@contextmanager
-def _undecoded(file: IO[bytes]) -> Iterator[ImageFile]:
-    """A PNG, whose pixels are not read yet."""
-    from PIL import Image
-
-    file.seek(0)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # its size is known to be right
-        picture = Image.open(file, formats=["PNG"])
-    with picture:
-        yield picture
-
-
-def _plain(file: IO[bytes]) -> NDArray[Any]:
-    """The pixels (H, W, 4) of a PNG with 8 bits or less."""
-    with _undecoded(file) as picture:
-        return np.asarray(picture.convert("RGBA"))
-
-
-def _deep(file: IO[bytes]) -> NDArray[Any]:
-    """The pixels (H, W, 3 or 4) of a PNG with 16 bits.
-
-    Of colours Pillow keeps the upper 8: told that files have the lower ones first, it keeps these.
-    """
-    with _undecoded(file) as picture:
-        layout = str(picture.tile[0][3])
-        if "transparency" in picture.info or layout not in ("RGB;16B", "RGBA;16B", "I;16B"):
-            raise InputError(f"expected RGB, RGBA or grey of 16 bits without transparent pixels, got {layout}")
-        if layout == "I;16B":
-            return np.repeat(np.asarray(picture)[..., None], 3, axis=2)
-        upper = np.asarray(picture).astype(np.uint16)
-    with _undecoded(file) as picture:
-        codec, box, offset, _ = picture.tile[0]
-        picture.tile = [(codec, box, offset, layout.replace("16B", "16L"))]  # pyright: ignore[reportAttributeAccessIssue]
-        return upper << 8 | np.asarray(picture)

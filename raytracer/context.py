@@ -16,7 +16,7 @@ from typing import Any, Literal, NoReturn, get_args
 import moderngl
 
 from raytracer.checks import InputError, check_choice
-from raytracer.devices import REQUIRED, Device, device_of, open_device
+from raytracer.devices import REQUIRED, Device, open_device, wanted_device
 from raytracer.turns import ContextError, begin
 
 Backend = Literal["auto", "egl", "window", "osmesa"]
@@ -40,14 +40,14 @@ def backend_name(backend: str | None = None) -> str:
 
 
 def chosen(backend: str | None = None, device: Device | None = None) -> tuple[str, Device | None]:
-    """The backend's name, and the device that is asked for, by arguments or else by variables; None for the best one.
+    """The backend's name, and the device, by arguments or else by variables; None for the best device.
 
     Only EGL has devices: with one, "auto" is "egl". The variable RAYTRACER_DEVICE is for EGL alone. Raises InputError
-    as `backend_name` and `device_of`, and for the argument `device` with a backend that has none.
+    as `backend_name` and `wanted_device`, and for the argument `device` with a backend that has none.
     """
     name = backend_name(backend)
     if name in ("auto", "egl"):
-        device = device_of(device)
+        device = wanted_device(device)
         return "egl" if device is not None else name, device
     if device is not None:
         raise InputError(f"expected the backend egl, which alone has devices, got the backend {name}", "device")

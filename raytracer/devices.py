@@ -1,7 +1,7 @@
 """EGL devices: which one a context is opened on, by its index, by a part of its name, or the best one there is.
 
-A device's name is its driver's GL_RENDERER and GL_VENDOR. Nothing else tells what a device is, so to know its name is
-to open it.
+A device's name is its driver's GL_RENDERER and GL_VENDOR. Nothing else names a device, so to know its name
+is to open it.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ class Opened(NamedTuple):
         return any(name in self.name.lower() for name in _SOFTWARE)
 
     def matches(self, device: Device | None) -> bool:
-        """Whether it is the device that is asked for; for None, hardware."""
+        """Whether it is the wanted device; for None, hardware."""
         if device is None:
             return not self.is_software
         return device in self.name.lower() if isinstance(device, str) else device == self.number
 
 
-def device_of(device: Any = None) -> Device | None:
+def wanted_device(device: Any = None) -> Device | None:
     """`device`, or the value of RAYTRACER_DEVICE if None: an index, a part of a name in lower case; None for the best.
 
     Raises InputError for anything else.
@@ -64,7 +64,7 @@ def device_of(device: Any = None) -> Device | None:
 
 
 def open_device(device: Device | None = None) -> moderngl.Context:
-    """A new context, current, on the device of device_of(): for None the first hardware, or else the first that opens.
+    """A new context, current, on the device: for None the first that is hardware, or else the first that opens.
 
     Raises InputError for a device that is not there, RuntimeError if there is none, or if the device does not open.
     """
@@ -96,7 +96,7 @@ def open_device(device: Device | None = None) -> moderngl.Context:
 
 
 def opened_devices(index: int | None = None) -> Iterator[Opened]:
-    """All devices, or the one of that index, each opened, and current, when it is asked for. The caller releases it."""
+    """All devices, or the one of that index. Each is opened, and made current, in its turn; the caller releases it."""
     for i in range(MAX_DEVICES) if index is None else (index,):
         try:
             context = _open(i)
@@ -112,7 +112,7 @@ def opened_devices(index: int | None = None) -> Iterator[Opened]:
 
 
 def closed_devices() -> Iterator[Opened]:
-    """All devices, each closed when the next is asked for."""
+    """All devices, each closed before the next one."""
     for opened in opened_devices():
         yield opened
         if opened.context:
@@ -123,8 +123,8 @@ def closed_devices() -> Iterator[Opened]:
 def _open(index: int) -> moderngl.Context:
     from glcontext import egl  # pyright: ignore[reportAttributeAccessIssue] # there is none on Windows and macOS
 
-    # The .so.1 names are those of the run-time packages; bare .so is in -dev packages only. Asked for
-    # by name, glcontext would import what looks libraries up, which takes half as long as all of this.
+    # The run-time packages have the .so.1 names; bare .so is in -dev packages only. Without the names, glcontext would
+    # import a module to look libraries up, which takes half as long as all of this.
     loader = egl.create_context(
         mode="standalone", glversion=REQUIRED, device_index=index, libgl="libGL.so.1", libegl="libEGL.so.1"
     )

@@ -35,25 +35,29 @@ class Report(msgspec.Struct, frozen=True):
 
 def examine() -> list[Report]:
     """Open and close a context of each kind, for EGL on each device."""
-    return [report for backend in BACKENDS for report in (_of_devices() if backend == "egl" else [_of(backend)])]
+    return [
+        report
+        for backend in BACKENDS
+        for report in (_device_reports() if backend == "egl" else [_backend_report(backend)])
+    ]
 
 
-def _of_devices() -> list[Report]:
+def _device_reports() -> list[Report]:
     begin()
-    found = [
+    reports = [
         _report("egl", each.context, each.number)
         if each.context
         else Report("egl", False, each.number, problem=each.problem)
         for each in closed_devices()
     ]
-    if any(report.opens for report in found):
-        return found
+    if any(report.opens for report in reports):
+        return reports
     # EGL itself is not there: no device is to blame.
-    problems = dict.fromkeys(report.problem for report in found)
-    return found if len(found) > 1 else [Report("egl", False, problem="; ".join(problems) or "no EGL device")]
+    problems = dict.fromkeys(report.problem for report in reports)
+    return reports if len(reports) > 1 else [Report("egl", False, problem="; ".join(problems) or "no EGL device")]
 
 
-def _of(backend: str) -> Report:
+def _backend_report(backend: str) -> Report:
     try:
         context = open_context(backend)
     except ContextError as error:

@@ -7,7 +7,7 @@ import stat
 from pathlib import Path
 from typing import IO
 
-# Of a file that comes with the package; the largest has 20,000.
+# Bytes of a file that comes with the package. The largest file has 20,000.
 _MOST_BYTES = 1 << 20
 
 

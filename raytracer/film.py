@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import os
 import struct
 import zlib
@@ -13,7 +14,7 @@ import msgspec
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from raytracer.checks import InputError, shown
+from raytracer.checks import InputError, check_text, shown
 from raytracer.estimate import Estimate
 from raytracer.output import check_output, written_whole
 from raytracer.record import Record
@@ -48,7 +49,7 @@ def srgb8(radiance: NDArray[Any]) -> NDArray[np.uint8]:
     becomes 255.
     """
     encoded = np.empty(radiance.shape, np.uint8)
-    for rows in _blocks(radiance):
+    for rows in row_blocks(radiance.shape):
         linear = np.abs(np.clip(radiance[rows], 0.0, 1.0)).astype(np.float32, copy=False)  # -0.0 becomes 0.0
         key = linear.view(np.int32) >> _LOWER_HALF
         # Beyond the last key is NaN alone.
@@ -56,10 +57,25 @@ def srgb8(radiance: NDArray[Any]) -> NDArray[np.uint8]:
     return encoded
 
 
-def _blocks(picture: NDArray[Any]) -> Iterator[slice]:
-    """The rows of a picture (H, W, 3), as many at a time as are worked on at once."""
-    rows = max(1, _BLOCK // max(1, picture[:1].size))
-    return (slice(start, start + rows) for start in range(0, len(picture), rows))
+def row_blocks(shape: tuple[int, ...]) -> Iterator[slice]:
+    """The rows of a picture of this shape, (H, W, 3), as many at a time as are worked on at once."""
+    rows = max(1, _BLOCK // max(1, math.prod(shape[1:])))
+    return (slice(start, start + rows) for start in range(0, shape[0], rows))
+
+
+def _is_numbers(value: Any) -> bool:
+    """Whether `value` is an array of real numbers, none of them masked."""
+    return isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and not np.ma.is_masked(value)
+
+
+def _kind(value: Any) -> str:
+    return f"one of shape {value.shape} of {value.dtype}" if isinstance(value, np.ndarray) else shown(value)
+
+
+def _check_keyword(key: Any) -> None:
+    """Raise InputError for a name that PNG does not take for a text: 1 to 79 printable characters of Latin-1."""
+    if not (isinstance(key, str) and key.isprintable() and 1 <= len(key) < 80 and max(key) <= "\xff"):
+        raise InputError(f"expected names of 1 to 79 characters of Latin-1, got {shown(key)}", "metadata")
 
 
 class Image(Record, frozen=True, eq=False):
@@ -72,8 +88,8 @@ class Image(Record, frozen=True, eq=False):
     nothing was hit. The reference's images are float64. `samples` (H, W) int32: how many each pixel
     got, of a picture with adaptive samples, else None. `error` (H, W) float32: the estimated root mean square error of
     each pixel over red, green and blue, linear radiance, nan where it is not known. `estimate` says that of the
-    picture. `metadata` goes into files as text. `np.asarray(image)` is the radiance. Raises InputError for a radiance
-    that is no such array.
+    picture. `metadata`, text by names, goes into files. `np.asarray(image)` is the radiance. Raises InputError for what
+    is no such array, and for arrays of other sizes than the radiance.
     """
 
     radiance: NDArray[Any]
@@ -87,9 +103,21 @@ class Image(Record, frozen=True, eq=False):
 
     def __post_init__(self) -> None:
         radiance: Any = self.radiance
-        if not isinstance(radiance, np.ndarray) or radiance.ndim != 3 or radiance.shape[2] != 3 or not radiance.size:
-            kind = f"one of shape {radiance.shape}" if isinstance(radiance, np.ndarray) else shown(radiance)
-            raise InputError(f"expected an array (H, W, 3), got {kind}", "radiance")
+        if not (_is_numbers(radiance) and radiance.ndim == 3 and radiance.shape[2] == 3 and radiance.size):
+            raise InputError(f"expected an array (H, W, 3) of numbers, got {_kind(radiance)}", "radiance")
+        shape = radiance.shape[:2]
+        for name in ("depth", "normal", "material", "samples", "error"):
+            value: Any = getattr(self, name)
+            expected = radiance.shape if name == "normal" else shape
+            if value is not None and not (_is_numbers(value) and value.shape == expected):
+                raise InputError(f"expected an array {expected} of numbers or None, got {_kind(value)}", name)
+        if self.estimate is not None and not isinstance(self.estimate, Estimate):
+            raise InputError(f"expected an Estimate or None, got {shown(self.estimate)}", "estimate")
+        if not isinstance(self.metadata, Mapping):
+            raise InputError(f"expected text by names, got {shown(self.metadata)}", "metadata")
+        for key, text in self.metadata.items():
+            _check_keyword(key)
+            check_text(text, ("metadata", key))
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
         """The radiance itself, for NumPy: a copy only where NumPy asks for one, or for another `dtype`."""
@@ -121,7 +149,9 @@ class Image(Record, frozen=True, eq=False):
             arrays = {name: getattr(self, name) for name in ("radiance", "depth", "normal", "material")}
             missing = [name for name, array in arrays.items() if array is None]
             if missing:
-                raise InputError(f"{path}: expected an image rendered with geometry=True, got none of {missing}")
+                raise InputError(
+                    f"expected an image rendered with geometry=True, got none of {missing}", file=str(path)
+                )
             more = {"samples": self.samples, "error": self.error}
             arrays |= {name: array for name, array in more.items() if array is not None}
             # Text and no object, so that it loads without pickles.
@@ -152,7 +182,7 @@ class Image(Record, frozen=True, eq=False):
             _write_chunk(file, b"iTXt", key.encode("latin-1") + bytes(5) + value.encode())  # plain, no language
         # Differences to the left neighbour are mostly small, and runs of zeros in flat parts.
         compressor = zlib.compressobj(strategy=zlib.Z_RLE)
-        for rows in _blocks(self.radiance):
+        for rows in row_blocks(self.radiance.shape):
             pixels = srgb8(self.radiance[rows]).reshape(-1, 3 * width)
             filtered = np.ones((len(pixels), 1 + 3 * width), np.uint8)  # a row begins with its filter; 1 is "Sub"
             filtered[:, 1:4] = pixels[:, :3]

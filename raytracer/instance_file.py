@@ -23,7 +23,7 @@ from raytracer.output import write_new
 from raytracer.solids import MAX_SURFACES, Solid
 from raytracer.suggest import did_you_mean_file
 
-# Of all files of a scene, and of an array in one when inflated: all places that a scene can have, generously written.
+# Bytes of all files of a scene, and of an array when inflated: all places that a scene can have, generously written.
 MAX_BYTES = 64 * 1024 * 1024
 # For which a file counts at least, as opening and checking one takes time, too: some 0.1 ms.
 _LEAST_BYTES = 4096
@@ -38,7 +38,7 @@ _COLUMNS = {"positions": "x,y,z", "scales": "scale"}
 
 
 class Room:
-    """How many bytes the files of a scene may have that are still to be read."""
+    """The number of bytes that a scene's files may still have."""
 
     def __init__(self) -> None:
         self.left = MAX_BYTES
@@ -72,7 +72,7 @@ def is_plain(name: str, suffixes: Sequence[str] = (".csv", ".npz")) -> bool:
 def copied(files: Sequence[Path], folder: Path) -> Iterator[None]:
     """Put copies of the files that a scene names into `folder`, but those that are there with the same content.
 
-    Only what a scene may read is copied, so no file outside the folder of `files`, to which a link leads. The copies
+    Only files that a scene may read are copied: none outside the folder of `files`, to which a link leads. The copies
     vanish when the block does not end well. Raises RuntimeError if a copy cannot be made or if another file
     has its name.
     """
@@ -161,7 +161,7 @@ def _csv_lines(data: bytes) -> Iterator[str]:
         end = data.find(newline, start, start + _MAX_LINE)
         last = end < 0 and len(data) - start <= _MAX_LINE
         if end < 0 and not last:
-            raise InputError(f"{number}: expected CSV: lines of at most {_MAX_LINE} bytes")
+            raise InputError(f"expected CSV: lines of at most {_MAX_LINE} bytes", line=number)
         line = data[start:] if last else data[start:end]
         try:
             yield line.decode().removesuffix("\r")
@@ -170,7 +170,7 @@ def _csv_lines(data: bytes) -> Iterator[str]:
         if last:
             return
         start = end + 1
-    raise InputError(f"{_MAX_LINES + 1}: expected CSV: at most {_MAX_LINES} lines")
+    raise InputError(f"expected CSV: at most {_MAX_LINES} lines", line=_MAX_LINES + 1)
 
 
 def _npz_arrays(data: bytes) -> dict[str, Any]:
@@ -188,8 +188,8 @@ def _npz_arrays(data: bytes) -> dict[str, Any]:
 
 def _check_header(name: str, shape: Sequence[int], dtype: Any) -> None:
     if dtype.kind not in "iuf":
-        raise InputError(f"{name}: expected numbers, got an array of {shown(str(dtype))}")
+        raise InputError(f"expected numbers, got an array of {shown(str(dtype))}", name)
     right = len(shape) == 2 and shape[1] == 3 if name == "positions" else len(shape) <= 1
     if not right or not all(0 <= n <= MAX_SURFACES for n in shape):
         expected = "(N, 3)" if name == "positions" else "(N,) or ()"
-        raise InputError(f"{name}: expected an array {expected} with N at most {MAX_SURFACES}, got {shown(shape)}")
+        raise InputError(f"expected an array {expected} with N at most {MAX_SURFACES}, got {shown(shape)}", name)

@@ -107,7 +107,7 @@ class Instances(Record, frozen=True, eq=False):
             raise InputError(f"expected {expected}, got {place}", ("positions", i))
 
     def replace(self, **changes: Any) -> Instances:
-        """As Record's; one scale of all places is that of other positions, too, however many these are."""
+        """As `Record.replace`; one scale of all places is the scale of other positions, too, however many these are."""
         if "positions" in changes and (self.scales == self.scales[0]).all():
             changes = {"scales": float(self.scales[0])} | changes
         return super().replace(**changes)

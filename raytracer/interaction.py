@@ -19,7 +19,7 @@ from raytracer.checks import InputError, shown
 from raytracer.presets import Fields, combined, flags, over
 from raytracer.sampling import PROGRESSIVE
 from raytracer.scene import Scene
-from raytracer.settings import Settings, Shading, Shadows
+from raytracer.settings import NO_RADIUS, Settings, Shading, Shadows
 from raytracer.shader import Show, material_layout
 
 T = TypeVar("T")
@@ -213,8 +213,9 @@ def _of_window(*places: Fields) -> Settings:
     settings = combined(*places)
     if settings.sequence not in PROGRESSIVE:
         raise InputError(
-            f"settings.sequence: expected one of {', '.join(PROGRESSIVE)} for a window, which adds one sample after "
-            f"another (or try --sequence sobol), got {shown(settings.sequence)}"
+            f"expected one of {', '.join(PROGRESSIVE)} for a window, which adds one sample after "
+            f"another (or try --sequence sobol), got {shown(settings.sequence)}",
+            ("settings", "sequence"),
         )
     return settings
 
@@ -247,7 +248,7 @@ def _shadows(state: State) -> State:
     """To the next shadows that differ: soft ones are hard where all lights are points."""
     shadows = _next(get_args(Shadows), state.settings.shadows)
     if shadows == "soft" and not any(light.radius for light in state.loaded.lights):
-        state = _set(state, hint="no soft shadows: no light has a radius")
+        state = _set(state, hint=f"no soft shadows: {NO_RADIUS}")
         shadows = _next(get_args(Shadows), shadows)
     return _with_settings(state, shadows=shadows)
 

@@ -235,7 +235,8 @@ class Lister:
         ends = np.column_stack((end - count, end)).astype(np.int32)
         # One list for all cells in which there is nothing but what is everywhere.
         around = np.concatenate([entries[:0], *(rows.entries()[1] for rows in bare)])
-        ends[count == 0] = len(entries), len(entries) + len(around)
+        if len(around):  # else an empty list will do, wherever it is
+            ends[count == 0] = len(entries), len(entries) + len(around)
         return Lists(ends, np.concatenate((entries, around)))
 
 

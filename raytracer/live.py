@@ -109,7 +109,9 @@ class Live:
         """
         limit = self._renderer.limits.target
         if max(size) > limit:
-            raise InputError(f"size: expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}")
+            raise InputError(
+                f"expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}", "size"
+            )
         structure = _structure(scene, settings, show)
         reread, self._reread = self._reread, False
         known = not reread and structure == self._structure
@@ -140,7 +142,7 @@ class Live:
             self._drop_error()
             self._held.clear()
             self._held |= {*filter(None, programs), *on_screen.values()}
-        if reread:  # what the files held before is not needed any more
+        if reread:  # programs of the files as they were are not needed any more
             self._mistaken = False
             self._renderer.forget(self._held)
         elif not known:
@@ -284,7 +286,7 @@ class Live:
 
 
 def _structure(scene: Scene, settings: Settings, show: Show) -> tuple[object, ...]:
-    """What decides the text of a picture's programs."""
+    """Everything that decides the text of a picture's programs."""
     compiled = msgspec.structs.replace(settings, samples=1, adaptive=None, max_error=None, time=None)
     return scene.objects, light_defines(scene, settings), compiled, show
 

@@ -9,8 +9,6 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from raytracer.checks import (
-    MAX_COLOR,
-    MAX_EXPONENT,
     InputError,
     check_choice,
     check_path,
@@ -22,7 +20,8 @@ from raytracer.checks import (
     three,
     within,
 )
-from raytracer.models import MODELS, Lobe, Parameter
+from raytracer.lobe import Lobe
+from raytracer.models import MODELS, Parameter
 from raytracer.suggest import did_you_mean
 from raytracer.toml_table import check_table
 
@@ -163,12 +162,8 @@ def _checked(parameter: Parameter, value: Any) -> Any:
             return _measured(value, name)
 
 
-# Cosines of a lobe times its coefficients; above, its power would not stay finite with any exponent worth having.
-MAX_COEFFICIENT = 1e3
-
-
 def _lobes(value: Any) -> tuple[Lobe, ...]:
-    """The lobes with three numbers for each of their parts, cy too. A lobe may be given as a table, as in a file."""
+    """The lobes, all with a cy. A lobe may be a table, as in a file."""
     expected = f"at most {MAX_LOBES} lobes {{ cx, cz, n }}"
     values = items(value, MAX_LOBES)
     if values is None or len(values) > MAX_LOBES:
@@ -176,31 +171,9 @@ def _lobes(value: Any) -> tuple[Lobe, ...]:
     lobes: list[Lobe] = []
     for i, lobe in enumerate(values):
         with within(i):
-            lobes.append(_checked_lobe(lobe if isinstance(lobe, Lobe) else _lobe(lobe)))
+            known = lobe if isinstance(lobe, Lobe) else _lobe(lobe)
+            lobes.append(known if known.cy else known.replace(cy=known.cx))
     return tuple(lobes)
-
-
-def _checked_lobe(given: Lobe) -> Lobe:
-    c = (-MAX_COEFFICIENT, MAX_COEFFICIENT)
-    lobe = Lobe(
-        cx=three(given.cx, "cx", *c),
-        cy=three(given.cx, "cx", *c) if given.cy is None else three(given.cy, "cy", *c),
-        cz=three(given.cz, "cz", *c),
-        n=three(given.n, "n", 0.0, MAX_EXPONENT),
-        scale=three(given.scale, "scale", 0.0, MAX_COLOR),
-    )
-    for parts in zip(lobe.cx, lobe.cy, lobe.cz, lobe.n, lobe.scale, strict=True):
-        if peak(*parts) > MAX_COLOR:
-            raise InputError(f"expected scale max(|cx|, |cy|, |cz|)^n of at most {MAX_COLOR:g}")
-    return lobe
-
-
-def peak(cx: float, cy: float, cz: float, n: float, scale: float) -> float:
-    """The scale of a lobe whose coefficients are divided by the largest of them: inf if it overflows."""
-    try:
-        return scale * max(abs(cx), abs(cy), abs(cz)) ** n
-    except OverflowError:
-        return float("inf")
 
 
 def _lobe(table: Any) -> Lobe:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import warnings
 
 from raytracer.checks import InputError
-from raytracer.terminal import complain
 
-# Pictures that need more host memory than this say so before they start.
-_WORTH_MENTION = 2**30
+# Bytes, and a share of all memory: pictures that need more than both are warned of before they start. A machine's
+# processes for a reference, one for each processor, take a smaller share.
+_WORTH_MENTION, _SHARE = 2**30, 1 / 8
 
 
 def physical_memory() -> int | None:
@@ -20,12 +21,13 @@ def physical_memory() -> int | None:
 
 
 def check_memory(needed: int, size: tuple[int, int]) -> None:
-    """Raise InputError if a picture needs more bytes than there are; say so if it needs many."""
+    """Raise InputError if a picture needs more bytes than there are; warn (UserWarning) if it needs many of them."""
     gib, physical = needed / 2**30, physical_memory()
     if physical is not None and needed > physical:
         raise InputError(
-            f"size: expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
-            f"got {size[0]}x{size[1]}, which needs {gib:.1f} GiB"
+            f"expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
+            f"got {size[0]}x{size[1]}, which needs {gib:.1f} GiB",
+            "size",
         )
-    if needed > _WORTH_MENTION:
-        complain(f"this picture needs {gib:.1f} GiB of memory")
+    if needed > max(_WORTH_MENTION, _SHARE * (physical or 0)):
+        warnings.warn(f"this picture needs {gib:.1f} GiB of memory", stacklevel=4)

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import msgspec
 
 from raytracer.checks import MAX_COLOR, MAX_EXPONENT
-from raytracer.record import Record
+from raytracer.lobe import Lobe
 
 # The unit of colours that are shares of light: above 1 more is reflected than comes in.
 REFLECTED = "linear RGB"
@@ -51,21 +51,6 @@ class Model(msgspec.Struct, frozen=True):
     parameters: dict[str, Parameter]
     # Whether part of it reflects to one direction only, for which there are reflection rays.
     mirrors: bool = False
-
-
-class Lobe(Record, frozen=True, repr_omit_defaults=True):
-    """A lobe of Lafortune's model: scale (cx Lx Vx + cy Ly Vy + cz Lz Vz)^n where that is above 0, per channel.
-
-    x is along the material's `tangent`, z along the normal. `cy` is `cx` unless it is given. Each is three numbers, or
-    one that stands for three: cx, cy and cz in [-1000, 1000], n in [0, 1e6], scale in [0, 1e12]. The Material that
-    takes the lobe checks them.
-    """
-
-    cx: Any
-    cz: Any
-    n: Any
-    cy: Any = None
-    scale: Any = (1.0, 1.0, 1.0)
 
 
 # Parts of models that a scene's shader has just in the forms that its materials choose. Of each: type, name, and

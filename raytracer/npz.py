@@ -82,15 +82,15 @@ def _shape(archive: ZipFile, info: ZipInfo, name: str, check: Check, most: int) 
 
     # The others' decoders take as much memory as the archive asks for; NumPy writes only these.
     if info.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
-        raise InputError(f"{name}: expected an array as numpy.savez writes it, got another compression")
+        raise InputError("expected an array as numpy.savez writes it, got another compression", name)
     # zipfile inflates no more of a member than the size that its entry states.
     if info.file_size > most:
-        raise InputError(f"{name}: expected at most {most} bytes, got {info.file_size}")
+        raise InputError(f"expected at most {most} bytes, got {info.file_size}", name)
     with archive.open(info) as file:
         begin = io.BytesIO(file.read(_HEADER))
     version = npy.read_magic(begin)
     if version not in ((1, 0), (2, 0)):
-        raise InputError(f"{name}: expected an array of numbers in .npy format 1.0 or 2.0")
+        raise InputError("expected an array of numbers in .npy format 1.0 or 2.0", name)
     shape, _, dtype = (npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0)(begin)
     check(name, shape, dtype)
     return shape

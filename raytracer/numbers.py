@@ -15,9 +15,17 @@ from raytracer.groups import groups
 from raytracer.opengl import BufferTexture, set_sampler, volume_texture
 from raytracer.program_rows import check_listed
 from raytracer.rectangles import cells_under
+from raytracer.rounds import OF_ENTRY
 from raytracer.scene import PointLight, Scene
 from raytracer.settings import Settings
-from raytracer.shader import has_mirrors, is_listed, material_layout, shaded_materials
+from raytracer.shader import (
+    has_mirrors,
+    is_listed,
+    material_layout,
+    most_rounds,
+    rounds_of_ray,
+    shaded_materials,
+)
 from raytracer.sight import Mask, Met
 from raytracer.table import table
 
@@ -39,8 +47,6 @@ _MAX_CELLS, _MAX_ITEMS, _MAX_LISTED = 2**23, 2**24, 2**22
 _MOST_FROM_AFAR = 4096
 # Spheres times lights: to find in which cells each is seen takes some microseconds.
 _MAX_SEEN = 2**22
-# How often a ray goes through a chain's leaves, but for few that meet more than chain.glsl has room for.
-_CHAIN_ROUNDS = 8
 _UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7, "measured": 8}
 
 
@@ -66,7 +72,7 @@ class Numbers:
         self.grid = GRIDS[0]  # cells of a side of a cube's face around a light
         self._shape = 0, 0  # rows and columns of cells
         # Of loops those that a pixel's rays may go through at most, or a little more: see cut_short.glsl.
-        self.rounds = self._rounds_of_lists = 0
+        self.rounds = 0
 
     def load(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
         """Take the numbers of `scene` for a picture of `size`."""
@@ -86,9 +92,11 @@ class Numbers:
                 self._texture("numbers", numbers)
                 if self._lister:
                     self._texture("items", self._lister.items_texture(numbers))
-        self.rounds = (1 + len(scene.lights)) * 3 * table(scene).size  # but for `roth`, where it is not asked for
         if self._lister:
             self._load_lists(self._lister, scene, settings, size)
+        else:
+            of_ray = rounds_of_ray(scene, settings)
+            self.rounds = most_rounds(scene, settings, of_ray, of_ray)
         self._of = of
 
     def _load_materials(self, scene: Scene, settings: Settings) -> None:
@@ -112,7 +120,9 @@ class Numbers:
         if tables:
             most = self._context.info["GL_MAX_3D_TEXTURE_SIZE"] // len(tables[0].values)
             if len(tables) > most:
-                raise InputError(f"materials: expected at most {most} measured ones on this driver, got {len(tables)}")
+                raise InputError(
+                    f"expected at most {most} measured ones on this driver, got {len(tables)}", "materials"
+                )
             self._measured = volume_texture(self._context, np.concatenate([table.values for table in tables]))
         self._measured_tables = tables
 
@@ -125,7 +135,6 @@ class Numbers:
             self._of_lights, self._lit = None, None
         lights = [settings.cast(light) for light in scene.lights if settings.shadows != "off"]
         lit = tuple((light.position, light.radius) for light in lights)
-        self.rounds = self._rounds_of_lists
         if lit == self._lit:
             return
         self._lit = None
@@ -145,24 +154,26 @@ class Numbers:
         reach = [lister.reach(scene, light) if is_short else np.inf for light in lights]
         reaches = np.column_stack((reach, np.zeros(len(lights)))).astype(np.float32)
         self._texture("ends", np.concatenate((self._of_lights.ends, reaches.view(np.int32))))
-        self.rounds = self._rounds_of_lists = self._most_rounds(scene, len(lights), settings.bounces if mirrors else 0)
+        self.rounds = self._most_rounds(scene, settings)
         self._lit = lit
 
-    def _most_rounds(self, scene: Scene, lights: int, bounces: int) -> int:
-        """Rounds of loops, for rays from the camera and mirrors and from each point to each light: for each code in the
-        longest list one round in objects of kinds; in programs as many as the list has surfaces, but in chains rarely
-        more than a few.
+    def _most_rounds(self, scene: Scene, settings: Settings) -> int:
+        """Rounds of loops for all rays of a pixel, by the longest lists: a program takes as many for each root of its
+        surfaces as it has codes. But of a list of everything, rays are taken to pass all objects of kinds.
         """
         assert self._of_camera and self._of_lights
         camera, light = (int(np.diff(lists.ends).max(initial=0)) for lists in (self._of_camera, self._of_lights))
-        everything = self.everything[1] - self.everything[0]
         programs = groups(scene).bigs
         trees = any(not big.pruner.is_chain for big in programs)
 
         def rounds(codes: int) -> int:
-            return codes * (2 * codes if trees else _CHAIN_ROUNDS if programs else 1)
+            return codes * max(2 * codes if trees else 0, OF_ENTRY)
 
-        return rounds(camera) + bounces * rounds(everything) + (1 + bounces) * lights * rounds(light)
+        ray = rounds(camera)
+        if has_mirrors(scene, settings):
+            everything = self.everything[1] - self.everything[0]
+            ray = max(ray, rounds(everything) if programs else everything)
+        return most_rounds(scene, settings, ray, rounds(light))
 
     def _lists_of_lights(self, lister: lists.Lister, scene: Scene, lights: list[PointLight]) -> lists.Lists:
         """Those of cubes around lights with as many cells as there is room for, and use.
@@ -172,9 +183,10 @@ class Numbers:
         spheres = len(table(scene).radii)
         if spheres * len(lights) > _MAX_SEEN:
             raise InputError(
-                f"objects: expected at most {_MAX_SEEN} spheres times lights, got {spheres} x {len(lights)}, whose "
+                f"expected at most {_MAX_SEEN} spheres times lights, got {spheres} x {len(lights)}, whose "
                 f"lists take about {spheres * len(lights) * 2e-6:.2g} s; remedies are fewer lights, fewer spheres and "
-                "no shadows"
+                "no shadows",
+                "objects",
             )
         most = min(BufferTexture.most(self._context), _MAX_CELLS)
         finest = min((lister.finest_grid(scene, light) for light in lights), default=GRIDS[0])
@@ -243,7 +255,7 @@ class Numbers:
         if len(data) > most:
             what = "entries in the lists of all cells" if name == "lists" else f"texels of {name}"
             limit = f"{most} {what} (this driver's buffer textures)"
-            raise InputError(f"objects: expected at most {limit}, got {len(data)}")
+            raise InputError(f"expected at most {limit}, got {len(data)}", "objects")
         if name not in self._textures:
             self._textures[name] = BufferTexture(self._context)
         self._textures[name].write(data)

@@ -77,7 +77,7 @@ def largest_point(context: moderngl.Context) -> int:
 
 
 def varying_components(context: moderngl.Context) -> int:
-    """How many numbers a vertex shader can hand on to a fragment shader beside gl_Position and gl_PointSize."""
+    """The number of components that a vertex shader can hand on beside gl_Position and gl_PointSize."""
     get = _function(context, "glGetIntegerv", _Uint, ctypes.POINTER(_Int))
     varyings, outputs = _Int(), _Int()
     get(_MAX_VARYING_COMPONENTS, ctypes.byref(varyings))

@@ -132,7 +132,7 @@ def given(options: argparse.Namespace) -> Fields:
     return {name: None if value == "none" else value for name, value in found.items()}
 
 
-def warn_of(name: str, scene: Scene, settings: Settings) -> None:
+def warn_about(name: str, scene: Scene, settings: Settings) -> None:
     """Warn of everything in the scene of file `name` that makes its picture another one than meant."""
     for warning in scene_warnings(scene, settings):
         warnings.warn(f"{name}: {warning}", stacklevel=2)

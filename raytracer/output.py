@@ -5,23 +5,27 @@ from __future__ import annotations
 import itertools
 import os
 import stat
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
 from raytracer.checks import InputError, check_path, shown
+from raytracer.interrupts import deferred
 
 _ANY_MAY_WRITE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
 # The permissions of a new file, from which the umask takes some away.
 _NEW_FILE = 0o666
+# The last files that written_whole() finished, for an interrupt to tell.
+written: deque[Path] = deque(maxlen=8)
 
 
 def check_output(path: str | os.PathLike[str], suffixes: Sequence[str]) -> Path:
     """`path` if a file that ends in one of `suffixes` can be written there; InputError otherwise."""
     path = check_path(path, "path")
     if path.suffix.lower() not in suffixes:
-        raise InputError(f"{path}: expected an output that ends in {' or '.join(suffixes)}")
+        raise InputError(f"expected an output that ends in {' or '.join(suffixes)}", file=str(path))
     _check(path)
     return path
 
@@ -37,19 +41,21 @@ def _check(path: Path) -> None:
     try:
         _check_folder(_target(path).parent, path)
     except OSError as error:
-        raise InputError(f"{path}: expected a place that can be written to: {error.strerror}") from None
+        raise InputError(f"expected a place that can be written to: {error.strerror}", file=str(path)) from None
 
 
 def _check_folder(folder: Path, path: Path) -> None:
     """Raise InputError about `path` unless files can be written into `folder`."""
     try:
         if not folder.is_dir():
-            raise InputError(f"{path}: expected a folder that exists, got {folder}")
+            raise InputError(f"expected a folder that exists, got {folder}", file=str(path))
         probe = _temporary(folder / "probe")
-        probe.touch(exist_ok=False)
-        probe.unlink()
+        try:
+            probe.touch(exist_ok=False)
+        finally:
+            probe.unlink(missing_ok=True)
     except OSError as error:
-        raise InputError(f"{path}: expected a place that can be written to: {error.strerror}") from None
+        raise InputError(f"expected a place that can be written to: {error.strerror}", file=str(path)) from None
 
 
 def _target(path: Path) -> Path:
@@ -63,16 +69,18 @@ def _target(path: Path) -> Path:
     except FileNotFoundError:
         if path.is_symlink():
             got = f"a link to {shown(os.readlink(path))}, which is not there"
-            raise InputError(f"{path}: expected a file, got {got}; remove the link") from None
+            raise InputError(f"expected a file, got {got}; remove the link", file=str(path)) from None
         return path
     if not stat.S_ISREG(mode):
-        raise InputError(f"{path}: expected a file, got a {'folder' if stat.S_ISDIR(mode) else 'device or a pipe'}")
+        raise InputError(
+            f"expected a file, got a {'folder' if stat.S_ISDIR(mode) else 'device or a pipe'}", file=str(path)
+        )
     try:
         if not mode & _ANY_MAY_WRITE:  # root may open it all the same
             raise PermissionError
         os.close(os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0)))  # not for long, if it became a pipe
     except PermissionError:
-        raise InputError(f"{path}: expected a file that can be written to, got a read-only one") from None
+        raise InputError("expected a file that can be written to, got a read-only one", file=str(path)) from None
     return path.resolve() if path.is_symlink() else path
 
 
@@ -83,13 +91,16 @@ def written_whole(path: Path) -> Iterator[IO[Any]]:
     A file that is there keeps its permissions and, where possible, its owner; a link stays, and its target is written.
     Raises InputError as check_output() does, and OSError.
     """
-    with replaced_whole(_target(path)) as file:
+    with replaced_whole(_target(path), lambda: written.append(path)) as file:
         yield file
 
 
 @contextmanager
-def replaced_whole(path: Path) -> Iterator[IO[Any]]:
-    """As written_whole(), but a link gives way to a file: who could have made the link does not choose the target."""
+def replaced_whole(path: Path, finish: Callable[[], object] = lambda: None) -> Iterator[IO[Any]]:
+    """As written_whole(), but a link gives way to a file: who could have made the link does not choose the target.
+
+    `finish` is called once the file is there, and no interrupt comes between.
+    """
     kept = None
     with suppress(FileNotFoundError):
         status = path.lstat()
@@ -98,9 +109,8 @@ def replaced_whole(path: Path) -> Iterator[IO[Any]]:
     mode = stat.S_IMODE(kept.st_mode) & 0o777 if kept else _NEW_FILE
     # At no time may more users read it than the file before, whose group it gets in the end.
     first = mode & stat.S_IRWXU if kept else mode
-    file = open(temporary, "xb", opener=lambda name, flags: os.open(name, flags, first))  # noqa: SIM115
     try:
-        with file:
+        with open(temporary, "xb", opener=lambda name, flags: os.open(name, flags, first)) as file:
             yield file
         if kept:
             if hasattr(os, "chown"):
@@ -108,9 +118,11 @@ def replaced_whole(path: Path) -> Iterator[IO[Any]]:
                     with suppress(OSError):  # only root gives files away, and to other groups members alone
                         os.chown(temporary, *owner)
             temporary.chmod(mode)
-        temporary.replace(path)
+        with deferred():
+            temporary.replace(path)
+            finish()
     except BaseException:
-        temporary.unlink()
+        temporary.unlink(missing_ok=True)
         raise
 
 

@@ -55,13 +55,13 @@ def _fitted(columns: list[str], size: tuple[int, int], scale: float, ground: tup
 
 
 def label(state: State, scale: float) -> NDArray[np.uint8]:
-    """What is written beside the selected light's marker, as panels() are."""
+    """The text beside the selected light's marker, in the form of panels()."""
     return _box([f"light {state.light + 1}" if len(state.scene.lights) > 1 else "light"], _FONT_SIZE * scale, _GROUND)
 
 
 def _box(columns: list[str], letter: float, ground: tuple[int, ...]) -> NDArray[np.uint8]:
     """Columns of text side by side on a coloured ground."""
-    font = cast("ImageFont.FreeTypeFont", ImageFont.load_default(letter))  # as a size is asked for
+    font = cast("ImageFont.FreeTypeFont", ImageFont.load_default(letter))  # any font that has a size
     pad, line = round(0.6 * letter), math.ceil(font.getbbox("A")[3]) + round(0.3 * letter)
     gap = math.ceil(letter / 8.0)
     texts = [[_placed(text, font, gap) for text in column.split("\n")] for column in columns]

@@ -19,10 +19,10 @@ from raytracer.film import Image
 from raytracer.numbers import Numbers
 from raytracer.opengl import clear_integers, release, set_uniforms
 from raytracer.rectangles import Over, Rectangles, touching, which_touch
+from raytracer.rounds import MAX_ROUNDS
 from raytracer.sampling import sample_place, scatters
 from raytracer.scene import Scene
 from raytracer.settings import Settings
-from raytracer.shader import MAX_ROUNDS
 from raytracer.sight import Mask, quiet_cells
 from raytracer.squares import Rectangle, Squares, runs, squares, viewport
 from raytracer.table import table
@@ -36,7 +36,7 @@ _FIRST_DRAW, _LEAST_DRAW = 2**16, 2**12  # pixels
 _LOGIC_OP = 0x0BF2
 
 
-# Of cut_short.glsl.
+# The constant CUT_SHORT of cut_short.glsl.
 _CUT_SHORT = -(2**31)
 # Less than INF of real.glsl, more than any light.
 _INFINITE = 1e29
@@ -347,7 +347,9 @@ def _check_rounds(cut_short: bool) -> None:
     """Raise InputError if shaders were cut short (cut_short.glsl)."""
     if cut_short:
         raise InputError(
-            f"objects: expected pixels whose rays take at most {MAX_ROUNDS} steps from primitive to primitive, all "
-            "lights together (llvmpipe computes no more), got one whose rays take more; remedies are fewer primitives "
-            "in one object, fewer lights, or a graphics card"
+            f"expected pixels whose rays take at most {MAX_ROUNDS} steps from primitive to primitive and in sums of "
+            "reflectance models, all lights together (llvmpipe computes no more), got one whose rays take more; remedies "
+            "are fewer primitives in one object, fewer lights, fewer nodes of diffuse_microfacet, fewer terms of he, or "
+            "a graphics card",
+            "objects",
         )

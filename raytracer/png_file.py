@@ -24,14 +24,14 @@ _PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4),
 _WHOLE = ((0, 0, 1, 1),)
 # So many bytes are worked on at once.
 _PIECE = 1 << 16
-# Of a picture of 2^25 pixels libpng makes 32,768 chunks at most.
+# Chunks of a file. For a picture of 2^25 pixels libpng makes 32,768 at most.
 _MOST_CHUNKS = 1 << 17
-# In all chunks but those of pixels: text, colour profiles, a small picture.
+# Bytes of all chunks without pixels: text, colour profiles, a small picture.
 _MOST_BESIDE = 1 << 24
 
 
 class Header(NamedTuple):
-    """What a file's begin says of the picture."""
+    """The first chunk's account of the picture."""
 
     width: int
     height: int
@@ -50,7 +50,7 @@ class Header(NamedTuple):
 
 
 def read_header(file: IO[bytes], most_pixels: int) -> Header:
-    """What a file says of its picture, in its first chunk. Raises InputError for more pixels than `most_pixels`."""
+    """The first chunk of a file. Raises InputError for more pixels than `most_pixels`."""
     if file.read(len(_SIGNATURE)) != _SIGNATURE:
         raise InputError("expected a PNG file")
     begin = file.read(_BEGIN.size)
@@ -125,7 +125,7 @@ def _exactly(file: IO[bytes], size: int) -> bytes:
 
 
 def _inflated(inflater: zlib._Decompress, data: bytes, left: int) -> int:
-    """How many bytes of pixels there are in the next of the deflated ones; no more than `left`."""
+    """The number of bytes of pixels in the next deflated ones; no more than `left`."""
     total = 0
     try:
         while True:

@@ -53,10 +53,11 @@ def check_listed(count: float, cells: int = 0) -> None:
     most = max(MAX_LISTED, min(_LISTED_IN_CELL * cells, 4 * MAX_LISTED))
     if count > most:
         raise InputError(
-            f"objects: expected at most {most} pairs of a primitive of a large object and a cell in which rays "
+            f"expected at most {most} pairs of a primitive of a large object and a cell in which rays "
             f"may meet it, got about {count:.3g}, whose lists take about {count * 1.5e-7:.2g} GB; remedies are fewer "
             "lights, a smaller picture, objects of fewer primitives, and half-spaces only together with spheres that "
-            "bound them"
+            "bound them",
+            "objects",
         )
 
 

@@ -1,4 +1,4 @@
-"""How far something is that takes longer than a moment: on standard error, a bar on a terminal, else lines."""
+"""The progress of work that takes longer than a moment: on standard error, a bar on a terminal, else lines."""
 
 from __future__ import annotations
 
@@ -8,15 +8,21 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
-from raytracer.checks import printable
+from raytracer.checks import InputError, printable, shown
 from raytracer.terminal import note
 
-# What takes longer than this on a terminal shows a progress bar, in seconds.
+# Seconds. Longer work shows a progress bar on a terminal.
 _SECONDS_WITHOUT_BAR = 1.0
 # Between lines: few enough for a log, and often enough to tell work from a hang.
 _SECONDS_WITHOUT_LINE = 10.0
 
 Progress = Callable[[int, int], None]
+
+
+def check_progress(value: Any) -> None:
+    """Raise InputError unless `value` can be called with two numbers, or is None."""
+    if value is not None and (not callable(value) or isinstance(value, type)):
+        raise InputError(f"expected a function of two numbers or None, got {shown(value)}", "progress")
 
 
 def progress_bar(title: str) -> AbstractContextManager[Progress]:

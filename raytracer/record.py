@@ -6,7 +6,10 @@ from typing import Any, Self
 
 import msgspec
 
-from raytracer.checks import InputError
+from raytracer.checks import UnknownKeyError
+from raytracer.shown import shortened
+from raytracer.suggest import did_you_mean
+from raytracer.toml_table import known
 
 
 class Record(msgspec.Struct, frozen=True):
@@ -19,16 +22,13 @@ class Record(msgspec.Struct, frozen=True):
         """
         for name in changes:
             if name not in self.__struct_fields__:
-                raise unknown_field(name, type(self).__name__, self.__struct_fields__)
+                raise _unknown_field(name, type(self).__name__, self.__struct_fields__)
         return type(self)(**{name: getattr(self, name) for name in self.__struct_fields__} | changes)
 
     __replace__ = replace
 
 
-def unknown_field(name: str, owner: str, fields: tuple[str, ...]) -> InputError:
+def _unknown_field(name: str, owner: str, fields: tuple[str, ...]) -> UnknownKeyError:
     """The error for a name that is no field of `owner`."""
-    from difflib import get_close_matches  # few sessions need it
-
-    near = get_close_matches(name, fields, n=1) or [field for field in fields if name in field]
-    hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(fields)}"
-    return InputError(f"{name}: expected a field of {owner} ({hint})")
+    hint = f"({known(fields)}){did_you_mean(name, fields)}"
+    return UnknownKeyError(f"unknown field `{shortened(name)}` of {owner} {hint}", name)

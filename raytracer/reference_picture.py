@@ -5,21 +5,21 @@ from __future__ import annotations
 import warnings
 from typing import Any
 
-import numpy as np
-
-from raytracer.checks import InputError, check_size, shown
+from raytracer.checks import check_flag, check_size, whole
 from raytracer.film import Image
 from raytracer.presets import combined, own
-from raytracer.progress import Progress
-from raytracer.scene import Scene
-from raytracer.settings import Settings, Shading, Shadows, checked_settings
-from raytracer.truth import SAMPLES, TOLERANCE, Job, truth
+from raytracer.progress import Progress, check_progress
+from raytracer.scene import Scene, checked_scene
+from raytracer.settings import Settings, Shading, Shadows, checked_settings, scene_warnings
+from raytracer.truth import SAMPLES, TOLERANCE, Job, checked_accuracy, truth
 from raytracer.truth_cost import check_cost, cost
 
 # A sixteenth of the pixels that render makes: the processor traces them in float64, in seconds to minutes.
 REFERENCE_SIZE = (320, 180)
 # Seconds. Longer waits are announced.
 WORTH_MENTION = 60.0
+# Processes. More than any machine has processors are a mistake.
+_MOST_WORKERS = 4096
 
 
 def reference(
@@ -36,9 +36,9 @@ def reference(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Image:
-    """Trace in float64 what the picture of `scene` at `size` (width, height) in pixels converges to.
+    """Trace in float64 the limit of the picture of `scene` at `size` (width, height) in pixels.
 
-    `shading`, `shadows` and `bounces` are as `Settings` has them, and come before those of `settings`, whose other
+    `shading`, `shadows` and `bounces` are as `Settings` has them, and come before the fields of `settings`, whose other
     fields are of no effect. Each pixel gets 16 samples, and up to `samples` (range: 16 to 65536) while its error is
     estimated to be above `tolerance`, in linear radiance. The image is float64: `radiance`; `depth`, `normal` and
     `material` of the centre rays; `samples`, the samples of each pixel; `error`, the standard error of each pixel.
@@ -48,25 +48,26 @@ def reference(
     result does not depend on their number. They are spawned, so a script needs `if __name__ == "__main__":`.
     `progress(done, expected)` is called with numbers of samples.
 
-    Warns (UserWarning) of more than a minute. Raises InputError for a wrong value, and for a scene or a size that
-    needs more memory than this machine has.
+    Warns (UserWarning) as `render`, and of more than a minute and of much memory. Raises InputError for a wrong value,
+    and for a scene or a size that needs more memory than this machine has.
     """
-    if not isinstance(scene, Scene):
-        raise InputError(f"scene: expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}")
+    scene = checked_scene(scene)
     keywords = {"shading": shading, "shadows": shadows, "bounces": bounces}
     chosen = {key: value for key, value in keywords.items() if value is not None}
     used = combined(own(checked_settings(settings)), chosen)
-    if workers is not None and (
-        isinstance(workers, bool) or not isinstance(workers, int | np.integer) or not workers >= 1
-    ):
-        raise InputError(f"workers: expected a whole number of at least 1, or None, got {shown(workers)}")
-    check_size(size)
-    width, height = map(int, size)
-    check_cost(scene, (width, height), workers)
+    size = check_size(size)
+    samples, tolerance = checked_accuracy(samples, tolerance)
+    cache = check_flag(cache, "cache")
+    if workers is not None:
+        workers = whole(workers, "workers", 1, _MOST_WORKERS)
+    check_progress(progress)
+    for warning in scene_warnings(scene, used.replace(precision=64)):
+        warnings.warn(warning, stacklevel=2)
+    check_cost(scene, size, workers)
 
     def announce(job: Job) -> None:
         if (takes := cost(job, samples, workers)).seconds > WORTH_MENTION:
             warnings.warn(f"this takes {takes}", stacklevel=4)
 
     options: dict[str, Any] = {"samples": samples, "tolerance": tolerance, "cache": cache, "workers": workers}
-    return truth(scene, (width, height), used, **options, progress=progress, before=announce)
+    return truth(scene, size, used, **options, progress=progress, before=announce)

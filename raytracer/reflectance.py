@@ -14,7 +14,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.material import Material, peak
+from raytracer.lobe import peak
+from raytracer.material import Material
 from raytracer.models import FUNCTIONS, MODELS, Parameter
 
 if TYPE_CHECKING:

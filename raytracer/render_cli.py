@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from raytracer.checks import about, check_size, number
 from raytracer.interrupts import STATUS
 from raytracer.memory import check_memory
-from raytracer.options import add_backend, add_scene, add_settings, given, warn_of
+from raytracer.options import add_backend, add_scene, add_settings, given, warn_about
 from raytracer.presets import Fields, combined
 from raytracer.progress import progress_bar
 from raytracer.sampling import PROGRESSIVE
@@ -80,7 +80,7 @@ def render(options: argparse.Namespace) -> int:
     output = check_output(options.output, SUFFIXES)
     geometry = output.suffix.lower() == ".npz"
     check_memory(host_memory(size, geometry, settings.refines), size)
-    warn_of(options.scene, scene, settings)
+    warn_about(options.scene, scene, settings)
     renderer = shared_renderer(options.backend, options.device)
     start = time.monotonic()
     # Beyond the driver's limits is the scene.
@@ -93,7 +93,7 @@ def render(options: argparse.Namespace) -> int:
         if _by_number(of_file, flags):
             complain(f"{output}: {missed}")
             return 1
-        say(missed)  # with as many samples as were asked for: no mistake
+        say(missed)  # the samples are as many as the user wants: no mistake
     return 0
 
 

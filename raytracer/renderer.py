@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from functools import partial
-from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import moderngl
@@ -15,7 +13,6 @@ import msgspec
 import numpy as np
 
 from raytracer.cells import CELL
-from raytracer.checks import InputError, check_flag, check_size, shown
 from raytracer.context import chosen, open_context
 from raytracer.devices import Device, leave
 from raytracer.estimate import Estimate, Moved, estimated
@@ -25,13 +22,10 @@ from raytracer.groups import groups
 from raytracer.interrupts import deferred
 from raytracer.limits import Limits
 from raytracer.passes import Passes, Programs, Rectangle
-from raytracer.presets import Quality, combined
 from raytracer.progress import Progress
 from raytracer.sampler import Sampler
-from raytracer.sampling import Sequence as SampleSequence
 from raytracer.scene import Scene
-from raytracer.settings import Evaluator, Precision, Settings, Shading, Shadows, checked_settings, scene_warnings
-from raytracer.settings_table import DEFAULT_SIZE
+from raytracer.settings import Settings
 from raytracer.shader import (
     Show,
     is_listed,
@@ -46,9 +40,6 @@ from raytracer.shader import (
 from raytracer.sight import has_quiet
 from raytracer.turns import alone, check_process, turn
 
-if TYPE_CHECKING:
-    from raytracer.context import Backend
-
 # Side of a tile in pixels. A tile's targets take up to 60 bytes a pixel, 252 MB at this size.
 TILE = 2048
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
@@ -61,73 +52,6 @@ KEPT_TEXT = 400_000
 _COMMON_TEXT = 24_000
 # Pixels of a tile of a picture with 1 sample: rows of cells in the processor's cache.
 _STRIP = 2**18
-
-
-def render(
-    scene: Scene,
-    size: tuple[int, int] = DEFAULT_SIZE,
-    settings: Settings | None = None,
-    *,
-    quality: Quality | None = None,
-    samples: int | None = None,
-    adaptive: float | None = None,
-    max_error: float | None = None,
-    time: float | None = None,
-    sequence: SampleSequence | None = None,
-    shading: Shading | None = None,
-    shadows: Shadows | None = None,
-    evaluator: Evaluator | None = None,
-    precision: Precision | None = None,
-    bounces: int | None = None,
-    geometry: bool = True,
-    backend: Backend | None = None,
-    device: int | str | None = None,
-    progress: Progress | None = None,
-) -> Image:
-    """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
-
-    See `Settings` for `samples` to `bounces`. Those given come before `quality`, a name for some (presets.py), that
-    before the fields of `settings`, and these before the defaults; None takes nothing back. `adaptive` is in place of
-    `max_error` and `time`, and these of it. `samples` is 4096 where one of the three is given here without it.
-    The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
-    `backend` is how OpenGL is reached: "auto" (the default, or what the variable RAYTRACER_BACKEND says), "egl",
-    "window" or "osmesa"; the context is kept for the next call. `device` is one of EGL's, its index or a part of its
-    name, as `raytracer doctor` lists them (default: what the variable RAYTRACER_DEVICE says, or the first that is
-    hardware, or the first). `progress(done, total)` is called after each pass, and must not render itself.
-
-    Threads take turns: a call waits until that of another thread is done, and gives the same bits. After the first
-    picture a process must not be forked to render in the child, as multiprocessing does by default on Linux before
-    Python 3.14: OpenGL drivers do not survive that. Use multiprocessing.get_context("spawn").
-
-    Warns (UserWarning) of a scene whose distances and radii are further apart than 32 bits resolve, of soft shadows
-    where no light has a radius, and of each material that reflects more light than comes in. Raises
-    InputError for a wrong value or a scene beyond this driver's limits, ContextError if no OpenGL
-    context opens or in such a child, RuntimeError if called by `progress`, MemoryError if the picture does not fit.
-    """
-    if not isinstance(scene, Scene):
-        raise InputError(f"expected a Scene (raytracer.load() makes one of a file), got {shown(scene)}", "scene")
-    given = {
-        "quality": quality,
-        "samples": samples,
-        "adaptive": adaptive,
-        "max_error": max_error,
-        "time": time,
-        "sequence": sequence,
-        "shading": shading,
-        "shadows": shadows,
-        "evaluator": evaluator,
-        "precision": precision,
-        "bounces": bounces,
-    }
-    keywords = {key: value for key, value in given.items() if value is not None}
-    settings = combined(checked_settings(settings), keywords)
-    size = check_size(size)
-    geometry = check_flag(geometry, "geometry")
-    if progress is not None and (not callable(progress) or isinstance(progress, type)):
-        raise InputError(f"expected a function of two numbers or None, got {shown(progress)}", "progress")
-    for warning in scene_warnings(scene, settings):
-        warnings.warn(warning, stacklevel=2)
-    return shared_renderer(backend, device).render(scene, size, settings, geometry=geometry, progress=progress)
 
 
 _shared: dict[tuple[str, Device | None], Renderer] = {}

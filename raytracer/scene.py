@@ -154,6 +154,13 @@ class Scene(Record, frozen=True):
         return tuple(s for o in self.objects for s in (o.solids() if isinstance(o, Instances) else (o,)))
 
 
+def checked_scene(value: Any) -> Scene:
+    """`value`, if it is a Scene. Raises InputError."""
+    if not isinstance(value, Scene):
+        raise InputError(f"expected a Scene (raytracer.load() makes one of a file), got {shown(value)}", "scene")
+    return value
+
+
 _last: tuple[object, tuple[Material, ...]] = (None, ())
 
 

@@ -34,7 +34,7 @@ T = TypeVar("T")
 MAX_BYTES = 4 * 1024 * 1024
 # Each takes 17 MiB here and on the GPU.
 MAX_TABLES = 16
-# Of the expressions of all objects: as many as a scene can have primitives.
+# In the expressions of all objects together: as many as a scene can have primitives.
 MAX_OPERATORS = MAX_SURFACES
 
 # Of the files that a scene file names.
@@ -213,7 +213,7 @@ def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, Fields, st
 
 
 def _named(table: dict[str, Any], key: str, make: Callable[[Any, str], T]) -> dict[str, T]:
-    """What `make(value, name)` makes of each entry of the table at `key`."""
+    """The results of `make(value, name)` for each entry of the table at `key`."""
     made: dict[str, T] = {}
     with within(key):
         for name, value in any_table(table.get(key, {})).items():

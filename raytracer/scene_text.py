@@ -61,7 +61,7 @@ class _Search:
         self._keys = keys
         self._longest = 0
         self._table: int | None = 0
-        # Of lists of tables on the path: the index of the last one, by how many keys lead to the list.
+        # The index of the last table in each list of tables on the path, by the number of keys to the list.
         self._last: dict[int, int] = {}
 
     def is_done(self) -> bool:
@@ -160,7 +160,7 @@ class _Search:
                     return
 
     def _step(self, depth: int | None, name: str | int) -> int | None:
-        """The depth of `name` in what is at `depth`. All that is inside the value itself has the value's depth."""
+        """The depth of `name` in the table or list at `depth`. Everything inside the value has the value's depth."""
         if depth is None or depth == len(self._keys):
             return depth
         return depth + 1 if self._keys[depth] == name else None

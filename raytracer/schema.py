@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from raytracer.checks import MAX_COLOR, MAX_EXPONENT
-from raytracer.material import MAX_COEFFICIENT, MAX_LOBES
+from raytracer.lobe import MAX_COEFFICIENT
+from raytracer.material import MAX_LOBES
 from raytracer.models import MODELS, Parameter
 
 _DEFAULT_MODEL = "phong"

@@ -147,11 +147,14 @@ def scene_warnings(scene: Scene, settings: Settings) -> list[str]:
     return [*filter(None, single), *brightness_warnings(scene)]
 
 
+NO_RADIUS = "no light has a radius"
+
+
 def shadows_warning(scene: Scene, settings: Settings) -> str | None:
     """A warning of soft shadows where every light is a point, or None."""
     if settings.shadows != "soft" or not scene.lights or any(light.radius for light in scene.lights):
         return None
-    return "soft shadows are hard ones here, as no light has a radius: give a light one, such as radius = 0.5"
+    return f"soft shadows are hard ones here, as {NO_RADIUS}: give a light one, such as radius = 0.5"
 
 
 def brightness_warnings(scene: Scene) -> list[str]:
@@ -241,7 +244,7 @@ def _precision(bits: Any) -> int:
 
 
 def checked_settings(settings: Any) -> dict[str, Any]:
-    """The fields of `settings`, none of None. Raises InputError for what is no Settings."""
+    """The fields of `settings`, none of None. Raises InputError for another type."""
     if settings is None:
         return {}
     if not isinstance(settings, Settings):

@@ -15,7 +15,7 @@ _KEYS = (*Settings.__struct_fields__, "quality", "size")
 
 
 def settings_table(value: Any) -> Fields:
-    """What the table gives: see presets.combined(); "size" is (width, height). Errors have the path of keys."""
+    """The fields of the table: see presets.combined(); "size" is (width, height). Errors have the path of keys."""
     with within("settings"):
         fields = dict(check_table(value, _KEYS))
         if "size" in fields:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import itertools
 from typing import Literal
 
-from raytracer import evaluators, listed, reflectance
+from raytracer import evaluators, listed, reflectance, rounds
 from raytracer.glsl_source import Source, assemble
 from raytracer.groups import FEW, KIND_LEAVES, groups
 from raytracer.instances import Instances
@@ -23,9 +23,6 @@ from raytracer.settings import Settings
 from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union, simplified
 from raytracer.table import table
 from raytracer.varyings import ALL, Handed, fitting
-
-# Rounds of all its loops together after which llvmpipe has a shader leave every loop (cut_short.glsl).
-MAX_ROUNDS = 65535
 
 # What the second pass makes of what a pixel sees; all but the picture for looking into it.
 Show = Literal["picture", "normal", "depth", "material"]
@@ -125,7 +122,7 @@ def vertex_source(scene: Scene, settings: Settings, varyings: int = ALL) -> Sour
 
 
 def _handed_defines(scene: Scene, settings: Settings, varyings: int) -> dict[str, int]:
-    """What fragment shaders depend on of what is handed on."""
+    """The defines by which fragment shaders know which varyings there are."""
     few = len(scene.lights) <= CONSTANT_LIGHTS
     return {"FETCHED_LIGHTS": 1} if few and not _handed(scene, settings, varyings).lights else {}
 
@@ -237,20 +234,41 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
     spheres, planes = len(found.radii), len(found.planes)
     defines: dict[str, int | str] = {"HAS_SPHERES": 1} if spheres else {}
     defines |= {"HAS_PLANES": 1} if planes else {}
+    defines |= {"MANY_ROUNDS": 1} if _may_take_many_rounds(scene, settings) else {}
     if is_listed(scene, settings):
         defines |= {"PROGRAMS": 1} if groups(scene).bigs else {}
-        defines |= {"MANY_ROUNDS": 1} if _may_take_many_rounds(scene, settings) else {}
         return defines | {"LISTED": 1}
     defines |= {"SPHERES": spheres, "SURFACES": found.size}
-    defines |= {"MANY_ROUNDS": 1} if settings.evaluator != "roth" and found.size > evaluators.FEW_SPANS else {}
     return defines | {"DOUBLES": 1} if settings.precision == 64 else defines
 
 
 def _may_take_many_rounds(scene: Scene, settings: Settings) -> bool:
-    """Whether a pixel's rays may go through more lists of objects than llvmpipe has rounds for (cut_short.glsl)."""
-    bounces = settings.bounces if has_mirrors(scene, settings) else 0
-    objects = sum(len(kind.order) for kind in groups(scene).kinds)
-    return bool(groups(scene).bigs) or objects * (bounces + (1 + bounces) * len(scene.lights)) > MAX_ROUNDS
+    """Whether a pixel's rays may go through more rounds of loops than llvmpipe has (cut_short.glsl)."""
+    if not is_listed(scene, settings):
+        of_ray = rounds_of_ray(scene, settings)
+    elif groups(scene).bigs:
+        return True
+    else:
+        of_ray = rounds.OF_ENTRY * sum(len(kind.order) for kind in groups(scene).kinds)
+    return most_rounds(scene, settings, of_ray, of_ray) > rounds.MAX_ROUNDS
+
+
+def rounds_of_ray(scene: Scene, settings: Settings) -> int:
+    """Rounds of loops in which one ray is evaluated at most, where there are no lists."""
+    if settings.evaluator == "roth":
+        return rounds.of_roth(roth_loops(scene), max(map(evaluators.max_hits, scene.solids())))
+    return rounds.of_walk(table(scene).size)
+
+
+def most_rounds(scene: Scene, settings: Settings, ray: int, to_light: int) -> int:
+    """Rounds of loops that all rays of a pixel go through at most, by those of one ray, and of one to a light."""
+    return rounds.of_pixel(
+        ray,
+        to_light if settings.shadows != "off" else 0,
+        rounds.of_models(material_layout(scene, settings).models),
+        len(scene.lights),
+        settings.bounces if has_mirrors(scene, settings) else 0,
+    )
 
 
 def _includes(scene: Scene, settings: Settings, varyings: int) -> list[str]:

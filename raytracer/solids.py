@@ -199,7 +199,7 @@ class _Operator(Solid, frozen=True, eq=False):
         return isinstance(other, _Operator) and tree.are_equal(self, other)
 
     def __hash__(self) -> int:
-        return tree.hash_of(self)
+        return tree.tree_hash(self)
 
     def __repr__(self) -> str:
         return tree.text(self)
@@ -257,7 +257,7 @@ _OPERATORS: dict[str, Callable[..., Solid]] = {kind.symbol: kind for kind in _KI
 def postfix(solid: Solid) -> list[Solid]:
     """The nodes of a tree, operands before their operator.
 
-    Raises InputError for a tree of more than `MAX_LEAVES` leaves or `MAX_NODES` nodes, and for what is no solid.
+    Raises InputError for a tree of more than `MAX_LEAVES` leaves or `MAX_NODES` nodes, and for no solid.
     """
     # Root, right, left on a stack is postfix backwards.
     order: list[Solid] = []

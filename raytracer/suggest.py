@@ -11,8 +11,10 @@ from pathlib import Path
 # A comparison takes time by the product of two lengths, and a scene file may have very many and very long names.
 _MAX_LENGTH = 64
 _MAX_NAMES = 4096
-# Of letters in common, 0 to 1: "asignment" and "assignment" have 0.95, "gold" and "ggx" 0.29.
+# The share of letters in common, 0 to 1: "asignment" and "assignment" have 0.95, "gold" and "ggx" 0.29.
 _CUTOFF = 0.6
+# Characters of a name that may stand for a longer name, as "fov" for "vertical_fov". Fewer are in too many names.
+_WORD = 3
 
 
 def nearest(name: str, names: Iterable[str]) -> str | None:
@@ -25,6 +27,8 @@ def nearest(name: str, names: Iterable[str]) -> str | None:
     candidates = itertools.islice((n for n in names if len(n) <= _MAX_LENGTH), _MAX_NAMES)
     by_case = {candidate.casefold(): candidate for candidate in candidates if candidate != name}
     matches = get_close_matches(plain, by_case, 1, _CUTOFF)
+    if not matches and len(name) >= _WORD:
+        matches = [candidate for candidate in by_case if plain in candidate]
     return by_case[matches[0]] if matches else None
 
 

@@ -68,7 +68,7 @@ def cell(text: str) -> str:
 
 @contextmanager
 def tolerant_output() -> Iterator[None]:
-    """Standard output shows, in the block, what it cannot encode as Python escapes it; standard error always does.
+    """Let standard output escape the characters that it cannot encode, as Python does; standard error always does.
 
     At the end of the block everything is written. Raises OSError if it cannot be.
     """

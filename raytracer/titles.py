@@ -24,7 +24,7 @@ def title(state: State, samples: int, milliseconds: float, error: float | None =
 
 
 def compiling(state: State) -> str:
-    """What is said while the programs of the picture that `state` wants are compiled."""
+    """The title while the programs of the picture that `state` wants are compiled."""
     return f"compiling {_drawn(state)} ..."
 
 

@@ -35,7 +35,7 @@ T = TypeVar("T")
 
 
 def toml(text: str) -> dict[str, Any]:
-    """A TOML text. Raises InputError if it is none, or such that to read it would take long or much memory."""
+    """Parse a TOML text. Raises InputError for no TOML, and for a text that would take long or much memory."""
     _check_marks(text)
     try:
         return tomllib.loads(text)

@@ -12,7 +12,7 @@ import msgspec
 
 from raytracer.checks import InputError, about, check_size, number
 from raytracer.interrupts import STATUS
-from raytracer.options import add_backend, add_own, add_scene, add_size, given, warn_of, whole
+from raytracer.options import add_backend, add_own, add_scene, add_size, given, warn_about, whole
 from raytracer.presets import OWN, Fields, combined, over, own
 from raytracer.presets import flags as as_flags
 from raytracer.progress import step_bar, tell_step
@@ -62,7 +62,7 @@ def _trade(options: argparse.Namespace) -> int:
     """Measure, and write what there is; STATUS if that is not all of it."""
     scene, of_file = parse_all(*read(options.scene))
     if options.rounds is not None and options.rounds < 1:
-        raise InputError("--rounds: expected at least 1, got 0")
+        raise InputError("expected at least 1, got 0", "--rounds")
     from raytracer.output import check_folder
     from raytracer.renderer import shared_renderer
     from raytracer.trade.approximations import add_approximations
@@ -81,7 +81,9 @@ def _trade(options: argparse.Namespace) -> int:
         check_folder(folder.parent, folder.name)
     extent = QUICK if options.quick else FULL
     renderer = shared_renderer(options.backend, options.device)
-    warn_of(options.scene, scene, msgspec.structs.replace(combined(own(of_file)), shadows="hard"))  # as plan() has it
+    warn_about(
+        options.scene, scene, msgspec.structs.replace(combined(own(of_file)), shadows="hard")
+    )  # as plan() has it
     planned = plan(scene, extent, of_file)
     add_approximations(planned, scene, extent, renderer)
     with about(options.scene):
@@ -130,7 +132,7 @@ def tune_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _tune(options: argparse.Namespace) -> int:
-    """Search, and print what was found; 1 if nothing meets the target, STATUS after Ctrl-C."""
+    """Search, and print the settings; 1 if nothing meets the target, STATUS after Ctrl-C."""
     for value, name, unit in (
         (options.max_error, "--max-error", "linear radiance"),
         (options.time, "--time", "seconds"),
@@ -146,7 +148,7 @@ def _tune(options: argparse.Namespace) -> int:
 
     check_size(size)
     settings = combined(own(of_file), own(flags))
-    warn_of(options.scene, scene, settings)
+    warn_about(options.scene, scene, settings)
     renderer = shared_renderer(options.backend, options.device)
     try:
         with about(options.scene):

@@ -10,8 +10,9 @@ import math
 from typing import Any
 
 from raytracer.checks import MAX_EXPONENT, InputError, Vec3
+from raytracer.lobe import Lobe
 from raytracer.material import Material
-from raytracer.models import MODELS, Lobe
+from raytracer.models import MODELS
 
 # What says how much is reflected diffusely, and as a highlight; the first that a material has counts.
 _DIFFUSE, _SPECULAR = ("kd", "rho", "color"), ("ks", "f0")

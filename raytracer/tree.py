@@ -31,7 +31,7 @@ def distinct(root: Solid) -> list[Solid]:
     return list(order.values())
 
 
-def hash_of(root: Solid) -> int:
+def tree_hash(root: Solid) -> int:
     """The hash of a tree: the same for trees that are equal, whatever their sub-trees share."""
     hashes: dict[int, int] = {}
     for node in distinct(root):
@@ -64,9 +64,9 @@ def are_equal(a: Solid, b: Solid) -> bool:
             if a != b:
                 return False
             continue
-        of_a, of_b = representative(id(a)), representative(id(b))
-        if of_a != of_b:
-            parents[of_a] = of_b
+        set_a, set_b = representative(id(a)), representative(id(b))
+        if set_a != set_b:
+            parents[set_a] = set_b
             pending += zip(a.operands, b.operands, strict=True)
     return True
 

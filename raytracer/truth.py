@@ -22,7 +22,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -84,8 +84,7 @@ def truth(
     `before` what is going to be traced, if it is. Raises InputError.
     """
     size = check_size(size)
-    samples = whole(samples, "samples", FIRST, MAX_SAMPLES)
-    tolerance = number(tolerance, "tolerance", 0.0, expected="a finite number of at least 0 (linear radiance)")
+    samples, tolerance = checked_accuracy(samples, tolerance)
     given = settings or Settings()
     job = Job(scene, size, Settings(shading=given.shading, shadows=given.shadows, bounces=given.bounces))
     for material in scene.materials:
@@ -101,6 +100,12 @@ def truth(
     if file:
         truth_cache.write(file, image)
     return image
+
+
+def checked_accuracy(samples: Any, tolerance: Any) -> tuple[int, float]:
+    """These arguments of `truth`. Raises InputError."""
+    expected = "a finite number of at least 0 (linear radiance)"
+    return whole(samples, "samples", FIRST, MAX_SAMPLES), number(tolerance, "tolerance", 0.0, expected=expected)
 
 
 class Job(msgspec.Struct, frozen=True):

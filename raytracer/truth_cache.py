@@ -78,7 +78,7 @@ def read(path: Path, size: tuple[int, int], materials: int, samples: tuple[int, 
 
     def check(name: str, shape: tuple[int, ...], dtype: Any) -> None:
         if (shape, dtype) != arrays[name]:
-            raise InputError(f"{name}: expected {arrays[name]}, got {shape} of {dtype}")
+            raise InputError(f"expected {arrays[name]}, got {shape} of {dtype}", name)
 
     try:
         with opened(path, path.parent) as file:

@@ -39,7 +39,7 @@ class Cost(NamedTuple):
 
 
 def check_cost(scene: Scene, size: tuple[int, int], workers: int | None = None) -> None:
-    """Raise InputError if a truth of a scene at a size needs more memory than there is; say so if it needs much."""
+    """Raise InputError if a truth of a scene at a size needs more memory than there is; warn if it needs much."""
     workers = workers or os.cpu_count() or 1
     count = sum(len(leaves(solid)) for solid in scene.solids())
     table, physical = workers * count**2, physical_memory()

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 # Components of the varyings of a scene that wants the most of them: 125 and some.
 ALL = 128
-# Of a Surface (surfaces.glsl) at 32 bits, the only ones that are handed on: three vec4.
+# Components of a Surface (surfaces.glsl) at 32 bits, three vec4. Surfaces of 64 bits are not handed on.
 _SURFACE = 12
 
 

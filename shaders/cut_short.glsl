@@ -5,7 +5,7 @@
 
 uniform int two;  // 2; the compiler does not know
 
-// What `surface` (visibility.frag) is then: no surface has that number.
+// The value of `surface` (visibility.frag) then: no surface has this number.
 const int CUT_SHORT = -2147483647 - 1;
 
 bool isCutShort() {

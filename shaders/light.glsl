@@ -19,8 +19,8 @@ layout(std140) uniform Lights {
     Light lights[LIGHTS];
 };
 
-// Those that a text names itself it has from the vertex shader (draw.glsl); but if the host defines FETCHED_LIGHTS, the
-// driver has no room for them there.
+// The vertex shader (draw.glsl) hands on the lights that a text names; but if the host defines FETCHED_LIGHTS, the driver
+// has no room for them there.
 #if !defined(VERTEX) && LIGHTS <= 2
 #ifdef FETCHED_LIGHTS
 #define light0 lights[0]

@@ -3,6 +3,9 @@
 
 #include "scene.glsl"
 #include "lighting.glsl"
+#ifdef MANY_ROUNDS
+#include "cut_short.glsl"
+#endif
 
 flat in vec3 background;
 
@@ -15,4 +18,7 @@ void main() {
     rayCSG(view, P, N, mat);
     vec3 c = mat == 0 ? background : radianceAt(mat, view);
     radiance = vec4(c, dot(c, c));
+#ifdef MANY_ROUNDS
+    if (isCutShort()) radiance = vec4(-INF);  // as in shade.frag
+#endif
 }

@@ -355,6 +355,8 @@ def test_check_finds_out_what_is_wrong_with_settings_that_are_not_listed(
         (("check", "ggx", "--set", "h=5"), "ggx has no parameter h (known: ka, alpha"),
         (("check", "ggx", "--set", "alpha=5"), "a number in [0.0001, 1]"),
         (("check", "ggx", "--set", "alpha=x"), "--set alpha=x: expected a number"),
+        # Time and memory that go with the square of a key's parts: at once, or the test's machine has no memory left.
+        (("check", "lafortune", "--set", f"lobes={{{'.'.join('a' * 60_000)} = 1}}"), "expected lobes as in a scene"),
         (("check", "ggx", "--set", "f0=1,2"), "3 numbers"),
         (("check", "ggx", "--set", "masking=none"), "correlated, separable"),
         (("check", "ggx", "--set", "ior=2"), 'fresnel = "dielectric"'),

@@ -7,8 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from raytracer import brdf, glsl, reference_rough, reflectance
+from raytracer.lobe import Lobe
 from raytracer.material import Material
-from raytracer.models import MODELS, Lobe
+from raytracer.models import MODELS
 from raytracer.reference_brdf import reflected
 
 Array = NDArray[np.float64]

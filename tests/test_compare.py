@@ -23,8 +23,9 @@ from PIL import Image as Pillow
 
 import raytracer as rt
 from raytracer.cli import main
-from raytracer.comparison import DARKEST, compare, difference, load_radiance
+from raytracer.comparison import DARKEST, compare, difference
 from raytracer.film import Image
+from raytracer.picture_file import load_radiance
 
 
 def grey(value: float, size: tuple[int, int] = (8, 6)) -> np.ndarray:
@@ -53,6 +54,27 @@ def test_a_known_difference_has_the_numbers_that_follow_from_it() -> None:
     assert compare(a, b, threshold=0.5).over == 0 and found.flip is None
 
 
+def test_pictures_of_many_blocks_of_rows_have_the_numbers_of_the_plain_formulas() -> None:
+    rng = np.random.default_rng(8)
+    a, b = (rng.uniform(0, 9, (701, 130, 3)).astype(kind) for kind in (np.float32, np.uint16))
+    a[600, 7, 1] = a[650, 3, 0] = 5000.0  # equal differences, of which the first one counts
+    b[600, 7, 1] = b[650, 3, 0] = 0
+    off = np.abs(a.astype(float) - b)
+    got = compare(a, b, threshold=8.0)
+    assert got.rmse == pytest.approx(math.sqrt(np.mean(off**2)), rel=1e-12)
+    assert got.relative == pytest.approx(math.sqrt(np.mean(off**2) / np.mean(b.astype(float) ** 2)), rel=1e-12)
+    assert (got.largest, got.pixel) == (5000.0, (7, 600))
+    assert 0 < got.over == pytest.approx(np.mean(off.max(axis=2) > 8.0), rel=1e-12)
+
+
+def test_pictures_may_be_lists_and_numbers_of_any_type() -> None:
+    rows = [[[0.5, 0.25, 1], [0, 1, 2]], [[1, 1, 1], [3, 2, 1]]]
+    a = np.array(rows, np.float64)
+    for same in (rows, [*a], a.astype(np.float16), a.astype(np.longdouble), a.astype(object), np.ma.array(a), Image(a)):
+        assert compare(same, a).largest == 0.0
+    assert compare(a, np.asfortranarray(a)[::-1]).largest == 3.0
+
+
 def test_the_second_picture_is_the_reference() -> None:
     assert compare(grey(0.1), grey(0.4)).relative == pytest.approx(0.75)
     assert compare(grey(0.4), grey(0.1)).relative == pytest.approx(3.0)
@@ -73,7 +95,7 @@ def test_what_is_no_picture_is_refused(wrong: np.ndarray) -> None:
 
 def test_a_png_is_read_as_what_was_written_within_half_a_level(tmp_path: Path) -> None:
     radiance = np.random.default_rng(3).uniform(0, 1, (9, 11, 3))
-    read = load_radiance(save(tmp_path / "a.PNG", radiance))
+    read = load_radiance(save(tmp_path / "a.PNG", radiance))[:]
     encoded = [np.where(v <= 0.0031308, 12.92 * v, 1.055 * v ** (1 / 2.4) - 0.055) for v in (radiance, read)]
     assert np.abs(encoded[0] - encoded[1]).max() <= 0.5 / 255 + 1e-5  # the standard's two pieces meet but nearly
     np.testing.assert_array_equal(Image(read).srgb8(), Image(radiance).srgb8())
@@ -139,7 +161,7 @@ def test_a_png_of_any_kind_is_read_if_it_is_whole_and_refused_if_anything_of_it_
         shown = palette[pixels[..., 0]] / 255 if colour == 3 else pixels[..., : 3 if colour in (2, 6) else 1]
         shown = np.broadcast_to(shown if colour == 3 else shown / ((1 << bits) - 1), (*size, 3))
         expected = np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4)
-        np.testing.assert_allclose(load_radiance(path), expected, rtol=1e-12)
+        np.testing.assert_allclose(load_radiance(path)[:], expected, rtol=1e-12)
         whole = path.read_bytes()
         _, head, _, first, second, end = parts
         taller, lower = (bytearray(head) for _ in range(2))
@@ -175,18 +197,41 @@ BOUNDED = """
 import resource, sys
 from raytracer.cli import main
 before = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
-resource.setrlimit(resource.RLIMIT_AS, (before + (512 << 20),) * 2)
-sys.exit(main(["compare", *sys.argv[1:]]))
+resource.setrlimit(resource.RLIMIT_AS, (before + (int(sys.argv[1]) << 20),) * 2)
+sys.exit(main(["compare", *sys.argv[2:]]))
 """
+
+
+def bounded(mib: int, *arguments: object) -> subprocess.CompletedProcess[str]:
+    """`raytracer compare` with so much memory beyond that of the program itself."""
+    command = [sys.executable, "-c", BOUNDED, str(mib), *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60)
+
+
+def begin_of_8k(bits: int) -> bytes:
+    head = struct.pack(">2I5B", 7680, 4320, bits, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head)
+
+
+def end_of_8k(bits: int) -> bytes:
+    rows = zlib.compressobj(1)
+    data = b"".join(rows.compress(bytes(1 + 3 * 7680 * bits // 8)) for _ in range(4320)) + rows.flush()
+    return chunk(b"IDAT", data) + chunk(b"IEND")
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+def test_two_pictures_of_8k_take_little_more_memory_than_their_pixels(tmp_path: Path, bits: int) -> None:
+    path = tmp_path / "a.png"
+    path.write_bytes(begin_of_8k(bits) + end_of_8k(bits))
+    ended = bounded(1200, path, path)
+    assert ended.returncode == 0, ended.stderr
+    assert "the reference is black" in ended.stdout
 
 
 def test_sizes_are_compared_before_a_large_picture_takes_memory(tmp_path: Path) -> None:
     small = save(tmp_path / "small.png", grey(0.5, (300, 300)))
-    rows = zlib.compressobj(1)
-    data = b"".join(rows.compress(bytes(1 + 3 * 7680)) for _ in range(4320)) + rows.flush()
-    head = struct.pack(">2I5B", 7680, 4320, 8, 2, 0, 0, 0)
     large, filled = tmp_path / "large.png", tmp_path / "filled.png"
-    begin, end = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head), chunk(b"IDAT", data) + chunk(b"IEND")
+    begin, end = begin_of_8k(8), end_of_8k(8)
     large.write_bytes(begin + end)
     filled.write_bytes(begin + chunk(b"tEXt", b"a\0" + bytes(1 << 25)) + end)
     radiance = np.lib.format.open_memmap(tmp_path / "radiance.npy", "w+", np.float32, (4320, 7680, 3))
@@ -196,9 +241,7 @@ def test_sizes_are_compared_before_a_large_picture_takes_memory(tmp_path: Path) 
         file.write(tmp_path / "radiance.npy", "radiance.npy")
     pairs = [(large, small), (small, large), (archive, small), (small, archive), (filled, filled)]
     for pair in pairs:
-        ended = subprocess.run(
-            [sys.executable, "-c", BOUNDED, *map(str, pair)], capture_output=True, text=True, timeout=60
-        )
+        ended = bounded(512, *pair)
         assert ended.returncode == 2, ended.stderr
         assert re.search(r"expected the size of|bytes beside its pixels", ended.stderr), ended.stderr
 
@@ -212,14 +255,14 @@ def test_of_a_png_of_16_bits_all_bits_count(tmp_path: Path, channels: int) -> No
     path.write_bytes(png16(pixels))
     encoded = np.broadcast_to(pixels[..., :3], (5, 7, 3)) / 65535
     expected = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-    np.testing.assert_allclose(load_radiance(path), expected, rtol=1e-12)
+    np.testing.assert_allclose(load_radiance(path)[:], expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("mode", ["1", "L", "LA", "P", "RGBA"])
 def test_pngs_of_other_kinds_are_what_they_look_like(tmp_path: Path, mode: str) -> None:
     with Pillow.new("RGB", (4, 3), (255, 255, 255)) as picture:
         picture.convert(mode).save(tmp_path / "a.png")
-    np.testing.assert_array_equal(load_radiance(tmp_path / "a.png"), np.ones((3, 4, 3)))
+    np.testing.assert_array_equal(load_radiance(tmp_path / "a.png")[:], np.ones((3, 4, 3)))
 
 
 def a_transparent_png(path: Path) -> None:

@@ -3,6 +3,7 @@
 import functools
 import operator
 import time
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -179,3 +180,49 @@ def test_rays_that_take_more_steps_than_the_driver_computes_are_refused(renderer
         lit = msgspec.structs.replace(lit, objects=[*lit.objects, rt.Sphere((0, 0, -1000), 100)])
         with pytest.raises(rt.InputError, match="at most 65535 steps"):  # all of a pixel's rays together
             renderer.render(lit, SIZE, Settings())
+
+
+def split(objects: list[rt.Solid], light: rt.PointLight, count: int, camera: rt.Camera) -> rt.Scene:
+    """Under `count` lights at one place, which together are `light`."""
+    part = msgspec.structs.replace(light, color=tuple(c / count for c in light.color))
+    return rt.Scene(objects, [part] * count, camera)
+
+
+ABOVE, AHEAD = rt.Camera((0, 3, 4), (0, 0, 0), vertical_fov=60), rt.Camera((0, 0, 5), (0, 0, 0), vertical_fov=60)
+FACETS = rt.Material(model="diffuse_microfacet", nodes=4096)
+MIRROR = rt.Material(model="mirror", f0=(1, 1, 1))
+NESTED = functools.reduce(operator.or_, [rt.Sphere((0.01 * i, 0, 0), 1 - 0.02 * i) for i in range(13)])
+CORRIDOR = [rt.Plane((0, 0, 1), -1, MIRROR), ~rt.Plane((0, 0, 1), 1, MIRROR), ~rt.Plane((1, 0, 0), 60, GREY)]
+NOTHING = [rt.Sphere((0, 1 + 0.01 * i, 0), 0.3) - rt.Sphere((0, 1 + 0.01 * i, 0), 0.31) for i in range(1000)]
+
+
+@pytest.mark.parametrize(
+    ("objects", "few", "many", "camera", "settings"),
+    [
+        pytest.param([rt.Sphere((0, 0, 0), 1, FACETS)], 10, 200, AHEAD, {}, id="facets"),
+        pytest.param([rt.Plane((0, 1, 0), 0, FACETS)], 10, 200, ABOVE, {}, id="facets of a half-space"),
+        pytest.param([NESTED], 20, 1300, AHEAD, {"evaluator": "roth"}, id="filters"),
+        pytest.param([*NOTHING, rt.Plane((0, 1, 0), 0, GREY)], 2, 60, ABOVE, {}, id="objects that are empty"),
+        pytest.param(
+            CORRIDOR, 20, 1300, rt.Camera((0, 0, 0.3), (1, 0, 1.2), vertical_fov=5), {"bounces": 64}, id="mirrors"
+        ),
+    ],
+)
+def test_loops_of_every_sort_that_the_driver_does_not_end_are_refused(
+    renderer: Renderer,
+    objects: list[rt.Solid],
+    few: int,
+    many: int,
+    camera: rt.Camera,
+    settings: dict[str, Any],
+) -> None:
+    light = rt.PointLight((0, 30, 0))
+    one, several = (
+        renderer.render(split(objects, light, count, camera), (16, 9), Settings(**settings)).radiance
+        for count in (1, few)
+    )
+    assert one.max() > 0.1
+    np.testing.assert_allclose(several, one, rtol=1e-4)
+    if "llvmpipe" in renderer.context.info["GL_RENDERER"]:
+        with pytest.raises(rt.InputError, match="at most 65535 steps"):
+            renderer.render(split(objects, light, many, camera), (16, 9), Settings(**settings))

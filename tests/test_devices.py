@@ -16,7 +16,7 @@ import raytracer as rt
 from raytracer import context, devices, doctor
 from raytracer.cli import main
 from raytracer.context import chosen
-from raytracer.devices import device_of, open_device
+from raytracer.devices import open_device, wanted_device
 from raytracer.renderer import Renderer, shared_renderer
 
 from . import scenes
@@ -85,7 +85,7 @@ def test_the_device_that_is_meant_is_current_and_no_other_stays_open(
     monkeypatch: pytest.MonkeyPatch, names: list[Any], device: Any, expected: tuple[str, str], opens: int
 ) -> None:
     opened = machine(monkeypatch, *names)
-    context: Any = open_device(device_of(device))
+    context: Any = open_device(wanted_device(device))
     assert (context.info["GL_RENDERER"], context.info["GL_VENDOR"]) == expected
     assert FakeContext.current is context
     assert [each for each in opened if not each.released] == [context]
@@ -98,7 +98,7 @@ def test_a_device_that_is_not_there_is_an_error_that_names_those_that_are(
 ) -> None:
     opened = machine(monkeypatch, LLVMPIPE, BROKEN)
     with pytest.raises(rt.InputError, match=r"^device: expected .* 0 \(llvmpipe .*\); 1 \(eglInit.*\); got ") as error:
-        open_device(device_of(device))
+        open_device(wanted_device(device))
     assert str(error.value).endswith(repr(device)) and "\n" not in str(error.value)
     assert all(each.released for each in opened)
 
@@ -116,7 +116,7 @@ def test_a_device_that_does_not_open_says_why(monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize("device", [-1, True, 1.5, "", "  ", [0], np.bool_(True)])
 def test_what_is_no_device_is_refused(device: Any) -> None:
     with pytest.raises(rt.InputError, match=r"^device: expected the index of an EGL device, or a part of its name"):
-        device_of(device)
+        wanted_device(device)
 
 
 def test_the_variable_counts_for_egl_and_the_argument_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -152,13 +152,15 @@ def test_doctor_lists_every_device(monkeypatch: pytest.MonkeyPatch, capsys: pyte
     reports = doctor.examine()
     assert all(each.released for each in opened)
     doctor.print_report(reports, as_json=True)
-    found = json.loads(capsys.readouterr().out)
-    assert [(r["backend"], r["device"], r["opens"]) for r in found] == [
+    reports_read = json.loads(capsys.readouterr().out)
+    assert [(r["backend"], r["device"], r["opens"]) for r in reports_read] == [
         ("egl", 0, True),
         ("egl", 1, False),
         ("egl", 2, True),
     ]
-    assert [r["renderer"] for r in found] == [LLVMPIPE[0], "", NVIDIA[0]] and found[1]["problem"] == BROKEN
+    assert [r["renderer"] for r in reports_read] == [LLVMPIPE[0], "", NVIDIA[0]] and reports_read[1][
+        "problem"
+    ] == BROKEN
     doctor.print_report(reports)
     table = capsys.readouterr().out
     assert all(word in table for word in ("egl 0", "egl 1", "egl 2", "H200")) and "apt-get" not in table

@@ -1,11 +1,13 @@
 """Pictures as 8 bits and as PNG files, against the standards' formulas and Pillow's reading."""
 
 import io
+from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image as Pillow
 
+import raytracer as rt
 from raytracer.film import Image, srgb8
 
 
@@ -39,3 +41,9 @@ def test_a_png_holds_the_picture_and_its_metadata(size: tuple[int, int]) -> None
         assert picture.size == size and picture.mode == "RGB"
         np.testing.assert_array_equal(np.asarray(picture), image.srgb8())
         assert picture.info == dict(image.metadata)
+
+
+@pytest.mark.parametrize("metadata", [{"": "x"}, {"a" * 80: "x"}, {"\u0394": "x"}, {"a\0": "x"}, {"a": 1}, {"a": "\0"}])
+def test_metadata_that_a_png_cannot_hold_is_refused_before_it_is_written(metadata: Any) -> None:
+    with pytest.raises(rt.InputError, match=r"^metadata"):
+        rt.Image(np.zeros((1, 2, 3), np.float32), metadata=metadata)

@@ -84,6 +84,36 @@ np.savez = interrupted
 
 
 @pytest.mark.gl
+def test_as_the_file_is_begun_it_vanishes(tmp_path: Path) -> None:
+    script = """
+import os
+def interrupted(path, *arguments):
+    number = opened(path, *arguments)
+    if str(path).endswith(".part"):
+        press()
+    return number
+opened, os.open = os.open, interrupted
+"""
+    assert run(script, tmp_path / "a.npz") == (130, LINE)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("where", ["pathlib.Path.replace", "raytracer.render_cli.say"])
+def test_before_it_is_said_that_the_file_is_written_it_is_said_by_the_interrupt(where: str, tmp_path: Path) -> None:
+    module, _, name = where.rpartition(".")
+    script = f"""
+import pathlib, raytracer.render_cli
+def interrupted(*arguments):
+    {"done = original(*arguments); press(); return done" if name == "replace" else "press()"}
+original, {module}.{name} = {module}.{name}, interrupted
+"""
+    out = tmp_path / "a.npz"
+    assert run(script, out) == (130, f"raytracer: interrupted, after writing {out}\n")
+    assert list(tmp_path.iterdir()) == [out]
+
+
+@pytest.mark.gl
 @pytest.mark.parametrize(
     ("when", "status"), [("import atexit\natexit.register(press)\n", 0), ("class Late:\n    __del__ = press\n", 0)]
 )

@@ -29,7 +29,7 @@ def test_render_takes_settings_and_keywords_before_their_fields() -> None:
     for image in (rt.render(scene, SIZE, settings), rt.render(scene, SIZE, settings=settings)):
         np.testing.assert_array_equal(image.radiance, by_keywords.radiance)
         assert f"{settings}" in image.metadata["Description"]
-    given: list[dict[str, Any]] = [
+    cases: list[dict[str, Any]] = [
         {"samples": 9},
         {"shadows": "off", "shading": None},
         {"quality": "draft"},
@@ -37,7 +37,7 @@ def test_render_takes_settings_and_keywords_before_their_fields() -> None:
         {"max_error": 0.5},
         {"adaptive": 0.1, "samples": 16},
     ]
-    for keywords in given:
+    for keywords in cases:
         image = rt.render(scene, SIZE, settings, **keywords)
         used = combined({"samples": 4, "shadows": "diluted", "shading": "blinn", "bounces": 1}, without_none(keywords))
         assert f"{SIZE[0]}x{SIZE[1]}, {used}" == image.metadata["Description"]
@@ -185,8 +185,8 @@ def test_a_reference_is_what_the_command_makes(cache: Path, tmp_path: Path) -> N
 def test_a_picture_is_as_far_from_its_reference_as_it_says(cache: Path) -> None:
     scene = scenes.assignment()
     image = rt.render(scene, (64, 36), samples=16)
-    found = rt.compare(image, rt.reference(scene, (64, 36), samples=256, workers=1))
-    assert image.estimate and found.rmse == pytest.approx(image.estimate.rmse, rel=0.5)
+    comparison = rt.compare(image, rt.reference(scene, (64, 36), samples=256, workers=1))
+    assert image.estimate and comparison.rmse == pytest.approx(image.estimate.rmse, rel=0.5)
 
 
 @pytest.mark.parametrize(

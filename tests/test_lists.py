@@ -19,6 +19,7 @@ from raytracer.settings import Settings
 from raytracer.shader import is_listed, shade_source, visibility_source
 
 from . import scenes
+from .pictures import assert_same
 
 pytestmark = pytest.mark.gl
 
@@ -38,12 +39,7 @@ def check(renderer: Renderer, scene: rt.Scene, size: tuple[int, int] = SIZE, **s
     assert is_listed(scene, chosen)
     cells = renderer.render(scene, size, chosen)
     walk = renderer.render(scene, size, msgspec.structs.replace(chosen, evaluator="walk"))
-    for name in ("radiance", "depth", "normal", "material"):
-        one, other = getattr(cells, name), getattr(walk, name)
-        if "llvmpipe" in renderer.context.info["GL_RENDERER"]:
-            np.testing.assert_array_equal(one, other, name)
-        else:  # other compilers may contract a product and a sum in one of two programs, and not in the other
-            np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5, err_msg=name)
+    assert_same(renderer, cells, walk)
 
 
 def lens(x: float, y: float, z: float, scale: float = 1.0) -> rt.Solid:

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from raytracer.checks import MAX_COLOR, MAX_EXPONENT
-from raytracer.models import MODELS, Lobe, Parameter
+from raytracer.lobe import Lobe
+from raytracer.models import MODELS, Parameter
 
 FOLDER = Path(__file__).parents[1] / "assets/materials"
 FILES = {path.stem: tomllib.loads(path.read_text(encoding="utf-8")) for path in sorted(FOLDER.glob("*.toml"))}

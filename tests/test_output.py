@@ -16,7 +16,7 @@ from . import scenes
 SCENE = str(scenes.ASSIGNMENT)
 
 
-def mode_of(path: Path) -> int:
+def permissions(path: Path) -> int:
     return stat.S_IMODE(path.lstat().st_mode)
 
 
@@ -44,8 +44,8 @@ def test_a_file_that_is_there_keeps_its_permissions_at_all_times(tmp_path: Path,
     with written_whole(out) as file:
         file.write(b"new")
         (part,) = {*tmp_path.iterdir()} - {out}
-        assert mode_of(part) & ~mode == 0, "who may not read the file may not read a part of it"
-    assert mode_of(out) == mode and out.stat().st_size == 3
+        assert permissions(part) & ~mode == 0, "who may not read the file may not read a part of it"
+    assert permissions(out) == mode and out.stat().st_size == 3
 
 
 def test_a_new_file_has_the_permissions_of_any_new_file(tmp_path: Path) -> None:
@@ -56,7 +56,7 @@ def test_a_new_file_has_the_permissions_of_any_new_file(tmp_path: Path) -> None:
         write_new(tmp_path / "b", lambda file: file.write(b"new"))
     finally:
         os.umask(before)
-    assert mode_of(tmp_path / "a") == mode_of(tmp_path / "b") == 0o640
+    assert permissions(tmp_path / "a") == permissions(tmp_path / "b") == 0o640
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root gives files away")
@@ -68,7 +68,7 @@ def test_a_file_that_is_there_keeps_its_owner(tmp_path: Path) -> None:
     with written_whole(out):
         pass
     status = out.stat()
-    assert (status.st_uid, status.st_gid, mode_of(out)) == (12, 34, 0o660)
+    assert (status.st_uid, status.st_gid, permissions(out)) == (12, 34, 0o660)
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="others are in few groups")
@@ -110,7 +110,7 @@ def test_what_a_link_leads_to_is_written_and_the_link_stays(tmp_path: Path) -> N
             raise KeyboardInterrupt
         assert target.read_bytes() == b"before"
         rt.render(rt.load(SCENE), (8, 8)).save(out)
-        assert target.read_bytes().startswith(b"\x89PNG") and mode_of(target) == 0o640
+        assert target.read_bytes().startswith(b"\x89PNG") and permissions(target) == 0o640
         target.write_bytes(b"before")
     assert link.is_symlink() and second.is_symlink() and names(there) == ["b.png"]
     with replaced_whole(link) as file:

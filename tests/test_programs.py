@@ -21,7 +21,7 @@ SIZE = (32, 18)
 FEW = 40_000  # characters: the programs of some two of these scenes
 
 
-def scene_of(spheres: int) -> rt.Scene:
+def scene_with(spheres: int) -> rt.Scene:
     """A structure of its own for each number of spheres."""
     return scenes.of(*(rt.Sphere((i, 0, 0), 0.7) for i in range(spheres)))
 
@@ -41,10 +41,10 @@ def test_many_scenes_keep_no_more_programs_than_the_bound(renderer: Renderer, mo
     own = Renderer(renderer.context)
     made: dict[int, moderngl.Program] = {}
     newest = 0
-    first = own.render(scene_of(1), SIZE, Settings())
+    first = own.render(scene_with(1), SIZE, Settings())
     for spheres in (*range(2, 9), 8):
         before = dict(own._programs)
-        own.render(scene_of(spheres), SIZE, Settings())
+        own.render(scene_with(spheres), SIZE, Settings())
         made |= {id(program): program for program in own._programs.values()}
         new = [key for key, program in own._programs.items() if before.get(key) is not program]
         newest = sum(len(vertex) + len(text) for vertex, text in new)
@@ -53,7 +53,7 @@ def test_many_scenes_keep_no_more_programs_than_the_bound(renderer: Renderer, mo
     assert len(made) > 2 * len(own._programs)
     alive = {id(program) for program in own._programs.values()}
     assert are_released([*made.values()]) == [i not in alive for i in made]
-    np.testing.assert_array_equal(own.render(scene_of(1), SIZE, Settings()).radiance, first.radiance)
+    np.testing.assert_array_equal(own.render(scene_with(1), SIZE, Settings()).radiance, first.radiance)
 
 
 def test_calls_of_functions_keep_no_more_programs_than_the_bound(
@@ -74,13 +74,13 @@ def test_the_window_keeps_what_it_draws_with(renderer: Renderer, monkeypatch: py
         live = Live(own, budget=1.0)
         screen = own.context.framebuffer([own.context.texture(SIZE, 4)])
         for spheres in (2, 3, 4):
-            live.start(scene_of(spheres), settings, "picture", SIZE, moving=False)
+            live.start(scene_with(spheres), settings, "picture", SIZE, moving=False)
             while not live.done:
                 live.sample()
-                own.render(scene_of(1), SIZE, Settings())  # another picture meanwhile
+                own.render(scene_with(1), SIZE, Settings())  # another picture meanwhile
                 renderer.context.__enter__()  # which leaves no context current
-            live.present(screen, None, scene_of(spheres).camera, 1.0)
+            live.present(screen, None, scene_with(spheres).camera, 1.0)
         radiance, programs = live.image({}).radiance, len(own._programs)
         live.close()
     assert programs <= 12, "those of the last scene, of the window, and of the error"
-    np.testing.assert_allclose(radiance, renderer.render(scene_of(4), SIZE, settings).radiance, rtol=1e-6)
+    np.testing.assert_allclose(radiance, renderer.render(scene_with(4), SIZE, settings).radiance, rtol=1e-6)

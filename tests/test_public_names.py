@@ -2,6 +2,7 @@
 
 import inspect
 import pkgutil
+import re
 import subprocess
 import sys
 
@@ -21,9 +22,9 @@ def run(code: str, *arguments: str) -> None:
 
 
 def modules() -> list[str]:
-    found = [module.name for module in pkgutil.walk_packages(rt.__path__, "raytracer.")]
-    assert len(found) > 70
-    return found
+    names = [module.name for module in pkgutil.walk_packages(rt.__path__, "raytracer.")]
+    assert len(names) > 70
+    return names
 
 
 def test_no_module_has_the_name_of_a_function() -> None:
@@ -88,3 +89,9 @@ def test_public_functions_say_what_they_take() -> None:
             assert parameter.annotation is not parameter.empty
             if name in ("reference", "compare"):
                 assert f"`{parameter.name}" in function.__doc__, f"{name}: {parameter.name}"
+
+
+def test_the_readmes_house_has_every_module_and_no_other() -> None:
+    house = (scenes.CHECKOUT / "README.md").read_text().partition("## The house")[2]
+    named = re.findall(r"`(?:raytracer/)?(\w+\.py)`", house)
+    assert sorted(named) == sorted(path.name for path in (scenes.CHECKOUT / "raytracer").glob("*.py"))

@@ -53,10 +53,10 @@ def test_frozen_objects_are_made_anew_with_changes(frozen: Any, changes: dict[st
 def test_what_is_replaced_is_checked_and_a_wrong_name_is_answered_with_the_near_one() -> None:
     scene = scenes.assignment()
     cases: list[tuple[Any, dict[str, Any], str]] = [
-        (scene, {"camra": scene.camera}, "camra: expected a field of Scene (did you mean camera?)"),
-        (scene.camera, {"fov": 3}, "fov: expected a field of Camera (did you mean vertical_fov?)"),
-        (rt.Settings(), {"sample": 3}, "sample: expected a field of Settings (did you mean samples?)"),
-        (BALL, {"x": 3}, "x: expected a field of Sphere (known: center, radius, material)"),
+        (scene, {"camra": scene.camera}, "unknown field `camra` of Scene (known: objects, lights, camera, "),
+        (scene.camera, {"fov": 3}, "unknown field `fov` of Camera (known: position, look_at, up, vertical_fov); "),
+        (rt.Settings(), {"sample": 3}, "unknown field `sample` of Settings "),
+        (BALL, {"x": 3}, "unknown field `x` of Sphere (known: center, radius, material)"),
         (BALL, {"radius": -1}, "radius: expected"),
         (rt.Settings(max_error=0.1), {"adaptive": 0.1}, "adaptive: expected none"),
         (scene, {"objects": []}, "objects: expected"),
@@ -64,6 +64,10 @@ def test_what_is_replaced_is_checked_and_a_wrong_name_is_answered_with_the_near_
     for object, changes, says in cases:
         with pytest.raises(rt.InputError, match=f"^{re.escape(says)}"):
             object.replace(**changes)
+    for object, name, near in ((scene, "camra", "camera"), (scene.camera, "fov", "vertical_fov")):
+        with pytest.raises(rt.InputError, match=rf'; did you mean "{near}"\?$') as error:
+            object.replace(**{name: 3})
+        assert error.value.keys == (name,)
 
 
 def test_one_scale_of_instances_is_that_of_other_positions_too() -> None:

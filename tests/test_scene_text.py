@@ -166,11 +166,11 @@ def test_an_error_has_its_path_of_keys_whatever_they_are_called(tmp_path: Path, 
     file.write_text(text)
     with pytest.raises(rt.InputError) as error:
         rt.load(file)
-    found = error.value
-    assert (found.file, found.line, found.keys) == (str(file), text.count("\n"), ("materials", name, "kd"))
-    assert str(found).endswith(f": {found.reason}") and str(found).isprintable()
-    same = pickle.loads(pickle.dumps(found))
-    assert (str(same), same.keys, same.line) == (str(found), found.keys, found.line)
+    refusal = error.value
+    assert (refusal.file, refusal.line, refusal.keys) == (str(file), text.count("\n"), ("materials", name, "kd"))
+    assert str(refusal).endswith(f": {refusal.reason}") and str(refusal).isprintable()
+    same = pickle.loads(pickle.dumps(refusal))
+    assert (str(same), same.keys, same.line) == (str(refusal), refusal.keys, refusal.line)
 
 
 def test_an_error_has_the_path_to_the_innermost_value() -> None:

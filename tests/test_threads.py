@@ -22,7 +22,7 @@ SIZE = (48, 27)
 SETTINGS = Settings(samples=2)
 
 
-def scene_of(k: int) -> rt.Scene:
+def scene_number(k: int) -> rt.Scene:
     """Scenes with one structure, and so with the same programs, but other numbers."""
     return scenes.of(rt.Sphere((0, 0, 0), 1 + 0.1 * k, rt.Material(kd=(0.1 * k, 0.5, 0.2))) - rt.Sphere((0, 0, 1), 0.5))
 
@@ -48,13 +48,13 @@ def in_threads(*calls: Callable[[], object]) -> list[object]:
 
 @pytest.mark.gl
 def test_threads_at_once_get_the_bits_that_one_thread_gets(renderer: Renderer) -> None:
-    alone = [renderer.render(scene_of(k), SIZE, SETTINGS) for k in range(3)]
+    alone = [renderer.render(scene_number(k), SIZE, SETTINGS) for k in range(3)]
     material = rt.Material(model="ggx")
     wi, wo = np.array([[0.0, 0.0, 1.0]]), np.array([[0.6, 0.0, 0.8]])
     value = rt.brdf.evaluate(material, wi, wo)
 
     def images(k: int) -> list[rt.Image]:
-        return [renderer.render(scene_of(k), SIZE, SETTINGS) for _ in range(4)]
+        return [renderer.render(scene_number(k), SIZE, SETTINGS) for _ in range(4)]
 
     def others() -> list[object]:
         return [(rt.brdf.evaluate(material, wi, wo), glsl.call("isInside", [[0, 1]], 0.5)) for _ in range(8)]
@@ -74,23 +74,23 @@ def test_threads_at_once_get_the_bits_that_one_thread_gets(renderer: Renderer) -
 def test_a_picture_that_is_broken_off_leaves_the_turn_to_other_threads(
     renderer: Renderer, error: type[BaseException]
 ) -> None:
-    expected = renderer.render(scene_of(1), SIZE, SETTINGS).radiance
+    expected = renderer.render(scene_number(1), SIZE, SETTINGS).radiance
 
     def break_off(done: int, total: int) -> None:
         raise error
 
     with pytest.raises(error):
-        renderer.render(scene_of(1), SIZE, SETTINGS, progress=break_off)
-    [image] = in_threads(lambda: renderer.render(scene_of(1), SIZE, SETTINGS))
+        renderer.render(scene_number(1), SIZE, SETTINGS, progress=break_off)
+    [image] = in_threads(lambda: renderer.render(scene_number(1), SIZE, SETTINGS))
     assert isinstance(image, rt.Image), image
     np.testing.assert_array_equal(image.radiance, expected)
-    np.testing.assert_array_equal(renderer.render(scene_of(1), SIZE, SETTINGS).radiance, expected)
+    np.testing.assert_array_equal(renderer.render(scene_number(1), SIZE, SETTINGS).radiance, expected)
 
 
 @pytest.mark.gl
 def test_a_progress_callback_that_renders_is_refused(renderer: Renderer) -> None:
-    expected = renderer.render(scene_of(1), SIZE, SETTINGS).radiance
-    for use in (lambda: renderer.render(scene_of(2), SIZE, SETTINGS), lambda: glsl.call("isInside", [[0, 1]], 0.5)):
+    expected = renderer.render(scene_number(1), SIZE, SETTINGS).radiance
+    for use in (lambda: renderer.render(scene_number(2), SIZE, SETTINGS), lambda: glsl.call("isInside", [[0, 1]], 0.5)):
         refused: list[str] = []
 
         def progress(done: int, total: int, use: Callable[[], object] = use, refused: list[str] = refused) -> None:
@@ -98,7 +98,7 @@ def test_a_progress_callback_that_renders_is_refused(renderer: Renderer) -> None
                 use()
             refused.append(str(e.value))
 
-        image = renderer.render(scene_of(1), SIZE, SETTINGS, progress=progress)
+        image = renderer.render(scene_number(1), SIZE, SETTINGS, progress=progress)
         assert refused
         np.testing.assert_array_equal(image.radiance, expected)
 

@@ -78,6 +78,25 @@ def test_soft_shadows_of_points_are_hard_and_say_so() -> None:
         assert scene_warnings(scene, settings) == []
 
 
+@pytest.mark.gl
+def test_a_reference_warns_as_a_picture_does_and_of_much_memory(
+    bright: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # The measure of distances is for 32 bits; the reference has 64.
+    far = rt.Scene([rt.Sphere((0, 0, 0), 1e-4), rt.Plane((0, 1, 0), -1e6)], [], rt.Camera((0, 0, 9), (0, 0, 0)))
+    monkeypatch.setattr("raytracer.memory._WORTH_MENTION", 1)
+    monkeypatch.setattr("raytracer.memory._SHARE", 0.0)
+    for scene, says in ((rt.load(bright), ["material 'red'", "this picture needs"]), (far, ["this picture needs"])):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            rt.reference(scene, (4, 4), samples=16, cache=False, workers=1)
+        assert all(str(each.message).startswith(text) for each, text in zip(caught, says, strict=True))
+        assert {each.filename for each in caught} == {__file__}
+    assert capsys.readouterr().err == ""
+    assert main(["render", "assignment", "-o", str(tmp_path / "a.png"), "--size", "4x4"]) == 0
+    assert "raytracer: warning: this picture needs 0.0 GiB of memory" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("command", ["render", "reference", "tune"])
 def test_every_command_that_draws_says_so(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -3,8 +3,10 @@
 import decimal
 import fractions
 import itertools
+import re
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.checks import shown
+from raytracer.picture_file import load_radiance
 
 api: Any = rt  # where types are wrong on purpose
 CAMERA = rt.Camera((0, 1, 5), (0, 0, 0))
@@ -102,6 +105,18 @@ def without(*names: str) -> dict[str, Any]:
 
 NAMES = without("text", "number as text")  # that a name may be
 SETTINGS = without("None")
+GREY = np.full((3, 4, 3), 0.5, np.float32)
+IMAGE = rt.Image(GREY)
+PICTURES: dict[str, Any] = WRONG | {
+    "ragged": [[[1, 2, 3]], [[1, 2, 3], [1, 2, 3]]],
+    "ragged pixels": [[[1, 2, 3], [1, 2]]],
+    "bool array": np.ones((3, 4, 3), np.bool_),
+    "complex array": np.ones((3, 4, 3), np.complex64),
+    "array of dates": np.zeros((3, 4, 3), "datetime64[s]"),
+    "flat": np.ones((3, 4)),
+    "empty": np.ones((3, 0, 3)),
+    "masked array": np.ma.masked_less(GREY, 1.0),
+}
 
 ODD_DEVICES = without("None", "text", "number as text", "surrogate", "null")
 
@@ -131,7 +146,15 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
     "Material.file": ("file", lambda v: api.Material("merl", file=v), WRONG),
     "Material.lobes": ("lobes", lambda v: api.Material("lafortune", lobes=v), WRONG),
     "Material.lobes[0]": ("lobes", lambda v: api.Material("lafortune", lobes=[v]), WRONG),
-    "Lobe.n": ("lobes", lambda v: api.Material("lafortune", lobes=[rt.Lobe(1, 1, v)]), WRONG),
+    "Material.lobes[0].n": (
+        "lobes",
+        lambda v: api.Material("lafortune", lobes=[{"cx": 1, "cz": 1, "n": v}]),
+        WRONG,
+    ),
+    **{
+        f"Lobe.{name}": (name, lambda v, name=name: api.Lobe(**{"cx": 1, "cz": 1, "n": 1, name: v}), SETTINGS)
+        for name in rt.Lobe.__struct_fields__
+    },
     "Solid.from_postfix": ("items", api.Solid.from_postfix, WRONG),
     "Solid.from_postfix[0]": ("items", lambda v: api.Solid.from_postfix([v]), WRONG),
     "Instances.solid": ("solid", lambda v: api.Instances(v, [[0, 0, 0]]), WRONG),
@@ -161,7 +184,35 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
     "render.device": ("device", lambda v: api.render(SCENE, (8, 8), device=v), ODD_DEVICES),
     "render.geometry": ("geometry", lambda v: api.render(SCENE, (8, 8), geometry=v), without("True", "NumPy's True")),
     "render.progress": ("progress", lambda v: api.render(SCENE, (8, 8), progress=v), SETTINGS),
-    "Image": ("radiance", api.Image, WRONG),
+    "render.settings": ("settings", lambda v: api.render(SCENE, (8, 8), v), SETTINGS),
+    "reference.scene": ("scene", lambda v: api.reference(v, (8, 8)), WRONG),
+    "reference.size": ("size", lambda v: api.reference(SCENE, v), WRONG),
+    "reference.settings": ("settings", lambda v: api.reference(SCENE, (8, 8), v), SETTINGS),
+    "reference.cache": ("cache", lambda v: api.reference(SCENE, (8, 8), cache=v), without("True", "NumPy's True")),
+    **{
+        f"reference.{name}": (name, lambda v, name=name: api.reference(SCENE, (8, 8), **{name: v}), SETTINGS)
+        for name in ("shading", "shadows", "bounces", "workers", "progress")
+    },
+    **{
+        f"reference.{name}": (name, lambda v, name=name: api.reference(SCENE, (8, 8), **{name: v}), WRONG)
+        for name in ("samples", "tolerance")
+    },
+    "compare.a": ("a", lambda v: api.compare(v, GREY), PICTURES),
+    "compare.a[0]": ("a", lambda v: api.compare([v], GREY), PICTURES),
+    "compare.b[0][0]": ("b", lambda v: api.compare(GREY, [[v]]), PICTURES),
+    "compare.b[0][0][0]": ("b", lambda v: api.compare(GREY, [[[v, 0, 0]]]), PICTURES),
+    "compare.threshold": ("threshold", lambda v: api.compare(GREY, GREY, threshold=v), WRONG),
+    "compare.flip": ("flip", lambda v: api.compare(GREY, GREY, flip=v), SETTINGS),
+    "load_all": ("path", api.load_all, without("text", "number as text")),
+    "load_radiance": ("path", load_radiance, without("text", "number as text")),
+    "Scene.replace": ("camera", lambda v: SCENE.replace(camera=v), WRONG),
+    "Settings.replace": ("samples", lambda v: rt.Settings().replace(samples=v), WRONG),
+    "Material.replace": ("kd", lambda v: rt.Material().replace(kd=v), WRONG),
+    "Image": ("radiance", api.Image, PICTURES),
+    **{
+        f"Image.{name}": (name, lambda v, name=name: IMAGE.replace(**{name: v}), without("None", "dict"))
+        for name in ("depth", "normal", "material", "samples", "error", "estimate", "metadata")
+    },
     "Image.save": ("path", rt.Image(np.zeros((2, 2, 3), np.float32)).save, without("text", "number as text")),
     "brdf.evaluate.material": ("material", lambda v: api.brdf.evaluate(v, (0, 0, 1), (0, 0, 1)), WRONG),
     "brdf.evaluate.wi": ("wi", lambda v: api.brdf.evaluate(rt.Material(), v, (0, 0, 1)), WRONG),
@@ -179,6 +230,12 @@ def test_a_value_of_a_wrong_type_is_refused_by_the_name_of_its_argument(place: s
         assert error.value.keys[:1] == (argument,), name
         message = str(error.value)
         assert message.startswith(argument) and message.isprintable() and len(message) < 400, name
+
+
+def test_no_error_has_its_keys_or_its_file_in_the_reason() -> None:
+    sources = sorted(Path(rt.__file__).parent.rglob("*.py"))
+    written = re.compile(r"""InputError\(\s*f?["'](?!column |\{_COLUMNS)(?:[\w.\[\]-]|\{[^{}"]*\})+: """)
+    assert [(path.name, match[0]) for path in sources for match in written.finditer(path.read_text())] == []
 
 
 @pytest.mark.parametrize("value", [*WRONG.values(), ""], ids=[*WRONG, "empty"])

@@ -77,7 +77,7 @@ def _print_albedos(found: Measured) -> None:
         table.add_row(f"{seen.degrees:.4g}", *cells)
     say_table(table)
     if not same:
-        say("It is not reciprocal: what is seen under equal light from everywhere, and what a beam sends everywhere.")
+        say("It is not reciprocal: the albedo under equal light from everywhere is not the albedo of a beam.")
 
 
 def settings_text(settings: Settings) -> str:
