@@ -89,9 +89,9 @@ def test_a_file_that_cannot_be_given_away_keeps_its_group_and_no_other_reads_it_
     monkeypatch.setattr(os, "chown", chown_as_member)
     with written_whole(out):
         (part,) = {*tmp_path.iterdir()} - {out}
-        assert mode_of(part) == 0o600
+        assert permissions(part) == 0o600
     status = out.stat()
-    assert (status.st_uid, status.st_gid, mode_of(out)) == (os.geteuid(), 34, 0o640)
+    assert (status.st_uid, status.st_gid, permissions(out)) == (os.geteuid(), 34, 0o640)
 
 
 def test_what_a_link_leads_to_is_written_and_the_link_stays(tmp_path: Path) -> None:
