@@ -348,8 +348,8 @@ def _check_rounds(cut_short: bool) -> None:
     if cut_short:
         raise InputError(
             f"expected pixels whose rays take at most {MAX_ROUNDS} steps from primitive to primitive and in sums of "
-            "reflectance models, all lights together (llvmpipe computes no more), got one whose rays take more; remedies "
-            "are fewer primitives in one object, fewer lights, fewer nodes of diffuse_microfacet, fewer terms of he, or "
-            "a graphics card",
+            "reflectance models, all lights together (llvmpipe computes no more), got one whose rays take more; "
+            "remedies are fewer primitives in one object, fewer lights, fewer nodes of diffuse_microfacet, fewer terms "
+            "of he, or a graphics card",
             "objects",
         )
