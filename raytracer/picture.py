@@ -49,7 +49,8 @@ def render(
     `backend` is how OpenGL is reached: "auto" (the default, unless the variable RAYTRACER_BACKEND is set), "egl",
     "window" or "osmesa"; the context is kept for the next call. `device` is one of EGL's, its index or a part of its
     name, as `raytracer doctor` lists them (default: the variable RAYTRACER_DEVICE, or the first that is
-    hardware, or the first). `progress(done, total)` is called after each pass, and must not render itself.
+    hardware, or the first). `progress(done, total)` is called after each pass, and must not render itself,
+    nor wait for a thread that renders: that thread waits for this picture.
 
     Threads take turns: a call waits until the call of another thread is done, and gives the same bits. After the first
     picture a process must not be forked to render in the child, as multiprocessing does by default on Linux before
