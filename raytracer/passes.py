@@ -274,6 +274,8 @@ class Passes:
         """Raise InputError if shaders do not come to an end in the picture's first sample; in a target of its size."""
         if self._software and self._numbers.rounds > MAX_ROUNDS:
             self.draw((0, 0, *self._size), 0, anew=True)
+            if self.geometry:  # no light is computed, which would tell it
+                self._read_surface(self._size)
 
     def _see(self, tile: Rectangle) -> None:
         """Find what the pixels of a tile see."""
@@ -327,12 +329,16 @@ class Passes:
         area = (0, 0, width, height)
         data = np.frombuffer(self._seen.read(area, components=4, attachment=1, dtype="f4"), np.float32)
         seen = data.reshape(height, width, 4)[::-1]
-        data = np.frombuffer(self._seen.read(area, components=1, dtype="i4"), np.int32)
-        _check_rounds(data.min() == _CUT_SHORT)
-        surface = data.reshape(height, width)[::-1]
+        surface = self._read_surface((width, height))
         image.normal[where] = seen[..., :3] @ self._to_world
         image.depth[where] = np.where(surface == 0, np.float32(np.inf), seen[..., 3])
         image.material[where] = self._material_index[np.abs(surface) - 1]
+
+    def _read_surface(self, size: tuple[int, int]) -> NDArray[np.int32]:
+        """(H, W), top row first: what the lower left part of that size sees. Raises InputError as read_sum()."""
+        data = np.frombuffer(self._seen.read((0, 0, *size), components=1, dtype="i4"), np.int32)
+        _check_rounds(data.min() == _CUT_SHORT)
+        return data.reshape(size[1], size[0])[::-1]
 
     def close(self) -> None:
         """Give back everything on the GPU."""

@@ -3,6 +3,7 @@
 import functools
 import operator
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
@@ -12,9 +13,10 @@ import pytest
 import raytracer as rt
 from raytracer import numbers, program_rows
 from raytracer.glsl_source import Source
+from raytracer.live import Live
 from raytracer.renderer import Renderer
 from raytracer.settings import Settings
-from raytracer.shader import roth_loops, shade_source, visibility_source
+from raytracer.shader import Show, roth_loops, shade_source, visibility_source
 from raytracer.sight import has_quiet
 
 from . import scenes
@@ -184,7 +186,7 @@ def test_rays_that_take_more_steps_than_the_driver_computes_are_refused(
             renderer.render(lit, SIZE, Settings())
 
 
-def split(objects: list[rt.Solid], light: rt.PointLight, count: int, camera: rt.Camera) -> rt.Scene:
+def split(objects: Sequence[rt.Solid | rt.Instances], light: rt.PointLight, count: int, camera: rt.Camera) -> rt.Scene:
     """Under `count` lights at one place, which together are `light`."""
     part = msgspec.structs.replace(light, color=tuple(c / count for c in light.color))
     return rt.Scene(objects, [part] * count, camera)
@@ -229,3 +231,32 @@ def test_loops_of_every_sort_that_the_driver_does_not_end_are_refused(
     if has_round_limit:
         with pytest.raises(rt.InputError, match="at most 65535 steps"):
             renderer.render(split(objects, light, many, camera), (16, 9), Settings(**settings))
+
+
+@pytest.mark.parametrize("show", ["picture", "normal", "depth", "material"])
+def test_the_window_shows_nothing_of_what_the_driver_does_not_end(renderer: Renderer, show: Show) -> None:
+    live = Live(renderer, 1e9)
+    with renderer.context:
+        if "llvmpipe" in renderer.context.info["GL_RENDERER"]:
+            with pytest.raises(rt.InputError, match="at most 65535 steps"):
+                live.start(row(400), Settings(), show, SIZE, moving=False)
+        live.close()
+
+
+def test_more_lights_without_shadows_take_more_steps(renderer: Renderer) -> None:
+    facets = rt.Instances(rt.Sphere((0, 0, 0), 1, FACETS), [(0, 0, -3.0 * i) for i in range(20)])
+    one, many = (split([facets], rt.PointLight((0, 30, 0)), count, AHEAD) for count in (1, 200))
+    settings = Settings(shadows="off")
+    live = Live(renderer, 1e9)
+    with renderer.context:
+        live.start(one, settings, "picture", SIZE, moving=False)
+        if "llvmpipe" in renderer.context.info["GL_RENDERER"]:
+            with pytest.raises(rt.InputError, match="at most 65535 steps"):
+                live.start(many, settings, "picture", SIZE, moving=False)
+        live.close()
+
+
+def test_many_spheres_have_many_lights(renderer: Renderer) -> None:
+    spheres = rt.Instances(BALL, np.random.default_rng(1).uniform(-3, 3, (100_000, 3)), 0.02)
+    scene = split([spheres], rt.PointLight((4, 7, 4)), 43, AHEAD)
+    assert renderer.render(scene, (16, 9), Settings(), geometry=False).radiance.max() > 0.1
