@@ -32,11 +32,23 @@ def tables(collection: str) -> dict[str, dict[str, Any]]:
 
 def published(name: str) -> Material:
     """The material of that name, such as "lafortune/clay". Raises InputError if there is none."""
+    if not isinstance(name, str):
+        raise InputError(f"expected {_some()}, got {shown(name)}")
+    return _made(str.__str__(name))
+
+
+def _some() -> str:
+    return f"a published material as {'/..., '.join(collections())}/..."
+
+
+# A scene of very many shapes may name one in each. A name that is none raises, and is not kept.
+@cache
+def _made(name: str) -> Material:
     known = collections()
-    collection, _, key = name.partition("/") if isinstance(name, str) else ("", "", "")
+    collection, _, key = name.partition("/")
     if collection not in known:
         near = did_you_mean(collection, known)
-        raise InputError(f"expected a published material as {'/..., '.join(known)}/..., got {shown(name)}{near}")
+        raise InputError(f"expected {_some()}, got {shown(name)}{near}")
     if key not in tables(collection):
         names = ", ".join(list(tables(collection))[:8])
         near = did_you_mean(key, tables(collection))

@@ -22,6 +22,7 @@ from raytracer.checks import (
 )
 from raytracer.lobe import Lobe
 from raytracer.models import MODELS, Parameter
+from raytracer.record import made_public
 from raytracer.suggest import did_you_mean
 from raytracer.toml_table import check_table
 
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 MAX_LOBES = 16
 
 
+@made_public
 class Material:
     """How a surface reflects: `model`, a name of `models.MODELS`, and parameters that this model has.
 

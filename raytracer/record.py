@@ -2,18 +2,35 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import msgspec
 
+import raytracer
 from raytracer.checks import UnknownKeyError
 from raytracer.shown import shortened
 from raytracer.suggest import did_you_mean
 from raytracer.toml_table import known
 
+K = TypeVar("K", bound=type)
+
+
+def made_public(kind: K) -> K:
+    """Make a public class of this package an attribute of the package as soon as the class is defined.
+
+    So `eval(repr(x), vars(raytracer))` finds it also where x was unpickled, which asks the package for no name.
+    """
+    if kind.__name__ in raytracer.__all__ and kind.__module__.startswith("raytracer."):
+        setattr(raytracer, kind.__name__, kind)
+    return kind
+
 
 class Record(msgspec.Struct, frozen=True):
     """Frozen fields that are checked when the object is made."""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        made_public(cls)
 
     def replace(self, **changes: Any) -> Self:
         """The same object with other values for some fields, which are checked as when it is made.

@@ -22,6 +22,7 @@ from raytracer.material import Material
 from raytracer.models import MODELS
 from raytracer.moved_text import with_positions
 from raytracer.presets import Fields, combined
+from raytracer.record import made_public
 from raytracer.scene import Camera, PointLight, Scene
 from raytracer.settings import Settings
 from raytracer.settings_table import DEFAULT_SIZE, settings_table
@@ -64,6 +65,7 @@ def load(path: str | os.PathLike[str]) -> Scene:
     return _read_all(path)[0]
 
 
+@made_public
 class SceneFile(NamedTuple):
     """All that a scene file says, in the order in which `render` takes it: `rt.render(*rt.load_all("scene.toml"))`.
 

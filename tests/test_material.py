@@ -87,6 +87,10 @@ def test_a_scene_file_gives_the_same_and_names_what_is_wrong() -> None:
             with_red(lines)
 
 
+def test_a_published_material_is_made_once_however_many_shapes_have_it() -> None:
+    assert rt.published("lafortune/clay") is rt.published("lafortune/clay")
+
+
 def test_published_materials_are_found_by_name() -> None:
     clay = rt.published("lafortune/clay")
     assert clay.model == "lafortune" and len(clay.lobes) == 3 and clay.rho == (0.383626, 0.260749, 0.274207)

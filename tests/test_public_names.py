@@ -1,6 +1,7 @@
 """The package's names: what is public, whatever is imported and in whatever order."""
 
 import inspect
+import pickle
 import pkgutil
 import re
 import subprocess
@@ -74,6 +75,47 @@ def test_a_scene_is_made_and_shown_without_numpy_and_opengl() -> None:
         f"loaded = [name for name in {SLOW} if name in sys.modules]\n"
         "assert not loaded, loaded\n"
     )
+
+
+MATERIAL = rt.Material("lafortune", lobes=[{"cx": 1, "cz": 1, "n": 3}])
+BALL = rt.Sphere((0, 0, 0), 1, MATERIAL)
+CAMERA = rt.Camera((0, 0, 5), (0, 0, 0))
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        BALL,
+        ~(BALL & rt.Plane((0, 1, 0), 0)),
+        MATERIAL,
+        CAMERA,
+        rt.Settings(samples=4),
+        rt.Scene([BALL, rt.Instances(BALL, [[0, 0, 0]])], [rt.PointLight((1, 2, 3))], CAMERA),
+        rt.SceneFile(rt.Scene([BALL], [], CAMERA), (4, 3), rt.Settings()),
+        rt.Comparison(0.5, 1.0, (0, 0), 6.0, None, 0.01, 0.0),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_the_text_of_what_was_unpickled_is_read_where_no_name_was_used_before(value: object) -> None:
+    run(
+        "import pickle, sys, raytracer as rt\n"
+        "value = pickle.loads(bytes.fromhex(sys.argv[1]))\n"
+        "assert eval(repr(value), vars(rt)) == value\n",
+        pickle.dumps(value).hex(),
+    )
+
+
+def test_a_users_own_class_is_not_taken_for_a_public_one() -> None:
+    sphere = rt.Sphere
+    type("Sphere", (sphere,), {})
+    assert rt.Sphere is sphere
+
+
+@pytest.mark.parametrize(
+    "made", ['rt.published("lafortune/clay")', "rt.compare([[[0, 0, 0]]], [[[1, 0, 0]]])"], ids=["published", "compare"]
+)
+def test_the_text_of_what_a_function_gives_is_read_where_no_name_was_used_before(made: str) -> None:
+    run(f"import raytracer as rt\nvalue = {made}\nassert eval(repr(value), vars(rt)) == value")
 
 
 def test_dir_is_what_is_public() -> None:
