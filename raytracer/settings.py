@@ -126,6 +126,8 @@ class Settings(Record, frozen=True):
 
     def shaded(self, material: Material) -> Material:
         """`material` under the shading override. Raises InputError if that would take an exponent above 1e6."""
+        if not isinstance(material, Material):
+            raise InputError(f"expected a Material, got {shown(material)}", "material")
         if self.shading is None:
             return material
         from raytracer.translate import translated  # few pictures need it
@@ -134,6 +136,8 @@ class Settings(Record, frozen=True):
 
     def cast(self, light: PointLight) -> PointLight:
         """`light` under these shadows: its centre, unless they are soft."""
+        if not isinstance(light, PointLight):
+            raise InputError(f"expected a PointLight, got {shown(light)}", "light")
         return light if self.shadows == "soft" else msgspec.structs.replace(light, radius=0.0)
 
 
