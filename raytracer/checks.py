@@ -70,8 +70,11 @@ class InputError(ValueError):
         return InputError(str(self), file=str(file))
 
 
-class UnknownKeyError(InputError):
-    """A key, the last of `keys`, that its table does not have. The text begins with the table."""
+class KeyNameError(InputError):
+    """A key, the last of `keys`, that its table has and must not have, or must have and has not.
+
+    The text begins with the table.
+    """
 
     def _named(self) -> Keys:
         return self.keys[:-1]

@@ -260,8 +260,9 @@ def test_no_error_has_its_keys_or_its_file_in_the_reason() -> None:
 
 @pytest.mark.parametrize("value", [*WRONG.values(), ""], ids=[*WRONG, "empty"])
 def test_a_published_material_of_no_such_name_is_refused(value: Any) -> None:
-    with pytest.raises(rt.InputError, match=r"^expected a published material as"):
+    with pytest.raises(rt.InputError, match=r"^name: expected a published material as") as error:
         api.published(value)
+    assert error.value.keys == ("name",)
 
 
 HALVES = [
