@@ -64,6 +64,10 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
     ("arguments", "says"),
     [
         ([], "COMMAND"),
+        (["--foo"], "unknown option '--foo' (see"),
+        (["--versoin"], """unknown option '--versoin'; did you mean "--version"?"""),
+        (["-x", "render"], "unknown option '-x'"),
+        (["brdf", "--foo"], "unknown option '--foo' (see raytracer brdf"),
         (["paint"], "paint"),
         (["render"], "SCENE"),
         (["render", SCENE], "-o"),
