@@ -139,7 +139,7 @@ def _compare(options: argparse.Namespace) -> int:
     if options.tolerance is not None:
         number(options.tolerance, "--tolerance", 0.0, expected="a finite number of at least 0 (linear radiance)")
     number(options.threshold, "--threshold", 0.0, expected="a finite number of at least 0 (linear radiance)")
-    output = check_output(options.output, (".png",)) if options.output else None
+    output = check_output(options.output, (".png",)) if options.output is not None else None
     names = (options.a, options.b)
     sizes = [size_in(name) for name in names]
     if sizes[0] != sizes[1]:  # before a large one takes time and memory
@@ -175,10 +175,10 @@ def _json(
     comparison: Comparison, options: argparse.Namespace, a: Rows, clipped: str | None, within: bool
 ) -> dict[str, Any]:
     return {
-        "a": options.a,
-        "b": options.b,
+        "a": _encodable(options.a),
+        "b": _encodable(options.b),
         "size": [a.shape[1], a.shape[0]],
-        "clipped": clipped,
+        "clipped": clipped and _encodable(clipped),
         "rmse": comparison.rmse,
         "largest": comparison.largest,
         "pixel": comparison.pixel,
@@ -190,6 +190,11 @@ def _json(
         "tolerance": options.tolerance,
         "within_tolerance": within,
     }
+
+
+def _encodable(name: str) -> str:
+    """A file's name, whose bytes that are no UTF-8 are escaped: strict readers of JSON refuse halves of characters."""
+    return name.encode(errors="backslashreplace").decode()
 
 
 def _print(comparison: Comparison, options: argparse.Namespace, a: Rows, clipped: str | None, within: bool) -> None:

@@ -178,7 +178,9 @@ def _too_bright(material: Material) -> str:
     """The parameters of a material that are above 1, and should not be; "" if none is."""
     values = material.parameters
     colors = (p.name for p in MODELS[material.model].parameters.values() if p.unit == REFLECTED and p.name in values)
-    return ", ".join(f"{name} = {max(values[name]):g}" for name in colors if max(values[name]) > 1.0)
+    return ", ".join(
+        f"{name} = {str(max(values[name])).removesuffix('.0')}" for name in colors if max(values[name]) > 1.0
+    )
 
 
 # In float32 a point at distance d is known to about 4 x 2^-24 d. Once that is 1 % of a sphere's
