@@ -134,6 +134,10 @@ def _undecoded(file: IO[bytes]) -> Iterator[ImageFile]:
 def _plain(file: IO[bytes]) -> NDArray[Any]:
     """The pixels (H, W, 4) of a PNG with 8 bits or less."""
     with _undecoded(file) as picture:
+        if picture.mode == "P" and picture.palette:
+            colours = len(picture.palette.palette) // 3  # before the pixels are there, which fill the palette up
+            if np.asarray(picture).max() >= colours:
+                raise InputError(f"expected a PNG file: a pixel has none of the palette's {colours} colours")
         return np.asarray(picture.convert("RGBA"))
 
 
