@@ -175,10 +175,10 @@ def _json(
     comparison: Comparison, options: argparse.Namespace, a: Rows, clipped: str | None, within: bool
 ) -> dict[str, Any]:
     return {
-        "a": _encodable(options.a),
-        "b": _encodable(options.b),
+        "a": options.a,
+        "b": options.b,
         "size": [a.shape[1], a.shape[0]],
-        "clipped": clipped and _encodable(clipped),
+        "clipped": clipped,
         "rmse": comparison.rmse,
         "largest": comparison.largest,
         "pixel": comparison.pixel,
@@ -190,11 +190,6 @@ def _json(
         "tolerance": options.tolerance,
         "within_tolerance": within,
     }
-
-
-def _encodable(name: str) -> str:
-    """A file's name, whose bytes that are no UTF-8 are escaped: strict readers of JSON refuse halves of characters."""
-    return name.encode(errors="backslashreplace").decode()
 
 
 def _print(comparison: Comparison, options: argparse.Namespace, a: Rows, clipped: str | None, within: bool) -> None:
