@@ -183,8 +183,14 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
 Primitive = Sphere | Plane
 
 
+_FLOATS = [float, float, float]
+
+
 def _place(value: Any) -> Vec3:
     """A point to be looked at, as far away as it may be."""
+    # A camera's or light's, which very many surfaces are asked about, is known to be right.
+    if type(value) is tuple and list(map(type, value)) == _FLOATS:
+        return value
     return vector(value, "point", -math.inf, math.inf, "3 finite numbers")
 
 
