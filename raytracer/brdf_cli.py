@@ -237,9 +237,9 @@ def _labelled(texts: Sequence[str], common: Sequence[str]) -> list[tuple[str, Ma
 def _parameters(name: str) -> dict[str, Parameter]:
     """What a model, or that of a published material, takes."""
     if "/" in name:
-        from raytracer.library import published
+        from raytracer.library import material_named
 
-        name = published(name).model
+        name = material_named(name).model
     return _known(name, name)
 
 

@@ -70,8 +70,11 @@ class InputError(ValueError):
         return InputError(str(self), file=str(file))
 
 
-class UnknownKeyError(InputError):
-    """A key, the last of `keys`, that its table does not have. The text begins with the table."""
+class KeyNameError(InputError):
+    """A key, the last of `keys`, that its table has and must not have, or must have and has not.
+
+    The text begins with the table.
+    """
 
     def _named(self) -> Keys:
         return self.keys[:-1]
@@ -180,7 +183,7 @@ def check_path(value: Any, key: Key | Keys) -> Path:
         os.fsencode(plain)
     except Exception:  # no path, a lone surrogate, or whatever __fspath__ raises
         plain = None
-    if not isinstance(plain, str) or "\0" in plain:
+    if not isinstance(plain, str) or not plain or "\0" in plain:  # an empty one would be the folder "."
         raise InputError(f"expected the path of a file, got {shown(value)}", key)
     return Path(plain)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -90,13 +91,22 @@ class _Parser(argparse.ArgumentParser):
         raise InputError(f"{message} (see {self.prog} --help)")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
+        args = [*(sys.argv[1:] if args is None else args)]
+        if args and self._subparsers and args[0].startswith("-"):  # before it says that the command is missing
+            option = args[0].partition("=")[0]
+            written = option if option.startswith("--") else option[:2]
+            if not any(known.startswith(written) for known in self._option_string_actions):
+                self._refuse(option)
         namespace, rest = super().parse_known_args(args, namespace)
         if rest:
             option = next((text.partition("=")[0] for text in rest if text.startswith("-")), None)
             if option is None:
                 self.error(f"expected no more arguments, got {shown(rest[0])}")
-            self.error(f"unknown option {shown(option)}{did_you_mean(option, self._option_string_actions)}")
+            self._refuse(option)
         return namespace, rest
+
+    def _refuse(self, option: str) -> NoReturn:
+        self.error(f"unknown option {shown(option)}{did_you_mean(option, self._option_string_actions)}")
 
     def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
         if action.option_strings and action.nargs is None and arg_strings == ["--"]:  # argparse makes a list of it

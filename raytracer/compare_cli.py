@@ -139,7 +139,7 @@ def _compare(options: argparse.Namespace) -> int:
     if options.tolerance is not None:
         number(options.tolerance, "--tolerance", 0.0, expected="a finite number of at least 0 (linear radiance)")
     number(options.threshold, "--threshold", 0.0, expected="a finite number of at least 0 (linear radiance)")
-    output = check_output(options.output, (".png",)) if options.output else None
+    output = check_output(options.output, (".png",)) if options.output is not None else None
     names = (options.a, options.b)
     sizes = [size_in(name) for name in names]
     if sizes[0] != sizes[1]:  # before a large one takes time and memory

@@ -17,6 +17,7 @@ import moderngl
 
 from raytracer.checks import InputError, check_choice
 from raytracer.devices import REQUIRED, Device, open_device, wanted_device
+from raytracer.devices import VARIABLE as DEVICE_VARIABLE
 from raytracer.turns import ContextError, begin
 
 Backend = Literal["auto", "egl", "window", "osmesa"]
@@ -60,13 +61,14 @@ def open_context(backend: str | None = None, device: Device | None = None) -> mo
     Raises InputError as `chosen`, and for a device that is not there; ContextError if no context opens, or in a process
     that was forked from one that had begun with OpenGL (turns.py).
     """
+    where = DEVICE_VARIABLE if device is None else "device"
     name, device = chosen(backend, device)
     begin()
     names = list(_OPENERS) if name == "auto" else [name]
     problems: dict[str, str] = {}
     for name in names:
         try:
-            return open_device(device) if name == "egl" else _OPENERS[name]()
+            return open_device(device, where) if name == "egl" else _OPENERS[name]()
         except InputError:
             raise
         except Exception as error:  # every driver and binding fails in its own way

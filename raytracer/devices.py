@@ -55,7 +55,7 @@ def wanted_device(device: Any = None) -> Device | None:
         return None
     text = value.strip() if isinstance(value, str) else ""
     if text:
-        return int(text) if text.isdecimal() and len(text) <= len(str(MAX_DEVICES)) else text.lower()
+        return int(text) if text.isascii() and text.isdecimal() and len(text) <= len(str(MAX_DEVICES)) else text.lower()
     try:
         return whole(value, where, 0, MAX_DEVICES)
     except InputError:
@@ -63,10 +63,11 @@ def wanted_device(device: Any = None) -> Device | None:
         raise InputError(f"expected {expected}, got {shown(value)}", where) from None
 
 
-def open_device(device: Device | None = None) -> moderngl.Context:
+def open_device(device: Device | None = None, where: str = "device") -> moderngl.Context:
     """A new context, current, on the device: for None the first that is hardware, or else the first that opens.
 
-    Raises InputError for a device that is not there, RuntimeError if there is none, or if the device does not open.
+    Raises InputError for a device that is not there, about `where` it is named; RuntimeError if there is none, or if
+    the device does not open.
     """
     seen: list[Opened] = []
     software: moderngl.Context | None = None
@@ -92,7 +93,7 @@ def open_device(device: Device | None = None) -> moderngl.Context:
         raise RuntimeError("; ".join(f"device {each.number}: {each.problem}" for each in seen) or "no EGL device")
     names = "; ".join(f"{each.number} ({each.name or each.problem})" for each in seen)
     expected = f"the index or a part of the name of one of the EGL devices, {names}"
-    raise InputError(f"expected {expected}; got {shown(device)}", "device")
+    raise InputError(f"expected {expected}; got {shown(device)}", where)
 
 
 def opened_devices(index: int | None = None) -> Iterator[Opened]:

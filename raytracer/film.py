@@ -175,6 +175,8 @@ class Image(Record, frozen=True, eq=False):
 
         Not by Pillow, whose import and search for each row's best filter take longer than all this.
         """
+        if not callable(getattr(file, "write", None)):
+            raise InputError(f"expected a binary file, got {shown(file)}", "file")
         height, width = self.radiance.shape[:2]
         file.write(b"\x89PNG\r\n\x1a\n")
         _write_chunk(file, b"IHDR", struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0))  # 8 bits, RGB

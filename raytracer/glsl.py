@@ -20,6 +20,7 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from raytracer.checks import InputError, shown
 from raytracer.files import read_packaged
 from raytracer.glsl_source import ShaderError, Source, assemble, shaders_folder
 from raytracer.opengl import release, set_uniforms, volume_texture
@@ -63,7 +64,7 @@ def call(
     as MAX_HITS. Scalars throughout mean N = 1. `generated` are texts that stand for files, by name; `file` is
     the one that has the function, if none of shaders/ does; `volumes` are what is in each sampler3D, (D, H, W, 3).
 
-    Raises ShaderError if shaders/ has no such function, TypeError for a wrong number of
+    Raises ShaderError if shaders/ has no such function, InputError if `file` has none, TypeError for a wrong number of
     arguments, ValueError if one does not fit its parameter.
     """
     renderer = renderer or shared_renderer()
@@ -144,9 +145,9 @@ class _Types:
         self._structs = {name: _MEMBER.findall(body) for name, body in _STRUCT.findall(self._text)}
 
     def signature(self, function: str) -> tuple[str, list[_Parameter]]:
-        match = re.search(rf"^(\w+)\s+{function}\s*\(([^()]*)\)\s*\{{", self._text, re.MULTILINE)
+        match = re.search(rf"^(\w+)\s+{re.escape(function)}\s*\(([^()]*)\)\s*\{{", self._text, re.MULTILINE)
         if not match:
-            raise ShaderError(f"no function {function} in {self._file}")
+            raise InputError(f"expected a function that {self._file} has, got {shown(function)}", "function")
         return match[1], [_Parameter(text) for text in match[2].split(",") if text.strip()]
 
     def dtype(self, name: str) -> np.dtype[Any]:

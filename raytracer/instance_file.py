@@ -143,7 +143,8 @@ def _csv_numbers(data: bytes) -> tuple[array[float], array[int], int]:
         if len(lines) == MAX_SURFACES:
             raise InputError(f"expected at most {MAX_SURFACES} rows", line=number)
         try:
-            if len(row) != len(header):
+            # Python's float() takes digits of all scripts, and 1_0 for 10.
+            if len(row) != len(header) or not line.isascii() or "_" in line:
                 raise ValueError
             numbers.extend([float(cell) for cell in row])
         except ValueError:

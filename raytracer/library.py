@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from raytracer.checks import InputError, shown
+from raytracer.checks import InputError, shown, within
 from raytracer.files import packaged, read_packaged
 from raytracer.material import Material
 from raytracer.suggest import did_you_mean
@@ -33,8 +33,9 @@ def tables(collection: str) -> dict[str, dict[str, Any]]:
 def published(name: str) -> Material:
     """The material of that name, such as "lafortune/clay". Raises InputError if there is none."""
     if not isinstance(name, str):
-        raise InputError(f"expected {_some()}, got {shown(name)}")
-    return _made(str.__str__(name))
+        raise InputError(f"expected {_some()}, got {shown(name)}", "name")
+    with within("name"):
+        return material_named(str.__str__(name))
 
 
 def _some() -> str:
@@ -43,7 +44,8 @@ def _some() -> str:
 
 # A scene of very many shapes may name one in each. A name that is none raises, and is not kept.
 @cache
-def _made(name: str) -> Material:
+def material_named(name: str) -> Material:
+    """As `published`, whose errors have the key "name", of a name that is written at another place."""
     known = collections()
     collection, _, key = name.partition("/")
     if collection not in known:

@@ -82,6 +82,8 @@ class Material:
 
     def get(self, name: str, default: Any = None) -> Any:
         """A parameter, or `default` if the model has none of that name."""
+        if not isinstance(name, str):
+            raise InputError(f"expected a string, got {shown(name)}", "name")
         return self._values.get(name, default)
 
     def replace(self, **changes: Any) -> Material:

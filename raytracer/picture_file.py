@@ -17,6 +17,7 @@ from raytracer.files import opened
 from raytracer.film import linear
 from raytracer.npz import read_arrays, read_shape
 from raytracer.png_file import check_whole, read_header
+from raytracer.suggest import did_you_mean_file
 
 if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
@@ -80,7 +81,7 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[IO[bytes], str]]:
                 raise InputError(f"expected a file of at most {most} bytes, got {size}")
             yield file, suffix
     except OSError as error:
-        reason = f"expected a picture that can be read: {error.strerror or error}"
+        reason = f"expected a picture that can be read: {error.strerror or error}{did_you_mean_file(path)}"
         raise InputError(reason, file=str(path)) from None
     except InputError as error:
         raise error.at(path) from None
@@ -133,6 +134,10 @@ def _undecoded(file: IO[bytes]) -> Iterator[ImageFile]:
 def _plain(file: IO[bytes]) -> NDArray[Any]:
     """The pixels (H, W, 4) of a PNG with 8 bits or less."""
     with _undecoded(file) as picture:
+        if picture.mode == "P" and picture.palette:
+            colours = len(picture.palette.palette) // 3  # before the pixels are there, which fill the palette up
+            if np.asarray(picture).max() >= colours:
+                raise InputError(f"expected a PNG file: a pixel has none of the palette's {colours} colours")
         return np.asarray(picture.convert("RGBA"))
 
 

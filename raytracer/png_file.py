@@ -87,6 +87,10 @@ def check_whole(file: IO[bytes], most_pixels: int) -> Header:
         if kind in once and not kind == last == b"IDAT":
             raise InputError(f"expected a PNG file: its {kind.decode()} is not at one place")
         once |= {kind} & {b"IDAT", b"PLTE"}
+        if kind == b"PLTE" and not (0 < length <= 3 << min(header.bits, 8) and length % 3 == 0):
+            raise InputError("expected a PNG file: its palette has a wrong length")
+        if kind == b"IDAT" and header.colour == _PALETTE and b"PLTE" not in once:
+            raise InputError("expected a PNG file: its palette is missing")
         last = kind
         crc = zlib.crc32(kind)
         while length:
@@ -99,8 +103,6 @@ def check_whole(file: IO[bytes], most_pixels: int) -> Header:
             raise InputError(f"expected a PNG file: its chunk {kind.decode()} is damaged")
     if left or not inflater.eof:
         raise InputError("expected a PNG file: pixels are missing")
-    if header.colour == _PALETTE and b"PLTE" not in once:
-        raise InputError("expected a PNG file: its palette is missing")
     return header
 
 

@@ -7,7 +7,7 @@ from typing import Any, Self, TypeVar
 import msgspec
 
 import raytracer
-from raytracer.checks import UnknownKeyError
+from raytracer.checks import KeyNameError
 from raytracer.shown import shortened
 from raytracer.suggest import did_you_mean
 from raytracer.toml_table import known
@@ -45,7 +45,7 @@ class Record(msgspec.Struct, frozen=True):
     __replace__ = replace
 
 
-def _unknown_field(name: str, owner: str, fields: tuple[str, ...]) -> UnknownKeyError:
+def _unknown_field(name: str, owner: str, fields: tuple[str, ...]) -> KeyNameError:
     """The error for a name that is no field of `owner`."""
     hint = f"({known(fields)}){did_you_mean(name, fields)}"
-    return UnknownKeyError(f"unknown field `{shortened(name)}` of {owner} {hint}", name)
+    return KeyNameError(f"unknown field `{shortened(name)}` of {owner} {hint}", name)

@@ -68,11 +68,11 @@ def shared_renderer(backend: str | None = None, device: Device | None = None) ->
     if key not in _shared:
         with alone():
             if key not in _shared:  # another thread may have been before
-                _shared[key] = _opened(*key)
+                _shared[key] = _opened(backend, device)
     return _shared[key]
 
 
-def _opened(backend: str, device: Device | None) -> Renderer:
+def _opened(backend: str | None, device: Device | None) -> Renderer:
     context = open_context(backend, device)
     try:
         return Renderer(context)

@@ -281,9 +281,9 @@ def _material_of(name: Any, materials: dict[str, Material]) -> Material:
     if not isinstance(name, str) or "/" not in name:
         near = did_you_mean(name, materials) if isinstance(name, str) else ""
         raise InputError(f"expected the name of a material, got {shown(name)} ({known(materials)}){near}")
-    from raytracer.library import published
+    from raytracer.library import material_named
 
-    return published(name)
+    return material_named(name)
 
 
 def _object(text: Any, shapes: dict[str, Primitive], objects: dict[str, Any]) -> Solid:

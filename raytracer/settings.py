@@ -126,6 +126,8 @@ class Settings(Record, frozen=True):
 
     def shaded(self, material: Material) -> Material:
         """`material` under the shading override. Raises InputError if that would take an exponent above 1e6."""
+        if not isinstance(material, Material):
+            raise InputError(f"expected a Material, got {shown(material)}", "material")
         if self.shading is None:
             return material
         from raytracer.translate import translated  # few pictures need it
@@ -134,6 +136,8 @@ class Settings(Record, frozen=True):
 
     def cast(self, light: PointLight) -> PointLight:
         """`light` under these shadows: its centre, unless they are soft."""
+        if not isinstance(light, PointLight):
+            raise InputError(f"expected a PointLight, got {shown(light)}", "light")
         return light if self.shadows == "soft" else msgspec.structs.replace(light, radius=0.0)
 
 
@@ -174,7 +178,9 @@ def _too_bright(material: Material) -> str:
     """The parameters of a material that are above 1, and should not be; "" if none is."""
     values = material.parameters
     colors = (p.name for p in MODELS[material.model].parameters.values() if p.unit == REFLECTED and p.name in values)
-    return ", ".join(f"{name} = {max(values[name]):g}" for name in colors if max(values[name]) > 1.0)
+    return ", ".join(
+        f"{name} = {str(max(values[name])).removesuffix('.0')}" for name in colors if max(values[name]) > 1.0
+    )
 
 
 # In float32 a point at distance d is known to about 4 x 2^-24 d. Once that is 1 % of a sphere's

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from numbers import Integral
 from typing import Any, ClassVar
 
 from raytracer import tree
@@ -21,6 +20,8 @@ from raytracer.checks import (
     point,
     set_fields,
     shown,
+    vector,
+    whole,
 )
 from raytracer.checks import items as list_of
 from raytracer.material import Material
@@ -73,13 +74,14 @@ class Solid(Record, frozen=True):
                 operands = pending[-count:]
                 del pending[-count:]
                 solid = operator(*operands)
-            elif isinstance(item, Integral) and not isinstance(item, bool) and 0 <= int(item) < i:
-                solid = made[int(item)]
             elif isinstance(item, Solid):
                 solid = item
             else:
-                expected = f"a solid, one of {' '.join(_OPERATORS)}, or the place of an item before"
-                raise InputError(f"expected {expected}, got {shown(item)}", ("items", i))
+                try:
+                    solid = made[whole(item, ("items", i), 0, i - 1)]
+                except InputError:
+                    expected = f"a solid, one of {' '.join(_OPERATORS)}, or the place of an item before"
+                    raise InputError(f"expected {expected}, got {shown(item)}", ("items", i)) from None
             made.append(solid)
             pending.append(solid)
         if len(pending) != 1:
@@ -129,7 +131,7 @@ class Sphere(Solid, frozen=True, repr_omit_defaults=True):
     def power(self, point: Vec3) -> float:
         """|center - point|^2 - radius^2 to its last bits: also where the point is all but on a huge sphere."""
         parts = [-part for part in _square(self.radius)]
-        for c, p in zip(self.center, point, strict=True):
+        for c, p in zip(self.center, _place(point), strict=True):
             d = c - p
             # What the subtraction rounded off (Knuth's two-sum); its square is below any bit that matters.
             rest = (c - (d - (d - c))) - (p + (d - c))
@@ -138,6 +140,7 @@ class Sphere(Solid, frozen=True, repr_omit_defaults=True):
 
     def touches(self, point: Vec3) -> bool:
         """Whether `point` lies on the sphere, to the rounding of the numbers that are given."""
+        point = _place(point)
         given = max(map(abs, (*self.center, *point, self.radius)))
         return abs(math.dist(self.center, point) - self.radius) <= ROUNDING * given
 
@@ -169,14 +172,26 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
     def depth(self, point: Vec3) -> float:
         """How deep a point is inside: offset - dot(n, point) for the unit normal n; negative outside."""
         normal, offset = self.unit()
-        return math.fsum((offset, *(-n * p for n, p in zip(normal, point, strict=True))))
+        return math.fsum((offset, *(-n * p for n, p in zip(normal, _place(point), strict=True))))
 
     def touches(self, point: Vec3) -> bool:
         """Whether `point` lies on the plane, to the rounding of the numbers that are given."""
+        point = _place(point)
         return abs(self.depth(point)) <= ROUNDING * max(map(abs, (*point, self.unit()[1])))
 
 
 Primitive = Sphere | Plane
+
+
+_FLOATS = [float, float, float]
+
+
+def _place(value: Any) -> Vec3:
+    """A point to be looked at, as far away as it may be."""
+    # A camera's or light's, which very many surfaces are asked about, is known to be right.
+    if type(value) is tuple and list(map(type, value)) == _FLOATS:
+        return value
+    return vector(value, "point", -math.inf, math.inf, "3 finite numbers")
 
 
 def _check_material(material: Any) -> None:

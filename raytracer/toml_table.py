@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, TypeVar
 
-from raytracer.checks import InputError, UnknownKeyError
+from raytracer.checks import InputError, KeyNameError
 from raytracer.shown import shortened
 from raytracer.suggest import did_you_mean
 
@@ -113,10 +113,10 @@ def check_table(value: Any, keys: Sequence[str], needed: Sequence[str] = ()) -> 
     value = any_table(value)
     for name in value:
         if name not in keys:
-            raise UnknownKeyError(f"unknown key `{shortened(name)}` ({known(keys)}){did_you_mean(name, keys)}", name)
+            raise KeyNameError(f"unknown key `{shortened(name)}` ({known(keys)}){did_you_mean(name, keys)}", name)
     for name in needed:
         if name not in value:
-            raise InputError(f"missing key `{name}`")
+            raise KeyNameError(f"missing key `{name}`", name)
     return value
 
 

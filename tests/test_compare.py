@@ -273,6 +273,14 @@ def a_transparent_palette(path: Path) -> None:
     Pillow.new("P", (4, 4)).save(path, transparency=0)
 
 
+def a_png_of_colours(count: float, *, late: bool = False) -> Callable[[Path], object]:
+    """A PNG of 2 bits whose pixels are 0 to 3, with a palette of so many colours."""
+    palette = chunk(b"PLTE", bytes(round(3 * count)))
+    begin, head, _, first, second, end = png(np.arange(4).reshape(2, 2, 1), 2, 3, False, palette)
+    parts = (begin, head, first, second, palette, end) if late else (begin, head, palette, first, second, end)
+    return lambda path: path.write_bytes(b"".join(parts))
+
+
 def a_png_cut_off(path: Path) -> None:
     Image(np.random.default_rng(1).uniform(0, 1, (64, 64, 3))).save(path)
     path.write_bytes(path.read_bytes()[:2000])
@@ -320,6 +328,11 @@ def a_pickle(path: Path) -> None:
         ("a.png", lambda path: path.write_bytes(b"not a png"), "expected a PNG file"),
         ("a.png", a_transparent_png, "opaque"),
         ("a.png", a_transparent_palette, "opaque"),
+        ("a.png", a_png_of_colours(3), "a pixel has none of the palette's 3 colours"),
+        ("a.png", a_png_of_colours(0), "its palette has a wrong length"),
+        ("a.png", a_png_of_colours(10 / 3), "its palette has a wrong length"),
+        ("a.png", a_png_of_colours(5), "its palette has a wrong length"),
+        ("a.png", a_png_of_colours(4, late=True), "its palette is missing"),
         ("a.png", a_png_cut_off, "expected a PNG file: "),
         ("a.png", a_huge_png, "expected at most 33554432 pixels"),
         ("a.png", a_png_of_two_headers, "expected at most 33554432 pixels, got 10000x10000"),

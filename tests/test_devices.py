@@ -103,6 +103,16 @@ def test_a_device_that_is_not_there_is_an_error_that_names_those_that_are(
     assert all(each.released for each in opened)
 
 
+def test_a_device_that_is_not_there_is_an_error_about_where_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    machine(monkeypatch, LLVMPIPE)
+    monkeypatch.delenv("RAYTRACER_BACKEND", raising=False)
+    monkeypatch.setenv("RAYTRACER_DEVICE", "matrox")
+    with pytest.raises(rt.InputError, match=r"^RAYTRACER_DEVICE: expected the index"):
+        shared_renderer()
+    with pytest.raises(rt.InputError, match=r"^device: expected the index"):
+        shared_renderer(device="matrox")
+
+
 def test_a_device_that_does_not_open_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     machine(monkeypatch, LLVMPIPE, BROKEN)
     with pytest.raises(RuntimeError, match=r"^device 1: eglInitialize failed \(0x3001\)$"):

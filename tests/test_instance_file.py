@@ -61,6 +61,8 @@ def test_an_npz_file_gives_the_arrays_that_numpy_saved(tmp_path: Path, save) -> 
         ("x;y;z\n1;2;3\n", r"a.csv:1: expected the header .*, got 'x;y;z'"),
         ("x,y,z\n", r"a.csv: positions: expected at least one point"),
         ("x,y,z\n\n1,2,3\n1,2\n", r"a.csv:4: expected 3 numbers: x,y,z, got '1,2'"),
+        ("x,y,z\n1,2,3\n1_0,0,0\n", r"a.csv:3: expected 3 numbers: x,y,z, got '1_0,0,0'"),
+        ("x,y,z\n1,2,3\n1,\u0661\u0662,0\n", r"a.csv:3: expected 3 numbers: x,y,z, got '1,"),
         ("x,y,z,scale\n1,2,3,4\n1,two,3,4\n", r"a.csv:3: expected 4 numbers: x,y,z,scale, got '1,two,3,4'"),
         ("x,y,z\n\n1,2,3\n1,nan,3\n", r"a.csv:4: x,y,z: expected 3 numbers within .*, got nan"),
         ("x,y,z\n1,2,3e12\n", r"a.csv:2: x,y,z: expected 3 numbers within"),
@@ -69,7 +71,7 @@ def test_an_npz_file_gives_the_arrays_that_numpy_saved(tmp_path: Path, save) -> 
         ("x,y,z\n" + "1" * 200_000, r"a.csv:\d: expected CSV: field larger"),
         (b"x,y,z\n\xff\n", r"a.csv: expected UTF-8 text: invalid start byte at byte 6"),
     ],
-    ids=range(12),
+    ids=range(14),
 )
 def test_a_wrong_csv_file_is_refused_by_its_line(tmp_path: Path, data: str | bytes, says: str) -> None:
     with pytest.raises(rt.InputError, match=f"^{says}"):

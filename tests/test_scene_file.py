@@ -191,6 +191,37 @@ BAD = [
 ]
 
 
+@pytest.mark.parametrize(
+    ("without", "keys", "line_has"),
+    [
+        ("[objects]", ("objects",), None),
+        ("look_at", ("camera", "look_at"), "[camera]"),
+        ("material =", ("shapes", "a", "material"), "[shapes.a]"),
+    ],
+)
+def test_a_missing_key_is_named_as_data_with_the_line_of_its_table(
+    tmp_path: Path, without: str, keys: tuple[str, ...], line_has: str | None
+) -> None:
+    lines = """\
+[camera]
+position = [0, 3, 6]
+look_at = [0, 2, 0]
+[shapes.a]
+sphere = { center = [0, 0, 0], radius = 1 }
+material = "m"
+[materials.m]
+[objects]
+""".splitlines()
+    lines = [line for line in lines if not line.startswith(without)]
+    file = tmp_path / "scene.toml"
+    file.write_text("\n".join(lines))
+    with pytest.raises(rt.InputError) as error:
+        load(file)
+    assert error.value.keys == keys and error.value.reason == f"missing key `{keys[-1]}`"
+    line = next((i for i, line in enumerate(lines, 1) if line_has and line.startswith(line_has)), None)
+    assert error.value.line == line
+
+
 def test_the_settings_of_a_file_are_no_part_of_its_scene(tmp_path: Path) -> None:
     file = tmp_path / "scene.toml"
     file.write_text(GOOD)

@@ -6,6 +6,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.models import MODELS
+from raytracer.picture_file import load_radiance
 from raytracer.scene_file import loads
 from raytracer.suggest import did_you_mean, nearest
 
@@ -25,6 +26,12 @@ from raytracer.suggest import did_you_mean, nearest
 def test_a_misspelt_name_is_near_to_one_and_another_name_to_none(name: str, near: str | None) -> None:
     assert nearest(name, MODELS) == near
     assert did_you_mean(name, MODELS) == (f'; did you mean "{near}"?' if near else "")
+
+
+def test_a_name_with_three_of_five_letters_in_common_is_another_name() -> None:
+    assert nearest("name", ["camera"]) is None
+    for name, near in (("asignment", "assignment"), ("sfot", "soft"), ("kdd", "kd"), ("fov", "vertical_fov")):
+        assert nearest(name, [near]) == near
 
 
 GOOD = """\
@@ -92,6 +99,9 @@ def test_a_misspelt_file_or_example_is_asked_about(tmp_path: Path) -> None:
         with pytest.raises(rt.InputError) as error:
             rt.load(path)
         assert str(error.value).endswith(f'; did you mean "{near}"?')
+    with pytest.raises(rt.InputError, match=r'; did you mean "scene.png"\?$'):
+        (tmp_path / "scene.png").write_bytes(b"")
+        load_radiance(tmp_path / "scen.png")
     (tmp_path / "places.csv").write_text("x,y,z\n0,0,0\n")
     (tmp_path / "scene.toml").write_text(GOOD.replace("positions = [[0, 0, 0]]", 'file = "place.csv"'))
     with pytest.raises(rt.InputError, match=r'; did you mean "places.csv"\?$'):

@@ -19,6 +19,7 @@ from raytracer.picture_file import load_radiance
 api: Any = rt  # where types are wrong on purpose
 CAMERA = rt.Camera((0, 1, 5), (0, 0, 0))
 BALL = rt.Sphere((0, 0, 0), 1)
+FLOOR = rt.Plane((0, 1, 0), 0)
 SCENE = rt.Scene([BALL], [], CAMERA)
 NEST: list[Any] = []
 for _ in range(3000):
@@ -218,6 +219,25 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
     "brdf.evaluate.wi": ("wi", lambda v: api.brdf.evaluate(rt.Material(), v, (0, 0, 1)), WRONG),
     "brdf.evaluate.wo[0]": ("wo", lambda v: api.brdf.evaluate(rt.Material(), (0, 0, 1), [[0, 0, v]]), WRONG),
     "brdf.bake": ("material", api.brdf.bake, WRONG),
+    "brdf.call": (
+        "function",
+        lambda v: api.brdf.call(v, rt.Material()),
+        {**WRONG, "pattern": "\x1b[31m(", "no name": ""},
+    ),
+    "Solid.from_postfix[1]": (
+        "items",
+        lambda v: api.Solid.from_postfix([BALL, v]),
+        WRONG | {"time": np.timedelta64(0, "s")},
+    ),
+    "Sphere.power": ("point", BALL.power, WRONG),
+    "Sphere.touches": ("point", BALL.touches, WRONG),
+    "Plane.depth": ("point", FLOOR.depth, WRONG),
+    "Plane.touches": ("point", FLOOR.touches, WRONG),
+    "PointLight.is_bulb": ("sphere", api.PointLight((0, 0, 0)).is_bulb, WRONG | {"another": FLOOR}),
+    "Settings.cast": ("light", api.Settings().cast, WRONG),
+    "Settings.shaded": ("material", api.Settings().shaded, WRONG),
+    "Material.get": ("name", api.Material().get, without("text", "number as text", "surrogate", "null")),
+    "Image.write_png": ("file", lambda v: IMAGE.write_png(v), without("hostile")),
 }
 
 
@@ -240,8 +260,9 @@ def test_no_error_has_its_keys_or_its_file_in_the_reason() -> None:
 
 @pytest.mark.parametrize("value", [*WRONG.values(), ""], ids=[*WRONG, "empty"])
 def test_a_published_material_of_no_such_name_is_refused(value: Any) -> None:
-    with pytest.raises(rt.InputError, match=r"^expected a published material as"):
+    with pytest.raises(rt.InputError, match=r"^name: expected a published material as") as error:
         api.published(value)
+    assert error.value.keys == ("name",)
 
 
 HALVES = [

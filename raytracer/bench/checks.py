@@ -11,7 +11,7 @@ import numpy as np
 from raytracer.bench.closed_forms import ALBEDOS
 from raytracer.bench.measure import DEGREES, RESOLVED, Measured, measure
 from raytracer.bench.verdicts import Settings, Verdict, expected, settings_of
-from raytracer.library import published
+from raytracer.library import material_named
 from raytracer.material import Material
 from raytracer.models import MODELS
 from raytracer.progress import Progress
@@ -46,7 +46,7 @@ def check(name: str, settings: Settings, renderer: Renderer | None = None, degre
 
 def material_of(name: str, settings: Settings) -> Material:
     """The model, or published material, of that name, with these settings."""
-    return Material(name, **settings) if name in MODELS else published(name).replace(**settings)
+    return Material(name, **settings) if name in MODELS else material_named(name).replace(**settings)
 
 
 def check_all(models: Sequence[str], renderer: Renderer | None = None, progress: Progress | None = None) -> list[Check]:
