@@ -41,6 +41,7 @@ examples:
   raytracer brdf gallery -o gallery.png
   raytracer brdf bake ggx:alpha=0.3 -o ggx.binary
   raytracer reference assignment -o reference.npz
+  raytracer render assignment -o assignment.npz --size 320x180 --max-error 0.002
   raytracer compare assignment.npz reference.npz --tolerance 0.002
   raytracer compare assignment.png reference.npz -o difference.png --json
   raytracer trade assignment -o trade

@@ -103,7 +103,9 @@ class Settings(Record, frozen=True):
                     raise InputError(f"expected {' or '.join(fit)} with {key}, got {shown(self.sequence)}", "sequence")
         if self.adaptive is not None and self.asks:
             raise InputError(
-                "expected none with max_error or time, which decide themselves where samples go", "adaptive"
+                "expected none with max_error or time, which decide themselves where samples go: leave out one or the "
+                "other",
+                "adaptive",
             )
         if self.sequence not in PROGRESSIVE and math.isqrt(self.samples) ** 2 != self.samples:
             expected = f"a square number, such as 16, for the sequence {self.sequence}"

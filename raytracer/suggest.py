@@ -41,14 +41,23 @@ def did_you_mean(name: str, names: Iterable[str]) -> str:
 def did_you_mean_file(path: Path, others: Iterable[str] = ()) -> str:
     """As `did_you_mean`, of a file that is not there: the name of one beside it, or one of the names `others`.
 
-    A path without a suffix is rather meant to be one of the others. "" if the file is there.
+    A path without a suffix is rather meant to be one of the others. "" if the file is there. A file whose suffix is not
+    near to the path's is another kind of file.
     """
     beside: list[str] = []
     with suppress(OSError, ValueError):
         if os.path.lexists(path):
             return ""
         with os.scandir(path.parent) as entries:
-            beside = sorted(entry.name for entry in itertools.islice(entries, _MAX_NAMES))
+            names = (entry.name for entry in itertools.islice(entries, _MAX_NAMES))
+            beside = sorted(name for name in names if _is_of_kind(name, path.suffix))
     file = did_you_mean(path.name, beside)
-    other = did_you_mean(path.stem, others)
+    others = [*others]
+    other = f'; did you mean "{path.stem}"?' if path.stem in others else did_you_mean(path.stem, others)
     return file or other if path.suffix else other or file
+
+
+def _is_of_kind(name: str, suffix: str) -> bool:
+    """Whether a file has that suffix, or one that it may have been meant to be."""
+    own = Path(name).suffix
+    return not suffix or own == suffix or bool(nearest(suffix[1:], [own[1:]]))
