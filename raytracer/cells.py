@@ -55,7 +55,7 @@ def tangents(centers: Array, radii: Array) -> tuple[Array, Array]:
     """The smallest bounds (lo, hi), each (N, 2), of (x/-z, y/-z) over all rays in front that meet each ball.
 
     The eye is at the origin and looks along -z; in front is z < 0. `centers` (N, 3) and `radii` (N,)
-    are lengths. Bounds are those of widened() balls, and widened by MARGIN; -inf, +inf where the ball reaches round
+    are lengths. Bounds hold widened() balls, and are widened by MARGIN; -inf, +inf where the ball reaches round
     to the eye's plane on that side or holds the eye; lo = +inf, hi = -inf for a ball that no ray in front can meet.
     """
     radius = widened(centers, radii)[:, None]

@@ -166,7 +166,7 @@ def _spans(count: int, spheres: int, surfaces: Mapping[int, str]) -> list[str]:
 
 
 def _holds(tree: Tree, name: str) -> list[str]:
-    """How long a tree's value at `at` holds, in a line for each node: compilers take no deep expression."""
+    """The lines that compute how long a tree's value at `at` holds, one a node: compilers take no deep expression."""
     lines: list[str] = []
     stack: list[str] = []
     for node in tree:

@@ -79,7 +79,7 @@ def evaluation_order(flat: Flat) -> Order:
 
 
 def empty_values(flat: Flat) -> list[bool]:
-    """What each inner node is when none of its leaves is listed."""
+    """The value of each inner node when none of its leaves is listed."""
     empty = [False] * len(flat.children)
     for v in reversed(range(len(flat.children))):
         values = (empty[c] if c >= 0 else flat.negated[~c] for c in flat.children[v])

@@ -208,8 +208,8 @@ def _common(a: Balls, b: Balls) -> Balls:
     smaller = np.where(first, a.radii, b.radii)
     edge = np.maximum(np.sqrt(np.where(lens, square, 0.0)), _THICK * smaller)
 
-    def choose(of_lens: Array, of_a: Array, of_b: Array) -> Array:
-        return np.where(lens[:, None], of_lens, np.where(first[:, None], of_a, of_b))
+    def choose(lens_value: Array, a_value: Array, b_value: Array) -> Array:
+        return np.where(lens[:, None], lens_value, np.where(first[:, None], a_value, b_value))
 
     return Balls(
         choose(a.centers + axis * along[:, None], a.centers, b.centers),

@@ -150,7 +150,7 @@ class Lister:
         return finest_grid(_place(scene, light), light.radius, self._centers)
 
     def reach(self, scene: Scene, light: PointLight) -> float:
-        """How long rays to a light may be for what of_lights() says."""
+        """The length up to which of_lights() lists all that a ray to a light may meet."""
         return reach(_place(scene, light), self._centers, self._radii)
 
     def pairs(self, scene: Scene, lights: list[PointLight], grid: int) -> tuple[float, float]:

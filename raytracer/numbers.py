@@ -72,7 +72,7 @@ class Numbers:
         self.farthest = 1.0  # than any distance to what is in them
         self.grid = GRIDS[0]  # cells of a side of a cube's face around a light
         self._shape = 0, 0  # rows and columns of cells
-        # Of loops those that a pixel's rays may go through at most, or a little more: see cut_short.glsl.
+        # The most rounds of loops that a pixel's rays may take, or a few more: see cut_short.glsl.
         self.rounds = 0
 
     def load(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
@@ -96,8 +96,8 @@ class Numbers:
         if self._lister:
             self._load_lists(self._lister, scene, settings, size)
         else:
-            of_ray = rounds_of_ray(scene, settings)
-            self.rounds = most_rounds(scene, settings, of_ray, of_ray)
+            each = rounds_of_ray(scene, settings)
+            self.rounds = most_rounds(scene, settings, each, each)
         self._of = of
 
     def _load_materials(self, scene: Scene, settings: Settings) -> None:
@@ -177,7 +177,7 @@ class Numbers:
         return most_rounds(scene, settings, ray, rounds(light))
 
     def _lists_of_lights(self, lister: lists.Lister, scene: Scene, lights: list[PointLight]) -> lists.Lists:
-        """Those of cubes around lights with as many cells as there is room for, and use.
+        """The lists for cubes around lights, of as many cells as there is room for, and use.
 
         Raises InputError if even with one cell for each face they take too much.
         """

@@ -117,7 +117,7 @@ def _missed(image: Image, settings: Settings) -> str:
     found = f"its error is unknown ({estimate.unknown})"
     if estimate.rmse is not None:
         found = f"its error is about {estimate.rmse:.2g}"
-    if image.samples is not None and image.samples.max() < settings.samples:
+    if settings.time is not None and image.samples is not None and image.samples.max() < settings.samples:
         remedy = f"{settings.time:g} s were not enough: try more --time"
     else:
         remedy = f"{settings.samples} samples were not enough: try more --samples"
