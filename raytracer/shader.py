@@ -243,14 +243,14 @@ def _defines(scene: Scene, settings: Settings) -> dict[str, int | str]:
 
 
 def _may_take_many_rounds(scene: Scene, settings: Settings) -> bool:
-    """Whether a pixel's rays may go through more rounds of loops than llvmpipe has (cut_short.glsl)."""
-    if not is_listed(scene, settings):
-        of_ray = rounds_of_ray(scene, settings)
-    elif groups(scene).bigs:
+    """Whether a pixel's rays may go through more rounds of loops than llvmpipe has (cut_short.glsl).
+
+    Lists of any length are assumed: scenes that differ in the number of objects share their text.
+    """
+    if is_listed(scene, settings):
         return True
-    else:
-        of_ray = rounds.OF_ENTRY * sum(len(kind.order) for kind in groups(scene).kinds)
-    return most_rounds(scene, settings, of_ray, of_ray) > rounds.MAX_ROUNDS
+    ray = rounds_of_ray(scene, settings)
+    return most_rounds(scene, settings, ray, ray) > rounds.MAX_ROUNDS
 
 
 def rounds_of_ray(scene: Scene, settings: Settings) -> int:
