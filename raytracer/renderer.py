@@ -77,7 +77,7 @@ def _opened(backend: str | None, device: Device | None) -> Renderer:
     try:
         return Renderer(context)
     finally:
-        leave(context)
+        leave(context)  # also where that failed before its own end
 
 
 def metadata(
@@ -109,11 +109,13 @@ class Renderer:
     """Renders scenes on one OpenGL context. The programs used last are kept, by their text."""
 
     def __init__(self, context: moderngl.Context) -> None:
+        """Ask `context` for its limits, after which no context is current."""
         self.context = context
         self._programs: dict[tuple[str, str], moderngl.Program] = {}  # the least recently used first
         # The programs that windows draw with, while other pictures are made on the same context.
         self.held: WeakKeyDictionary[object, Collection[moderngl.Program]] = WeakKeyDictionary()
-        self.limits = Limits(context)
+        with context:
+            self.limits = Limits(context)
 
     @contextmanager
     def turn(self) -> Iterator[None]:

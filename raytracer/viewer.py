@@ -103,7 +103,9 @@ class Viewer:
 
     def __init__(self, context: moderngl.Context, window: Any, files: Files, state: State, budget: float) -> None:
         self.state = state
-        self.live = Live(Renderer(context), budget)
+        renderer = Renderer(context)
+        context.__enter__()  # the window's context is current as long as the window is open
+        self.live = Live(renderer, budget)
         self.context, self.window = context, window
         self._files, self._budget = files, budget
         self._redo = Redo.SAMPLES
