@@ -65,6 +65,7 @@ class Numbers:
         self._lister: lists.Lister | None = None
         self._of_camera: lists.Lists | None = None
         self._of_lights: lists.Lists | None = None
+        self._everything = np.zeros(0, np.int32)  # the list of all objects
         self._lit: object = None  # the lights' places of these, and their radii
         self._first = 0  # where the camera's lists begin
         self.rectangles = np.zeros((0, 8), np.int32)  # of lists.py
@@ -133,6 +134,7 @@ class Numbers:
             self.rectangles, self.farthest = lister.rectangles(scene, size)
             self._texture("objects", self.rectangles.reshape(-1, 4))
             self._shape = -(-size[1] // CELL), -(-size[0] // CELL)
+            self._everything = lister.of_everything()
             self._of_lights, self._lit = None, None
         lights = [settings.cast(light) for light in scene.lights if settings.shadows != "off"]
         lit = len(scene.lights), tuple((light.position, light.radius) for light in lights)
@@ -142,11 +144,8 @@ class Numbers:
         self._of_lights = self._lists_of_lights(lister, scene, lights)
         # All in one texture, the camera's last; and where the list of each cell of a light begins and ends. Behind
         # these, each light's reach.
-        everything = lister.of_everything()
-        is_short = len(everything) <= _MOST_FROM_AFAR
-        mirrors = has_mirrors(scene, settings)
-        if not is_short and not mirrors:
-            everything = everything[:0]
+        is_short = len(self._everything) <= _MOST_FROM_AFAR
+        everything = self._everything if is_short or has_mirrors(scene, settings) else self._everything[:0]
         entries = [self._of_lights.entries, everything, self._of_camera.entries]
         first = np.cumsum([0, *map(len, entries)])
         self.everything = int(first[1]), int(first[2])
