@@ -15,15 +15,15 @@ import numpy as np
 
 import raytracer as rt
 from benchmarks.report import fill
-from raytracer.presets import flags, over
-from raytracer.progress import progress_bar
-from raytracer.renderer import shared_renderer
-from raytracer.sampling import SEQUENCES, sample_points
-from raytracer.trade import plots
-from raytracer.trade.approximations import add_approximations
-from raytracer.trade.configurations import FULL, MAIN, QUICK, Extent, plan
-from raytracer.trade.measure import Result, Trade, measure
-from raytracer.trade.report import as_csv, differences, slopes
+from raytracer.analysis.tradeoffs import plots
+from raytracer.analysis.tradeoffs.approximations import add_approximations
+from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Extent, plan
+from raytracer.analysis.tradeoffs.measure import Result, Trade, measure
+from raytracer.analysis.tradeoffs.report import as_csv, differences, slopes
+from raytracer.core.progress import progress_bar
+from raytracer.rendering.renderer import shared_renderer
+from raytracer.scene.presets import flags, over
+from raytracer.scene.sequences import SEQUENCES, sample_points
 
 # Of discs and lines, in spacings of samples.
 _WIDTHS = (0.25, 0.5, 1.0, 1.5, 2.0)

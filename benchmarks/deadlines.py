@@ -13,9 +13,9 @@ from PIL import Image as Pillow
 from rich.progress import track
 
 import raytracer as rt
-from raytracer.estimate import Estimate
-from raytracer.renderer import Renderer, shared_renderer
-from raytracer.settings import ASKED_SAMPLES, Settings
+from raytracer.formats.estimate import Estimate
+from raytracer.rendering.renderer import Renderer, shared_renderer
+from raytracer.scene.settings import ASKED_SAMPLES, Settings
 from tests.processes import output_of
 
 SIZE = (1280, 720)

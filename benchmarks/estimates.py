@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from rich.progress import track
 
 from benchmarks.unseen import SIZE, unseen
-from raytracer.film import Image
-from raytracer.renderer import Renderer, shared_renderer
-from raytracer.settings import ASKED_SAMPLES, Settings
+from raytracer.formats.image import Image
+from raytracer.rendering.renderer import Renderer, shared_renderer
+from raytracer.scene.settings import ASKED_SAMPLES, Settings
 
 SAMPLES = 2, 4, 8, 16, 32, 64
 # What was asked: estimates within 25 % of the true error, and errors at most 1.1 times those asked for, of 95 %.

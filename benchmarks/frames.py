@@ -15,8 +15,8 @@ from statistics import median, quantiles
 
 import glfw
 
-from raytracer.interaction import Cursor, Press
-from raytracer.viewer import Viewer, opened
+from raytracer.app.viewer.events import Cursor, Press
+from raytracer.app.viewer.window import Viewer, opened
 from tests.displays import environment, x_server
 from tests.processes import running
 

@@ -9,9 +9,9 @@ import numpy as np
 
 import raytracer as rt
 from benchmarks.measure import Picture, Size
-from raytracer.film import srgb8
-from raytracer.glsl_source import assemble
-from raytracer.opengl import release, set_uniforms
+from raytracer.compiler.glsl.preprocessor import assemble
+from raytracer.formats.image import srgb8
+from raytracer.gpu.gl import release, set_uniforms
 
 
 class Literal:

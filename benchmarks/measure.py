@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 import raytracer as rt
 from benchmarks import povray
-from raytracer import oracle
-from raytracer.film import Image, srgb8
-from raytracer.live import Live
-from raytracer.passes import Passes
-from raytracer.renderer import Renderer
-from raytracer.solids import leaves
+from raytracer.formats.image import Image, srgb8
+from raytracer.ground_truth import ray_tracer
+from raytracer.rendering.passes import Passes
+from raytracer.rendering.progressive import Live
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.solids import leaves
 
 Size = tuple[int, int]
 Picture = NDArray[np.uint8]
@@ -136,7 +136,7 @@ class Bench:
         if count <= _FEW or (not povray.version() and count <= _MANY):
             width, height = self.size
             size = _SMALL if count > _FEW else self.size if samples == 1 else (width // 4, height // 4)
-            truth = oracle.render(scene, size, settings).srgb8()
+            truth = ray_tracer.render(scene, size, settings).srgb8()
             found.compare(srgb8(self.radiance(scene, settings, size)), truth, f"float64's, {size[0]}x{size[1]}")
         if not found.findings:
             found.findings.append("not compared: that takes povray")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 import raytracer as rt
-from raytracer.solids import postfix
+from raytracer.scene.solids import postfix
 from tests.processes import finished
 
 # The side of the grid of rays that POV-Ray shoots through a pixel, by samples. Method 1 with a threshold of 0

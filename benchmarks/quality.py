@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 import raytracer as rt
 from benchmarks.measure import Bench
 from benchmarks.report import fill, machine
-from raytracer.presets import QUALITIES, flags
-from raytracer.renderer import Renderer, shared_renderer
-from raytracer.settings import Settings, Shadows
+from raytracer.rendering.renderer import Renderer, shared_renderer
+from raytracer.scene.presets import QUALITIES, flags
+from raytracer.scene.settings import Settings, Shadows
 
 
 class _Case(NamedTuple):

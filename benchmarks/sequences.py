@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.progress import track
 
-from raytracer.sampling import _SCRAMBLES, SEQUENCES, Sequence, _sobol, sample_place, sample_points, scatters
-from raytracer.trade.pareto import slope
+from raytracer.analysis.tradeoffs.pareto import slope
+from raytracer.scene.sequences import _SCRAMBLES, SEQUENCES, Sequence, _sobol, sample_place, sample_points, scatters
 
 SIZE = 128, 128
 # Those that a grid can have, too.
@@ -95,7 +95,7 @@ def report(found: dict[Sequence, list[float]], chosen: NDArray[np.float64], othe
         lines.append(f"| `{sequence}` | {' | '.join(f'{error:.2e}' for error in errors)} | {fit[0]:.2f} |")
     lines += [
         "",
-        f"Sobol's points with the scrambles of `raytracer/sampling.py` among {len(others)} random pairs, by the",
+        f"Sobol's points with the scrambles of `raytracer/scene/sequences.py` among {len(others)} random pairs, by the",
         f"geometric mean of the errors of the first {', '.join(map(str, FIRST))}:",
         "",
         "| points | rank | mean error | the best random pair's | the median | " + " | ".join(map(str, FIRST)) + " |",

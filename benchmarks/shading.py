@@ -15,8 +15,8 @@ from rich.progress import track
 import raytracer as rt
 from benchmarks.measure import FRAMES, Bench
 from benchmarks.report import machine
-from raytracer.renderer import shared_renderer
-from raytracer.settings import Settings, Shading
+from raytracer.rendering.renderer import shared_renderer
+from raytracer.scene.settings import Settings, Shading
 
 SIZE = (1280, 720)
 # Most that a GGX material may cost, of Phong.

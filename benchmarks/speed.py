@@ -14,9 +14,9 @@ from benchmarks.povray import UnavailableError
 from benchmarks.report import Result, as_csv, as_markdown, machine, name
 from benchmarks.rows import ROWS, SCENES
 from raytracer import InputError, Settings, ShaderError
-from raytracer.output import check_folder, written_whole
-from raytracer.progress import progress_bar
-from raytracer.renderer import shared_renderer
+from raytracer.core.output import check_folder, written_whole
+from raytracer.core.progress import progress_bar
+from raytracer.rendering.renderer import shared_renderer
 
 _SIZE = (1280, 720)
 # What a row may fail by while the others go on.

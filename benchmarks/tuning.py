@@ -16,14 +16,14 @@ import numpy as np
 
 import raytracer as rt
 from benchmarks.scenes import BLUE, GREEN, GREY, RED
-from raytracer.output import check_folder, written_whole
-from raytracer.presets import flags, over
-from raytracer.progress import Progress, progress_bar
-from raytracer.renderer import Renderer, shared_renderer
-from raytracer.settings import Settings
-from raytracer.trade.measure import machine
-from raytracer.trade.stage import Measured, Stage
-from raytracer.trade.tune import asked, grid, tune
+from raytracer.analysis.tradeoffs.measure import machine
+from raytracer.analysis.tradeoffs.trials import Measured, Stage
+from raytracer.analysis.tradeoffs.tune import asked, grid, tune
+from raytracer.core.output import check_folder, written_whole
+from raytracer.core.progress import Progress, progress_bar
+from raytracer.rendering.renderer import Renderer, shared_renderer
+from raytracer.scene.presets import flags, over
+from raytracer.scene.settings import Settings
 
 # How much longer tune's pick may take.
 ASKED = 1.15

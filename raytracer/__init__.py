@@ -18,23 +18,23 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from raytracer import brdf
-    from raytracer.checks import InputError
-    from raytracer.comparison import Comparison, compare
-    from raytracer.context import ContextError
-    from raytracer.film import Image
-    from raytracer.glsl_source import ShaderError
-    from raytracer.instances import Instances
-    from raytracer.library import published
-    from raytracer.lobe import Lobe
-    from raytracer.material import Material
-    from raytracer.picture import render
-    from raytracer.presets import quality
-    from raytracer.reference_picture import reference
-    from raytracer.scene import Camera, PointLight, Scene
-    from raytracer.scene_file import SceneFile, load, load_all, load_settings
-    from raytracer.settings import Settings
-    from raytracer.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union
+    from raytracer.analysis.image_difference import Comparison, compare
+    from raytracer.compiler.glsl.preprocessor import ShaderError
+    from raytracer.core.validation import InputError
+    from raytracer.formats.image import Image
+    from raytracer.formats.material_library import published
+    from raytracer.formats.scene_file import SceneFile, load, load_all, load_settings
+    from raytracer.gpu.context import ContextError
+    from raytracer.ground_truth.picture import reference
+    from raytracer.rendering import brdf
+    from raytracer.rendering.picture import render
+    from raytracer.scene.instances import Instances
+    from raytracer.scene.materials.lobe import Lobe
+    from raytracer.scene.materials.material import Material
+    from raytracer.scene.presets import quality
+    from raytracer.scene.scene import Camera, PointLight, Scene
+    from raytracer.scene.settings import Settings
+    from raytracer.scene.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union
 
 __version__ = "0.1.0"
 
@@ -73,44 +73,47 @@ __all__ = [
 # Names are imported when they are first used, so that the command line sees to Ctrl-C before anything takes time.
 # The names that need neither NumPy nor OpenGL come all together: `eval(repr(scene), vars(raytracer))` finds them.
 _SCENES = {
-    "Camera": "scene",
-    "Complement": "solids",
-    "Difference": "solids",
-    "InputError": "checks",
-    "Instances": "instances",
-    "Intersection": "solids",
-    "Lobe": "lobe",
-    "Material": "material",
-    "Plane": "solids",
-    "PointLight": "scene",
-    "Scene": "scene",
-    "SceneFile": "scene_file",
-    "Settings": "settings",
-    "Solid": "solids",
-    "Sphere": "solids",
-    "Union": "solids",
-    "load": "scene_file",
-    "load_all": "scene_file",
-    "load_settings": "scene_file",
-    "quality": "presets",
+    "Camera": "scene.scene",
+    "Complement": "scene.solids",
+    "Difference": "scene.solids",
+    "InputError": "core.validation",
+    "Instances": "scene.instances",
+    "Intersection": "scene.solids",
+    "Lobe": "scene.materials.lobe",
+    "Material": "scene.materials.material",
+    "Plane": "scene.solids",
+    "PointLight": "scene.scene",
+    "Scene": "scene.scene",
+    "SceneFile": "formats.scene_file",
+    "Settings": "scene.settings",
+    "Solid": "scene.solids",
+    "Sphere": "scene.solids",
+    "Union": "scene.solids",
+    "load": "formats.scene_file",
+    "load_all": "formats.scene_file",
+    "load_settings": "formats.scene_file",
+    "quality": "scene.presets",
 }
 _PICTURES = {
-    "Comparison": "comparison",
-    "ContextError": "context",
-    "Image": "film",
-    "ShaderError": "glsl_source",
-    "compare": "comparison",
-    "published": "library",
-    "reference": "reference_picture",
-    "render": "picture",
+    "Comparison": "analysis.image_difference",
+    "ContextError": "gpu.context",
+    "Image": "formats.image",
+    "ShaderError": "compiler.glsl.preprocessor",
+    "compare": "analysis.image_difference",
+    "published": "formats.material_library",
+    "reference": "ground_truth.picture",
+    "render": "rendering.picture",
 }
+
+# `glsl` is for who looks into the shaders: not in `__all__`.
+_MODULES = {"brdf": "rendering.brdf", "glsl": "gpu.glsl_call"}
 
 
 def __getattr__(name: str) -> Any:
     from importlib import import_module
 
-    if name == "brdf":
-        return import_module("raytracer.brdf")
+    if name in _MODULES:
+        return import_module(f"raytracer.{_MODULES[name]}")
     if name not in _SCENES and name not in _PICTURES:
         # With both, Python asks whether a near name of dir() was meant.
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}", name=name, obj=sys.modules[__name__])

@@ -9,7 +9,7 @@ import sys
 def main() -> int:
     """Run the command line with sys.argv; the exit status."""
     try:
-        from raytracer.interrupts import run_guarded
+        from raytracer.core.interrupts import run_guarded
 
         return run_guarded()
     except KeyboardInterrupt:  # before there was a handler, or as its work was over

@@ -1,6 +1,6 @@
 // How far off the means of the samples of a block of BLOCK x BLOCK pixels may be: the largest of its pixels'
 // estimated standard errors, linear radiance. A pixel here is a block there. With an APRON, of pixels around
-// the block, it is at least what an edge may make that goes unseen between samples. raytracer/adaptive.py says
+// the block, it is at least what an edge may make that goes unseen between samples. raytracer/rendering/adaptive.py says
 // what both mean.
 
 uniform sampler2D radianceSum;  // sums of samples, and in a of their squared lengths

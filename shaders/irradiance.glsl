@@ -3,7 +3,7 @@
 
 #include "light.glsl"
 
-// The smallest length that a scene has, 1e-12, squared; and the most that colours are (raytracer/checks.py), so that
+// The smallest length that a scene has, 1e-12, squared; and the most that colours are (raytracer/core/validation.py), so that
 // no sum of lights and samples overflows.
 const float LEAST_SQUARE = 1e-24, MOST = 1e12;
 

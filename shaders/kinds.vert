@@ -4,7 +4,7 @@
 #include "draw.glsl"
 #include "surfaces.glsl"
 
-uniform isamplerBuffer objects;  // 2 texels each: rectangles() of raytracer/lists.py
+uniform isamplerBuffer objects;  // 2 texels each: rectangles() of raytracer/compiler/candidate_lists.py
 
 flat out int kind;
 flat out int first;

@@ -1,5 +1,5 @@
 // Provides endsAt(), listAt(), ballAt(), struct Item, itemAt(), surfaceOf(), struct Nearest, nearer(), meets(),
-// cubeCell(): what the generated walk through the list of a cell is made of. raytracer/lists.py says what a list holds.
+// cubeCell(): what the generated walk through the list of a cell is made of. raytracer/compiler/candidate_lists.py says what a list holds.
 //
 // A ray from the camera through a cell of the picture, or one to a light from a cell of the cube around it,
 // can meet only what that cell lists.
@@ -59,7 +59,7 @@ bool nearer(real t, int object, Nearest than) {
     return t < than.t || (t == than.t && object < than.object);
 }
 
-// Of a distance: ten times, for lenses (raytracer/groups.py), what float32 rounding moves a ray or a root by, 32 u.
+// Of a distance: ten times, for lenses (raytracer/compiler/batches.py), what float32 rounding moves a ray or a root by, 32 u.
 const real SLACK = 2e-5;
 
 // Whether the ray may meet something in a ball before the distance `end`.

@@ -1,5 +1,5 @@
 // Provides hitMaterial(): how the surface that a ray hits reflects. struct Material and materialAt() are generated
-// (raytracer/reflectance.py), with just what the models in use need.
+// (raytracer/compiler/glsl/reflectance.py), with just what the models in use need.
 
 #include "surfaces.glsl"
 #include "materials.glsl"

@@ -1,5 +1,5 @@
 // How far the means of a block's pixels moved between two numbers of samples, and how far apart their samples lie:
-// what the error is estimated from. A pixel here is a block of BLOCK x BLOCK pixels there; raytracer/estimate.py says
+// what the error is estimated from. A pixel here is a block of BLOCK x BLOCK pixels there; raytracer/rendering/error_estimate.py says
 // what is made of it.
 
 #include "sums.glsl"

@@ -1,5 +1,5 @@
 // Provides leafRoots(), mayMeet(), leafHolds(), leafOwner(), joinedHolds(), joinedOwner(): what the generated machine
-// for programs, and chain.glsl, are made of. raytracer/prune.py says what the codes mean:
+// for programs, and chain.glsl, are made of. raytracer/compiler/csg_pruning.py says what the codes mean:
 // leaf << 5 | swapped << 4 | negated << 3 | operation.
 //
 // One machine finds how long the tree's value at a distance holds (walk.glsl). The other finds whose surface

@@ -4,7 +4,7 @@
 // and in an order shuffled the same way, as Burley 2020 does both by hashing, "Practical hash-based Owen scrambling".
 // So of a pixel's first 2^n points each of the 2^n boxes of any shape 2^-i x 2^(i-n) holds exactly one; any two
 // pixels or lights have points that know nothing of each other, nor of where in the pixel the samples lie
-// (raytracer/sampling.py): what is left of the error is noise, not bands.
+// (raytracer/scene/sequences.py): what is left of the error is noise, not bands.
 //
 // Bits are numbered from the lowest. A digit of a point may be scrambled by those before it, so the hash, in
 // which a bit depends only on lower ones, is of numbers whose bit i is digit i, and these are reversed at the end.

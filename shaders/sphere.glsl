@@ -25,7 +25,7 @@
 //   |dt| <= |d along| + |dh| + u |t| of the root with the larger magnitude, `outer`;
 //           <= (|d power| + |t| |d outer|) / |outer| + 2 u |t| of the other.
 // |d along| and |d power| are 8 u and u of their own for camera rays; for others 8 u |c|, and 8 u |c|^2 or,
-// beside a huge sphere, what terms.glsl leaves of that. raytracer/resolution.py evaluates these bounds for
+// beside a huge sphere, what terms.glsl leaves of that. raytracer/analysis/pixel_doubt.py evaluates these bounds for
 // a pixel, and the tests hold every pixel to them.
 //
 // A tangent ray, h = 0, misses.

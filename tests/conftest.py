@@ -9,8 +9,9 @@ from typing import NoReturn
 import numpy as np
 import pytest
 
-from raytracer import glsl_source, watch
-from raytracer.renderer import Renderer, _shared, shared_renderer
+from raytracer.app.viewer import file_watcher
+from raytracer.compiler.glsl import preprocessor
+from raytracer.rendering.renderer import Renderer, _shared, shared_renderer
 
 
 def pytest_configure() -> None:
@@ -61,8 +62,8 @@ def has_round_limit(renderer: Renderer) -> bool:
 def shaders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A copy of the shaders' folder, which takes its place."""
     folder = tmp_path / "shaders"
-    shutil.copytree(glsl_source.shaders_folder(), folder)
-    for module in (glsl_source, watch):
+    shutil.copytree(preprocessor.shaders_folder(), folder)
+    for module in (preprocessor, file_watcher):
         monkeypatch.setattr(module, "shaders_folder", lambda: folder)
     return folder
 

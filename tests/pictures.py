@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from raytracer.film import Image
-from raytracer.renderer import Renderer
+from raytracer.formats.image import Image
+from raytracer.rendering.renderer import Renderer
 
 
 def assert_same(renderer: Renderer, one: Image, other: Image) -> None:

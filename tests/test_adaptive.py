@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.adaptive import FIRST
-from raytracer.cli import main
-from raytracer.renderer import Renderer
-from raytracer.settings import Evaluator, Settings
+from raytracer.app.cli import main
+from raytracer.rendering.adaptive import FIRST
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Evaluator, Settings
 
 from . import scenes
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-
-from raytracer.bench.measure import direction, facets, measure
-from raytracer.bench.quadrature import NORMAL, Fineness, facing, polar
 from raytracer.brdf import call, evaluate
-from raytracer.material import Material
+
+from raytracer.analysis.reflectance.measure import direction, facets, measure
+from raytracer.analysis.reflectance.quadrature import NORMAL, Fineness, facing, polar
+from raytracer.scene.materials.material import Material
 
 FINE = Fineness(24, 24)
 VIEWS = (0.0, 30.0, 60.0, 80.0, 88.0)

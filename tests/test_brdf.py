@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import glsl, oracle, reference_brdf, reference_facets
-from raytracer.models import MODELS, Parameter
-from raytracer.renderer import Renderer
-from raytracer.settings import Settings
+from raytracer import glsl
+from raytracer.ground_truth import microfacets, ray_tracer, reflectance
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.materials.models import MODELS, Parameter
+from raytracer.scene.settings import Settings
 
 from .directions import extremes, pairs
 
@@ -58,7 +59,7 @@ def test_each_model_is_float64s_to_1e_4_and_mostly_1e_6(renderer: Renderer, mate
     wi, wo = pairs()
     found = rt.brdf.evaluate(material, wi, wo, renderer=renderer)
     up = np.broadcast_to((0.0, 0.0, 1.0), wi.shape)
-    expected = reference_brdf.reflected(material, up, wi.astype(float), wo.astype(float))
+    expected = reflectance.reflected(material, up, wi.astype(float), wo.astype(float))
     # Of narrower lobes than these, what is below 1e-8 of the largest value is a long exponent's rounding.
     counts = expected > 1e-8 * expected.max()
     assert counts.mean() > 0.05
@@ -112,7 +113,7 @@ def test_one_scene_of_all_models_is_float64s(renderer: Renderer) -> None:
     scene = rt.Scene(balls, [rt.PointLight((3, 4, 6), (3, 3, 3))], rt.Camera((0, 0, 6), (0, 0, 0), vertical_fov=40))
     for settings in (Settings(), Settings(evaluator="walk", bounces=1)):
         image = renderer.render(scene, (120, 80), settings)
-        expected = oracle.render(scene, (120, 80), settings)
+        expected = ray_tracer.render(scene, (120, 80), settings)
         assert image.material is not None and expected.material is not None
         assert np.array_equal(image.material, expected.material)
         error = np.abs(image.radiance - expected.radiance).max(axis=2)
@@ -134,7 +135,7 @@ def test_ggxs_distribution_is_right_to_1e_3_for_any_normal(renderer: Renderer, a
     found = rt.brdf.call("ggxD", material, N, H, renderer=renderer)
     n, h = (unit(v.astype(float)) for v in (N, H))
     sine = np.linalg.norm(np.cross(n, h), axis=1)
-    expected = reference_facets.distribution(material, "ggx", np.sqrt(1.0 - sine**2))
+    expected = microfacets.distribution(material, "ggx", np.sqrt(1.0 - sine**2))
     np.testing.assert_allclose(found, expected, rtol=1e-3)
 
 
@@ -144,7 +145,7 @@ def test_hes_sum_is_as_good_as_its_terms_are_many(renderer: Renderer, sigma0: fl
     up = np.broadcast_to((0.0, 0.0, 1.0), wi.shape)
     wave = (0.625, 0.5625, 0.4375)
     material = rt.Material("he", sigma0=sigma0, wavelength=wave)
-    series = reference_brdf.reflected(material, up, wi.astype(float), wo.astype(float))
+    series = reflectance.reflected(material, up, wi.astype(float), wo.astype(float))
     counts = series > 1e-8 * series.max()
     for terms, bound in ((16, 0.3), (24, 2e-2), (32, 1e-3), (64, 1e-5), (1024, 1e-5)):
         found = rt.brdf.evaluate(material.replace(terms=terms), wi, wo, renderer=renderer)

@@ -15,17 +15,17 @@ import pytest
 from PIL import Image
 
 import raytracer as rt
-from raytracer import reference_brdf
-from raytracer.bench import gallery, measure, plots, report, verdicts
-from raytracer.bench.checks import Check, _differences, check, check_all
-from raytracer.bench.quadrature import NORMAL, Fineness, about_all, facing, halfway, polar
-from raytracer.bench.verdicts import NOT_RECIPROCAL, VERDICTS, Verdict, expected, settings_of
-from raytracer.brdf_cli import settings_of as parsed
-from raytracer.checks import InputError
-from raytracer.cli import main
-from raytracer.library import published
-from raytracer.material import Material
-from raytracer.models import MODELS
+from raytracer.analysis.reflectance import expectations, gallery, measure, plots, report
+from raytracer.analysis.reflectance.expectations import NOT_RECIPROCAL, VERDICTS, Verdict, expected, settings_of
+from raytracer.analysis.reflectance.quadrature import NORMAL, Fineness, about_all, facing, halfway, polar
+from raytracer.analysis.reflectance.verification import Check, _differences, check, check_all
+from raytracer.app.cli import main
+from raytracer.app.commands.brdf_cli import settings_of as parsed
+from raytracer.core.validation import InputError
+from raytracer.formats.material_library import published
+from raytracer.ground_truth import reflectance
+from raytracer.scene.materials.material import Material
+from raytracer.scene.materials.models import MODELS
 
 from .processes import output_of
 
@@ -243,7 +243,7 @@ def test_albedos_of_sharp_lobes_are_right(model: str) -> None:
         w = measure.direction(found.degrees)
         directions, weights = halfway(w, FINE.times(4))
         N, V = (np.broadcast_to(x, directions.shape) for x in (NORMAL, w))
-        right = float((weights @ reference_brdf.reflected(material, N, directions, V))[0])
+        right = float((weights @ reflectance.reflected(material, N, directions, V))[0])
         assert found.resolved and abs(found.value - right) < 1e-3
 
 
@@ -307,7 +307,7 @@ def test_check_prints_a_table_or_json_and_says_whether_all_is_as_expected(
     assert status == 0 and len(found) == 3
     assert found[2]["settings"] == {"rho": 1.0} and found[2]["largest"]["value"] == pytest.approx(1.0, abs=1e-3)
     assert found[2]["reciprocal"] is True and found[2]["conserving"] is True and found[2]["differs"] == []
-    monkeypatch.setattr(verdicts, "VERDICTS", (Verdict("lambert", True, False, "wrong", law=True),))
+    monkeypatch.setattr(expectations, "VERDICTS", (Verdict("lambert", True, False, "wrong", law=True),))
     status, out, _ = run(capsys, "check", "lambert", "--set", "rho=0.5")
     assert status == 1 and "lambert rho=0.5: conserving, not conserving expected" in out
 
@@ -419,7 +419,7 @@ def test_list_shows_what_is_measured_and_what_a_model_takes(capsys: pytest.Captu
 
 def test_other_commands_do_not_load_the_bench() -> None:
     code = (
-        "import sys; from raytracer.cli import _parser; _parser().parse_args(['doctor']);"
+        "import sys; from raytracer.app.cli import _parser; _parser().parse_args(['doctor']);"
         "print([name for name in sys.modules if 'brdf' in name or 'bench' in name])"
     )
     assert output_of(sys.executable, "-c", code) == "[]\n"
@@ -455,7 +455,7 @@ def test_without_matplotlib_the_extra_is_named(
 def test_the_gallery_has_a_labelled_cell_for_each_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gallery, "COMPLETE", ["phong", "lambert"])
     out = tmp_path / "g.png"
-    from raytracer.renderer import shared_renderer
+    from raytracer.rendering.renderer import shared_renderer
 
     gallery.write_gallery(out, 64, 1, None, shared_renderer(), None)
     with Image.open(out) as picture:
@@ -493,7 +493,7 @@ def test_the_lectures_two_highlights_are_alike_in_the_plane_of_incidence_only() 
 
 def test_a_wrong_name_is_no_material() -> None:
     with pytest.raises(InputError, match="published"):
-        from raytracer.bench.checks import material_of
+        from raytracer.analysis.reflectance.verification import material_of
 
         material_of("nope/clay", {})
 

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from raytracer import brdf, glsl, reference_rough, reflectance
-from raytracer.lobe import Lobe
-from raytracer.material import Material
-from raytracer.models import MODELS
-from raytracer.reference_brdf import reflected
+from raytracer import brdf, glsl
+from raytracer.compiler.glsl import reflectance
+from raytracer.ground_truth import rough_surfaces
+from raytracer.ground_truth.reflectance import reflected
+from raytracer.scene.materials.lobe import Lobe
+from raytracer.scene.materials.material import Material
+from raytracer.scene.materials.models import MODELS
 
 Array = NDArray[np.float64]
 pytestmark = pytest.mark.gl
@@ -310,8 +312,8 @@ def test_white_eon_sends_back_all(r: float, cosine: float) -> None:
 
 
 def test_eons_albedo_without_light_between_facets() -> None:
-    assert reference_rough.eon_mean_albedo(1.0) == pytest.approx(0.83281, abs=5e-6)
-    assert reference_rough.eon_albedo(np.array([0.0]), 1.0) == pytest.approx(0.77652, abs=5e-6)
+    assert rough_surfaces.eon_mean_albedo(1.0) == pytest.approx(0.83281, abs=5e-6)
+    assert rough_surfaces.eon_albedo(np.array([0.0]), 1.0) == pytest.approx(0.77652, abs=5e-6)
 
 
 @pytest.mark.parametrize("alpha", [0.3, 0.6, 0.999])
@@ -333,7 +335,7 @@ def test_lambertian_beckmann_facets_at_normal_incidence(alpha: float, expected: 
 def integral(distribution: str, alpha: float, wi: Array, wo: Array) -> Array:
     """f cos(theta_i) of white Lambertian facets, to 1e-6, for cosines above 0.02."""
     m = Material("diffuse_microfacet", alpha=alpha, distribution=distribution, rho=1)
-    return reference_rough.diffuse_microfacet_integral(m, np.broadcast_to(NORMAL, wi.shape), wi, wo)[:, 0]
+    return rough_surfaces.diffuse_microfacet_integral(m, np.broadcast_to(NORMAL, wi.shape), wi, wo)[:, 0]
 
 
 def test_the_integral_is_that_of_a_plain_sum_over_normals() -> None:
@@ -378,7 +380,7 @@ def test_hes_sum_of_64_terms_is_the_whole_series() -> None:
     rng = np.random.default_rng(0)
     g = np.float32(10 ** rng.uniform(-7, 6, 100))
     b = np.float32(g * 10 ** rng.uniform(-2, 1, 100))
-    expected = reference_rough.he_series(g.astype(float), b.astype(float)) / g
+    expected = rough_surfaces.he_series(g.astype(float), b.astype(float)) / g
     found = call("heSum", Material("he"), g, b, 64.0)
     of = expected * g > 1e-12
     assert found[of] == pytest.approx(expected[of], rel=5e-6) and of.sum() > 50
@@ -415,7 +417,7 @@ def test_hes_mirrored_part_agrees_with_float64() -> None:
     cosines = np.array([1.0, 0.9, 0.5, 0.1, 0.01], np.float32).astype(float)
     for m in (material("he"), material("he", sigma0=0.03), material("he", sigma0=0.5, tau=1.0)):
         V = rounded(direction(cosines, 0.0))
-        expected = reference_rough.he_mirrored(m, np.broadcast_to(NORMAL, V.shape), V)
+        expected = rough_surfaces.he_mirrored(m, np.broadcast_to(NORMAL, V.shape), V)
         assert mirrored(m, cosines) == pytest.approx(expected, rel=2e-5, abs=1e-12)
 
 

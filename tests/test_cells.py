@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from raytracer import cells
-from raytracer.cells import MARGIN, Array, Ints
-from raytracer.checks import InputError
+from raytracer.compiler import direction_cells
+from raytracer.compiler.direction_cells import MARGIN, Array, Ints
+from raytracer.core.validation import InputError
 
 
 def some_balls(rng: np.random.Generator, count: int) -> tuple[Array, Array]:
@@ -43,10 +43,10 @@ def test_every_ray_of_the_camera_finds_the_balls_that_it_meets(extent: float) ->
     rng = np.random.default_rng(1)
     centers, radii = some_balls(rng, 600)
     centers[300:, :2] *= extent  # half of them more or less ahead
-    lo, hi = cells.tangents(centers, radii)
+    lo, hi = direction_cells.tangents(centers, radii)
     shape = (40, 30)
     origin, step = (-extent, 0.75 * extent), (2 * extent / 40, -1.5 * extent / 30)
-    cell, item = cells.overlaps(lo, hi, origin, step, shape)
+    cell, item = direction_cells.overlaps(lo, hi, origin, step, shape)
     slope = rng.uniform(-1, 1, (2000, 2)) * (extent, 0.75 * extent)
     ray, ball = meets(np.column_stack((slope, np.full(2000, -1.0))), centers, radii)
     column, row = np.floor((slope[ray] - origin) / step).astype(np.int64).T
@@ -76,7 +76,7 @@ def test_every_ray_to_the_light_finds_the_balls_that_it_meets() -> None:
     directions = rng.normal(size=(2000, 3))
     directions[:500] = np.sign(directions[:500])  # through the corners
     directions[:250] += rng.choice([-1e-9, 0, 1e-9], (250, 3))
-    cell, item = cells.cube_faces(centers, radii, 16)
+    cell, item = direction_cells.cube_faces(centers, radii, 16)
     ray, ball = meets(directions, centers, radii)
     assert len(np.unique(ball)) > 300
     assert missing(cell, item, face_cell(directions, 16)[ray], ball) == 0
@@ -89,7 +89,7 @@ def test_rays_that_graze_find_their_ball_in_float32() -> None:
     rng = np.random.default_rng(3)
     centers = rng.normal(size=(10_000, 3)) * 10.0 ** rng.uniform(-3, 3, (10_000, 3))
     radii = np.linalg.norm(centers, axis=1) * 10.0 ** rng.uniform(-9, -0.01, 10_000)
-    lo, hi = cells.tangents(centers.astype(np.float32).astype(float), radii.astype(np.float32).astype(float))
+    lo, hi = direction_cells.tangents(centers.astype(np.float32).astype(float), radii.astype(np.float32).astype(float))
     for axis in (0, 1):
         sine = radii / np.hypot(centers[:, axis], centers[:, 2])
         for side in (-1, 1):
@@ -106,7 +106,7 @@ def test_rays_at_the_edge_of_a_cell_find_tiny_balls_in_float32() -> None:
     edge[:1000, 0] = 0.0
     edge[1000:2000, 1] = rng.choice([-1.0, 1.0], 1000)  # and of a face
     centers = np.column_stack((np.ones(3000), edge + rng.uniform(-1e-7, 1e-7, (3000, 2))))[:, rng.permutation(3)]
-    cell, item = cells.cube_faces(centers, np.full(3000, 1e-12), grid)
+    cell, item = direction_cells.cube_faces(centers, np.full(3000, 1e-12), grid)
     assert missing(cell, item, face_cell(centers.astype(np.float32), grid), np.arange(3000)) == 0
     assert len(cell) <= 4 * 3000
 
@@ -115,7 +115,7 @@ def test_bounds_are_those_of_the_tangents() -> None:
     # In the plane of x and z, at an angle from ahead: the angles to the tangents are angle +- asin(r / distance).
     angle, distance, radius = np.radians([0.0, 30.0, -30.0, 80.0, 120.0]), 7.0, np.array([1.0, 2.0, 1e-4, 3.0, 6.5])
     centers = distance * np.column_stack((np.sin(angle), np.zeros(5), -np.cos(angle)))
-    lo, hi = cells.tangents(centers, radius)
+    lo, hi = direction_cells.tangents(centers, radius)
     half = np.arcsin(radius / distance)
     np.testing.assert_allclose(lo[:, 0], np.tan(angle - half), rtol=1e-4)  # the margin is relative to all bounds
     np.testing.assert_allclose(hi[:3, 0], np.tan(angle + half)[:3], rtol=1e-4)
@@ -136,7 +136,7 @@ def test_bounds_are_infinite_or_empty_where_the_ball_is_at_the_eye() -> None:
         ((0, 0, -5), 5, all_front),  # touches the eye
         ((0, 0, 5), 5, all_front),  # to the margin
     ]:
-        lo, hi = cells.tangents(np.array([center], float), np.array([radius], float))
+        lo, hi = direction_cells.tangents(np.array([center], float), np.array([radius], float))
         assert (lo[0].tolist(), hi[0].tolist()) == expected
 
 
@@ -157,31 +157,31 @@ def test_pairs_are_those_of_every_cell_with_every_rectangle(step: tuple[float, f
                 low, high = edges.min(axis=0), edges.max(axis=0)
                 if np.all(lo[item] <= hi[item]) and np.all((lo[item] <= high) & (low <= hi[item])):
                     expected.append((row * shape[0] + column, item))
-    cell, item = cells.overlaps(lo, hi, (1.0, -2.0), step, shape)
+    cell, item = direction_cells.overlaps(lo, hi, (1.0, -2.0), step, shape)
     assert list(zip(cell.tolist(), item.tolist(), strict=True)) == expected
     assert {2, 3}.isdisjoint(item.tolist())
 
 
 def test_more_pairs_than_the_limit_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cells, "MAX_PAIRS", 6 * 64)
+    monkeypatch.setattr(direction_cells, "MAX_PAIRS", 6 * 64)
     at_light, radius = np.zeros((1, 3)), np.ones(1)
-    assert len(cells.cube_faces(at_light, radius, 8)[0]) == 6 * 64
+    assert len(direction_cells.cube_faces(at_light, radius, 8)[0]) == 6 * 64
     with pytest.raises(InputError, match=r"at most 384 pairs .* got 486"):
-        cells.cube_faces(at_light, radius, 9)
+        direction_cells.cube_faces(at_light, radius, 9)
 
 
 def test_rows_are_sorted_by_key_then_item() -> None:
     rng = np.random.default_rng(5)
     cell, item = rng.integers(0, 20, 500), rng.integers(0, 40, 500)
     for key in (rng.integers(-3, 4, 40).astype(float), np.zeros(40)):
-        start, found = cells.by_cell(cell, item, 22, key)
+        start, found = direction_cells.by_cell(cell, item, 22, key)
         assert start.tolist() == np.searchsorted(np.sort(cell), np.arange(23)).tolist()
         np.testing.assert_array_equal(found, item[np.lexsort((item, key[item], cell))])
     none = np.zeros(0, np.int64)
-    start, found = cells.by_cell(none, none, 3, np.zeros(0))
+    start, found = direction_cells.by_cell(none, none, 3, np.zeros(0))
     assert start.tolist() == [0, 0, 0, 0] and found.tolist() == []
 
 
 def test_no_balls_have_no_pairs() -> None:
-    cell, item = cells.cube_faces(np.zeros((0, 3)), np.zeros(0), 8)
+    cell, item = direction_cells.cube_faces(np.zeros((0, 3)), np.zeros(0), 8)
     assert cell.dtype == item.dtype == np.int64 and len(cell) == len(item) == 0

@@ -15,7 +15,7 @@ import pytest
 from PIL import Image as Pillow
 
 import raytracer
-from raytracer.cli import main
+from raytracer.app.cli import main
 
 from . import scenes
 from .displays import environment, x_server
@@ -213,7 +213,7 @@ def start(*arguments: str, errors: int = subprocess.PIPE) -> AbstractContextMana
 
 def imported(*arguments: str) -> set[str]:
     """The modules that `raytracer *arguments` has imported when it is done."""
-    script = "import sys; from raytracer.cli import main; main(); print(*sys.modules)"
+    script = "import sys; from raytracer.app.cli import main; main(); print(*sys.modules)"
     return set(output_of(sys.executable, "-c", script, *arguments, cwd=scenes.CHECKOUT).splitlines()[-1].split())
 
 
@@ -221,18 +221,21 @@ def test_render_imports_no_more_than_it_needs(tmp_path: Path) -> None:
     out = str(tmp_path / "a.png")
     modules = imported("render", SCENE, "-o", out, "--size", "8x8", "--backend", "egl")
     ours = {name.removeprefix("raytracer.") for name in modules if name.startswith("raytracer.")}
-    assert {"numpy", "moderngl"} <= modules and {"film", "renderer"} <= ours, "this test sees what is imported"
+    assert {"numpy", "moderngl"} <= modules and {"formats.image", "rendering.renderer"} <= ours, (
+        "this test sees what is imported"
+    )
     assert not modules & {"rich", "glfw", "tomlkit", "PIL", "asyncio", "logging", "tempfile", "ctypes.util"}
     assert not ours & {
-        "doctor",
-        "extremes",
-        "glsl",
-        "interaction",
-        "live",
-        "overlay",
-        "reference",
-        "scene_text",
-        "viewer",
+        "analysis",
+        "app.commands.doctor",
+        "app.doctor",
+        "app.viewer.events",
+        "app.viewer.overlay",
+        "app.viewer.window",
+        "formats.toml_lines",
+        "gpu.glsl_call",
+        "ground_truth",
+        "rendering.progressive",
     }
 
 
@@ -326,7 +329,7 @@ def test_a_window_that_fails_after_it_opened_is_not_in_the_way_of_the_next() -> 
     script = """
 from unittest import mock
 import moderngl
-from raytracer.context import ContextError, open_context
+from raytracer.gpu.context import ContextError, open_context
 with mock.patch.object(moderngl, "create_context", side_effect=RuntimeError("OpenGL is too old")):
     try:
         open_context("window")

@@ -22,10 +22,10 @@ from numpy.lib import format as npy
 from PIL import Image as Pillow
 
 import raytracer as rt
-from raytracer.cli import main
-from raytracer.comparison import DARKEST, compare, difference
-from raytracer.film import Image
-from raytracer.picture_file import load_radiance
+from raytracer.analysis.image_difference import DARKEST, compare, difference
+from raytracer.app.cli import main
+from raytracer.formats.image import Image
+from raytracer.formats.image_reader import load_radiance
 
 
 def grey(value: float, size: tuple[int, int] = (8, 6)) -> np.ndarray:
@@ -195,7 +195,7 @@ def test_a_png_that_was_cut_off_with_all_its_chunks_right_is_refused(tmp_path: P
 
 BOUNDED = """
 import resource, sys
-from raytracer.cli import main
+from raytracer.app.cli import main
 before = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (before + (int(sys.argv[1]) << 20),) * 2)
 sys.exit(main(["compare", *sys.argv[2:]]))

@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import numbers, program_rows
-from raytracer.glsl_source import Source
-from raytracer.live import Live
-from raytracer.renderer import Renderer
-from raytracer.settings import Settings
-from raytracer.shader import Show, roth_loops, shade_source, visibility_source
-from raytracer.sight import has_quiet
+from raytracer.compiler import program_rows
+from raytracer.compiler.culling import has_quiet
+from raytracer.compiler.glsl.preprocessor import Source
+from raytracer.compiler.glsl.shaders import Show, roth_loops, shade_source, visibility_source
+from raytracer.rendering import scene_buffers
+from raytracer.rendering.progressive import Live
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Settings
 
 from . import scenes
 from .test_lists import check
@@ -138,17 +139,17 @@ def test_a_coarser_cube_around_the_lights_gives_the_same_picture(
     scene = rt.Scene([*objects, rt.Plane((0, 1, 0), -2.5, GREY)], lights, rt.Camera((0.3, 0.5, 6), (0, 0, 0)))
     settings = Settings(shadows=shadows)  # pyright: ignore[reportArgumentType]
     fine = renderer.render(scene, SIZE, settings)
-    monkeypatch.setattr(numbers, "_MAX_LISTED", 20_000)
+    monkeypatch.setattr(scene_buffers, "_MAX_LISTED", 20_000)
     coarse = renderer.render(scene, SIZE, settings)
     np.testing.assert_array_equal(fine.radiance, coarse.radiance)
     monkeypatch.setattr(program_rows, "MAX_LISTED", 1000)
-    monkeypatch.setattr(numbers, "_MAX_LISTED", 1000)
+    monkeypatch.setattr(scene_buffers, "_MAX_LISTED", 1000)
     with pytest.raises(rt.InputError, match=r"objects: expected at most 1000 pairs .* fewer lights"):
         renderer.render(scene, SIZE, settings)
 
 
 def test_too_many_spheres_times_lights_are_refused(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(numbers, "_MAX_SEEN", 100)
+    monkeypatch.setattr(scene_buffers, "_MAX_SEEN", 100)
     scene = scenes.of(rt.Instances(BALL, np.zeros((60, 3))), eye=(0, 0, 6))
     scene = msgspec.structs.replace(scene, lights=[rt.PointLight((4, 7, 4))] * 2)
     with pytest.raises(

@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import context, devices, doctor
-from raytracer.cli import main
-from raytracer.context import chosen
-from raytracer.devices import open_device, wanted_device
-from raytracer.renderer import Renderer, shared_renderer
+from raytracer.app import doctor
+from raytracer.app.cli import main
+from raytracer.gpu import context, devices
+from raytracer.gpu.context import chosen
+from raytracer.gpu.devices import open_device, wanted_device
+from raytracer.rendering.renderer import Renderer, shared_renderer
 
 from . import scenes
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.opengl import BufferTexture
-from raytracer.passes import Passes
-from raytracer.renderer import Renderer
-from raytracer.settings import Settings
+from raytracer.gpu.gl import BufferTexture
+from raytracer.rendering.passes import Passes
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Settings
 
 from . import scenes
 from .processes import output_of

@@ -12,11 +12,12 @@ import pytest
 from numpy.typing import NDArray
 
 import raytracer as rt
-from raytracer import oracle
-from raytracer.estimate import FACTOR, Estimate, is_surely_below
-from raytracer.renderer import Renderer
-from raytracer.sampling import sample_points
-from raytracer.settings import Settings
+from raytracer.formats.estimate import Estimate
+from raytracer.ground_truth import ray_tracer
+from raytracer.rendering.error_estimate import FACTOR, is_surely_below
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.sequences import sample_points
+from raytracer.scene.settings import Settings
 
 from . import scenes
 
@@ -108,7 +109,7 @@ def test_the_estimate_is_within_25_percent_of_the_true_error(renderer: Renderer,
 @pytest.mark.gl
 def test_the_float64_reference_agrees_on_the_error(renderer: Renderer) -> None:
     scene, size = scenes.random_scene(5), (96, 54)
-    truth = oracle.render(scene, size, Settings(samples=100, sequence="grid")).radiance
+    truth = ray_tracer.render(scene, size, Settings(samples=100, sequence="grid")).radiance
     image = renderer.render(scene, size, Settings(samples=16))
     assert image.estimate and image.estimate.rmse == pytest.approx(rms(image.radiance - truth), rel=0.35)
 
@@ -142,8 +143,8 @@ def test_a_part_of_a_picture_tells_where_the_whole_is_worst(
 ) -> None:
     size = 320, 180
     whole = renderer.render(scenes.assignment(), size, settings)
-    monkeypatch.setattr("raytracer.movement._ENOUGH", 0)
-    monkeypatch.setattr("raytracer.movement._PART", 7)  # so few cells that the worst is not among them
+    monkeypatch.setattr("raytracer.rendering.convergence._ENOUGH", 0)
+    monkeypatch.setattr("raytracer.rendering.convergence._PART", 7)  # so few cells that the worst is not among them
     part = renderer.render(scenes.assignment(), size, settings)
     assert whole.estimate and part.estimate and part.estimate.worst and part.error is not None
     assert whole.estimate.rmse != part.estimate.rmse

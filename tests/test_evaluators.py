@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import shader as shader_module
-from raytracer.renderer import Renderer
-from raytracer.settings import Settings, Shadows
-from raytracer.solids import leaves, with_leaves
+from raytracer.compiler.glsl import shaders as shader_module
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Settings, Shadows
+from raytracer.scene.solids import leaves, with_leaves
 
 from . import scenes
 from .pictures import assert_same

@@ -14,13 +14,14 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import glsl, oracle
-from raytracer.cli import main
-from raytracer.extremes import ROWS, Finding, fuzz, ledger
-from raytracer.renderer import Renderer
-from raytracer.resolution import resolution
-from raytracer.rounding import UNIT
-from raytracer.settings import Evaluator, Precision, Settings, precision_warning
+from raytracer import glsl
+from raytracer.analysis.numerics import ROWS, Finding, fuzz, ledger
+from raytracer.analysis.pixel_doubt import resolution
+from raytracer.analysis.rounding_bounds import UNIT
+from raytracer.app.cli import main
+from raytracer.ground_truth import ray_tracer
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Evaluator, Precision, Settings, precision_warning
 
 from . import scenes
 from .processes import finished
@@ -51,7 +52,7 @@ def test_fuzzed_scenes_are_the_same_for_the_same_seed_and_cover_the_ranges() -> 
 
 
 def _spheres(solid: rt.Solid) -> list[rt.Sphere]:
-    from raytracer.solids import leaves
+    from raytracer.scene.solids import leaves
 
     return [leaf for leaf in leaves(solid) if isinstance(leaf, rt.Sphere)]
 
@@ -107,7 +108,7 @@ BAD: dict[str, tuple[rt.Scene, float]] = {
 def test_what_was_wrong_once_is_right(renderer: Renderer, name: str, precision: Precision) -> None:
     scene, normal_was = BAD[name]
     image = renderer.render(scene, (96, 64), Settings(precision=precision))
-    truth = oracle.render(scene, (96, 64))
+    truth = ray_tracer.render(scene, (96, 64))
     resolved = resolution(scene, (96, 64), precision)
     assert_agrees(image, truth, resolved, doubt=0.15)
     assert normal_was == 0 or normal_was > 100 * resolved.normal[~resolved.doubtful].max()
@@ -146,7 +147,7 @@ def test_a_highlight_of_any_exponent_is_1_at_its_middle_and_0_behind(renderer: R
 def test_doubles_make_the_same_picture_more_precisely(renderer: Renderer, evaluator: str) -> None:
     settings = Settings(precision=64, evaluator=evaluator, shadows="diluted", samples=3)  # pyright: ignore[reportArgumentType]
     image = renderer.render(scenes.assignment(), (160, 90), settings)
-    truth = oracle.render(scenes.assignment(), (160, 90), settings)
+    truth = ray_tracer.render(scenes.assignment(), (160, 90), settings)
     assert image.depth is not None and truth.depth is not None
     hit = np.isfinite(truth.depth)
     np.testing.assert_allclose(image.depth[hit], truth.depth[hit], rtol=UNIT[32])
@@ -261,7 +262,7 @@ def test_a_bound_that_is_not_kept_is_said_and_is_the_exit_status(
         yield Finding("a row", "1e3", 32, "wrong pixels", 0, 0)
         yield Finding("a row", "1e6", 32, "wrong pixels", 7, 0, "a note")
 
-    monkeypatch.setattr("raytracer.extremes.ROWS", (broken,))
+    monkeypatch.setattr("raytracer.analysis.numerics.ROWS", (broken,))
     command = ["extremes", "-o", str(tmp_path), "--fuzz", "0"]
     assert main(command) == 1
     out = capsys.readouterr().out

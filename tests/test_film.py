@@ -8,7 +8,7 @@ import pytest
 from PIL import Image as Pillow
 
 import raytracer as rt
-from raytracer.film import Image, srgb8
+from raytracer.formats.image import Image, srgb8
 
 
 def test_srgb_is_the_nearest_level_on_both_sides_of_every_edge() -> None:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from raytracer import glsl
-from raytracer.glsl_source import ShaderError
-from raytracer.renderer import Renderer
+from raytracer.compiler.glsl.preprocessor import ShaderError
+from raytracer.rendering.renderer import Renderer
 
 pytestmark = pytest.mark.gl
 

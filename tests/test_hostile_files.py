@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.files import opened, read_bounded
-from raytracer.instance_file import read_instances
-from raytracer.npz import read_arrays
-from raytracer.scene_file import load, loads, moved
-from raytracer.turntable import turn_camera, turn_light
+from raytracer.app.viewer.orbit import turn_camera, turn_light
+from raytracer.core.files import opened, read_bounded
+from raytracer.core.npz import read_arrays
+from raytracer.formats.instance_file import read_instances
+from raytracer.formats.scene_file import load, loads, moved
 
 from . import scenes
 from .test_scene_file import GOOD
@@ -74,7 +74,7 @@ def test_what_waits_or_never_ends_is_refused_at_once(tmp_path: Path) -> None:
 COMMANDS = """
 import os, resource, sys
 from pathlib import Path
-from raytracer.cli import main
+from raytracer.app.cli import main
 resource.setrlimit(resource.RLIMIT_AS, (2 << 30,) * 2)
 folder = Path(sys.argv[1])
 os.mkfifo(folder / "pipe.toml")
@@ -121,7 +121,7 @@ def test_a_mark_at_the_begin_of_a_scene_is_read_as_nothing(tmp_path: Path) -> No
 
 
 def test_all_files_of_instances_together_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from raytracer import instance_file
+    from raytracer.formats import instance_file
 
     monkeypatch.setattr(instance_file, "MAX_BYTES", 10_000)
     (tmp_path / "a.csv").write_text("x,y,z\n1,2,3\n")

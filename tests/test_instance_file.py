@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import instance_file
-from raytracer.instance_file import copied, is_plain, read_instances
-from raytracer.watch import Files
+from raytracer.app.viewer.file_watcher import Files
+from raytracer.formats import instance_file
+from raytracer.formats.instance_file import copied, is_plain, read_instances
 
 BALL = rt.Sphere((0, 0, 0), 1)
 

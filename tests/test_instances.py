@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import oracle
-from raytracer.extremes.comparison import enlarged, moved
-from raytracer.settings import precision_warning
-from raytracer.solids import leaves
+from raytracer.analysis.numerics.comparison import enlarged, moved
+from raytracer.ground_truth import ray_tracer
+from raytracer.scene.settings import precision_warning
+from raytracer.scene.solids import leaves
 
 from . import scenes
 
@@ -120,7 +120,7 @@ def test_a_picture_of_instances_is_that_of_solids_made_by_hand() -> None:
         a, b = rt.Sphere((x + 0.4 * s, y, z), s, RED), rt.Sphere((x - 0.4 * s, y, z), s, BLUE)
         by_hand.append((a & b) - rt.Sphere((x, y + 0.5 * s, z + 0.6 * s), 0.7 * s, GREEN))
     pictures = [
-        oracle.render(scenes.of(*objects), (48, 36), rt.Settings(shadows="diluted"))
+        ray_tracer.render(scenes.of(*objects), (48, 36), rt.Settings(shadows="diluted"))
         for objects in ((rt.Instances(thing, places, scales), floor), (*by_hand, floor))
     ]
     one, other = pictures

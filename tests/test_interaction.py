@@ -13,8 +13,10 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.cli import main
-from raytracer.interaction import (
+from raytracer.app.cli import main
+from raytracer.app.commands.render_cli import render_arguments
+from raytracer.app.options import given as given_by
+from raytracer.app.viewer.events import (
     CONTROLS,
     Control,
     Cursor,
@@ -34,13 +36,11 @@ from raytracer.interaction import (
     start,
     step,
 )
-from raytracer.options import given as given_by
-from raytracer.overlay import _box, panels
-from raytracer.presets import Fields, combined
-from raytracer.render_cli import render_arguments
-from raytracer.settings import Shading, Shadows
-from raytracer.titles import compiling, compiling_title, title
-from raytracer.turntable import turn_camera, turn_light
+from raytracer.app.viewer.orbit import turn_camera, turn_light
+from raytracer.app.viewer.overlay import _box, panels
+from raytracer.app.viewer.titles import compiling, compiling_title, title
+from raytracer.scene.presets import Fields, combined
+from raytracer.scene.settings import Shading, Shadows
 
 from . import scenes
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from raytracer.interrupts import deferred
+from raytracer.core.interrupts import deferred
 
 from . import scenes
 
@@ -48,7 +48,16 @@ def run(script: str, out: Path, *, handler: str = "default_int_handler") -> tupl
 
 @pytest.mark.parametrize(
     "module",
-    ["signal", "argparse", "raytracer.cli", "msgspec", "numpy", "numpy.linalg", "raytracer.film", "moderngl"],
+    [
+        "signal",
+        "argparse",
+        "raytracer.app.cli",
+        "msgspec",
+        "numpy",
+        "numpy.linalg",
+        "raytracer.formats.image",
+        "moderngl",
+    ],
 )
 def test_while_a_module_is_imported_it_is_one_line_without_a_traceback(module: str, tmp_path: Path) -> None:
     # What has no handler yet, as nothing that takes time was imported, has no words yet either.
@@ -99,11 +108,11 @@ opened, os.open = os.open, interrupted
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("where", ["pathlib.Path.replace", "raytracer.render_cli.say"])
+@pytest.mark.parametrize("where", ["pathlib.Path.replace", "raytracer.app.commands.render_cli.say"])
 def test_before_it_is_said_that_the_file_is_written_it_is_said_by_the_interrupt(where: str, tmp_path: Path) -> None:
     module, _, name = where.rpartition(".")
     script = f"""
-import pathlib, raytracer.render_cli
+import pathlib, raytracer.app.commands.render_cli
 def interrupted(*arguments):
     {"done = original(*arguments); press(); return done" if name == "replace" else "press()"}
 original, {module}.{name} = {module}.{name}, interrupted
@@ -126,7 +135,7 @@ def test_when_all_is_written_it_is_too_late(when: str, status: int, tmp_path: Pa
 @pytest.mark.gl
 def test_one_in_a_destructor_is_not_lost(tmp_path: Path) -> None:
     script = """
-import raytracer.renderer as module
+import raytracer.rendering.renderer as module
 class Fragile:
     def __del__(self):
         press()
@@ -143,7 +152,7 @@ module.Renderer.render = render
 @pytest.mark.gl
 def test_an_error_that_code_in_c_makes_of_it_is_still_an_interrupt(tmp_path: Path) -> None:
     script = """
-import raytracer.renderer as module
+import raytracer.rendering.renderer as module
 def render(*_, **__):
     try:
         press()
@@ -158,7 +167,7 @@ module.Renderer.render = render
 @pytest.mark.gl
 def test_a_second_press_at_once_does_not_stop_the_cleaning_up(tmp_path: Path) -> None:
     script = """
-import raytracer.renderer as module
+import raytracer.rendering.renderer as module
 def render(*_, **__):
     try:
         press()

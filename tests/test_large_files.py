@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 import raytracer as rt
-from raytracer.scene_file import MAX_BYTES, loads
-from raytracer.toml_table import toml
+from raytracer.formats.scene_file import MAX_BYTES, loads
+from raytracer.formats.toml_tables import toml
 
 from . import scenes
 
@@ -162,8 +162,8 @@ def test_a_file_of_the_largest_number_of_tables_is_no_mistake() -> None:
 
 MOVE = """
 import resource, sys
-from raytracer.scene_file import loads, moved
-from raytracer.turntable import turn_camera, turn_light
+from raytracer.formats.scene_file import loads, moved
+from raytracer.app.viewer.orbit import turn_camera, turn_light
 resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[2]) << 20,) * 2)
 text = open(sys.argv[1]).read()
 scene = turn_light(turn_camera(loads(text), 0.3, 0.1), 1999, 0.1, 0.1)

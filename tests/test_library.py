@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import scene_file
-from raytracer.presets import combined
+from raytracer.formats import scene_file
+from raytracer.scene.presets import combined
 
 from . import scenes
 
@@ -162,7 +162,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_reference_is_what_the_command_makes(cache: Path, tmp_path: Path) -> None:
-    from raytracer.cli import main
+    from raytracer.app.cli import main
 
     arguments = ["--size", "16x9", "--samples", "16", "--shadows", "diluted", "--no-cache"]
     assert main(["reference", "assignment", "-o", str(tmp_path / "a.npz"), *arguments]) == 0
@@ -212,13 +212,14 @@ def test_a_reference_that_cannot_be_is_refused(cache: Path, arguments: dict[str,
 def test_a_reference_too_large_for_the_memory_is_refused_and_a_long_one_is_announced(
     cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from raytracer import memory, reference_picture
+    from raytracer.core import memory
+    from raytracer.ground_truth import picture
 
     with monkeypatch.context() as patch:
         patch.setattr(memory, "physical_memory", lambda: 2**34)
         with pytest.raises(rt.InputError, match="size: expected a picture that fits"):
             rt.reference(scenes.assignment(), (65536, 65536))
-    monkeypatch.setattr(reference_picture, "WORTH_MENTION", 0.0)
+    monkeypatch.setattr(picture, "WORTH_MENTION", 0.0)
     with pytest.warns(UserWarning, match="this takes about 0 seconds") as warned:
         rt.reference(scenes.assignment(), SIZE, samples=16)
     assert warned[0].filename == __file__

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.live import MARKER_RADIUS, Live, Pace
-from raytracer.passes import release
-from raytracer.renderer import Renderer
-from raytracer.sampler import SUMMED
-from raytracer.settings import Evaluator, Settings
-from raytracer.shader import Show
-from raytracer.solids import Primitive, Solid, with_leaves
-from raytracer.turntable import turn_camera, turn_light
-from raytracer.vectors import add
-from raytracer.view_space import in_picture
+from raytracer.app.viewer.orbit import turn_camera, turn_light
+from raytracer.compiler.glsl.shaders import Show
+from raytracer.compiler.view_space import in_picture
+from raytracer.core.vectors import add
+from raytracer.rendering.passes import release
+from raytracer.rendering.progressive import MARKER_RADIUS, Live, Pace
+from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.sampler import SUMMED
+from raytracer.scene.settings import Evaluator, Settings
+from raytracer.scene.solids import Primitive, Solid, with_leaves
 
 from . import scenes
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.models import MODELS
-from raytracer.reflectance import layout, material_text
-from raytracer.scene_file import loads
-from raytracer.settings import Settings, Shading, get_args
-from raytracer.translate import UNTRANSLATED, translated
+from raytracer.compiler.glsl.reflectance import layout, material_text
+from raytracer.formats.scene_file import loads
+from raytracer.scene.materials.convert import UNTRANSLATED, translated
+from raytracer.scene.materials.models import MODELS
+from raytracer.scene.settings import Settings, Shading, get_args
 
 from . import scenes
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from raytracer.checks import MAX_COLOR, MAX_EXPONENT
-from raytracer.lobe import Lobe
-from raytracer.models import MODELS, Parameter
+from raytracer.core.validation import MAX_COLOR, MAX_EXPONENT
+from raytracer.scene.materials.lobe import Lobe
+from raytracer.scene.materials.models import MODELS, Parameter
 
 FOLDER = Path(__file__).parents[1] / "assets/materials"
 FILES = {path.stem: tomllib.loads(path.read_text(encoding="utf-8")) for path in sorted(FOLDER.glob("*.toml"))}

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import merl
-from raytracer.passes import Passes
-from raytracer.renderer import Renderer
-from raytracer.scene_file import load, named_files
-from raytracer.settings import Settings
+from raytracer.formats.scene_file import load, named_files
+from raytracer.rendering.passes import Passes
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.materials import merl
+from raytracer.scene.settings import Settings
 
 from . import scenes
 from .directions import pairs

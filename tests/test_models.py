@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from raytracer.bench.report import markdown
-from raytracer.checks import InputError
-from raytracer.cli import main
-from raytracer.library import collections, tables
-from raytracer.material import Material
-from raytracer.models import FUNCTIONS, MODELS
-from raytracer.schema import materials_schema
+from raytracer.analysis.reflectance.report import markdown
+from raytracer.app.cli import main
+from raytracer.core.validation import InputError
+from raytracer.formats.material_library import collections, tables
+from raytracer.formats.material_schema import materials_schema
+from raytracer.scene.materials.material import Material
+from raytracer.scene.materials.models import FUNCTIONS, MODELS
 
 from .scenes import CHECKOUT
 

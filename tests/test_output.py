@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import raytracer as rt
-from raytracer.cli import main
-from raytracer.output import check_folder, check_output, replaced_whole, write_new, write_numbered, written_whole
+from raytracer.app.cli import main
+from raytracer.core.output import check_folder, check_output, replaced_whole, write_new, write_numbered, written_whole
 
 from . import scenes
 

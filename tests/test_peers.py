@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.renderer import Renderer
+from raytracer.rendering.renderer import Renderer
 
 from .directions import pairs
 

@@ -8,7 +8,7 @@ import pytest
 import raytracer as rt
 from benchmarks import povray
 from benchmarks.measure import SAME_RAYS, TOLERANCE
-from raytracer.renderer import Renderer
+from raytracer.rendering.renderer import Renderer
 
 from . import scenes
 

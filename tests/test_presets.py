@@ -6,8 +6,8 @@ from contextlib import suppress
 import pytest
 
 import raytracer as rt
-from raytracer.presets import QUALITIES, combined, flags, over
-from raytracer.settings import ASKED_SAMPLES
+from raytracer.scene.presets import QUALITIES, combined, flags, over
+from raytracer.scene.settings import ASKED_SAMPLES
 
 from . import scenes
 

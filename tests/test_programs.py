@@ -8,10 +8,10 @@ import pytest
 
 import raytracer as rt
 from raytracer import glsl
-from raytracer import renderer as renderers
-from raytracer.live import Live
-from raytracer.renderer import Renderer
-from raytracer.settings import Settings
+from raytracer.rendering import renderer as renderers
+from raytracer.rendering.progressive import Live
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Settings
 
 from . import scenes
 

@@ -10,10 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 import raytracer as rt
-from raytracer import prune
-from raytracer.prune import Pruner
-from raytracer.reference_tracer import _inside, _owner
-from raytracer.solids import Solid, leaves, postfix
+from raytracer.compiler import csg_pruning
+from raytracer.compiler.csg_pruning import Pruner
+from raytracer.ground_truth.intersection import _inside, _owner
+from raytracer.scene.solids import Solid, leaves, postfix
 from tests.scenes import random_tree
 
 Mask = NDArray[np.bool_]
@@ -27,21 +27,21 @@ def execute(codes: list[int], before: Mask, after: Mask) -> tuple[Mask, Mask, ND
     stack: list[tuple[Mask, Mask, NDArray[np.int64]]] = []
     deepest = 0
     for code in codes:
-        leaf, op = code >> prune.LEAF_SHIFT, code & 7
-        if op == prune.TRUE:
+        leaf, op = code >> csg_pruning.LEAF_SHIFT, code & 7
+        if op == csg_pruning.TRUE:
             assert len(codes) == 1
             return ~no, ~no, np.full(len(no), -1), 0
-        if op in (prune.PUSH, prune.AND_LEAF, prune.OR_LEAF):
-            negated = bool(code & prune.NEGATED)
+        if op in (csg_pruning.PUSH, csg_pruning.AND_LEAF, csg_pruning.OR_LEAF):
+            negated = bool(code & csg_pruning.NEGATED)
             stack.append((before[leaf] ^ negated, after[leaf] ^ negated, np.full(len(no), leaf)))
         else:
             assert leaf == 0
         deepest = max(deepest, len(stack))
-        if op != prune.PUSH:
+        if op != csg_pruning.PUSH:
             second, first = stack.pop(), stack.pop()
-            if code & prune.SWAPPED:
+            if code & csg_pruning.SWAPPED:
                 first, second = second, first
-            join = np.logical_and if op in (prune.AND_LEAF, prune.AND) else np.logical_or
+            join = np.logical_and if op in (csg_pruning.AND_LEAF, csg_pruning.AND) else np.logical_or
             owner = np.where(first[0] != first[1], first[2], second[2])
             stack.append((join(first[0], second[0]), join(first[1], second[1]), owner))
     assert len(stack) == (1 if codes else 0)
@@ -70,7 +70,7 @@ def check(solid: Solid, rng: np.random.Generator, cells: int, listed: float) -> 
         changes = was != is_
         np.testing.assert_array_equal(owner[changes], _owner(nodes, *whole)[changes])
         assert depth == pruner.depth if listed == 1.0 else depth <= pruner.depth
-        used = [c >> prune.LEAF_SHIFT for c in codes if c & 7 <= prune.OR_LEAF]
+        used = [c >> csg_pruning.LEAF_SHIFT for c in codes if c & 7 <= csg_pruning.OR_LEAF]
         assert len(set(used)) == len(used) and set(used) <= set(leaf[cell == i])
     return pruner
 
@@ -82,7 +82,7 @@ def test_programs_have_the_values_and_owners_of_random_trees() -> None:
 
 
 def test_programs_are_the_same_however_many_pairs_are_pruned_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(prune, "_AT_ONCE", 5)
+    monkeypatch.setattr(csg_pruning, "_AT_ONCE", 5)
     rng = np.random.default_rng(4)
     for _ in range(20):
         check(random_tree(rng, int(rng.integers(1, 41))), rng, 8, 0.5)
@@ -152,7 +152,7 @@ def test_codes_are_as_described() -> None:
     assert program(a - b - c, 0, 1, 2) == [PUSH, 1 << 5 | negated | AND_LEAF, 2 << 5 | negated | AND_LEAF]
     assert program(a - b - c, 0, 2) == [PUSH, 2 << 5 | negated | AND_LEAF]
     assert program(a - b - c, 1, 2) == []  # nothing but a could make it True
-    assert program(a | ~b, 0) == [prune.TRUE] == program(~a)
+    assert program(a | ~b, 0) == [csg_pruning.TRUE] == program(~a)
     assert program(a | ~b, 0, 1) == [PUSH, 1 << 5 | negated | OR_LEAF]
     # The neediest operand first, then what comes before it.
     assert program(a | (b & c), 0, 1, 2) == [1 << 5 | PUSH, 2 << 5 | AND_LEAF, swapped | OR_LEAF]
@@ -171,10 +171,13 @@ def test_chains_say_at_once_how_their_leaves_are_combined() -> None:
         # In the second of three cells; the third sees the last leaf only.
         cell = np.append(np.ones_like(leaf), 2)
         start, code = Pruner(postfix(solid)).programs(cell, np.append(leaf, 3), 3)
-        begun = prune.chains(start, code)
+        begun = csg_pruning.chains(start, code)
         assert start[1] == 0 and (begun != code).sum() <= 2
         if start[3] > start[2]:
-            assert begun[start[2] :].tolist() in ([3 << 5 | prune.AND_LEAF], [3 << 5 | prune.NEGATED | prune.AND_LEAF])
+            assert begun[start[2] :].tolist() in (
+                [3 << 5 | csg_pruning.AND_LEAF],
+                [3 << 5 | csg_pruning.NEGATED | csg_pruning.AND_LEAF],
+            )
         return (begun[: start[2]] & 7).tolist()
 
     PUSH, AND_LEAF, OR_LEAF = range(3)
@@ -190,8 +193,17 @@ def test_chains_say_at_once_how_their_leaves_are_combined() -> None:
 def test_cells_without_a_leaf_are_constant() -> None:
     a, b = spheres(2)
     none = np.zeros(0, np.int64)
-    for solid, expected in ((a | b, []), (a - ~b, []), (~a, [prune.TRUE] * 3), (~(a & b), [prune.TRUE] * 3)):
+    for solid, expected in (
+        (a | b, []),
+        (a - ~b, []),
+        (~a, [csg_pruning.TRUE] * 3),
+        (~(a & b), [csg_pruning.TRUE] * 3),
+    ):
         start, code = Pruner(postfix(solid)).programs(none, none, 3)
         assert code.tolist() == expected and start.tolist() == [len(expected) // 3 * i for i in range(4)]
     start, code = Pruner(postfix(~a)).programs(np.array([1]), np.array([0]), 3)
-    assert start.tolist() == [0, 1, 2, 3] and code.tolist() == [prune.TRUE, prune.NEGATED | prune.PUSH, prune.TRUE]
+    assert start.tolist() == [0, 1, 2, 3] and code.tolist() == [
+        csg_pruning.TRUE,
+        csg_pruning.NEGATED | csg_pruning.PUSH,
+        csg_pruning.TRUE,
+    ]

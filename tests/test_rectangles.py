@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 import raytracer as rt
-from raytracer.lists import Lister
-from raytracer.rectangles import cells_under, touching, which_touch
+from raytracer.compiler.candidate_lists import Lister
+from raytracer.gpu.rectangle_draw import cells_under, touching, which_touch
 
 ROWS, COLUMNS, SIDE = 9, 13, 4
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import oracle
-from raytracer.film import srgb8
-from raytracer.sampling import SEQUENCES, sample_points
-from raytracer.settings import Shadows
+from raytracer.formats.image import srgb8
+from raytracer.ground_truth import ray_tracer
+from raytracer.scene.sequences import SEQUENCES, sample_points
+from raytracer.scene.settings import Shadows
 
 from . import scenes
 
@@ -19,7 +19,7 @@ CAMERA = rt.Camera((0, 0, 5), (0, 0, 0), vertical_fov=40)
 
 def centre(scene: rt.Scene, settings: rt.Settings | None = None) -> tuple[np.ndarray, float, np.ndarray]:
     """Radiance, depth and normal of the middle ray."""
-    image = oracle.render(scene, (1, 1), settings)
+    image = ray_tracer.render(scene, (1, 1), settings)
     assert image.depth is not None and image.normal is not None
     return image.radiance[0, 0], float(image.depth[0, 0]), image.normal[0, 0]
 
@@ -58,7 +58,7 @@ def test_a_blocked_light_is_dark_or_diluted_by_the_ratio_of_distances() -> None:
 def test_a_bowl_is_seen_on_its_cut_face_and_its_far_wall_shades_it() -> None:
     bowl = rt.Sphere((0, 0, 0), 1, scenes.COLORS[0]) - rt.Sphere((0, 0, 1), 1, scenes.COLORS[1])
     camera = rt.Camera((0, 0, 5), (0, 0, 0), vertical_fov=1)
-    image = oracle.render(rt.Scene([bowl], [], camera), (1, 1))
+    image = ray_tracer.render(rt.Scene([bowl], [], camera), (1, 1))
     assert image.depth is not None and image.material is not None and image.normal is not None
     assert image.depth[0, 0] == pytest.approx(5) and image.material[0, 0] == 1
     np.testing.assert_allclose(image.normal[0, 0], (0, 0, 1), atol=1e-14)
@@ -67,9 +67,9 @@ def test_a_bowl_is_seen_on_its_cut_face_and_its_far_wall_shades_it() -> None:
 def test_of_coincident_faces_the_first_operands_is_seen() -> None:
     a, b = rt.Sphere((0, 0, 0), 1, scenes.COLORS[0]), rt.Sphere((0, 0, 0), 1, scenes.COLORS[1])
     for solid, material in ((a | b, 0), (b | a, 0), (a & b, 0), (~(~a | ~b), 0)):
-        image = oracle.render(scenes.of(solid), (1, 1))
+        image = ray_tracer.render(scenes.of(solid), (1, 1))
         assert image.material is not None and image.material[0, 0] == material
-    empty = oracle.render(scenes.of(a - b), (9, 9))
+    empty = ray_tracer.render(scenes.of(a - b), (9, 9))
     assert empty.material is not None and (empty.material == -1).all()
 
 
@@ -78,11 +78,11 @@ def test_half_spaces_coincide_whatever_the_length_of_their_normals(n: tuple[int,
     one, three = rt.Plane(n, o), rt.Plane((3 * n[0], 3 * n[1], 3 * n[2]), 3 * o)
     other_side = rt.Plane((-7 * n[0], -7 * n[1], -7 * n[2]), -7 * o)
     for nothing in (one - three, one & other_side, three & ~one):
-        assert (oracle.render(scenes.of(nothing), (33, 33)).material == -1).all()
+        assert (ray_tracer.render(scenes.of(nothing), (33, 33)).material == -1).all()
 
 
 def test_camera_rays_go_where_the_formula_says() -> None:
-    rays = oracle.camera_rays(rt.Camera((0, 0, 0), (0, 0, -1), vertical_fov=90), (4, 2))
+    rays = ray_tracer.camera_rays(rt.Camera((0, 0, 0), (0, 0, -1), vertical_fov=90), (4, 2))
     np.testing.assert_allclose(rays[0, 0] / -rays[0, 0, 2], (-1.5, 0.5, -1), rtol=1e-14)
     np.testing.assert_allclose(rays[1, 3] / -rays[1, 3, 2], (1.5, -0.5, -1), rtol=1e-14)
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.expression import parse
-from raytracer.solids import leaves, postfix
+from raytracer.formats.csg_expression import parse
+from raytracer.scene.solids import leaves, postfix
 
 from . import scenes
 

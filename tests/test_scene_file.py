@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 import raytracer as rt
-from raytracer.cli import main
-from raytracer.scene_file import examples, load, loads, moved
-from raytracer.turntable import turn_camera, turn_light
+from raytracer.app.cli import main
+from raytracer.app.viewer.orbit import turn_camera, turn_light
+from raytracer.formats.scene_file import examples, load, loads, moved
 
 from . import scenes
 

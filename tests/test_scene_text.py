@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 import raytracer as rt
-from raytracer.checks import Keys
-from raytracer.scene_file import loads
-from raytracer.scene_text import line_of
+from raytracer.core.validation import Keys
+from raytracer.formats.scene_file import loads
+from raytracer.formats.toml_lines import line_of
 
 from . import scenes
 

@@ -7,13 +7,13 @@ from typing import get_args
 import pytest
 
 import raytracer as rt
-from raytracer.evaluators import max_hits
-from raytracer.glsl_source import ShaderError, Source, assemble, shaders_folder
-from raytracer.renderer import Renderer
-from raytracer.scene_file import loads
-from raytracer.settings import Evaluator, Settings, Shadows
-from raytracer.shader import quiet_source, roth_loops, shade_source, visibility_source
-from raytracer.sight import has_quiet
+from raytracer.compiler.culling import has_quiet
+from raytracer.compiler.glsl.csg import max_hits
+from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble, shaders_folder
+from raytracer.compiler.glsl.shaders import quiet_source, roth_loops, shade_source, visibility_source
+from raytracer.formats.scene_file import loads
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Evaluator, Settings, Shadows
 
 from . import scenes
 

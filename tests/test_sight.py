@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.cells import CELL
-from raytracer.extremes.comparison import enlarged, moved
-from raytracer.oracle import Tracer, camera_rays
-from raytracer.renderer import TILE, Renderer
-from raytracer.settings import Settings
-from raytracer.sight import has_quiet, quiet_cells
-from raytracer.solids import Plane, Solid, leaves
-from raytracer.squares import runs
+from raytracer.analysis.numerics.comparison import enlarged, moved
+from raytracer.compiler.culling import has_quiet, quiet_cells
+from raytracer.compiler.direction_cells import CELL
+from raytracer.gpu.cell_draw import runs
+from raytracer.ground_truth.ray_tracer import Tracer, camera_rays
+from raytracer.rendering.renderer import TILE, Renderer
+from raytracer.scene.settings import Settings
+from raytracer.scene.solids import Plane, Solid, leaves
 
 from . import scenes
 
@@ -325,6 +325,6 @@ def test_a_cell_in_which_a_ball_is_seen_is_not_quiet_in_any_view() -> None:
 
 
 def quiet_of(scene: rt.Scene, shadows: str) -> tuple[np.ndarray, np.ndarray]:
-    from raytracer import sight
+    from raytracer.compiler import culling
 
-    return sight.quiet_cells(scene, (160, 96), Settings(shadows=shadows))  # pyright: ignore[reportArgumentType]
+    return culling.quiet_cells(scene, (160, 96), Settings(shadows=shadows))  # pyright: ignore[reportArgumentType]

@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import ArrayLike
 
 from raytracer import glsl
-from raytracer.renderer import Renderer
-from raytracer.sampling import sample_place
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.sequences import sample_place
 
 pytestmark = pytest.mark.gl
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import lists, sight
-from raytracer import shader as shader_module
-from raytracer.numbers import GRIDS
-from raytracer.renderer import Renderer
-from raytracer.settings import Settings
-from raytracer.sight import quiet_cells
+from raytracer.compiler import candidate_lists, culling
+from raytracer.compiler.culling import quiet_cells
+from raytracer.compiler.glsl import shaders as shader_module
+from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.scene_buffers import GRIDS
+from raytracer.scene.settings import Settings
 
 from . import scenes, test_lists, test_sight
 
@@ -118,7 +118,7 @@ def test_balls_that_are_not_widened_are_found_out(
     scene = scenes.under_spheres(scenes.assignment(), 1.5)
     if what == "listed":
         monkeypatch.setattr(shader_module, "FEW", 0)
-    for module in (sight, lists):
+    for module in (culling, candidate_lists):
         monkeypatch.setattr(module, "widening", lambda *_: 0.0)
     with pytest.raises(AssertionError):
         test_sight.check(renderer, scene, (320, 180), soft())

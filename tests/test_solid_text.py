@@ -15,9 +15,9 @@ import pytest
 from rich.pretty import pretty_repr
 
 import raytracer as rt
-from raytracer import tree
-from raytracer.models import MODELS
-from raytracer.solids import leaves, postfix
+from raytracer.scene import tree
+from raytracer.scene.materials.models import MODELS
+from raytracer.scene.solids import leaves, postfix
 
 BALL, FLOOR = rt.Sphere((0, 0, 0), 1), rt.Plane((0, 1, 0), 0)
 CAMERA = rt.Camera((0, 3, 6), (0, 0, 0))

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 import raytracer as rt
-from raytracer.models import MODELS
-from raytracer.picture_file import load_radiance
-from raytracer.scene_file import loads
-from raytracer.suggest import did_you_mean, nearest
+from raytracer.core.suggest import did_you_mean, nearest
+from raytracer.formats.image_reader import load_radiance
+from raytracer.formats.scene_file import loads
+from raytracer.scene.materials.models import MODELS
 
 
 @pytest.mark.parametrize(

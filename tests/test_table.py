@@ -6,9 +6,9 @@ import msgspec
 import numpy as np
 
 import raytracer as rt
-from raytracer.scene import Scene
-from raytracer.solids import Sphere, leaves
-from raytracer.table import powers, table
+from raytracer.compiler.surfaces import powers, table
+from raytracer.scene.scene import Scene
+from raytracer.scene.solids import Sphere, leaves
 
 from . import scenes
 

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from raytracer import extremes, progress
-from raytracer.cli import main
-from raytracer.extremes import views
-from raytracer.progress import progress_bar, step_bar
-from raytracer.renderer import Renderer
+from raytracer.analysis import numerics
+from raytracer.analysis.numerics import views
+from raytracer.app.cli import main
+from raytracer.core import progress
+from raytracer.core.progress import progress_bar, step_bar
+from raytracer.rendering.renderer import Renderer
 
 from . import scenes
 
@@ -171,6 +172,6 @@ def test_without_a_terminal_there_are_lines_few_and_only_where_it_takes_long(
 @pytest.mark.gl
 def test_extremes_say_which_they_measure(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     steps: list[str] = []
-    monkeypatch.setattr(extremes, "ROWS", (views.far_sphere,))
-    extremes.measure(renderer, short=True, scenes=2, step=steps.append)
+    monkeypatch.setattr(numerics, "ROWS", (views.far_sphere,))
+    numerics.measure(renderer, short=True, scenes=2, step=steps.append)
     assert steps == ["measuring far sphere", "measuring 2 random scenes"]

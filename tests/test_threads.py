@@ -13,8 +13,8 @@ import pytest
 
 import raytracer as rt
 from raytracer import glsl
-from raytracer.renderer import Renderer
-from raytracer.settings import Settings
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Settings
 
 from . import scenes
 

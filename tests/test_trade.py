@@ -13,21 +13,21 @@ import msgspec
 import numpy as np
 import pytest
 
-from raytracer.cli import main
-from raytracer.film import Image
-from raytracer.material import Material
-from raytracer.presets import combined, over
-from raytracer.renderer import Renderer
-from raytracer.sampling import Sequence, sample_place
-from raytracer.trade import approximations, configurations, page
-from raytracer.trade import measure as measuring
-from raytracer.trade.approximations import with_materials
-from raytracer.trade.configurations import FULL, MAIN, QUICK, Plan, plan
-from raytracer.trade.measure import measure, resized
-from raytracer.trade.page import write_page
-from raytracer.trade.pareto import beaten_by, slope
-from raytracer.trade.report import as_csv, as_json
-from raytracer.trade.truths import Truth
+from raytracer.analysis.tradeoffs import approximations, configurations, page
+from raytracer.analysis.tradeoffs import measure as measuring
+from raytracer.analysis.tradeoffs.approximations import with_materials
+from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Plan, plan
+from raytracer.analysis.tradeoffs.measure import measure, resized
+from raytracer.analysis.tradeoffs.page import write_page
+from raytracer.analysis.tradeoffs.pareto import beaten_by, slope
+from raytracer.analysis.tradeoffs.report import as_csv, as_json
+from raytracer.analysis.tradeoffs.targets import Truth
+from raytracer.app.cli import main
+from raytracer.formats.image import Image
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.materials.material import Material
+from raytracer.scene.presets import combined, over
+from raytracer.scene.sequences import Sequence, sample_place
 
 from . import scenes
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import oracle, processes
-from raytracer.film import Image
-from raytracer.settings import Settings
-from raytracer.truth import truth
+from raytracer.formats.image import Image
+from raytracer.ground_truth import ray_tracer, workers
+from raytracer.ground_truth.converged import truth
+from raytracer.scene.settings import Settings
 
 from . import scenes
 
@@ -125,7 +125,7 @@ def in_penumbra(P: np.ndarray) -> np.ndarray:
 def test_a_penumbra_is_as_dark_as_it_should_be_to_the_error_that_is_stated() -> None:
     size, parts = (24, 16), 6
     image = truth(penumbra(), size, Settings(shadows="soft"), samples=64, tolerance=0.0, cache=False)
-    rd = oracle.camera_rays(penumbra().camera, (parts * size[0], parts * size[1]))
+    rd = ray_tracer.camera_rays(penumbra().camera, (parts * size[0], parts * size[1]))
     eye = np.array(penumbra().camera.position)
     points = in_penumbra(eye - eye[1] / rd[..., 1:2] * rd)
     expected = points.reshape(size[1], parts, size[0], parts).mean(axis=(1, 3))
@@ -139,7 +139,7 @@ def test_a_penumbra_is_as_dark_as_it_should_be_to_the_error_that_is_stated() -> 
 def test_depth_normal_and_material_are_those_of_the_centre_rays() -> None:
     found, expected = (
         truth(scenes.assignment(), (32, 18), samples=16, cache=False),
-        oracle.render(scenes.assignment(), (32, 18)),
+        ray_tracer.render(scenes.assignment(), (32, 18)),
     )
     for name in ("depth", "normal", "material"):
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
@@ -148,12 +148,12 @@ def test_depth_normal_and_material_are_those_of_the_centre_rays() -> None:
 def test_the_result_does_not_depend_on_how_many_processes_work_on_it(monkeypatch: pytest.MonkeyPatch) -> None:
     pools = []
 
-    class Pool(processes.ProcessPoolExecutor):
+    class Pool(workers.ProcessPoolExecutor):
         def __init__(self, *arguments: Any) -> None:
             pools.append(arguments[0])
             super().__init__(*arguments)
 
-    monkeypatch.setattr(processes, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(workers, "ProcessPoolExecutor", Pool)
     seen: list[tuple[int, int]] = []
     one = truth(penumbra(), (96, 64), Settings(shadows="soft"), samples=32, workers=1, cache=False)
     three = truth(

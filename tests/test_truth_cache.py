@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import truth as module
-from raytracer import truth_cache
-from raytracer.merl import SHAPE, Measured
-from raytracer.settings import Settings
-from raytracer.truth import truth
+from raytracer.ground_truth import converged as module
+from raytracer.ground_truth import disk_cache
+from raytracer.ground_truth.converged import truth
+from raytracer.scene.materials.merl import SHAPE, Measured
+from raytracer.scene.settings import Settings
 
 from . import scenes
 from .processes import output_of
@@ -45,7 +45,7 @@ def name_of(scene: rt.Scene, **settings: Any) -> str:
     size, samples = settings.pop("size", SIZE), settings.pop("samples", 16)
     given = Settings(**settings)
     given = Settings(shading=given.shading, shadows=given.shadows, bounces=given.bounces)
-    return truth_cache.path_of(module.Job(scene, size, given), samples, module.TOLERANCE).name
+    return disk_cache.path_of(module.Job(scene, size, given), samples, module.TOLERANCE).name
 
 
 def test_what_was_made_once_is_not_traced_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,7 +81,7 @@ def test_what_was_not_asked_for_for_the_longest_time_makes_room(folder: Path, mo
         os.utime(folder / names[samples], (k, k))
     size = (folder / names[16]).stat().st_size
     truth(edge(), SIZE, samples=16)  # read, so no longer the oldest
-    monkeypatch.setattr(truth_cache, "MOST_BYTES", 2.5 * size)
+    monkeypatch.setattr(disk_cache, "MOST_BYTES", 2.5 * size)
     truth(edge(), SIZE, samples=128)
     assert {file.name for file in folder.iterdir()} == {names[16], name_of(edge(), samples=128)}
 
@@ -114,7 +114,7 @@ def test_what_cannot_be_the_truth_is_made_again(folder: Path) -> None:
     poisoned += [{key: array for key, array in arrays.items() if key != name} for name in arrays]
     for wrong in poisoned:
         np.savez(file, **wrong)
-        assert truth_cache.read(file, SIZE, len(scene.materials), (16, 16)) is None
+        assert disk_cache.read(file, SIZE, len(scene.materials), (16, 16)) is None
     np.savez(file, **poisoned[0])
     np.testing.assert_array_equal(truth(scene, SIZE, samples=16).radiance, first.radiance)
     assert file.read_bytes() == right
@@ -135,7 +135,7 @@ def test_what_is_no_file_in_the_folder_is_neither_waited_for_nor_read(tmp_path: 
     )
     for make in makers:
         make()
-        assert truth_cache.read(file, SIZE, len(scene.materials), (16, 16)) is None
+        assert disk_cache.read(file, SIZE, len(scene.materials), (16, 16)) is None
         np.testing.assert_array_equal(truth(scene, SIZE, samples=16).radiance, first.radiance)
         assert not file.is_symlink() and file.is_file()
         file.unlink()
@@ -147,15 +147,15 @@ def test_what_is_no_file_in_the_folder_is_neither_waited_for_nor_read(tmp_path: 
 
 def test_the_files_whose_change_makes_truths_worthless_are_all_that_a_truth_needs() -> None:
     script = (
-        "import sys, raytracer as rt; from raytracer.truth import truth\n"
+        "import sys, raytracer as rt; from raytracer.ground_truth.converged import truth\n"
         "settings = rt.Settings(shading='ggx', shadows='soft')\n"
         "truth(rt.load('materials'), (4, 3), settings, samples=16, workers=1, cache=False)\n"
         "print(*(m.__file__ for n, m in sys.modules.items() if n.partition('.')[0] == 'raytracer'), sep='\\n')"
     )
     found = output_of(sys.executable, "-c", script, cwd=scenes.CHECKOUT)
     needed = {Path(line) for line in found.splitlines()}
-    package = Path(truth_cache.__file__).parent
-    assert len(needed) > 20 and needed <= {package / name for name, _ in truth_cache._sources()}
+    package = Path(rt.__file__).parent
+    assert len(needed) > 20 and needed <= {package / name for name, _ in disk_cache._sources()}
 
 
 def test_a_folder_that_cannot_be_written_to_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -196,7 +196,7 @@ def test_whatever_decides_the_result_decides_the_files_name(monkeypatch: pytest.
     names = [name_of(other) for other in others]
     options = ({"size": (32, 48)}, {"samples": 32}, {"shading": "phong"}, {"shadows": "soft"}, {"bounces": 0})
     names += [name_of(scene, **option) for option in options]
-    monkeypatch.setattr(truth_cache, "_SOURCES", ("truth.py",))
+    monkeypatch.setattr(disk_cache, "_SOURCES", ("converged.py",))
     names.append(name_of(scene))
     assert len({*names}) == len(names)
 

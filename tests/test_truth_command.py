@@ -16,11 +16,12 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import memory, reference_picture, truth_cost
-from raytracer import truth as module
-from raytracer.cli import main
-from raytracer.settings import Settings
-from raytracer.truth import truth
+from raytracer.app.cli import main
+from raytracer.core import memory
+from raytracer.ground_truth import converged as module
+from raytracer.ground_truth import cost, picture
+from raytracer.ground_truth.converged import truth
+from raytracer.scene.settings import Settings
 
 from . import scenes
 from .processes import in_group, running
@@ -81,23 +82,23 @@ def test_what_does_not_fit_into_memory_is_refused_before_it_is_begun(
     monkeypatch.setattr(memory, "physical_memory", lambda: 2**34)
     assert main([*command, "--size", "65536x65536"]) == 2
     assert re.search(r"size: expected a picture that fits .* got 65536x65536, which needs", capsys.readouterr().err)
-    monkeypatch.setattr(truth_cost, "physical_memory", lambda: 20)
+    monkeypatch.setattr(cost, "physical_memory", lambda: 20)
     with pytest.raises(rt.InputError, match=r"expected at most 4 primitives for the .* memory, got 5"):
-        truth_cost.check_cost(scenes.assignment(), SIZE, workers=1)
+        cost.check_cost(scenes.assignment(), SIZE, workers=1)
 
 
 def test_what_it_takes_is_told_before_it_is_begun(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     job = module.Job(scenes.assignment(), (320, 180), Settings())
-    tried = truth_cost.cost(job, 1024, workers=1)
+    tried = cost.cost(job, 1024, workers=1)
     assert tried.tried and 1.0 < tried.seconds < 600.0
-    assert truth_cost.cost(job, 4096, workers=1).seconds > 1.5 * tried.seconds
+    assert cost.cost(job, 4096, workers=1).seconds > 1.5 * tried.seconds
     row = functools.reduce(operator.or_, [rt.Sphere((x, 0, 0), 1) for x in range(2000)])
     many = rt.Scene([row], [], rt.Camera((0, 0, 5), (0, 0, 0)))
-    guessed = truth_cost.cost(module.Job(many, (320, 180), Settings()), 1024, workers=1)
+    guessed = cost.cost(module.Job(many, (320, 180), Settings()), 1024, workers=1)
     assert re.fullmatch("at least [0-9]+ (hours|days): each ray meets each of 2000 primitives", str(guessed))
-    monkeypatch.setattr(reference_picture, "WORTH_MENTION", 0.0)
+    monkeypatch.setattr(picture, "WORTH_MENTION", 0.0)
     command = ["reference", "assignment", "-o", str(tmp_path / "a.npz"), "--size", "16x9", "--samples", "16"]
     for says in (1, 0):  # not of what is read from the disk
         assert main(command) == 0

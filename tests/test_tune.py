@@ -12,16 +12,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from raytracer.cli import main
-from raytracer.options import add_settings, given
-from raytracer.presets import combined
-from raytracer.renderer import Renderer
-from raytracer.scene_file import load_settings, parse_all
-from raytracer.settings import Settings
-from raytracer.trade import tune as tune_module
-from raytracer.trade.stage import Measured, Stage
-from raytracer.trade.tune import LADDER, asked, grid, tune
-from raytracer.trade_cli import settings_table
+from raytracer.analysis.tradeoffs import tune as tune_module
+from raytracer.analysis.tradeoffs.trials import Measured, Stage
+from raytracer.analysis.tradeoffs.tune import LADDER, asked, grid, tune
+from raytracer.app.cli import main
+from raytracer.app.commands.trade_cli import settings_table
+from raytracer.app.options import add_settings, given
+from raytracer.formats.scene_file import load_settings, parse_all
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.presets import combined
+from raytracer.scene.settings import Settings
 
 from . import scenes
 

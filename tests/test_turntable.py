@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.checks import MAX_LENGTH
-from raytracer.turntable import scale_camera, scale_light, turn_camera, turn_light
+from raytracer.app.viewer.orbit import scale_camera, scale_light, turn_camera, turn_light
+from raytracer.core.validation import MAX_LENGTH
 
 BALL = rt.Sphere((1.0, 2.0, 3.0), 0.5)
 CAMERA = rt.Camera(position=(4.0, 6.0, 9.0), look_at=(1.0, 2.0, 3.0))

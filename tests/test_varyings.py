@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer import opengl
-from raytracer.glsl_source import Source
-from raytracer.groups import groups
-from raytracer.renderer import Renderer
-from raytracer.settings import Settings
-from raytracer.shader import is_listed, kinds_source, vertex_source
+from raytracer.compiler.batches import groups
+from raytracer.compiler.glsl.preprocessor import Source
+from raytracer.compiler.glsl.shaders import is_listed, kinds_source, vertex_source
+from raytracer.gpu import gl
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Settings
 
 from . import scenes
 from .test_shader import code
@@ -96,7 +96,7 @@ def test_with_more_room_all_is_handed_on() -> None:
 @pytest.mark.gl
 def test_the_driver_says_how_many_varyings_it_has(renderer: Renderer) -> None:
     with renderer.context:
-        assert opengl.varying_components(renderer.context) == renderer.limits.varyings >= PROMISED
+        assert gl.varying_components(renderer.context) == renderer.limits.varyings >= PROMISED
 
 
 @pytest.mark.gl

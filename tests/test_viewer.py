@@ -18,13 +18,13 @@ import pytest
 from PIL import Image
 
 import raytracer as rt
-import raytracer.viewer
-from raytracer import oracle
-from raytracer.interaction import Cursor, Event, Hinted, Key, Press, Told, Wheel
-from raytracer.settings import Settings
-from raytracer.turntable import scale_camera, scale_light, turn_camera, turn_light
-from raytracer.viewer import _LOOK, Viewer
-from raytracer.watch import Files
+import raytracer.app.viewer.window
+from raytracer.app.viewer.events import Cursor, Event, Hinted, Key, Press, Told, Wheel
+from raytracer.app.viewer.file_watcher import Files
+from raytracer.app.viewer.orbit import scale_camera, scale_light, turn_camera, turn_light
+from raytracer.app.viewer.window import _LOOK, Viewer
+from raytracer.ground_truth import ray_tracer
+from raytracer.scene.settings import Settings
 
 from .displays import SIZE, TIMEOUT, Window, environment, shown, window, x_server
 from .processes import finished, output_of
@@ -106,7 +106,7 @@ def test_dragging_moves_the_highlight_to_where_the_reference_has_it(tmp_path: Pa
             )
             view.act("mouseup 1")
             scene = turn_light(scene, 0, half_turns(right), half_turns(-down))
-            truth = oracle.render(scene, SIZE, Settings()).srgb8().astype(int)
+            truth = ray_tracer.render(scene, SIZE, Settings()).srgb8().astype(int)
             view.until(
                 lambda truth=truth: bool((np.abs(view.shown() - truth).max(axis=2) > 1).mean() < 1e-3),
                 "not the reference's picture",

@@ -8,11 +8,11 @@ import msgspec
 import pytest
 
 import raytracer as rt
-from raytracer.cli import main
-from raytracer.library import collections, published, tables
-from raytracer.models import MODELS
-from raytracer.scene_file import examples
-from raytracer.settings import scene_warnings
+from raytracer.app.cli import main
+from raytracer.formats.material_library import collections, published, tables
+from raytracer.formats.scene_file import examples
+from raytracer.scene.materials.models import MODELS
+from raytracer.scene.settings import scene_warnings
 
 from . import scenes
 
@@ -90,8 +90,8 @@ def test_a_reference_warns_as_a_picture_does_and_of_much_memory(
 ) -> None:
     # The measure of distances is for 32 bits; the reference has 64.
     far = rt.Scene([rt.Sphere((0, 0, 0), 1e-4), rt.Plane((0, 1, 0), -1e6)], [], rt.Camera((0, 0, 9), (0, 0, 0)))
-    monkeypatch.setattr("raytracer.memory._WORTH_MENTION", 1)
-    monkeypatch.setattr("raytracer.memory._SHARE", 0.0)
+    monkeypatch.setattr("raytracer.core.memory._WORTH_MENTION", 1)
+    monkeypatch.setattr("raytracer.core.memory._SHARE", 0.0)
     for scene, says in ((rt.load(bright), ["material 'red'", "this picture needs"]), (far, ["this picture needs"])):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -113,8 +113,8 @@ def test_every_command_that_draws_says_so(
     def draw(*_: object, **__: object) -> None:
         raise RuntimeError("enough")
 
-    monkeypatch.setattr("raytracer.renderer.Renderer.render", draw)
-    monkeypatch.setattr("raytracer.truth.truth", draw)
+    monkeypatch.setattr("raytracer.rendering.renderer.Renderer.render", draw)
+    monkeypatch.setattr("raytracer.ground_truth.converged.truth", draw)
     out = ["-o", str(tmp_path / "a.npz")] if command != "tune" else ["--max-error", "0.1"]
     assert main([command, str(file), *out, "--size", "8x8", "--shadows", "soft"]) == 1
     assert "no light has a radius" in capsys.readouterr().err

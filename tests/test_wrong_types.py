@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.checks import shown
-from raytracer.picture_file import load_radiance
+from raytracer.core.validation import shown
+from raytracer.formats.image_reader import load_radiance
 
 api: Any = rt  # where types are wrong on purpose
 CAMERA = rt.Camera((0, 1, 5), (0, 0, 0))

@@ -1,4 +1,4 @@
-// Provides merl(): a measured isotropic reflectance (Matusik et al. 2003; raytracer/merl.py says how it is stored),
+// Provides merl(): a measured isotropic reflectance (Matusik et al. 2003; raytracer/scene/materials/merl.py says how it is stored),
 // linear between the middles of the table's cells.
 //
 // The half and difference angles (Rusinkiewicz 1998) by what is left of his rotations for S = L + V:

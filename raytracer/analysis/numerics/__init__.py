@@ -1,0 +1,69 @@
+"""The ledger of extremes: what is tried, how wrong the GPU's answer is, and the bound that is kept.
+
+Every row of it is a function here that renders or intersects at the ends of a range, compares with
+float64, and yields `Finding`s. `raytracer extremes` runs them all; the tests run a shorter form.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator
+
+from raytracer.analysis.numerics import fuzz, light, rays, solids, views
+from raytracer.analysis.numerics.ledger import Finding, Row
+from raytracer.core.progress import Progress
+from raytracer.rendering.renderer import Renderer
+
+# In the order of the ledger. The second argument asks for the shorter form.
+ROWS: tuple[Callable[[Renderer, bool], Iterator[Finding]], ...] = (
+    views.scene_scale,
+    views.distance_from_origin,
+    views.far_sphere,
+    views.beside_a_huge_sphere,
+    views.on_a_huge_sphere,
+    views.camera_on_a_surface,
+    rays.tangents,
+    solids.shells,
+    light.self_shadow,
+    solids.coincident_faces,
+    solids.deep_trees,
+    solids.camera_inside,
+    views.field_of_view,
+    light.highlight,
+    light.shadow_end,
+    light.light_on_a_surface,
+    light.valid_scenes,
+)
+# What a row counts for in the progress, in fuzzed scenes.
+_ROW = 60
+
+
+def measure(
+    renderer: Renderer,
+    *,
+    short: bool,
+    scenes: int,
+    progress: Progress | None = None,
+    step: Callable[[str], None] = lambda title: None,
+) -> list[Row]:
+    """All rows, in their shorter form if `short`, and `scenes` fuzzed scenes.
+
+    `step(title)` is called before each row, progress(done, total) after it.
+    """
+    total = _ROW * len(ROWS) + scenes
+    rows: list[Row] = []
+    for i, row in enumerate(ROWS):
+        if progress:
+            progress(_ROW * i, total)
+        step(f"measuring {row.__name__.replace('_', ' ')}")
+        rows.append(Row(_about(row), list(row(renderer, short))))
+    if scenes:
+        done = _ROW * len(ROWS)
+        step(f"measuring {scenes} random scenes")
+        found = fuzz.run(renderer, scenes, progress=(lambda k: progress(done + k, total)) if progress else None)
+        rows.append(Row(_about(fuzz.scene), found))
+    return rows
+
+
+def _about(row: Callable[..., object]) -> str:
+    return inspect.cleandoc(row.__doc__ or "")

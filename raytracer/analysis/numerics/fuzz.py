@@ -1,0 +1,152 @@
+"""Random valid scenes over all the ranges of the ledger together."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from raytracer.analysis.numerics.comparison import compare, unit
+from raytracer.analysis.numerics.ledger import Finding, worst
+from raytracer.compiler.glsl.shaders import roth_loops
+from raytracer.core.validation import InputError, Vec3
+from raytracer.ground_truth import ray_tracer
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.materials.material import Material
+from raytracer.scene.scene import Camera, PointLight, Scene
+from raytracer.scene.settings import Precision, Settings
+from raytracer.scene.solids import Plane, Solid, Sphere
+
+SIZE = (40, 30)
+# So many scenes in a row have one structure, and so one program.
+_ALIKE = 25
+# For a scene in which something is seen; some structures are empty.
+_ATTEMPTS = 8
+# That Roth filters compile in a second.
+_FEW_LOOPS = 7
+
+
+def scene(seed: int) -> Scene:
+    """The scene of a seed: 1 to 7 primitives in one or two trees, seen if they can be; all lengths log-uniform.
+
+    Scale 1e-6 to 1e6; up to 1e6 scene sizes from the origin; radii over six orders of magnitude;
+    the camera 1e-3 to 1e6 radii from the surface of one of the spheres, without or within;
+    fields of view from 1e-4 to 179.9 degrees; exponents 0 to 1e6; colours 1e-6 to 1e6.
+    """
+    for attempt in itertools.count():
+        try:
+            drawn = _draw(np.random.default_rng((1, seed // _ALIKE)), np.random.default_rng((2, seed, attempt)))
+        except InputError:  # beyond what a scene may hold: 1e12, or radii below 1e-12
+            continue
+        rays = ray_tracer.camera_rays(drawn.camera, (8, 6)).reshape(-1, 3)
+        if attempt == _ATTEMPTS or np.any(ray_tracer.Tracer(drawn).first(np.zeros(rays.shape), rays)[1] >= 0):
+            return drawn
+    raise AssertionError
+
+
+def _draw(structure: np.random.Generator, rng: np.random.Generator) -> Scene:
+    count = int(structure.integers(1, 7))
+    scale = _log(rng, -6, 6)
+    origin = rng.normal(size=3) * scale * _log(rng, 0, 6)
+    models = structure.choice(("phong", "blinn"), 3)
+    materials = [
+        Material(m, ka=0, kd=_color(rng), ks=_color(rng), h=float(rng.choice((0.0, _log(rng, -2, 6)))))
+        for m in models.tolist()
+    ]
+    # Each ball overlaps the first, or touches it all but.
+    first = _log(rng, -3, 3) * scale
+    spheres = [Sphere(tuple(origin.tolist()), first, materials[0])]
+    for _ in range(count - 1):
+        radius = first * float(rng.choice((_log(rng, -3, 3), _log(rng, -0.5, 0.5))))
+        apart = rng.choice((rng.uniform(0.0, 1.0), 1.0 + _log(rng, -7, -1), 1.0 - _log(rng, -7, -1)))
+        center = origin + _direction(rng) * (first + radius * rng.choice((-1.0, 1.0))) * apart
+        spheres.append(Sphere(tuple(center.tolist()), radius, materials[int(rng.integers(3))]))
+    solids: list[Solid] = list(spheres)
+    if structure.random() < 0.5:  # a half-space whose face is within reach of the first ball
+        normal = _direction(rng)
+        offset = float(normal @ origin) + first * rng.uniform(-1.2, 1.2)
+        solids.append(Plane(tuple(normal.tolist()), offset, materials[2]))
+    while len(solids) > 2 or (len(solids) == 2 and structure.random() < 0.8):
+        i = int(structure.integers(len(solids) - 1))
+        a, b = solids[i], solids.pop(i + 1)
+        solids[i] = (a | b, a & b, a - b, b - a, ~(~a & ~b), a - ~b)[
+            structure.choice(6, p=(0.4, 0.1, 0.2, 0.1, 0.1, 0.1))
+        ]
+
+    seen = spheres[int(rng.integers(len(spheres)))]
+    height = seen.radius * _log(rng, -3, 6)
+    if rng.random() < 0.2:
+        height = -seen.radius * min(1.0, _log(rng, -3, 0))
+    up = _direction(rng)
+    center = np.array(seen.center)
+    eye = center + up * (seen.radius + height)
+    # Towards the ball's surface, its outline or beside it, in a picture about as wide as the ball.
+    target = center + seen.radius * unit(up + _log(rng, -1, 1) * _direction(rng))
+    fov = math.degrees(math.atan2(seen.radius, abs(height))) * _log(rng, -1, 0.6)
+    toward = unit(up + 1.2 * _direction(rng))
+    light = PointLight(tuple((center + toward * seen.radius * _log(rng, -1, 6)).tolist()), (1.0, 0.7, 0.4))
+    camera = Camera(
+        tuple(eye.tolist()), tuple(target.tolist()), tuple(_direction(rng).tolist()), min(max(fov, 1e-4), 179.9)
+    )
+    return Scene(solids, [light], camera)
+
+
+def run(renderer: Renderer, count: int, start: int = 0, progress: Callable[[int], None] | None = None) -> list[Finding]:
+    """Compare scenes `start` to `start + count`: what has a fault, then the worst of all, each with its seed.
+
+    `progress(k)` is called after k scenes.
+    """
+    found: list[Finding] = []
+    doubts: dict[tuple[Precision, str], list[float]] = {}
+    for seed in range(start, start + count):
+        drawn = scene(seed)
+        for settings in _settings(renderer, drawn, seed):
+            bits = settings.precision
+            seen = compare(renderer, drawn, SIZE, settings)
+            doubts.setdefault((bits, "pixels"), []).append(min(1.0, seen.doubtful))
+            doubts.setdefault((bits, "shadows"), []).append(seen.unlit)
+            now = [
+                Finding("fuzz", f"seed {seed}, {settings.evaluator}", bits, measure, value, bound)
+                for measure, value, bound in (
+                    ("wrong pixels", seen.wrong, 0),
+                    ("wrong shadows", seen.lit, 0),
+                    ("NaN, infinite or negative values", seen.bad, 0),
+                    ("depth error, share of its bound", seen.depth_share, 1),
+                    ("normal error, share of its bound", seen.normal_share, 1),
+                    ("radiance error, share of its bound", seen.radiance_share, 1),
+                )
+            ]
+            found = [f for f in found if not f.kept] + worst([*(f for f in found if f.kept), *now])
+        if progress:
+            progress(seed - start + 1)
+    for (bits, what), shares in doubts.items():
+        at, measure = f"all {len(shares)} from seed {start}", f"mean share of doubtful {what}, of those hit"
+        # Of a few scenes the mean says nothing.
+        found.append(Finding("fuzz", at, bits, measure, sum(shares) / len(shares), 0.1 if count >= 100 else math.inf))
+    return found
+
+
+def _settings(renderer: Renderer, drawn: Scene, seed: int) -> list[Settings]:
+    """How to render a scene: always by cells in float32, now and then also otherwise."""
+    found = [Settings()]
+    if seed % 4 == 0 and 64 in renderer.limits.precisions:
+        found.append(Settings(precision=64))
+    if seed % 8 == 2:
+        found.append(Settings(evaluator="walk"))
+    if seed % 4 == 1 and roth_loops(drawn) <= _FEW_LOOPS:
+        found.append(Settings(evaluator="roth"))
+    return found
+
+
+def _log(rng: np.random.Generator, low: float, high: float) -> float:
+    return float(10.0 ** rng.uniform(low, high))
+
+
+def _color(rng: np.random.Generator) -> Vec3:
+    return _log(rng, -6, 6), _log(rng, -6, 6), _log(rng, -6, 6)
+
+
+def _direction(rng: np.random.Generator) -> np.ndarray:
+    return unit(rng.normal(size=3))

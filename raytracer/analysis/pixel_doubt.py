@@ -1,0 +1,209 @@
+"""How far a picture may be from the exact one by the rounding of its numbers, for each pixel.
+
+The error bounds that `shaders/sphere.glsl` and `plane.glsl` state, evaluated along the rays of a
+picture. A pixel is doubtful where two answers lie within them: a ray that is tangent to a sphere, two
+roots that may come in the other order, a camera or a light that may be on the other side of a surface.
+Everywhere else, what is seen and what is lit must be exactly right, and depth and normal within the
+bounds. First-order forward error analysis (Higham, "Accuracy and Stability of Numerical Algorithms",
+2002), in view space, of the exact numbers' rounding and of every operation's after that.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.analysis.rounding_bounds import (
+    FEW,
+    UNIT,
+    Rays,
+    Roots,
+    View,
+    interval,
+    moment_error,
+    order_in_doubt,
+    root_errors,
+)
+from raytracer.compiler import view_space
+from raytracer.ground_truth import ray_tracer
+from raytracer.ground_truth.microfacets import dot
+from raytracer.scene.scene import PointLight, Scene
+from raytracer.scene.settings import Precision
+from raytracer.scene.solids import Sphere
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+class Resolution(NamedTuple):
+    """What rounding may change in a picture of one sample: arrays (H, W)."""
+
+    doubtful: Mask  # what is seen may be another surface, or none
+    depth: Array  # |error| of the depth, elsewhere
+    normal: Array  # |error| of the normal
+    unlit: Mask  # which lights reach the point may differ
+    radiance: Array  # |error| of the radiance, where neither is in doubt; inf where it has no bound
+
+
+def resolution(scene: Scene, size: tuple[int, int], precision: Precision = 32) -> Resolution:
+    """The resolution of a picture of `scene` at `size` (width, height), one ray through each pixel's centre."""
+    return _Analysis(scene, size, precision).run()
+
+
+class _Analysis:
+    def __init__(self, scene: Scene, size: tuple[int, int], precision: Precision) -> None:
+        self._scene, self._size = scene, size
+        self._u = UNIT[precision]
+        self._tracer = ray_tracer.Tracer(scene)
+        self._R = view_space.rotation(scene.camera)
+        self._eye = np.array(scene.camera.position)
+        self._leaves = self._tracer.leaves
+        self._view = View(self._R, scene.camera.position, sum(size), self._u)
+
+    def run(self) -> Resolution:
+        world = ray_tracer.camera_rays(self._scene.camera, self._size).reshape(-1, 3)
+        count = len(world)
+        none = np.zeros(count)
+        t, surface = self._tracer.first(np.zeros(world.shape), world)
+        hit = surface >= 0
+        rays = Rays(np.zeros((count, 3)), world @ self._R.T, none, none, True)
+        roots = {k: self._roots(k, rays) for k in self._distinct()}
+        depth = np.zeros(count)
+        for k in range(len(self._leaves)):
+            found = roots[self._same(k)]
+            nearer = np.argmin(np.abs(found.t - np.where(hit, t, 0.0)), axis=0)
+            depth = np.where(surface == k, found.error[nearer, np.arange(count)], depth)
+        doubtful = order_in_doubt(list(roots.values()), np.where(hit, t + depth, np.inf))
+        normal, point = self._normal_errors(rays, roots, surface, t, depth)
+        unlit = np.zeros(count, bool)
+        ambient = [max(leaf.material.ka) * max(self._scene.ambient) for leaf in self._leaves]
+        radiance = FEW * UNIT[32] * np.array([*ambient, max(self._scene.background)])[surface]
+        sure = np.flatnonzero(hit & ~doubtful)
+        for light in self._scene.lights:
+            doubt, error = self._light_errors(light, world[sure], t[sure], surface[sure], normal[sure], point[sure])
+            unlit[sure] |= doubt
+            radiance[sure] += error
+        # Pictures hold float32, and normals are turned to world space in it.
+        depth = depth + UNIT[32] * np.where(hit, t, 0.0)
+        normal = normal + FEW * UNIT[32] * hit
+        shape = self._size[::-1]
+        return Resolution(
+            doubtful.reshape(shape),
+            depth.reshape(shape),
+            normal.reshape(shape),
+            unlit.reshape(shape),
+            radiance.reshape(shape),
+        )
+
+    def _same(self, k: int) -> int:
+        """The first leaf whose surface coincides with leaf k's: their roots are the same numbers."""
+        return int(np.argmax(self._tracer.coincide[k]))
+
+    def _distinct(self) -> list[int]:
+        return sorted({self._same(k) for k in range(len(self._leaves))})
+
+    def _roots(self, k: int, rays: Rays) -> Roots:
+        return root_errors(self._view, self._leaves[k], rays)
+
+    def _normal_errors(
+        self, rays: Rays, roots: dict[int, Roots], surface: Any, t: Array, depth: Array
+    ) -> tuple[Array, Array]:
+        """|error| of the normals at the hit points, and of these."""
+        u = self._u
+        normal, point = np.zeros(len(t)), np.zeros(len(t))
+        for k, leaf in enumerate(self._leaves):
+            on = surface == k
+            if not on.any():
+                continue
+            by_depth = depth[on] + 4.0 * u * t[on]
+            if not isinstance(leaf, Sphere):
+                normal[on], point[on] = 2.0 * u, by_depth
+                continue
+            c = self._R @ np.subtract(leaf.center, self._eye)
+            rd = rays.rd[on]
+            # The normal is made of the two legs to the centre: half the chord, and what is across it.
+            half = np.abs(t[on] - rd @ c)
+            legs = moment_error(c, rd, u) + roots[self._same(k)].half[on] + FEW * u * half
+            normal[on] = legs / leaf.radius + FEW * u
+            by_center = u * np.linalg.norm(c) + leaf.radius * (normal[on] + 2.0 * u) + 2.0 * u * t[on]
+            point[on] = np.where(leaf.radius < t[on], by_center, by_depth)
+        return normal, point
+
+    def _light_errors(
+        self, light: PointLight, world: Array, t: Array, surface: Any, normal: Array, point: Array
+    ) -> tuple[Mask, Array]:
+        """Where whether a light reaches the hit points is in doubt, and |error| of what it gives where it does."""
+        u = self._u
+        P = t[:, None] * (world @ self._R.T)
+        n = self._tracer.normals(t[:, None] * world, surface) @ self._R.T
+        place = self._R @ np.subtract(light.position, self._eye)
+        to_light = place - P
+        distance = np.linalg.norm(to_light, axis=1)
+        moved = point + u * (np.linalg.norm(place) + distance)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            L = to_light / distance[:, None]
+            L_error = moved / np.maximum(distance - moved, 0.0) + 4.0 * u
+        on = self._on(light)
+        grazes = np.zeros(len(t), bool)
+        if on is not None and not isinstance(self._leaves[on], Sphere):
+            grazes = self._tracer.coincide[on][surface]
+        doubt = ~np.isfinite(L_error) | (~(np.abs(dot(n, L)) > normal + L_error + 4.0 * u) & ~grazes)
+        rays = Rays(P, np.nan_to_num(L), point, np.nan_to_num(L_error, posinf=1.0), False)
+        found = [self._between(k, rays, surface, n, normal, light, distance, k == on) for k in self._distinct()]
+        end = distance - moved - 2.0 * u * distance, distance + moved + 2.0 * u * distance
+        doubt |= order_in_doubt(found, end[1])
+        for roots in found:
+            low, high = interval(roots)
+            doubt |= np.any((high >= end[0]) & (low <= end[1]), axis=0)
+        # Of the lecture's models: a cosine is as wrong as its vectors; a lobe at most sqrt(h) times that, for h from
+        # 1; Blinn's H by as much more as L + V is short.
+        vectors = normal + L_error + FEW * UNIT[32]
+        materials = [leaf.material for leaf in self._leaves]
+        kd, ks, h = (
+            np.array([value(m) for m in materials])[surface]
+            for value in (
+                lambda m: max(m.get("kd", (np.inf,))),
+                lambda m: max(m.get("ks", (0.0,))),
+                lambda m: m.get("h", 0.0),
+            )
+        )
+        halfway = np.maximum(np.linalg.norm(L - world @ self._R.T, axis=1) / 2.0, np.finfo(float).tiny)
+        blinn = np.array([m.model == "blinn" for m in materials])[surface]
+        steep = np.where(h == 0.0, 0.0, np.where(h < 1.0, np.inf, np.sqrt(h))) * np.where(blinn, 1.0 / halfway, 2.0)
+        with np.errstate(invalid="ignore"):
+            lobe = np.where(ks > 0.0, ks * (steep * vectors + 4.0 * FEW * UNIT[32]), 0.0)
+        return doubt & ~grazes, max(light.color) * (kd * vectors + lobe)
+
+    def _between(
+        self, k: int, rays: Rays, surface: Any, n: Array, normal: Array, light: PointLight, distance: Array, lit: bool
+    ) -> Roots:
+        """The roots of leaf k for rays that leave `surface` towards a light.
+
+        That at their start is exactly 0, and that at the light, if it lies on the leaf (`lit`), exactly the
+        distance: these are in no doubt.
+        """
+        leaf = self._leaves[k]
+        roots = self._roots(k, rays)
+        starts = self._tracer.coincide[k][surface]
+        ends = np.full(len(starts), lit)
+        t = np.full((2, len(starts)), np.inf)
+        error = t.copy()
+        if isinstance(leaf, Sphere):
+            at_light = np.subtract(light.position, leaf.center) @ self._R.T / leaf.radius
+            outward = np.where(starts[:, None], n, at_light)
+            chord = -2.0 * leaf.radius * dot(outward, rays.rd)
+            other = np.where(starts, chord, distance + chord)
+            t[0] = np.where((other > 0.0) & ~(starts & ends), other, np.inf)
+            inexact = normal + rays.rd_error + FEW * self._u
+            error[0] = 2.0 * leaf.radius * inexact + np.where(starts, 0.0, FEW * self._u * distance)
+        known = starts | ends
+        return roots._replace(
+            t=np.where(known, t, roots.t), error=np.where(known, error, roots.error), tangent=roots.tangent & ~known
+        )
+
+    def _on(self, light: PointLight) -> int | None:
+        """The first leaf, spheres before planes, that the light lies on, as _distinct() numbers it."""
+        order = sorted(range(len(self._leaves)), key=lambda k: not isinstance(self._leaves[k], Sphere))
+        return next((self._same(k) for k in order if self._leaves[k].touches(light.position)), None)

@@ -1,0 +1,336 @@
+"""What theory says of each model: is it reciprocal, does it conserve energy, what is its albedo.
+
+Written down before anything is measured, from the formulas and from what has been published; where only a run could
+tell, `why` says so. `checks.py` holds what is measured against this, `closed_forms.py` knows albedos by formula.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import msgspec
+
+from raytracer.scene.materials.material import Material
+from raytracer.scene.materials.models import MODELS, Parameter
+
+# (low, high) stands for all numbers between; one number for a colour of three that are equal.
+Settings = Mapping[str, Any]
+
+
+class Verdict(msgspec.Struct, frozen=True):
+    """What is expected of a model where its parameters are as `when` says; of rows that hold, the last does.
+
+    All of it holds for the settings that `settings_of` lists: there it has been worked out, or found by a run. Of a
+    `law`, `reciprocal` and `conserving` hold whatever the other parameters are. `largest` is the largest albedo over
+    angles of `measure.DEGREES`, and how far off it may be; `at` is its angle. `resolved`: whether the quadrature is to
+    resolve all albedos. None: nothing is expected.
+    """
+
+    model: str
+    reciprocal: bool
+    conserving: bool | None
+    why: str
+    when: Settings = {}
+    largest: tuple[float, float] | None = None
+    at: float | None = None
+    resolved: bool = True
+    law: bool = False
+
+    def fits(self, material: Material) -> bool:
+        """Whether it is about this material."""
+        return material.model == self.model and all(_is(material.get(name), value) for name, value in self.when.items())
+
+
+def expected(material: Material) -> Verdict | None:
+    """What is to be found of a material; None if nothing is written down."""
+    if not any(verdict.model == material.model for verdict in VERDICTS):
+        return None
+    rows = [verdict for verdict in VERDICTS if verdict.fits(material)]
+    if rows and _in_f(material) in [_in_f(Material(material.model, **s)) for s in settings_of(material.model)]:
+        return rows[-1]
+    if laws := [verdict for verdict in rows if verdict.law]:
+        return msgspec.structs.replace(laws[-1], largest=None, at=None, resolved=False)
+    if material.model not in NOT_RECIPROCAL:
+        why = "its formula is the same with L and V exchanged"
+        return Verdict(material.model, True, None, why, resolved=False)
+    return None
+
+
+def _in_f(material: Material) -> Settings:
+    """The parameters that its reflectance depends on."""
+    return {name: value for name, value in material.parameters.items() if name not in _NOT_IN_F}
+
+
+def _is(value: Any, wanted: Any) -> bool:
+    if isinstance(wanted, tuple) and wanted:
+        return value is not None and wanted[0] <= value <= wanted[1]
+    return value in (wanted, (wanted,) * 3)
+
+
+# All others are reciprocal with any parameters; these with some.
+NOT_RECIPROCAL = ("phong", "blinn", "strauss")
+# No reflectance, or the light that it is under, not the material's own.
+_NOT_IN_F = ("ka", "le", "tangent")
+_BLACK = "black"
+_END_OF_FLOAT32 = "a lobe of 1e-4: at grazing angles float32 has no more bits for its halfway vectors"
+
+
+# Rows of models that are made alike.
+def _total(model: str, law: bool) -> tuple[Verdict, ...]:
+    edge = "total reflection begins at an angle where F has a vertical tangent: the quadrature may not resolve that"
+    return (
+        Verdict(model, True, True, edge, {"fresnel": "dielectric", "ior": (0.1, 0.9999)}, resolved=False, law=law),
+        Verdict(model, True, True, edge, {"fresnel": "conductor", "k": 0.0}, resolved=False, law=law),
+    )
+
+
+def _lecture(model: str, lobe: str) -> tuple[Verdict, ...]:
+    unbounded = f"the highlight as a reflectance is ks {lobe} / N.L: it grows without bound as N.L goes to 0"
+    return (
+        Verdict(model, False, False, f"kd without 1/pi reflects kd pi, 2.5 by default; {unbounded}"),
+        Verdict(model, False, False, unbounded, {"kd": 0.0}),
+        Verdict(model, True, False, "diffuse, without 1/pi: kd pi", {"ks": 0.0}, (0.8 * math.pi, 1e-3)),
+        Verdict(model, True, True, "diffuse, without 1/pi: kd pi", {"ks": 0.0, "kd": 0.3}, (0.3 * math.pi, 1e-3)),
+        Verdict(
+            model,
+            False,
+            False,
+            "x^0 = 1 in all directions: of light at an angle, pi (kd + ks / N.L) is reflected",
+            {"h": 0.0},
+            (math.pi * (0.8 + 0.5 / math.cos(math.radians(89.9))), 10.0),
+            89.9,
+        ),
+        Verdict(model, True, False, "the highlight is 1e-12 of the rest: not seen in float32", {"kd": 1e12}),
+    )
+
+
+def _normalized(model: str) -> tuple[Verdict, ...]:
+    return (
+        Verdict(
+            model,
+            True,
+            True,
+            "albedo kd + ks straight from above, the largest (Lafortune and Willems 1994)",
+            {"kd": 0.5, "ks": 0.5},
+            (1.0, 1e-3),
+            law=True,
+        ),
+        Verdict(model, True, False, "kd + ks is more than 1", {"kd": 1.0, "ks": 0.5}, (1.5, 1e-3), 0.0, law=True),
+        Verdict(model, True, False, "kd + ks is more than 1", {"kd": 0.5, "ks": 1.0}, (1.5, 1e-3), 0.0, law=True),
+        Verdict(model, True, True, "nothing but the diffuse part: kd", {"ks": 0.0}, (0.5, 1e-3), law=True),
+        Verdict(model, True, True, "nothing but the lobe: ks straight from above", {"kd": 0.0}, law=True),
+    )
+
+
+def _cavities(model: str, more: Settings) -> tuple[Verdict, ...]:
+    beyond = "other constants than 1/4 reflect more than facets can: 4/pi and 4 times (Walter 2007)"
+    return (
+        Verdict(
+            model,
+            True,
+            True,
+            "V-shaped cavities mask as much as they have to; 1/4 is the Jacobian (xx)",
+            {"rho": 0.0, "constant": "modern", **more},
+            law=True,
+        ),
+        Verdict(model, True, False, "a diffuse part of albedo 1, and a specular one besides", {"rho": 1.0}),
+        Verdict(model, True, True, "nothing but the diffuse part: rho", {"ks": 0.0}, (0.0, 0.0), law=True),
+        Verdict(model, True, False, beyond, {"constant": "cook"}),
+        Verdict(model, True, False, beyond, {"constant": "unnormalized"}),
+        Verdict(model, True, True, _END_OF_FLOAT32, {"m": 1e-4}, resolved=False),
+        *_total(model, law=False),
+    )
+
+
+VERDICTS: tuple[Verdict, ...] = (
+    *_lecture("phong", "(R.V)^h"),
+    *_lecture("blinn", "(N.H)^h"),
+    Verdict("lambert", True, True, "albedo rho from anywhere (Lambert 1760)", law=True),
+    Verdict("minnaert", True, False, "albedo rho (N.V)^(k-1): k < 1 has no bound at grazing angles"),
+    Verdict("minnaert", True, True, "albedo rho (N.V)^(k-1), k at least 1: at most rho", {"k": (1.0, 100.0)}, law=True),
+    Verdict("minnaert", True, True, _BLACK, {"rho": 0.0}, (0.0, 0.0), law=True),
+    *_normalized("phong_normalized"),
+    *_normalized("blinn_normalized"),
+    Verdict(
+        "strauss",
+        False,
+        False,
+        "F and the highlight's colour go by the light's angle only; as a reflectance its Qs / N.L has no bound, and Qd "
+        "has no 1/pi",
+    ),
+    Verdict("strauss", False, True, "all is transmitted but for grazing angles; by a run", {"transparency": 1.0}),
+    Verdict(
+        "strauss",
+        False,
+        True,
+        "its exponent is 1e6, and nothing makes up for the highlight's small size: darker as smoother, which is known",
+        {"smoothness": (0.9999, 1.0)},
+    ),
+    Verdict(
+        "lafortune",
+        True,
+        True,
+        "rho + 2 pi / (n + 2) from above, for these lobes",
+        {},
+        (0.2 + math.pi / 11.0, 1e-3),
+        0.0,
+    ),
+    Verdict("lafortune", True, False, "the diffuse part reflects all", {"rho": 1.0}, (1.0 + math.pi / 11.0, 1e-3), 0.0),
+    Verdict("lafortune", True, True, "no lobes: Lambert", {"lobes": ()}, (0.2, 1e-3), law=True),
+    Verdict("lafortune", True, True, "lobes only", {"rho": 0.0}, (math.pi / 11.0, 1e-3), 0.0),
+    Verdict("oren_nayar", True, True, "full: light between facets is of rho^2, so less", {}, (0.79776, 1e-3), 89.9),
+    Verdict(
+        "oren_nayar",
+        True,
+        False,
+        "full: more than 1 at grazing angles. Largest by quadrature of the formula in float64, apart from this code",
+        {"rho": 1.0},
+        (1.02027, 1e-3),
+        89.9,
+    ),
+    Verdict(
+        "oren_nayar", True, False, "full, at its worst sigma", {"rho": 1.0, "sigma": 17.189}, (1.04996, 1e-3), 89.9
+    ),
+    Verdict("oren_nayar", True, True, "short, at sigma 30: rho (A + B / 2) when grazing, 0.94", {"form": "short"}),
+    Verdict(
+        "oren_nayar",
+        True,
+        False,
+        "short, at its worst sigma: A + B / 2 = 1.0152 at the horizon",
+        {"rho": 1.0, "form": "short", "sigma": 11.459},
+        (1.0151, 1e-3),
+    ),
+    Verdict("oren_nayar", True, True, "smooth is Lambert", {"sigma": 0.0}, (0.8, 1e-3), law=True),
+    Verdict("oren_nayar", True, True, "rough: 0.89 at most, for rho = 1", {"sigma": 90.0}, law=True),
+    Verdict("oren_nayar", True, True, "full", {"sigma": 90.0, "form": "full"}, (0.68571, 1e-3), 89.9),
+    Verdict("oren_nayar", True, True, _BLACK, {"rho": 0.0}, (0.0, 0.0), law=True),
+    Verdict("eon", True, True, "albedo 1 from anywhere for rho = 1, by the exact E (Portsmouth 2025)", law=True),
+    *_cavities("torrance_sparrow", {"c": 0.0}),
+    Verdict("torrance_sparrow", True, False, "a height c that is not 1 / (pi m^2)", {"c": 1e12}),
+    *_cavities("cook_torrance", {}),
+    Verdict(
+        "cook_torrance",
+        True,
+        True,
+        "facets steep enough for kinks of the masking at grazing angles that the quadrature may not resolve",
+        {"m": 3.0},
+        resolved=False,
+    ),
+    Verdict("ggx", True, True, "single reflections off facets with Smith's masking lose energy, never win", law=True),
+    Verdict("ggx", True, True, _END_OF_FLOAT32, {"alpha": 1e-4}, resolved=False, law=True),
+    *_total("ggx", law=True),
+    Verdict(
+        "beckmann", True, True, "single reflections off facets with Smith's masking lose energy, never win", law=True
+    ),
+    Verdict("beckmann", True, True, _END_OF_FLOAT32, {"alpha": 1e-4}, resolved=False, law=True),
+    *_total("beckmann", law=True),
+    Verdict(
+        "split",
+        True,
+        False,
+        "1 - F(V.H) is no share that is transmitted: at grazing angles facets reflect F(N.V), near 1, and light from "
+        "elsewhere, whose V.H is not small, is reflected diffusely besides",
+    ),
+    Verdict(
+        "split", True, True, "rough facets are seen at a large V.H: rho 0.8 keeps it below 1; by a run", {"alpha": 0.3}
+    ),
+    Verdict("split", True, False, "the same with rho = 1; by a run", {"alpha": 0.3, "rho": 1.0}),
+    Verdict("split", True, False, "narrower at grazing angles than GGX; by a run", {"distribution": "beckmann"}),
+    Verdict("split", True, False, "as smooth as a mirror: nearly 2", {"alpha": 1e-4}, resolved=False),
+    Verdict("split", True, True, "rough facets are seen at a large V.H; by a run", {"alpha": 1.0}),
+    Verdict("split", True, True, "no diffuse part", {"metalness": 1.0}, law=True),
+    Verdict("split", True, True, "no diffuse part: F is 1", {"f0": 1.0, "metalness": 0.0}, law=True),
+    Verdict("split", True, True, "no diffuse part", {"rho": 0.0}, law=True),
+    Verdict(
+        "diffuse_microfacet",
+        True,
+        True,
+        "single reflections off Lambertian facets lose energy",
+        {"distribution": "ggx"},
+        law=True,
+    ),
+    Verdict(
+        "diffuse_microfacet",
+        True,
+        True,
+        "the same; no law, as the shader's quadrature makes 1.0015 of smooth white facets; by a run",
+        {"distribution": "beckmann"},
+    ),
+    Verdict("he", True, True, "nothing guarantees it, but F is less than 1: delta and diffuse parts; by a run"),
+    Verdict("he", True, False, "a diffuse part of albedo 1, and the others besides", {"rho": 1.0}),
+    Verdict("he", True, True, "nothing but the diffuse part: rho", {"ks": 0.0}, (0.0, 0.0), law=True),
+    *(
+        Verdict("he", True, False, "delta and diffuse parts are 1.025 F at 80 degrees for F = 1; by a run", when)
+        for when in ({"f0": 1.0}, {"fresnel": "conductor", "n": 0.0}, {"fresnel": "conductor", "k": 100.0})
+    ),
+    *(
+        Verdict(
+            "he",
+            True,
+            False,
+            "the same beyond the angle of total reflection, whose edge may not be resolved",
+            when,
+            resolved=False,
+        )
+        for when in ({"fresnel": "dielectric", "ior": 0.1}, {"fresnel": "conductor", "k": 0.0})
+    ),
+    Verdict("he", True, True, "lobes of wavelength / tau, 1e-7: nothing in float32", {"tau": 1e6}, resolved=False),
+    Verdict("mirror", True, True, "a delta, which is not in f: its albedo is F", law=True),
+)
+
+# Beyond the ends of each range: settings that tell something.
+COMBINATIONS: dict[str, tuple[Settings, ...]] = {
+    "phong": ({"kd": 0.3, "ks": 0.0},),
+    "blinn": ({"kd": 0.3, "ks": 0.0},),
+    "minnaert": ({"k": 1.0}, {"k": 2.0, "rho": 1.0}),
+    "phong_normalized": tuple({"kd": 0.0, "ks": 1.0, "h": h} for h in (0.0, 1.0, 10.0, 100.0, 1e6)),
+    "blinn_normalized": tuple({"kd": 0.0, "ks": 1.0, "h": h} for h in (0.0, 1.0, 10.0, 100.0, 1e6)),
+    "oren_nayar": (
+        {"rho": 1.0, "sigma": 17.189},
+        {"rho": 1.0, "form": "short", "sigma": 11.459},
+        {"form": "short", "sigma": 90.0},
+    ),
+    "diffuse_microfacet": ({"alpha": 1.0, "rho": 1.0},),
+    "eon": ({"rho": 1.0, "roughness": 1.0}, {"rho": 1.0, "roughness": 0.1}),
+    "torrance_sparrow": ({"m": 1e-3}, {"f0": 1.0, "m": 0.1}),
+    "cook_torrance": ({"m": 1e-3}, {"f0": 1.0, "m": 0.1}),
+    "ggx": (
+        *({"f0": 1.0, "alpha": alpha} for alpha in (1e-3, 0.1, 0.5, 1.0)),
+        {"f0": 1.0, "alpha": 1.0, "masking": "separable"},
+    ),
+    "beckmann": (
+        *({"f0": 1.0, "alpha": alpha} for alpha in (1e-3, 0.1, 1.0)),
+        {"f0": 1.0, "alpha": 1.0, "smith": "rational"},
+    ),
+    "split": ({"alpha": 1e-3}, {"distribution": "beckmann", "alpha": 0.1}),
+}
+
+
+def settings_of(model: str) -> list[Settings]:
+    """The model's defaults, both ends of each parameter's range, one at a time, and the combinations written down."""
+    parameters = MODELS[model].parameters
+    found: list[Settings] = [{}]
+    for name, parameter in parameters.items():
+        if name in _NOT_IN_F:
+            continue
+        condition = dict([parameter.when]) if parameter.when else {}
+        found += [{**condition, name: end} for end in _ends(parameter)]
+    found += COMBINATIONS.get(model, ())
+    materials = [Material(model, **settings) for settings in found]
+    return [s for i, s in enumerate(found) if materials[i] not in materials[:i]]
+
+
+def _ends(parameter: Parameter) -> Sequence[Any]:
+    match parameter.kind:
+        case "choice":
+            return parameter.choices
+        case "lobes":
+            return [()]
+        case "whole":
+            return [int(parameter.low), int(parameter.high)]
+        case "number" | "color":
+            return [parameter.low, parameter.high]
+        case _:
+            return []

@@ -1,0 +1,51 @@
+"""The scene on which materials are shown: a ball with a bite taken out of it, a small one, on a floor."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.core.validation import Vec3
+from raytracer.formats.image import srgb8
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.materials.convert import WITHOUT_PI
+from raytracer.scene.materials.material import Material
+from raytracer.scene.scene import Camera, PointLight, Scene
+from raytracer.scene.settings import Settings
+from raytracer.scene.solids import Plane, Sphere
+
+_KEY, _FILL = (-3.2, 5.5, 5.0), (6.0, 2.5, 2.0)
+_FILL_SHARE = 0.35
+_GREY = 0.42
+
+
+def light_of(material: Material) -> float:
+    """The colour of the light under which a white diffuse material is white: without 1/pi, it is 1 instead of pi."""
+    return 1.0 if material.model in WITHOUT_PI else math.pi
+
+
+def scene_of(material: Material) -> Scene:
+    """The material on the scene, under its light."""
+    light = light_of(material)
+    ball = Sphere((0.0, 1.0, 0.0), 1.0, material) - Sphere((0.62, 1.72, 0.72), 0.62, material)
+    small = Sphere((1.02, 0.3, 0.86), 0.3, material)
+    grey = Material("phong", ka=0.0, kd=_GREY, ks=0.0) if light == 1.0 else Material("lambert", rho=_GREY)
+    return Scene(
+        [ball, small, Plane((0.0, 1.0, 0.0), 0.0, grey)],
+        [PointLight(_KEY, _grey(light)), PointLight(_FILL, _grey(_FILL_SHARE * light))],
+        Camera((0.35, 3.0, 5.0), (0.2, 0.82, 0.0), vertical_fov=28.0),
+        background=(0.3, 0.38, 0.5),
+        ambient=_grey(light),
+    )
+
+
+def _grey(value: float) -> Vec3:
+    return (value, value, value)
+
+
+def picture(material: Material, side: int, samples: int, renderer: Renderer) -> NDArray[np.uint8]:
+    """A square picture of that scene, (side, side, 3), sRGB."""
+    image = renderer.render(scene_of(material), (side, side), Settings(samples=samples))
+    return srgb8(image.radiance)

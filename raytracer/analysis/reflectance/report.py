@@ -1,0 +1,290 @@
+"""The bench's findings on the terminal, as JSON and as Markdown."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from raytracer.analysis.reflectance.expectations import NOT_RECIPROCAL, VERDICTS, Settings
+from raytracer.analysis.reflectance.measure import RECIPROCAL, RESOLVED, Measured
+from raytracer.analysis.reflectance.verification import Check
+from raytracer.core.terminal import cell, say, say_table
+from raytracer.scene.materials.models import MODELS, Parameter
+
+_HEADING = ("model", "settings", "reciprocal", "conserving", "largest albedo", "furnace", "(vi)", "verdict")
+_ANSWERS = {True: "yes", False: "no", None: "?"}
+
+
+def print_checks(checks: Sequence[Check]) -> None:
+    """A table of all, then in words what is not as expected; of a single check its albedo over the angle too."""
+    from rich.table import Table
+
+    table = Table(*_HEADING)
+    for check in checks:
+        table.add_row(*map(cell, _row(check)))
+    say_table(table)
+    if len(checks) == 1:
+        _print_albedos(checks[0].measured)
+    say(f"reciprocal: f(wi, wo) and f(wo, wi) differ by {RECIPROCAL:g} of the larger one at most.")
+    say(f"albedo: over 0 to 89.9 degrees; ? where it is not resolved to {RESOLVED:g}. * with a part in one direction")
+    say("furnace, (vi): how far off 1 are the weak white furnace and the facets that a viewer sees")
+    for check in checks:
+        for differs in check.differs:
+            say(f"{check.name} {settings_text(check.settings)}: {differs}".replace("  ", " "))
+    wrong = sum(bool(check.differs) for check in checks)
+    without = sum(check.verdict is None for check in checks)
+    partly = sum(check.verdict is not None and check.verdict.conserving is None for check in checks)
+    parts = [f"{len(checks)} measured, {wrong or 'none'} not as expected"]
+    parts += [f"of {without} nothing is written down"] if without else []
+    parts += [f"of {partly} it is not written down whether it conserves energy"] if partly else []
+    say("; ".join(parts))
+
+
+def _row(check: Check) -> list[str]:
+    found = check.measured
+    largest = found.largest
+    mark = "" if largest.resolved else "?"
+    facets = [f"{found.facets.furnace:.0e}", f"{found.facets.normals:.0e}"] if found.facets else ["", ""]
+    return [
+        check.name,
+        settings_text(check.settings) or "-",
+        "yes" if found.reciprocal else f"no: {found.reciprocity:.2g}",
+        _ANSWERS[found.conserving],
+        f"{largest.value:.4g}{mark} at {largest.degrees:.4g}{'*' if found.delta else ''}",
+        *facets,
+        _verdict_text(check),
+    ]
+
+
+def _verdict_text(check: Check) -> str:
+    if check.differs:
+        return "DIFFERS"
+    if check.verdict is None:
+        return "-"
+    return "as expected" if check.verdict.conserving is not None else "reciprocal as expected"
+
+
+def _print_albedos(found: Measured) -> None:
+    from rich.table import Table
+
+    same = found.beams == found.albedos
+    table = Table("degrees", "albedo", "+-", *(() if same else ("of a beam", "+-")))
+    for seen, beam in zip(found.albedos, found.beams, strict=True):
+        pairs = (seen,) if same else (seen, beam)
+        cells = [text for a in pairs for text in (f"{a.value:.5f}{'' if a.resolved else '?'}", f"{a.error:.0e}")]
+        table.add_row(f"{seen.degrees:.4g}", *cells)
+    say_table(table)
+    if not same:
+        say("It is not reciprocal: the albedo under equal light from everywhere is not the albedo of a beam.")
+
+
+def settings_text(settings: Settings) -> str:
+    """As `--set` takes them."""
+    return " ".join(f"{name}={_value_text(value)}" for name, value in settings.items())
+
+
+def _value_text(value: Any) -> str:
+    if isinstance(value, float | int):
+        return f"{value:g}"
+    if isinstance(value, str):
+        return value
+    if all(isinstance(part, float | int) for part in value):
+        return ",".join(f"{part:g}" for part in value) or "[]"
+    return "[...]"  # lobes
+
+
+def checks_json(checks: Sequence[Check]) -> str:
+    """All that was measured. What is not finite is null."""
+    return _json({"checks": [_check_json(check) for check in checks]})
+
+
+def _check_json(check: Check) -> dict[str, Any]:
+    found, verdict = check.measured, check.verdict
+    return {
+        "name": check.name,
+        "model": found.material.model,
+        "settings": dict(check.settings),
+        "finite": found.finite,
+        "least": found.least,
+        "reciprocity": found.reciprocity,
+        "reciprocal": found.reciprocal,
+        "conserving": found.conserving,
+        "largest": _albedo_json(found.largest),
+        "albedo": [_albedo_json(a) for a in found.albedos],
+        "beam": [_albedo_json(a) for a in found.beams],
+        "delta": found.delta,
+        "facets": found.facets and {name: getattr(found.facets, name) for name in ("furnace", "normals", "error")},
+        "expected": verdict
+        and {"reciprocal": verdict.reciprocal, "conserving": verdict.conserving, "why": verdict.why},
+        "differs": check.differs,
+    }
+
+
+def _albedo_json(albedo: Any) -> dict[str, Any]:
+    return {
+        "degrees": albedo.degrees,
+        "value": albedo.value,
+        "error": albedo.error,
+        "resolved": albedo.resolved,
+    }
+
+
+def _json(value: Any) -> str:
+    def plain(x: Any) -> Any:
+        if isinstance(x, float):
+            return x if math.isfinite(x) else None
+        if isinstance(x, Mapping):
+            return {k: plain(v) for k, v in x.items()}
+        return [plain(v) for v in x] if isinstance(x, list | tuple) else x
+
+    return json.dumps(plain(value), indent=1, allow_nan=False)
+
+
+def properties(checks: Sequence[Check]) -> dict[str, str]:
+    """In words, what was measured of a model with all its settings: over which part of its range it holds."""
+    return {name: _over_range(checks, name) for name in ("reciprocal", "conserving")}
+
+
+def _over_range(checks: Sequence[Check], name: str) -> str:
+    by_answer = {answer: [c for c in checks if getattr(c.measured, name) is answer] for answer in (True, False, None)}
+    yes, no, open_ = by_answer.values()
+
+    def where(some: Sequence[Check]) -> str:
+        named = ", ".join(settings_text(c.settings) or "defaults" for c in some[:4])
+        return f"{len(some)} of {len(checks)} settings ({named}{', ...' if len(some) > 4 else ''})"
+
+    unresolved = f"not resolved in {where(open_)}" if open_ else ""
+    if not no:
+        return f"yes, but {unresolved}" if yes and open_ else unresolved or "yes"
+    answer = f"no, in {where(no)}" if yes or open_ else "no"
+    return f"{answer}; {unresolved}" if open_ else answer
+
+
+def print_models(models: Sequence[str], measured: Mapping[str, Sequence[Check]]) -> None:
+    """What each is, what was measured, and what it takes."""
+    from rich.table import Table
+
+    for name in models:
+        model = MODELS[name]
+        say("", f"{name}: {model.about} ({model.source})")
+        if checks := measured.get(name):
+            found = properties(checks)
+            say(f"reciprocal: {found['reciprocal']}; conserving: {found['conserving']}")
+        else:
+            say("not measured: it needs a file")
+        table = Table("name", "kind", "range", "default", "unit", "meaning", "source")
+        for parameter in model.parameters.values():
+            table.add_row(*map(cell, _parameter_row(parameter)))
+        say_table(table)
+
+
+def models_json(models: Sequence[str], measured: Mapping[str, Sequence[Check]]) -> str:
+    """The same."""
+    return _json(
+        {
+            name: {
+                "about": MODELS[name].about,
+                "source": MODELS[name].source,
+                "parameters": [
+                    dict(zip(_COLUMNS, _parameter_row(p), strict=True)) for p in MODELS[name].parameters.values()
+                ],
+                "measured": [_check_json(check) for check in measured.get(name, ())],
+            }
+            for name in models
+        }
+    )
+
+
+_COLUMNS = ("name", "kind", "range", "default", "unit", "meaning", "source")
+
+
+def _parameter_row(p: Parameter) -> list[str]:
+    ranges = {
+        "choice": ", ".join(p.choices),
+        "lobes": "at most 16 of { cx, cy, cz, n, scale }",
+        "measured": "a file",
+        "direction": "not 0",
+    }
+    default = {"lobes": "one, of Phong's kind", "measured": "none"}.get(p.kind) or _default_text(p.default)
+    only = f", only with {p.when[0]} = {p.when[1]}" if p.when else ""
+    return [
+        p.name,
+        p.kind,
+        ranges.get(p.kind, f"{p.low:g} to {p.high:g}"),
+        default,
+        p.unit,
+        p.meaning + only,
+        p.source,
+    ]
+
+
+def _default_text(value: Any) -> str:
+    if isinstance(value, tuple) and len(set(value)) == 1:
+        value = value[0]
+    return _value_text(value)
+
+
+def markdown() -> str:
+    """docs/models.md: the table of models, with what theory says of them, which the tests hold measurements to."""
+    lines = [
+        "# Reflectance models",
+        "",
+        "Written by `raytracer brdf list --markdown` from `raytracer/scene/materials/models.py` and",
+        "`raytracer/analysis/reflectance/expectations.py`.",
+        "",
+        "The GLSL of a model is `shaders/brdf/MODEL.glsl`; in float64, `raytracer/ground_truth/reflectance.py`. A",
+        "colour is three numbers, linear RGB, or one for all three. Every model also has `ka` and `le`, here only",
+        "once.",
+        "",
+        "*Reciprocal* and *conserving* (it never reflects more than it gets) are what is expected, and why: with the",
+        "default parameters but for those named; of rows that fit, the last holds. A *law* holds with any values of",
+        f"the others. So does that a model is reciprocal, except {', '.join(NOT_RECIPROCAL)}. The tests measure all of",
+        "it, of the very GLSL that renders, at the ends of each parameter's range: `raytracer brdf check`.",
+        "",
+        *_parameter_lines([MODELS["lambert"].parameters[name] for name in ("ka", "le")]),
+    ]
+    for name, model in MODELS.items():
+        lines += ["", f"## {name}", "", f"{model.about[0].upper()}{model.about[1:]} ({model.source}).", ""]
+        lines += _parameter_lines([p for p in model.parameters.values() if p.name not in ("ka", "le")])
+        if rows := [verdict for verdict in VERDICTS if verdict.model == name]:
+            cells = [
+                ["where", "law", "reciprocal", "conserving", "largest albedo", "why"],
+                ["---"] * 6,
+                *(
+                    [
+                        _where(row.when),
+                        "law" if row.law else "",
+                        _ANSWERS[row.reciprocal],
+                        _ANSWERS[row.conserving],
+                        f"{row.largest[0]:.4g}" + (f" at {row.at:g}°" if row.at is not None else "")
+                        if row.largest
+                        else "",
+                        row.why,
+                    ]
+                    for row in rows
+                ),
+            ]
+            lines += ["", *_markdown_rows(cells)]
+    return "\n".join(lines) + "\n"
+
+
+def _where(when: Settings) -> str:
+    def text(name: str, value: Any) -> str:
+        return (
+            f"{name} {value[0]:g} to {value[1]:g}"
+            if isinstance(value, tuple) and value
+            else f"{name} = {_value_text(value)}"
+        )
+
+    return ", ".join(text(*item) for item in when.items()) or "otherwise"
+
+
+def _parameter_lines(parameters: Sequence[Parameter]) -> list[str]:
+    rows = [_parameter_row(p) for p in parameters]
+    return _markdown_rows([_COLUMNS, ["---"] * len(_COLUMNS), *([f"`{row[0]}`", *row[1:]] for row in rows)])
+
+
+def _markdown_rows(rows: Sequence[Sequence[str]]) -> list[str]:
+    return ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]

@@ -1,0 +1,167 @@
+"""How far the roots of rays and primitives may be from the exact ones by rounding.
+
+The bounds that `shaders/sphere.glsl` and `plane.glsl` state, for rays in view space.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.core.validation import Vec3
+from raytracer.ground_truth.microfacets import dot
+from raytracer.scene.solids import Plane, Primitive, Sphere
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+UNIT = {32: 2.0**-24, 64: 2.0**-53}  # half a unit in the last place of 1
+# Roundings, of half a unit each, in a number made by a handful of operations: those of what is
+# given (1), a direction (sum, scale, product, and a common factor of up to 2 units: 4), a product
+# and a sum (2), and one to spare for functions that GLSL lets be off by a unit.
+FEW = 8.0
+
+
+class View(NamedTuple):
+    """From where the rays are: rotation to view space, camera, W + H in pixels, and the unit of the arithmetic."""
+
+    R: Array
+    eye: Vec3
+    pixels: int
+    u: float
+
+    def linear(self, length: Any) -> Any:
+        """The error of cameraSlope() that is not relative to what it gives, and float64's, here and in the host."""
+        return (self.pixels * 2.0**-22 * self.u + FEW * UNIT[64]) * length
+
+
+class Roots(NamedTuple):
+    """Both roots of every ray with a leaf, inf where there is none; and where whether there are any is in doubt."""
+
+    t: Array  # (2, R)
+    error: Array
+    tangent: Mask  # (R,)
+    middle: Array  # where along the ray that would be, and how far around it
+    reach: Array
+    half: Array  # |error| of half the chord between the roots
+
+
+class Rays(NamedTuple):
+    """Rays in view space, (R, 3), with the error of their origins and directions, (R,)."""
+
+    ro: Array
+    rd: Array
+    ro_error: Array
+    rd_error: Array
+    camera: bool
+
+
+def root_errors(view: View, leaf: Primitive, rays: Rays) -> Roots:
+    """The roots of a primitive and their errors."""
+    return _sphere_roots(view, leaf, rays) if isinstance(leaf, Sphere) else _plane_roots(view, leaf, rays)
+
+
+def _sphere_roots(view: View, sphere: Sphere, rays: Rays) -> Roots:
+    u, r = view.u, sphere.radius
+    c = view.R @ np.subtract(sphere.center, view.eye)
+    to_center = c - rays.ro
+    along = dot(to_center, rays.rd)
+    p = np.linalg.norm(np.cross(to_center, rays.rd), axis=1)
+    distance = np.linalg.norm(to_center, axis=1)
+    if rays.camera:
+        p_error = moment_error(c, rays.rd, u) + FEW * UNIT[64] * np.linalg.norm(c)
+        along_error = FEW * u * np.abs(along) + view.linear(np.linalg.norm(c))
+        power = np.full(len(p), sphere.power(view.eye))
+        power_error = u * np.abs(power)
+    else:
+        moved = rays.ro_error + u * np.linalg.norm(c) + u * distance
+        p_error = along_error = moved + distance * rays.rd_error + FEW * u * distance
+        power = (distance - r) * (distance + r)
+        origin = np.linalg.norm(rays.ro, axis=1)
+        at_eye = abs(sphere.power(view.eye))
+        by_eye = u * at_eye + origin * np.linalg.norm(c + to_center, axis=1) * FEW * u
+        by_center = (distance + r) * (u * np.linalg.norm(c) + FEW * u * (distance + r))
+        power_error = 2.0 * distance * rays.ro_error + np.where(origin < distance, by_eye, by_center) * 2.0
+    # Either form of the discriminant, and the worse where it is open which one is taken.
+    q_error = p_error + u * r + 2.0 * u * (r + p)
+    by_moment = (r + p + np.abs(r - p) + q_error) * q_error
+    by_power = (2.0 * np.abs(along) + along_error) * along_error + power_error + 2.0 * u * (along**2 + np.abs(power))
+    nearer = np.abs(along) < r
+    square = np.where(nearer, along**2 - power, (r - p) * (r + p))
+    error = np.where(nearer, by_power, by_moment)
+    either = np.abs(np.abs(along) - r) <= along_error + u * r
+    error = np.where(either, np.maximum(by_power, by_moment), error)
+
+    half = np.sqrt(np.maximum(square, 0.0))
+    most = np.sqrt(np.maximum(square + error, 0.0))
+    half_error = np.maximum(most - half, half - np.sqrt(np.maximum(square - error, 0.0))) + 2.0 * u * half
+    outer = along + np.copysign(half, along)
+    outer_error = along_error + half_error + u * np.abs(outer)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inner = power / outer
+        inner_error = (power_error + np.abs(inner) * outer_error) / np.maximum(np.abs(outer) - outer_error, 0.0)
+        inner_error += 2.0 * u * np.abs(inner)
+    missed = square + error <= 0.0
+    t = np.where(missed, np.inf, [np.minimum(inner, outer), np.maximum(inner, outer)])
+    inner_first = inner < outer
+    errors = np.where(inner_first, [inner_error, outer_error], [outer_error, inner_error])
+    return Roots(t, np.nan_to_num(errors, nan=np.inf), np.abs(square) <= error, along, most + along_error, half_error)
+
+
+def _plane_roots(view: View, plane: Plane, rays: Rays) -> Roots:
+    u = view.u
+    n = view.R @ np.array(plane.unit()[0])
+    offset = plane.depth(view.eye)
+    given = u * abs(offset)
+    slope = rays.rd @ n
+    depth = offset - rays.ro @ n
+    if rays.camera:
+        depth_error: Any = given
+        slope_error = FEW * u * np.abs(slope) + view.linear(1.0)
+    else:
+        depth_error = given + rays.ro_error + 4.0 * u * np.linalg.norm(rays.ro, axis=1) + u * np.abs(depth)
+        slope_error = rays.rd_error + 4.0 * u
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = depth / slope
+        error = (depth_error + np.abs(t) * slope_error) / np.maximum(np.abs(slope) - slope_error, 0.0)
+        error += 2.0 * u * np.abs(t)
+    parallel = np.abs(slope) <= slope_error
+    t = np.where(parallel | ~np.isfinite(t), np.inf, t)
+    # Where the slope's sign is open the root may be anywhere far out on either side.
+    far = np.abs(depth) / np.maximum(2.0 * slope_error, np.finfo(float).tiny)
+    doubt = parallel & ((np.abs(depth) <= depth_error) | (far < 1e30))
+    none, zero = np.full(len(t), np.inf), np.zeros(len(t))
+    return Roots(np.array([t, none]), np.nan_to_num([error, none], nan=np.inf), doubt, far, zero, zero)
+
+
+def moment_error(c: Array, rd: Array, unit: float) -> Array:
+    """|error|, (R,), of the length of cross(c, rd) for vectors (R, 3) or (3,): it has that of each of its products."""
+    a, b = np.abs(np.broadcast_to(c, rd.shape)), np.abs(rd)
+    products = np.roll(a, -1, axis=1) * np.roll(b, -2, axis=1) + np.roll(a, -2, axis=1) * np.roll(b, -1, axis=1)
+    return FEW * unit * (np.linalg.norm(products, axis=1) + np.linalg.norm(np.cross(c, rd), axis=1))
+
+
+def interval(roots: Roots) -> tuple[Array, Array]:
+    """(2, R) each: where the roots begin and end to be; inf for none."""
+    known = np.isfinite(roots.t)
+    t = np.where(known, roots.t, 0.0)
+    return np.where(known, t - roots.error, np.inf), np.where(known, t + roots.error, np.inf)
+
+
+def order_in_doubt(leaves: list[Roots], end: Array) -> Mask:
+    """Where the order of the roots from 0 to `end`, or how many there are, is in doubt."""
+    doubt = np.zeros(len(end), bool)
+    for roots in leaves:
+        ahead = (roots.middle + roots.reach >= 0.0) & (roots.middle - roots.reach <= end)
+        doubt |= roots.tangent & ahead
+    low, high = (np.concatenate(ends) for ends in zip(*map(interval, leaves), strict=True))
+    # A root that is 0 exactly, of a camera on a surface, is in no doubt.
+    doubt |= np.any((low <= 0.0) & (high >= 0.0) & (low < high), axis=0)
+    # Sorted by where they begin, an interval overlaps an earlier one if it begins before the furthest end so far.
+    order = np.argsort(low, axis=0)
+    low, high = np.take_along_axis(low, order, axis=0), np.take_along_axis(high, order, axis=0)
+    furthest = np.maximum.accumulate(high, axis=0)[:-1]
+    overlap = (low[1:] <= furthest) & (low[1:] <= end) & (furthest > 0.0) & np.isfinite(low[1:])
+    return doubt | np.any(overlap, axis=0)

@@ -1,0 +1,141 @@
+"""Shading approximations, each against what it approximates, on the same scene with other materials.
+
+Both sides take the same samples, so nothing but the approximation differs between their pictures.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import msgspec
+
+from raytracer.analysis.tradeoffs.configurations import MAIN, Configuration, Extent, Plan, Target
+from raytracer.core.validation import InputError
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.instances import Instances
+from raytracer.scene.materials.convert import translated
+from raytracer.scene.materials.material import Material
+from raytracer.scene.scene import Scene
+from raytracer.scene.solids import Solid, with_leaves
+
+Change = Callable[[Material], Material]
+
+# Degrees: the slopes' standard deviation of the rough surface on which diffuse models are compared.
+SIGMA = 30.0
+# Glass's index of refraction.
+_IOR = 1.5
+
+
+class _Series(NamedTuple):
+    """A knob, what is exact, and what approximates it: labels, and how a scene's materials become that."""
+
+    knob: str
+    exact: tuple[str, Change]
+    others: tuple[tuple[str, Change], ...]
+
+
+def add_approximations(plan: Plan, scene: Scene, extent: Extent, renderer: Renderer) -> None:
+    """Add to `plan` what the extent has of them. `renderer` makes the table of a measured material."""
+    settings = msgspec.structs.replace(plan.targets[MAIN].settings, samples=extent.shading_samples, shading=None)
+    for series in _series(extent, renderer):
+        name = f"{series.knob}: {series.exact[0]}"
+        try:
+            exact = with_materials(scene, series.exact[1])
+            made = [(label, with_materials(scene, change)) for label, change in series.others]
+        except InputError as error:
+            plan.left_out.append((series.knob, str(error)))
+            continue
+        plan.targets[name] = Target(name, exact, settings, same_samples=True)
+        for label, changed in ((series.exact[0], exact), *made):
+            plan.configurations.append(Configuration((series.knob,), label, name, settings, scene=changed))
+
+
+def with_materials(scene: Scene, change: Change) -> Scene:
+    """`scene` with each material as `change` has it."""
+    new = {material: change(material) for material in scene.materials}
+
+    def changed(solid: Solid) -> Solid:
+        return with_leaves(solid, lambda leaf: msgspec.structs.replace(leaf, material=new[leaf.material]))
+
+    objects = [
+        Instances(changed(o.solid), o.positions, o.scales) if isinstance(o, Instances) else changed(o)
+        for o in scene.objects
+    ]
+    return msgspec.structs.replace(scene, objects=objects, materials=tuple(dict.fromkeys(new.values())))
+
+
+def _series(extent: Extent, renderer: Renderer) -> Iterator[_Series]:
+    yield _Series(
+        "highlight",
+        ("Phong, h", lambda m: translated(m, "phong")),
+        (("Blinn, 4 h", lambda m: translated(translated(m, "phong"), "blinn")),),
+    )
+    glass = Material("ggx", fresnel="dielectric", ior=_IOR)
+    yield _Series(
+        "Fresnel factor of glass",
+        ("exact", lambda _: glass),
+        (("Schlick", lambda _: Material("ggx", f0=((_IOR - 1.0) / (_IOR + 1.0)) ** 2)),),
+    )
+    gold = Material("ggx", fresnel="conductor")
+    f0 = tuple(((n - 1.0) ** 2 + k**2) / ((n + 1.0) ** 2 + k**2) for n, k in zip(gold.n, gold.k, strict=True))
+    yield _Series("Fresnel factor of gold", ("exact", lambda _: gold), (("Schlick", lambda _: Material("ggx", f0=f0)),))
+    yield _rough(extent)
+    yield _Series(
+        "quadrature nodes",
+        (f"{extent.most_nodes} nodes", _with("diffuse_microfacet", nodes=extent.most_nodes)),
+        tuple((f"{n} nodes", _with("diffuse_microfacet", nodes=n)) for n in extent.nodes),
+    )
+    yield _Series(
+        "He's terms",
+        (f"{extent.most_terms} terms", lambda _: Material("he", terms=extent.most_terms)),
+        tuple((f"{n} terms", _only("he", terms=n)) for n in extent.terms),
+    )
+    if extent.tables:
+        yield _measured(renderer)
+
+
+def _with(model: str, **parameters: Any) -> Change:
+    """A material of that model which is like the one it replaces, but for some parameters."""
+    return lambda material: translated(material, model).replace(**parameters)
+
+
+def _only(model: str, **parameters: Any) -> Change:
+    return lambda _: Material(model, **parameters)
+
+
+def _rough(extent: Extent) -> _Series:
+    """Rough diffuse surfaces whose slopes have the same standard deviation.
+
+    Oren and Nayar's `sigma` is that of an angle, in each direction; Beckmann's alpha is sqrt(2) times that of a slope.
+    EON's roughness is the ratio B / A of the terms of Oren and Nayar's short form, as Fujii's is.
+    """
+    sigma = math.radians(SIGMA)
+    alpha = min(1.0, math.sqrt(2.0) * math.tan(sigma))
+    a = 1.0 - 0.5 * sigma**2 / (sigma**2 + 0.33)
+    b = 0.45 * sigma**2 / (sigma**2 + 0.09)
+    return _Series(
+        "rough diffuse",
+        (
+            f"integral (xxiii), {extent.most_nodes} nodes",
+            lambda m: translated(m, "diffuse_microfacet").replace(
+                alpha=alpha, distribution="beckmann", nodes=extent.most_nodes
+            ),
+        ),
+        (
+            ("Oren-Nayar, full", lambda m: translated(m, "oren_nayar").replace(sigma=SIGMA)),
+            ("Oren-Nayar, short", lambda m: translated(m, "oren_nayar").replace(sigma=SIGMA, form="short")),
+            ("EON", _with("eon", roughness=min(1.0, b / a))),
+            ("Lambert", lambda m: translated(m, "lambert")),
+        ),
+    )
+
+
+def _measured(renderer: Renderer) -> _Series:
+    """GGX and its own table in MERL's format, of 1 degree and less."""
+    from raytracer.rendering import brdf
+
+    ggx = Material("ggx")
+    table = Material("merl", file=brdf.bake(ggx, renderer=renderer))
+    return _Series("MERL table", ("GGX", lambda _: ggx), (("its table", lambda _: table),))

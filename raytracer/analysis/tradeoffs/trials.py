@@ -1,0 +1,103 @@
+"""Pictures of a scene by several settings: their errors against one of many more samples, and their times."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterable
+from statistics import median
+from typing import Any, NamedTuple
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.core.progress import Progress
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.scene import Scene
+from raytracer.scene.settings import Settings
+
+# Samples of what pictures are compared with, for each of theirs; Roberts' points are off by a fifth as much then, or
+# less, which counts as the picture's own error.
+TIMES, FEWEST, MOST = 16, 256, 4096
+
+
+class Measured(NamedTuple):
+    """A picture's cost and error. `seconds`: those of render(), the median; `samples`: a pixel's, on average.
+
+    `least`: the shortest time. What else runs on the machine only adds, so that tells who is faster.
+    """
+
+    settings: Settings
+    seconds: float
+    error: float
+    samples: float
+    least: float
+
+
+class Stage:
+    """Pictures of a scene at one size, and what they are compared with."""
+
+    def __init__(self, renderer: Renderer, scene: Scene, base: Settings, size: tuple[int, int]) -> None:
+        self._renderer, self._scene, self._base, self.size = renderer, scene, base, size
+        self._reference: NDArray[np.float64] | None = None
+        self.samples = 0
+        self._shared = base.shadows == "soft" and any(light.radius for light in scene.lights)
+        self._known: dict[Settings, Measured] = {}
+        self._compiled: set[tuple[bool, bool, bool]] = set()
+
+    def refer(self, samples: int, progress: Progress | None = None) -> None:
+        """Compare with a picture for pictures of so many samples."""
+        wanted = min(max(FEWEST, TIMES * samples), MOST)
+        if wanted > self.samples:
+            self.samples = wanted
+            settings = msgspec.structs.replace(self._base, samples=wanted, sequence="r2")
+            image = self._renderer.render(
+                self._scene, self.size, settings, geometry=False, estimates=False, progress=progress
+            )
+            self._reference = image.radiance.astype(np.float64)
+            self._known.clear()
+
+    def measure(self, settings: Settings) -> Measured:
+        """Render for the error and one time; before that, where programs are not compiled yet, once for that."""
+        if settings not in self._known:
+            kind = settings.samples == 1, settings.adaptive is not None, settings.asks
+            if kind not in self._compiled:
+                self._compiled.add(kind)
+                self.seconds(settings)
+            begin = time.perf_counter()
+            image = self._renderer.render(self._scene, self.size, settings, geometry=False)
+            seconds = time.perf_counter() - begin
+            samples = image.estimate.samples if image.estimate else float(settings.samples)
+            self._known[settings] = Measured(settings, seconds, self._error(image.radiance, samples), samples, seconds)
+        return self._known[settings]
+
+    def known(self) -> list[Measured]:
+        """All that was measured against the present reference, by one time each."""
+        return [found for found in self._known.values() if not math.isnan(found.error)]
+
+    def knows(self, settings: Settings) -> bool:
+        """Whether that was measured against the present reference."""
+        return settings in self._known
+
+    def seconds(self, settings: Settings) -> float:
+        """How long a picture takes."""
+        begin = time.perf_counter()
+        self._renderer.render(self._scene, self.size, settings, geometry=False)
+        return time.perf_counter() - begin
+
+    def _error(self, radiance: NDArray[Any], samples: float) -> float:
+        if self._reference is None:
+            return math.nan
+        error = math.sqrt(float(np.mean((radiance - self._reference) ** 2)))
+        # Points on lights are the same whatever the sequence: so much of the reference is the picture's own.
+        return error / (1.0 - min(0.5, samples / self.samples)) if self._shared else error
+
+    def in_turns(self, candidates: Iterable[Measured], rounds: int) -> list[Measured]:
+        """With so many times."""
+        found = list(candidates)
+        times: list[list[float]] = [[] for _ in found]
+        for _ in range(rounds):
+            for each, candidate in zip(times, found, strict=True):
+                each.append(self.seconds(candidate.settings))
+        return [each._replace(seconds=median(own), least=min(own)) for each, own in zip(found, times, strict=True)]

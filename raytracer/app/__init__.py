@@ -1,0 +1,4 @@
+"""The program: the command line and the window.
+
+May import: all other packages.
+"""

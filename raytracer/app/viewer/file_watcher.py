@@ -1,0 +1,45 @@
+"""Noticing that a scene file, a file of its instances or a shader was saved."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+from raytracer.compiler.glsl.preprocessor import shaders_folder
+from raytracer.core.validation import InputError
+from raytracer.formats.scene_file import named_files, read
+
+_SHADERS = (".glsl", ".frag", ".vert")
+
+
+class Files:
+    """The scene file, those of its instances and all shaders, as they were at the last look."""
+
+    def __init__(self, scene: Path) -> None:
+        self.scene = scene
+        self.has_scene = scene.is_file()  # and not a pipe, which cannot be read twice
+        self._instances: list[Path] = []
+        self._seen: dict[Path, tuple[int, int]] = {}
+        self.changed()
+
+    def changed(self) -> bool:
+        """Whether any was saved since the last look.
+
+        Editors replace files, so one that is gone is taken to be as it was. Their hidden files,
+        locks and copies, are no shaders.
+        """
+        before = self._seen.copy()
+        if self.has_scene:
+            self._look_at(self.scene)
+            if self._seen.get(self.scene) != before.get(self.scene):
+                with suppress(InputError):  # while it is wrong, it has the instances that it had
+                    self._instances = named_files(*read(self.scene))
+        shaders = (path for path in shaders_folder().rglob("[!.]*") if path.suffix in _SHADERS)
+        for path in (*self._instances, *shaders):
+            self._look_at(path)
+        return self._seen != before
+
+    def _look_at(self, path: Path) -> None:
+        with suppress(OSError):
+            status = path.stat()
+            self._seen[path] = status.st_mtime_ns, status.st_size

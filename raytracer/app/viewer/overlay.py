@@ -1,0 +1,92 @@
+"""Text for the window: the table of controls, notices and errors, drawn by Pillow."""
+
+from __future__ import annotations
+
+import math
+import re
+import textwrap
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from raytracer.app.viewer.events import CONTROLS, State
+
+# Of a letter, in pixels at display scale 1.
+_FONT_SIZE = 16.0
+_SMALLEST = 6.0
+# Letters are about half as wide as high; lines shorter than some words help nobody; more lines hide the picture.
+_LETTER_WIDTH, _FEWEST_LETTERS, _MOST_LINES = 0.55, 20, 20
+_INK, _GROUND, _WRONG = (255, 255, 255, 255), (16, 16, 24, 208), (140, 16, 16, 232)
+
+
+def panels(state: State, size: tuple[int, int], scale: float) -> list[tuple[NDArray[np.uint8], tuple[int, int]]]:
+    """What is to be drawn over a window of `size` pixels: (h, w, 4) uint8 arrays and their lower left pixels.
+
+    `scale` is the display's: at 2 a letter has twice as many pixels. Text that does not fit is drawn smaller.
+    """
+    found: list[tuple[NDArray[np.uint8], tuple[int, int]]] = []
+    if state.help:
+        columns = ["\n".join(c.key for c in CONTROLS), "\n".join(c.does for c in CONTROLS)]
+        table = _fitted(columns, size, scale, _GROUND)
+        found.append((table, (0, size[1] - table.shape[0])))
+    width = max(_FEWEST_LETTERS, int(size[0] / (_LETTER_WIDTH * _FONT_SIZE * scale)))
+    bottom = 0
+    for text, ground in ((state.error, _WRONG), (state.notice, _GROUND), (state.hint, _GROUND)):
+        lines = [wrapped for line in text.splitlines() for wrapped in textwrap.wrap(line, width)]
+        if len(lines) > _MOST_LINES:
+            lines[_MOST_LINES - 1 :] = ["... (the whole is on the terminal)"]
+        if lines and bottom < size[1]:
+            box = _fitted(["\n".join(lines)], (size[0], size[1] - bottom), scale, ground)
+            found.append((box, (0, bottom)))
+            bottom += box.shape[0]
+    return found
+
+
+def _fitted(columns: list[str], size: tuple[int, int], scale: float, ground: tuple[int, ...]) -> NDArray[np.uint8]:
+    letter = _FONT_SIZE * scale
+    while True:
+        box = _box(columns, letter, ground)
+        excess = max(box.shape[1] / size[0], box.shape[0] / size[1])
+        if excess <= 1.0 or letter <= _SMALLEST:
+            return box[: size[1], : size[0]]
+        letter = max(_SMALLEST, min(letter - 0.5, letter / excess))
+
+
+def label(state: State, scale: float) -> NDArray[np.uint8]:
+    """The text beside the selected light's marker, in the form of panels()."""
+    return _box([f"light {state.light + 1}" if len(state.scene.lights) > 1 else "light"], _FONT_SIZE * scale, _GROUND)
+
+
+def _box(columns: list[str], letter: float, ground: tuple[int, ...]) -> NDArray[np.uint8]:
+    """Columns of text side by side on a coloured ground."""
+    font = cast("ImageFont.FreeTypeFont", ImageFont.load_default(letter))  # any font that has a size
+    pad, line = round(0.6 * letter), math.ceil(font.getbbox("A")[3]) + round(0.3 * letter)
+    gap = math.ceil(letter / 8.0)
+    texts = [[_placed(text, font, gap) for text in column.split("\n")] for column in columns]
+    widths = [max(width for _, width in rows) + 2 * pad for rows in texts]
+    ascent, descent = font.getmetrics()
+    height = line * (max(map(len, texts)) - 1) + ascent + descent + 2 * pad
+    image = Image.new("RGBA", (sum(widths), height), ground)
+    draw = ImageDraw.Draw(image)
+    left = pad
+    for rows, width in zip(texts, widths, strict=True):
+        for k, (pieces, _) in enumerate(rows):
+            for x, piece in pieces:
+                draw.text((left + x, pad + k * line), piece, _INK, font)
+        left += width
+    return np.asarray(image)
+
+
+def _placed(text: str, font: ImageFont.FreeTypeFont, gap: int) -> tuple[list[tuple[int, str]], int]:
+    """The pieces of a line of text and where each begins; and the line's width.
+
+    Between two dashes there is a gap, as this font draws them without any.
+    """
+    pieces: list[tuple[int, str]] = []
+    x = 0
+    for piece in re.split(r"(?<=-)(?=-)", text):
+        pieces.append((x, piece))
+        x += math.ceil(font.getlength(piece)) + gap
+    return pieces, x - gap

@@ -1,0 +1,43 @@
+"""Text in the title of the window, and hints over its picture."""
+
+from __future__ import annotations
+
+from raytracer.app.viewer.events import State
+from raytracer.compiler.glsl.shaders import material_layout
+
+HELP = "H: help"
+
+
+def title(state: State, samples: int, milliseconds: float, error: float | None = None) -> str:
+    """The window's title: time of a frame, `samples` so far and the picture's `error` if known, and what is on."""
+    settings = state.settings
+    lights = len(state.scene.lights)
+    parts = (
+        f"{state.scene.name} - {milliseconds:.0f} ms",
+        f"{samples} of {settings.samples} sample{'s' * (settings.samples > 1)}",
+        f"error {error:.2g}" if error is not None else "",
+        _drawn(state),
+        f"light {state.light + 1} of {lights}" if lights > 1 else "",
+        "H for help",
+    )
+    return ", ".join(filter(None, parts))
+
+
+def compiling(state: State) -> str:
+    """The title while the programs of the picture that `state` wants are compiled."""
+    return f"compiling {_drawn(state)} ..."
+
+
+def compiling_title(state: State) -> str:
+    """The window's title at that time."""
+    return f"{state.scene.name} - {compiling(state)}, H for help"
+
+
+def _drawn(state: State) -> str:
+    """The kind of picture."""
+    settings = state.settings
+    if state.show != "picture":
+        return f"showing {state.show}"
+    shading = settings.shading or " and ".join(material_layout(state.scene, settings).models)
+    shadows = "no shadows" if settings.shadows == "off" else f"{settings.shadows} shadows"
+    return f"{shading}, {shadows}"

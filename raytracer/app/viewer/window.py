@@ -1,0 +1,351 @@
+"""The interactive window: GLFW's events into `interaction`, and what that wants redone onto the screen."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import glfw
+import moderngl
+import msgspec
+
+from raytracer.app.viewer.events import (
+    Button,
+    Cursor,
+    Event,
+    Failed,
+    Hinted,
+    Key,
+    Loaded,
+    Press,
+    Redo,
+    Release,
+    State,
+    Told,
+    Wheel,
+    command,
+    reverted,
+    start,
+    step,
+)
+from raytracer.app.viewer.file_watcher import Files
+from raytracer.app.viewer.overlay import label, panels
+from raytracer.app.viewer.titles import HELP, compiling, compiling_title, title
+from raytracer.compiler.glsl.preprocessor import ShaderError
+from raytracer.core.output import write_numbered
+from raytracer.core.terminal import complain, say
+from raytracer.core.validation import InputError, about
+from raytracer.formats.instance_file import copied
+from raytracer.formats.scene_file import moved, named_files, parse_all, read
+from raytracer.formats.settings_section import DEFAULT_SIZE
+from raytracer.gpu.context import open_window
+from raytracer.rendering.progressive import Live
+from raytracer.rendering.renderer import Renderer, metadata
+from raytracer.scene.presets import Fields
+
+# Seconds. How often files are looked at; also, Python notices Ctrl+C only between two waits for events.
+_LOOK = 0.05
+# Without a movement for so long, a picture is still: longer than between two events of a slow mouse.
+_STILL = 0.15
+_RETITLE = 0.25
+# Keys that are pressed one after the other within so long count together: only the last one's programs are compiled.
+_TOGETHER = 0.3
+_HINT = 6.0
+_BUTTONS: dict[int, Button] = {glfw.MOUSE_BUTTON_LEFT: "left", glfw.MOUSE_BUTTON_RIGHT: "right"}
+_NAMES = {glfw.KEY_TAB: "Tab", glfw.KEY_HOME: "Home", glfw.KEY_ESCAPE: "Escape"}
+_OTHER_MODIFIERS = glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER
+
+
+def view(scene: str, given: Fields, budget: float) -> None:
+    """Show a scene until the user closes its window. Arguments and errors are those of `opened`."""
+    with opened(scene, given, budget) as viewer:
+        while not glfw.window_should_close(viewer.window):
+            wait = viewer.frame()
+            if wait > 0.0:
+                glfw.wait_events_timeout(wait)
+            else:
+                glfw.poll_events()
+            viewer.look_at_files()
+
+
+@contextmanager
+def opened(scene: str | os.PathLike[str], given: Fields, budget: float) -> Iterator[Viewer]:
+    """A window with the scene that `load` takes for `scene`, closed after the block.
+
+    The settings `given` (see presets.combined()) are in place of those of its file: `samples` are those to which a
+    still picture is refined at most, "size" is in screen coordinates. `budget` is the seconds that a sample of a moving
+    picture may take before its pixels are enlarged. Raises ContextError if no window opens, InputError for a wrong
+    scene file; drawing raises InputError for a scene beyond this driver's limits.
+    """
+    path, text = read(scene)
+    files = Files(path)
+    if files.has_scene:  # it may have been saved before changes were looked for
+        path, text = read(path)
+    loaded, of_file = parse_all(path, text)
+    with about(path):
+        state = start(text, loaded, of_file, given)
+    size = given.get("size") or of_file.get("size") or DEFAULT_SIZE
+    context, window = open_window(size, compiling_title(state))
+    try:
+        viewer = Viewer(context, window, files, state, budget)
+        yield viewer
+        viewer.close()
+    finally:
+        context.release()
+
+
+class Viewer:
+    """Draws what is due into a window, and waits otherwise."""
+
+    def __init__(self, context: moderngl.Context, window: Any, files: Files, state: State, budget: float) -> None:
+        self.state = state
+        renderer = Renderer(context)
+        context.__enter__()  # the window's context is current as long as the window is open
+        self.live = Live(renderer, budget)
+        self.context, self.window = context, window
+        self._files, self._budget = files, budget
+        self._redo = Redo.SAMPLES
+        self._drawn: State | None = None  # the last that could be
+        self._reloaded = False
+        self._screenshot_due = False
+        self._moved_at = self._titled_at = self._looked_at = 0.0
+        self._panels: object = None  # what is on the GPU of them
+        self._pressed_at = 0.0
+        self._hinted: tuple[str, float] = "", 0.0  # the hint that is shown, and since when
+        self._on_cursor(window, *glfw.get_cursor_pos(window))
+        glfw.set_window_refresh_callback(window, self._on_refresh)
+        glfw.set_key_callback(window, self._on_key)
+        glfw.set_mouse_button_callback(window, self._on_button)
+        glfw.set_cursor_pos_callback(window, self._on_cursor)
+        glfw.set_scroll_callback(window, self._on_scroll)
+        self.handle(Hinted(HELP))
+
+    def close(self) -> None:
+        """Write a screenshot that is due, and give back what is on the GPU."""
+        self._take_screenshot()
+        self.live.close()
+
+    def handle(self, event: Event) -> None:
+        """Take the state after `event`, and do what it wants done at once."""
+        if isinstance(event, Key):
+            self._pressed_at = time.perf_counter()
+        self.state, redo = step(self.state, event)
+        self._redo |= redo & (Redo.PRESENT | Redo.SAMPLES)
+        if Redo.CLOSE in redo:
+            glfw.set_window_should_close(self.window, True)
+        if Redo.SCREENSHOT in redo:
+            self._screenshot_due = True
+            settings = self.state.settings
+            most = f"{'up to ' if settings.asks else ''}{settings.samples} samples a pixel"
+            self.handle(Told(f"a screenshot will be written with {most}"))
+        if Redo.EXPORT in redo:
+            self._write(self._export)
+
+    def frame(self) -> float:
+        """Draw what is due; the seconds until something more may be, if no event comes before."""
+        size = glfw.get_framebuffer_size(self.window)
+        if 0 in size or glfw.get_window_attrib(self.window, glfw.ICONIFIED):
+            return _LOOK
+        live, begin = self.live, time.perf_counter()
+        still_in = self._moved_at + _STILL - begin
+        hint, since = self._hinted
+        if hint and begin > since + _HINT:
+            self.handle(Hinted(""))
+        if Redo.SAMPLES in self._redo or size != live.size:
+            if self._drawn and not self._is_compiled():
+                self._announce()
+                if begin < self._pressed_at + _TOGETHER:
+                    return _LOOK
+            self._moved_at = begin
+            self._begin(size, moving=True)
+        elif live.moving and still_in <= 0.0:
+            self._begin(size, moving=False)
+        elif live.moving:
+            if Redo.PRESENT not in self._redo:
+                return still_in
+        elif not live.done:
+            self._refine(begin)
+        elif self._screenshot_due:
+            self._take_screenshot()
+        elif Redo.PRESENT not in self._redo:
+            return _LOOK
+        self._present()
+        now = time.perf_counter()
+        if now > self._titled_at + _RETITLE or live.done:
+            self._titled_at = now
+            text = title(self.state, live.samples, 1000.0 * (now - begin), live.rmse())
+            glfw.set_window_title(self.window, text)
+        return 0.0
+
+    def _is_compiled(self) -> bool:
+        """Whether the programs of the picture that is wanted are compiled; also if there can be none."""
+        live, state = self.live, self.state
+        if not self._reloaded and live.has_structure(state.scene, state.settings, state.show):
+            return True
+        try:
+            return live.is_compiled(state.scene, state.settings, state.show)
+        except (InputError, ShaderError):
+            return True
+
+    def _announce(self) -> None:
+        """Say in the window, under its title and over the picture before, what will be compiled."""
+        self._titled_at = 0.0
+        glfw.set_window_title(self.window, compiling_title(self.state))
+        self._present(compiling(self.state))
+
+    def _refine(self, begin: float) -> None:
+        """Draw one more sample, or as many as the budget allows since `begin`."""
+        self._sample()
+        while not self.live.done and time.perf_counter() < begin + self._budget:
+            self._sample()
+
+    def _sample(self) -> None:
+        try:
+            self.live.sample()
+        except ShaderError as error:  # of those that find the error, without which the picture goes on
+            complain(*str(error).splitlines())
+            self.handle(Failed(str(error)))
+
+    def _begin(self, size: tuple[int, int], *, moving: bool) -> None:
+        """Start the picture and draw its first sample; or that of the state before, if this is impossible."""
+        if moving:
+            self._take_screenshot()
+        if self._reloaded:  # not before: a screenshot is of what the files held until now
+            self.live.reread()
+        self._redo &= ~Redo.SAMPLES
+        try:
+            self._start(self.state, size, moving)
+        except (InputError, ShaderError) as error:
+            if isinstance(error, InputError):
+                error = error.at(self._files.scene)
+            if not self._drawn:
+                raise error from None
+            message = str(error)
+            complain(*message.splitlines())
+            self.state = reverted(self.state, self._drawn)
+            self._start(self.state, size, moving)
+            self.handle(Failed(message) if self._reloaded else Told(message))
+        self._drawn, self._reloaded = self.state, False
+        self._sample()
+
+    def _start(self, state: State, size: tuple[int, int], moving: bool) -> None:
+        self.live.start(state.scene, state.settings, state.show, size, moving=moving)
+
+    def _present(self, note: str = "") -> None:
+        """Show the picture under the overlay, with `note` in place of a notice."""
+        state, size = self.state, self.live.size
+        if note:
+            state = msgspec.structs.replace(state, notice=note)
+        scale = glfw.get_window_content_scale(self.window)[1]
+        wanted = (state.help, state.notice, state.hint, state.error, state.light, len(state.scene.lights), size, scale)
+        if wanted != self._panels:
+            self.live.set_panels(panels(state, size, scale))
+            self.live.set_label(label(state, scale))
+            self._panels = wanted
+        if state.hint != self._hinted[0]:
+            self._hinted = state.hint, time.perf_counter()
+        marked = state.scene.lights[state.light] if state.marker and state.scene.lights else None
+        self.live.present(self.context.screen, marked, state.scene.camera, scale)
+        glfw.swap_buffers(self.window)
+        self._redo &= ~Redo.PRESENT
+
+    def look_at_files(self) -> None:
+        """Take up what was saved of the scene file and the shaders since the last look."""
+        now = time.perf_counter()
+        if now < self._looked_at + _LOOK:
+            return
+        self._looked_at = now
+        if not self._files.changed():
+            return
+        path = self._files.scene
+        try:
+            text = read(path)[1] if self._files.has_scene else self.state.text
+            loaded, of_file = parse_all(path, text)
+            with about(path):
+                self.handle(Loaded(text, loaded, of_file))
+        except InputError as error:
+            complain(*str(error).splitlines())
+            self.handle(Failed(str(error)))
+        self._reloaded = True
+        self._redo |= Redo.SAMPLES
+
+    def _write(self, write: Callable[[], str]) -> None:
+        try:
+            notice = write()
+        except (OSError, RuntimeError) as error:
+            reason = error.strerror if isinstance(error, OSError) else ""
+            notice = f"{Path.cwd()}: expected a folder that can be written to: {reason}" if reason else str(error)
+            complain(*notice.splitlines())
+        else:
+            with suppress(OSError):  # nobody reads it there any more
+                say(notice)
+        self.handle(Told(notice))
+
+    def _take_screenshot(self) -> None:
+        """If one is due: of what was drawn last.
+
+        A single sample is drawn again, as that of a picture of one: a moving picture's pixels may be enlarged, and a
+        still one's first sample is not the pixel's centre.
+        """
+        live, drawn = self.live, self._drawn
+        if not self._screenshot_due or not drawn:
+            return
+        self._screenshot_due = False
+        if live.samples == 1:
+            settings = msgspec.structs.replace(drawn.settings, samples=1)
+            self._start(msgspec.structs.replace(drawn, settings=settings), live.size, moving=False)
+            live.sample()
+        self._write(self._screenshot)
+
+    def _screenshot(self) -> str:
+        state, live = self._drawn or self.state, self.live
+        drawn: Fields = {"samples": live.samples, "adaptive": None, "max_error": None, "time": None}
+        settings = msgspec.structs.replace(state.settings, **drawn)
+        text = metadata(state.scene, live.size, settings, live.estimate())
+        text["Description"] += f", showing {state.show}" if state.show != "picture" else ""
+        path = write_numbered(state.scene.name, ".png", live.image(text).write_png)
+        return f"wrote {path}: {live.size[0]}x{live.size[1]}, {live.samples} of {state.settings.samples} samples"
+
+    def _export(self) -> str:
+        try:
+            text = moved(self.state.text, self.state.scene, self._files.scene.parent)
+        except RuntimeError as error:
+            raise RuntimeError(f"{self._files.scene}: {error}") from None
+        with copied(named_files(self._files.scene, text), Path()):
+            path = write_numbered(self.state.scene.name, ".toml", lambda file: file.write(text.encode()))
+        return f"wrote {path}; to render its picture: {command(self.state, self.live.size, str(path))}"
+
+    def _on_refresh(self, _window: Any) -> None:
+        # At once: while a user resizes a window, macOS and Windows return from no other call.
+        self._redo |= Redo.PRESENT
+        self.frame()
+
+    def _on_key(self, _window: Any, key: int, scancode: int, action: int, modifiers: int) -> None:
+        if action == glfw.PRESS and not modifiers & _OTHER_MODIFIERS:
+            self.handle(Key(_NAMES.get(key) or _letter(key, scancode)))
+
+    def _on_button(self, _window: Any, button: int, action: int, _modifiers: int) -> None:
+        if name := _BUTTONS.get(button):
+            self.handle(Press(name) if action == glfw.PRESS else Release(name))
+
+    def _on_cursor(self, window: Any, x: float, y: float) -> None:
+        height = max(1, glfw.get_window_size(window)[1])
+        self.handle(Cursor(x / height, y / height))
+
+    def _on_scroll(self, window: Any, dx: float, dy: float) -> None:
+        shift = glfw.PRESS in (glfw.get_key(window, key) for key in (glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT))
+        self.handle(Wheel(dy or (dx if shift else 0.0), shift))  # macOS turns a shifted wheel sideways
+
+
+def _letter(key: int, scancode: int) -> str:
+    """What is on a key in the keyboard's layout, or in the English one where the layout's letters are others."""
+    if key == glfw.KEY_UNKNOWN:  # of those, GLFW is not to be asked
+        return ""
+    letter = glfw.get_key_name(key, scancode) or ""
+    if letter.isascii():
+        return letter.upper()
+    return chr(key) if glfw.KEY_A <= key <= glfw.KEY_Z else ""

@@ -1,0 +1,230 @@
+"""The objects of a scene with many primitives, sorted by how they are drawn.
+
+Small objects of spheres that share a tree, instances above all, share code: a kind. Single half-spaces,
+such as a ground, are met by rays everywhere, unless there are many. All others are evaluated as programs
+(csg_pruning.py).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler.csg_pruning import Pruner
+from raytracer.scene.instances import Instances
+from raytracer.scene.scene import Scene
+from raytracer.scene.solids import (
+    Complement,
+    Difference,
+    Intersection,
+    Plane,
+    Primitive,
+    Solid,
+    Sphere,
+    Union,
+    simplified,
+)
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+T = TypeVar("T")
+Operator: TypeAlias = Callable[[T, T], T]
+
+# Up to so many primitives every ray is tested against all of them: lists cost more than they save. Above, they are
+# also quicker to compile: a second or so for any tree, and no more for the next one.
+FEW = 12
+# Code of so many kinds is compiled; a rarer tree, or one of more leaves than a vertex shader can hand on (kinds.vert),
+# becomes a program.
+KINDS, KIND_LEAVES = 4, 4
+# The least radius of a ball around a lens, of the smaller sphere's: its growth is then 11 at most, which SLACK of
+# lists.glsl is for. A thinner lens is seldom an object.
+_THICK = 0.25
+
+# Single half-spaces are written out in the code up to so many: of 100 llvmpipe compiles two seconds. More are programs.
+NAMED_PLANES = 32
+
+Shape = tuple[type[Solid], ...]  # a postfix tree, its leaves by type
+
+
+class Group(NamedTuple):
+    """n objects of one kind, of k spheres each."""
+
+    tree: list[Solid | int]  # postfix, with leaves as numbers
+    first: Ints  # (n,): index of the first of the object's surfaces
+    order: Ints  # (n,): number of the object in the scene
+
+
+class Big(NamedTuple):
+    """n objects of one tree, of k leaves each, that are evaluated as programs."""
+
+    pruner: Pruner
+    surfaces: Ints  # (n, k): of each leaf
+    order: Ints  # (n,): number of the object in the scene
+
+
+class Groups(NamedTuple):
+    """All objects of a scene; `planes`: single half-spaces by their surface."""
+
+    kinds: list[Group]
+    bigs: list[Big]
+    planes: list[int]
+    order: Ints  # (surfaces,): of each surface the number of its object
+
+
+_last: tuple[object, Groups] | None = None
+
+
+def groups(scene: Scene) -> Groups:
+    """The objects of `scene`, kept as long as scenes of the same objects are asked for."""
+    global _last
+    last = _last  # another thread may set it meanwhile
+    if last is None or last[0] is not scene.objects:
+        _last = last = scene.objects, _groups(scene)
+    return last[1]
+
+
+def _groups(scene: Scene) -> Groups:
+    trees = [simplified(o.solid if isinstance(o, Instances) else o) for o in scene.objects]
+    counts = [len(o) if isinstance(o, Instances) else 1 for o in scene.objects]
+    shapes = [tuple(type(node) for node in tree) for tree in trees]
+    of_kind: Counter[Shape] = Counter()
+    for shape, count in zip(shapes, counts, strict=True):
+        if not {Plane, Complement} & set(shape) and shape.count(Sphere) <= KIND_LEAVES:
+            of_kind[shape] += count
+    kinds = [shape for shape, _ in of_kind.most_common(KINDS)]
+    spheres = sum(shape.count(Sphere) * count for shape, count in zip(shapes, counts, strict=True))
+    few_planes = sum(count for shape, count in zip(shapes, counts, strict=True) if shape == (Plane,)) <= NAMED_PLANES
+    first: list[list[Ints]] = [[] for _ in kinds]
+    order: list[list[Ints]] = [[] for _ in kinds]
+    bigs: dict[Shape, list[tuple[Ints, Ints]]] = {}
+    planes: list[int] = []
+    orders_of_spheres: list[Ints] = []
+    orders_of_planes: list[Ints] = []
+    sphere, plane, number = 0, spheres, 0
+    for tree, shape, count in zip(trees, shapes, counts, strict=True):
+        own = shape.count(Sphere), shape.count(Plane)
+        numbers = np.arange(number, number + count)
+        if shape in kinds:
+            first[kinds.index(shape)].append(sphere + own[0] * np.arange(count))
+            order[kinds.index(shape)].append(numbers)
+        elif shape == (Plane,) and few_planes:
+            planes += range(plane, plane + count)
+        else:
+            is_plane = np.array([isinstance(node, Plane) for node in tree if isinstance(node, Primitive)])
+            among = np.where(is_plane, np.cumsum(is_plane) - 1 + plane, np.cumsum(~is_plane) - 1 + sphere)
+            step = np.where(is_plane, own[1], own[0])
+            bigs.setdefault(shape, []).append((among + step * np.arange(count)[:, None], numbers))
+        orders_of_spheres.append(np.repeat(numbers, own[0]))
+        orders_of_planes.append(np.repeat(numbers, own[1]))
+        sphere, plane, number = sphere + own[0] * count, plane + own[1] * count, number + count
+    found = [
+        Group(_numbered(trees[shapes.index(shape)]), np.concatenate(f), np.concatenate(o))
+        for shape, f, o in zip(kinds, first, order, strict=True)
+    ]
+    programs = [
+        Big(Pruner(trees[shapes.index(shape)]), np.concatenate(surfaces), np.concatenate(order))
+        for shape, (surfaces, order) in ((shape, zip(*parts, strict=True)) for shape, parts in bigs.items())
+    ]
+    return Groups(found, programs, planes, np.concatenate([*orders_of_spheres, *orders_of_planes]))
+
+
+def _numbered(tree: list[Solid]) -> list[Solid | int]:
+    count = iter(range(len(tree)))
+    return [next(count) if isinstance(node, Primitive) else node for node in tree]
+
+
+def is_bounded(shape: Shape) -> bool:
+    """Whether a ray that meets none of a tree's spheres meets nothing of it; half-spaces it always may meet."""
+    stack: list[bool] = []
+    for kind in shape:
+        if kind is Complement:
+            stack[-1] = False
+        elif kind is Difference:
+            stack.pop()
+        elif kind in (Union, Intersection):
+            b, a = stack.pop(), stack.pop()
+            stack.append(a and b if kind is Union else a or b)
+        else:
+            stack.append(kind is Sphere)
+    return stack[0]
+
+
+def combined(tree: list[Solid | int], leaf: Callable[[int], T], common: Operator[T], around: Operator[T]) -> T:
+    """Something that holds a tree's solid, given that for each leaf, for what two have in common, and for two together.
+
+    What is left of a difference is held by what holds its first operand.
+    """
+    stack: list[T] = []
+    for node in tree:
+        if isinstance(node, int):
+            stack.append(leaf(node))
+        elif isinstance(node, Difference):
+            stack.pop()
+        else:
+            b, a = stack.pop(), stack.pop()
+            stack.append(common(a, b) if isinstance(node, Intersection) else around(a, b))
+    return stack[0]
+
+
+class Balls(NamedTuple):
+    """Balls that hold something, close to the smallest."""
+
+    centers: Array  # (n, 3)
+    radii: Array  # (n,)
+    # (n, 3): where two spheres are moved by d from where they are, along x, y or z, balls wider by so many d hold it.
+    growth: Array
+    largest: Array  # (n,): the radius of the largest sphere
+
+
+def balls(group: Group, centers: Array, radii: Array) -> Balls:
+    """Balls that hold the objects of a group, given all spheres' places."""
+
+    def ball(leaf: int) -> Balls:
+        place = centers[group.first + leaf]
+        return Balls(place, radii[group.first + leaf], np.zeros_like(place), radii[group.first + leaf])
+
+    return combined(group.tree, ball, _common, _around)
+
+
+def _common(a: Balls, b: Balls) -> Balls:
+    """Around what two balls have in common: a lens, or else all of the smaller one.
+
+    Let r be the radius of the smaller one, and the two be wider by d, or nearer to each other by 2 d. The plane of
+    the lens's edge then moves by 2 d at most, and the square of the edge's radius grows by 4 r d + d^2 at most: where
+    it is R or less, it gets no larger than R by more than (2 r / R + 1) d. So that is bounded, R is at least a share
+    of r. Only of spheres: lenses of lenses would grow by the product.
+    """
+    apart = b.centers - a.centers
+    distance = np.linalg.norm(apart, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = (distance + (a.radii - b.radii) * (a.radii + b.radii) / distance) / 2.0  # from a to the lens's edge
+        square = (a.radii - along) * (a.radii + along)
+        lens = (along > 0.0) & (along < distance) & (square > 0.0) & ~np.any(a.growth + b.growth, axis=1)
+        axis = apart / distance[:, None]
+    first = a.radii <= b.radii
+    smaller = np.where(first, a.radii, b.radii)
+    edge = np.maximum(np.sqrt(np.where(lens, square, 0.0)), _THICK * smaller)
+
+    def choose(lens_value: Array, a_value: Array, b_value: Array) -> Array:
+        return np.where(lens[:, None], lens_value, np.where(first[:, None], a_value, b_value))
+
+    return Balls(
+        choose(a.centers + axis * along[:, None], a.centers, b.centers),
+        np.where(lens, edge, smaller),
+        choose(np.abs(axis) * (3.0 + 2.0 * smaller / edge)[:, None], a.growth, b.growth),
+        np.maximum(a.largest, b.largest),
+    )
+
+
+def _around(a: Balls, b: Balls) -> Balls:
+    """The smallest ball around two."""
+    distance = np.linalg.norm(b.centers - a.centers, axis=1)
+    radius = np.maximum(np.maximum(a.radii, b.radii), (distance + a.radii + b.radii) / 2.0)
+    # From a's centre towards b's: not at all if a holds b, all the way if b holds a.
+    share = np.clip((radius - a.radii) / np.where(distance > 0.0, distance, 1.0), 0.0, 1.0)
+    center = a.centers + share[:, None] * (b.centers - a.centers)
+    return Balls(center, radius, np.maximum(a.growth, b.growth), np.maximum(a.largest, b.largest))

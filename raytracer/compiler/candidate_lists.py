@@ -1,0 +1,255 @@
+"""What the rays of each cell may meet, as the texture of whole numbers that shaders/lists.glsl walks through.
+
+A cell's list is a row of entries. One that is 0 or more is an object of a kind, by its number in the items'
+texture; -n is followed by the number of another object in the scene, and the n - 1 codes of its program
+(csg_pruning.py; chains begin as such), whose leaves are surfaces. Where an object is all around it is in no list.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler import program_rows
+from raytracer.compiler.batches import KIND_LEAVES, Balls, balls, combined, groups
+from raytracer.compiler.culling import PASSING, finest_grid, reach, widening
+from raytracer.compiler.direction_cells import CELL, MARGIN, by_cell, covered, cube_faces, overlaps, tangents, widened
+from raytracer.compiler.program_rows import View
+from raytracer.compiler.surfaces import table
+from raytracer.compiler.view_space import camera_grid, rotation, vectors
+from raytracer.scene.scene import PointLight, Scene
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# tan(a) of the half angle a of a ball as seen from a light that is in it: then it takes all cells.
+_AROUND = 4.0
+
+
+class Lists(NamedTuple):
+    """Cell i's entries are entries[ends[i, 0] : ends[i, 1]]; cells may share them."""
+
+    ends: NDArray[np.int32]  # (cells, 2)
+    entries: NDArray[np.int32]
+
+
+class Items(NamedTuple):
+    """The objects of kinds, in view space; those of kind 0 come first."""
+
+    centers: Array  # (N, 3) and (N,): balls that hold what float32 shows of them to the camera
+    radii: Array
+    growth: Array  # by so many d those balls are to be wider where rounding moves spheres by d
+    kind: Ints
+    first: Ints  # index of their first surface
+    order: Ints  # number in the scene
+
+
+def items(scene: Scene) -> Items:
+    """The objects of kinds of `scene`."""
+    found = table(scene)
+    kinds = groups(scene).kinds
+    around = [balls(group, found.centers, found.radii) for group in kinds]
+    none = Balls(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)), np.zeros(0))
+    ball = Balls(*map(np.concatenate, zip(none, *around, strict=True)))
+    away = ball.centers - scene.camera.position
+    centers = away @ rotation(scene.camera).T
+    growth = np.maximum(np.linalg.norm(ball.growth, axis=1), 1.0)
+    # The roots of a ray with a sphere of radius r at c are off by 32 u (|c| + r) at most, sums of the bounds in
+    # sphere.glsl. That is along the ray, which is along c but for an angle of r / |c|; across it, rays and spheres are
+    # where they are but for that share of r, and widened() of the larger ones.
+    along = np.sum(ball.growth * np.abs(away), axis=1)
+    return Items(
+        centers,
+        widened(centers, ball.radii, growth) + PASSING * (along + 4.0 * growth * ball.largest),
+        growth,
+        np.repeat(np.arange(len(kinds)), [len(group.first) for group in kinds]),
+        np.concatenate([np.zeros(0, np.int64), *(group.first for group in kinds)]),
+        np.concatenate([np.zeros(0, np.int64), *(group.order for group in kinds)]),
+    )
+
+
+class Lister:
+    """Makes lists for scenes of the same objects, seen by a camera of the same place."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._items = items(scene)
+        self._bigs = groups(scene).bigs
+        self._spheres = len(table(scene).radii)
+        self._centers = vectors(scene)[: self._spheres]
+        self._radii = table(scene).radii
+
+    def items_texture(self, numbers: NDArray[np.float32]) -> NDArray[np.float32]:
+        """(4 N, 4): the texels `items` of lists.glsl; `numbers` are those of surfaces.glsl."""
+        found = self._items
+        texels = np.zeros((len(found.radii), 4, 4), np.float32)
+        # As seen from anywhere, its spheres being where float32 has them.
+        moved = PASSING * found.growth * np.linalg.norm(found.centers, axis=1)
+        texels[:, 0, :3], texels[:, 0, 3] = found.centers, found.radii + moved
+        texels[:, 1, :3] = np.column_stack([found.kind, found.first, found.order])
+        # An object of fewer surfaces has numbers of others behind its own: they are not looked at.
+        leaf = np.minimum(found.first[:, None] + np.arange(KIND_LEAVES), len(numbers) // 4 - 1)
+        texels[:, 2], texels[:, 3] = numbers[4 * leaf + 1, 3], numbers[4 * leaf + 2, 3]
+        return texels.reshape(-1, 4)
+
+    def rectangles(self, scene: Scene, size: tuple[int, int]) -> tuple[NDArray[np.int32], float]:
+        """Where the camera may see objects of kinds in a picture of `size`, and more than any distance to them there.
+
+        (N, 8): first column and row of pixels, the lowest row being 0, and behind the last; kind; first surface;
+        number in the scene; 0. In the order of the scene, without those that are not in the picture.
+        """
+        corner, step, _ = camera_grid(scene.camera, size)
+        pixel = step / CELL
+        found = self._items
+        lo, hi = self._bounds(scene)
+        first, last = covered(lo, hi, corner, (pixel, pixel), size)
+        rows = np.column_stack([first, last + 1, found.kind, found.first, found.order, np.zeros_like(found.kind)])
+        rows = rows[last[:, 0] >= first[:, 0]]
+        farthest = np.linalg.norm(found.centers, axis=1) + found.radii
+        return rows[np.argsort(rows[:, 6])].astype(np.int32), 2.0 * float(farthest.max(initial=0.5))
+
+    def _bounds(self, scene: Scene) -> tuple[Array, Array]:
+        """tangents() to objects of kinds: to the ball around each, but not beyond those of the spheres in it."""
+
+        def leaf(number: int) -> tuple[Array, Array]:
+            return tangents(self._centers[group.first + number], self._radii[group.first + number])
+
+        lo, hi = tangents(self._items.centers, self._items.radii)
+        at = 0
+        for group in groups(scene).kinds:
+            found = combined(group.tree, leaf, _inner, _outer)
+            part = slice(at, at + len(group.first))
+            lo[part], hi[part] = _inner((lo[part], hi[part]), found)
+            at = part.stop
+        return lo, hi
+
+    def of_camera(self, scene: Scene, size: tuple[int, int]) -> Lists:
+        """Of objects that are no kinds, for the cells of a picture of `size`: along its rows, the lowest first."""
+        corner, step, shape = camera_grid(scene.camera, size)
+
+        def view(centers: Array, radii: Array) -> tuple[Ints, Ints]:
+            return overlaps(*tangents(centers, radii), corner, (step, step), shape)
+
+        cells = shape[0] * shape[1]
+        return self._lists([view], cells, np.zeros(cells, np.int64), np.zeros(0, np.int32), cells)
+
+    def of_everything(self) -> NDArray[np.int32]:
+        """The list of all objects, for rays that come from anywhere."""
+
+        def view(centers: Array, radii: Array) -> tuple[Ints, Ints]:
+            return np.zeros(len(radii), np.int64), np.arange(len(radii))
+
+        every = np.arange(len(self._items.radii), dtype=np.int32)
+        lists = self._lists([view], 1, np.array([len(every)]), every)
+        begin, end = lists.ends[0]  # what is behind is for cells that see no sphere
+        return lists.entries[begin:end]
+
+    def finest_grid(self, scene: Scene, light: PointLight) -> float:
+        """How many cells a side of a cube's face around a light should at most have."""
+        return finest_grid(_place(scene, light), light.radius, self._centers)
+
+    def reach(self, scene: Scene, light: PointLight) -> float:
+        """The length up to which of_lights() lists all that a ray to a light may meet."""
+        return reach(_place(scene, light), self._centers, self._radii)
+
+    def pairs(self, scene: Scene, lights: list[PointLight], grid: int) -> tuple[float, float]:
+        """About how many pairs of a cell and a ball the lists of lights have: of kinds, and of all others.
+
+        A ball of the half angle a takes the share tan(a) of a face's side, and half a cell more on each side.
+        """
+        of_kinds = others = 0.0
+        for light in lights:
+            place = _place(scene, light)
+            wider = widening(place, light.radius, self._centers, self._radii)
+
+            def count(centers: Array, radii: Array, place: Array = place, wider: float = wider) -> float:
+                radius = radii + wider
+                distance = np.linalg.norm(centers - place, axis=1)
+                beside = np.sqrt(np.maximum(distance - radius, 0.0) * (distance + radius))
+                tangent = radius / np.maximum(beside, radius / _AROUND)
+                return float(np.minimum((grid * tangent + 1.0) ** 2, 6.0 * grid**2).sum())
+
+            of_kinds += count(self._items.centers, self._items.radii)
+            for big in self._bigs:
+                is_sphere = big.surfaces[0] < self._spheres
+                spheres = big.surfaces[:, is_sphere].ravel()
+                # With each of them, at most, all half-spaces of the object are listed.
+                others += count(self._centers[spheres], self._radii[spheres]) * (1 + int((~is_sphere).sum()))
+        return of_kinds, others
+
+    def of_lights(self, scene: Scene, lights: list[PointLight], grid: int) -> Lists:
+        """For the cells of the cubes around lights, one after the other, numbered as cells.cube_faces() does."""
+        cells = 6 * grid * grid
+        views: list[View] = []
+        counts, items = [np.zeros(0, np.int64)], [np.zeros(0, np.int32)]
+        for light in lights:
+            place = _place(scene, light)
+            wider = widening(place, light.radius, self._centers, self._radii)
+
+            def view(centers: Array, radii: Array, place: Array = place, wider: float = wider) -> tuple[Ints, Ints]:
+                return cube_faces(centers - place, radii + wider, grid)
+
+            views.append(view)
+            passing = wider - light.radius * (1.0 + MARGIN)  # the part of it that is for rounding
+            # Nearest first: what is behind a hit is not looked at.
+            near = np.linalg.norm(self._items.centers - place, axis=1) - self._items.radii
+            radii = self._items.radii + (self._items.growth - 1.0) * passing
+            start, item = by_cell(*view(self._items.centers, radii), cells, near)
+            counts.append(np.diff(start))
+            items.append(item.astype(np.int32))
+        return self._lists(views, cells, np.concatenate(counts), np.concatenate(items))
+
+    def _lists(self, views: list[View], cells: int, count: Ints, item: NDArray[np.int32], picture: int = 0) -> Lists:
+        """The lists of objects of kinds, of which cell i has count[i] one after the other, with those of all others.
+
+        `picture` is as in program_rows.met().
+        """
+        listed = [
+            (big, *program_rows.met(big, self._spheres, self._centers, self._radii, views, cells, picture))
+            for big in self._bigs
+        ]
+        bare = [program_rows.everywhere(big, self._spheres) for big in self._bigs]
+        if any(len(rows.cell) for rows in bare):
+            some = count > 0
+            for _, _, rows in listed:
+                some[rows.cell] = True
+            occupied = np.flatnonzero(some)
+            listed = [
+                (
+                    big,
+                    pairs,
+                    program_rows.filled(big, rows, around, pairs, occupied, picture) if len(around.cell) else rows,
+                )
+                for (big, pairs, rows), around in zip(listed, bare, strict=True)
+            ]
+        parts = [rows.entries() for _, _, rows in listed if len(rows.cell)]
+        entries = item
+        if parts:
+            cell = np.concatenate(
+                [np.repeat(np.arange(len(count), dtype=np.int32), count), *(cell for cell, _ in parts)]
+            )
+            entries = np.concatenate([item, *(values for _, values in parts)])
+            if np.any(cell[1:] < cell[:-1]):
+                entries = entries[np.argsort(cell, kind="stable")]
+            count = np.bincount(cell, minlength=len(count))
+        end = np.cumsum(count)
+        ends = np.column_stack((end - count, end)).astype(np.int32)
+        # One list for all cells in which there is nothing but what is everywhere.
+        around = np.concatenate([entries[:0], *(rows.entries()[1] for rows in bare)])
+        if len(around):  # else an empty list will do, wherever it is
+            ends[count == 0] = len(entries), len(entries) + len(around)
+        return Lists(ends, np.concatenate((entries, around)))
+
+
+def _place(scene: Scene, light: PointLight) -> Array:
+    """Where a light is in view space."""
+    return np.subtract(light.position, scene.camera.position) @ rotation(scene.camera).T
+
+
+def _inner(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+    return np.maximum(a[0], b[0]), np.minimum(a[1], b[1])
+
+
+def _outer(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+    return np.minimum(a[0], b[0]), np.maximum(a[1], b[1])

@@ -1,0 +1,292 @@
+"""Which cells of a picture are quiet: where only half-spaces and the background are to be seen, and no other
+object casts a shadow.
+
+A cell is CELL x CELL pixels. Most of many a picture is ground and sky, which a shader without
+any CSG draws several times faster: the evaluator `cells` has one for them. What is said to be quiet
+surely is; a cell at the edge of an object or of its shadow is not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler.batches import groups, is_bounded
+from raytracer.compiler.direction_cells import CELL, MARGIN, cube_faces, overlaps, tangents, widened
+from raytracer.compiler.glsl.shaders import has_mirrors, is_listed, shaded_materials
+from raytracer.compiler.surfaces import table
+from raytracer.compiler.view_space import camera_grid, rotation, vectors
+from raytracer.scene.materials.models import MODELS
+from raytracer.scene.scene import Scene
+from raytracer.scene.settings import Settings
+from raytracer.scene.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, simplified
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Cells of a side of a cube's face around a light.
+_GRID = 64
+# How far from a ray towards a light a ball is, in float32: by so much of the distances from the camera and of the
+# ray's length (32 units in the last place, which the point, light, centre, direction and moment share) may it be
+# wrong, however near the light it is.
+PASSING = 2.0**-19
+# Balls are widened by that for distances so many times as large as a typical one from the light, or from the camera
+# to the light: nothing of those, and beyond them nothing is known to be quiet.
+_REACH, _AWAY = 128.0, 4.0
+# In so many cells of the cube around a light a ball may be listed for no more than the light's radius, on average:
+# in smaller ones the same lists would come over and over.
+_LISTED_FOR_RADIUS = 16.0
+# Slopes of a half-space, for each pixel that a picture is wide and high, below which cameraSlope() (camera.glsl) does
+# not give its points to within MARGIN.
+_FLATTEST = 2.0**-27
+
+
+class Met(NamedTuple):
+    """In which cells rays may meet other objects than half-spaces."""
+
+    seen: Mask  # of the picture, (cells,), numbered along rows, the lowest first
+    # Of the cube around each light, (6 * grid * grid,), numbered as cube_faces() does; none without shadows.
+    lights: list[Mask]
+
+
+def has_quiet(scene: Scene, settings: Settings) -> bool:
+    """Whether pictures of scenes with this structure may have quiet cells."""
+    if has_mirrors(scene, settings) and any(_reflects(scene, settings, plane) for plane in groups(scene).planes):
+        return False
+    if settings.evaluator != "cells" or is_listed(scene, settings):
+        return settings.evaluator == "cells"
+    shapes = [tuple(type(node) for node in simplified(solid)) for solid in scene.solids()]
+    if shapes.count((Plane,)) > len(groups(scene).planes):  # too many to be named
+        return False
+    return all(shape == (Plane,) or is_bounded(shape) for shape in shapes)
+
+
+def _reflects(scene: Scene, settings: Settings, surface: int) -> bool:
+    """Whether a surface is a mirror, in which anything may be seen."""
+    return MODELS[shaded_materials(scene, settings)[table(scene).material[surface]].model].mirrors
+
+
+def quiet_cells(scene: Scene, size: tuple[int, int], settings: Settings, met: Met | None = None) -> tuple[Mask, Mask]:
+    """(rows, columns) each: which cells of a picture of `size` (width, height) are quiet, and which of them are
+    empty, where nothing is to be seen. The lowest row comes first.
+
+    `met` says where other objects than half-spaces may be met; without it, that is found here.
+    """
+    rays = _corner_rays(scene, size)
+    met = met or _find_met(scene, rays, size, settings)
+    quiet = ~met.seen.reshape(len(rays) - 1, -1)
+    radii = table(scene).radii
+    centers = vectors(scene)[: len(radii)]
+    planes = [table(scene).planes[surface - len(table(scene).radii)] for surface in groups(scene).planes]
+    normals = [rotation(scene.camera) @ np.array(plane.unit()[0]) for plane in planes]
+    depths = [plane.depth(scene.camera.position) for plane in planes]
+    empty = quiet.copy()
+    for n, depth in zip(normals, depths, strict=True):
+        # By a margin: a slope of all but 0 has no sign that rounding may not change.
+        empty &= ~_any((rays @ n) * np.sign(depth) > -MARGIN * np.linalg.norm(rays, axis=-1))
+    if settings.shadows == "off" or not len(radii):
+        return quiet, empty
+    for light, occupied in zip(scene.lights, met.lights, strict=True):
+        place = rotation(scene.camera) @ np.subtract(light.position, scene.camera.position)
+        grid = math.isqrt(len(occupied) // 6)
+        far = reach(place, centers, radii) - float(np.linalg.norm(place))
+        # Sums over the cells from a face's corner on.
+        sums = np.pad(occupied.reshape(6, grid, grid).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
+        for n, depth in zip(normals, depths, strict=True):
+            quiet &= ~_shadowed(rays, n, depth, place, sums, far)
+    return quiet, empty & quiet
+
+
+def _corner_rays(scene: Scene, size: tuple[int, int]) -> Array:
+    """(rows + 1, columns + 1, 3): directions through the corners of the cells of the picture, in view space, z = -1."""
+    corner, step, (columns, rows) = camera_grid(scene.camera, size)
+    # The last cells end with the picture.
+    x = np.minimum(corner[0] + step * np.arange(columns + 1), -corner[0])
+    y = np.minimum(corner[1] + step * np.arange(rows + 1), -corner[1])
+    return np.stack(np.broadcast_arrays(x, y[:, None], -1.0), axis=-1)
+
+
+def _find_met(scene: Scene, rays: Array, size: tuple[int, int], settings: Settings) -> Met:
+    """For scenes of few primitives."""
+    radii = table(scene).radii
+    centers = vectors(scene)[: len(radii)]
+    corner, step, shape = camera_grid(scene.camera, size)
+    pairs = overlaps(*tangents(centers, radii), corner, (step, step), shape)
+    corners = _corners(rays).reshape(4, -1, 3)[:, pairs[0]]
+    seen = _met(scene, *_in_cone(pairs, corners, centers, radii), shape[0] * shape[1])
+    lights = []
+    for light in map(settings.cast, scene.lights) if settings.shadows != "off" else ():
+        place = rotation(scene.camera) @ np.subtract(light.position, scene.camera.position)
+        grid = int(min(_GRID, finest_grid(place, light.radius, centers)))
+        wide = radii + widening(place, light.radius, centers, radii)
+        pairs = cube_faces(centers - place, wide, grid)
+        kept = _in_cone(pairs, _cube_corners(pairs[0], grid), centers - place, wide)
+        lights.append(_met(scene, *kept, 6 * grid * grid))
+    return Met(seen, lights)
+
+
+def reach(light: Array, centers: Array, radii: Array) -> float:
+    """How long rays to a light may be for what PASSING says of them."""
+    if not len(radii):
+        return 0.0
+    far = np.sort(np.linalg.norm(centers - light, axis=1) + radii)
+    # Their median. np.median() would import numpy.ma, which takes longer than all of this.
+    typical = float(far[(len(far) - 1) // 2] + far[len(far) // 2]) / 2.0
+    return max(_REACH * typical, _AWAY * float(np.linalg.norm(light)))
+
+
+def widening(light: Array, radius: float, centers: Array, radii: Array) -> float:
+    """By how much balls are to be wider so that the ray to a light's centre meets one where any to the light does.
+
+    Points of the two are, after the same share of their ways from P, no further apart than their ends, which is at
+    most `radius`. To aim beside the centre takes as many roundings again as PASSING is for.
+    """
+    passing = PASSING * reach(light, centers, radii)
+    return radius * (1.0 + MARGIN) + 2.0 * passing if radius else passing
+
+
+def finest_grid(light: Array, radius: float, centers: Array) -> float:
+    """How many cells a side of a cube's face around a light should at most have; at least 1.
+
+    By the share of all directions in which balls are listed for no more than the light's radius.
+    """
+    if not radius or not len(centers):
+        return math.inf
+    distance = np.maximum(np.linalg.norm(centers - light, axis=1), radius)
+    share = float(np.mean((radius / distance) ** 2)) / 4.0
+    return max(1.0, math.sqrt(_LISTED_FOR_RADIUS / (6.0 * share))) if share else math.inf
+
+
+def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
+    """Where a tree may be met at all, given that for its spheres, from left to right."""
+    stack: list[Mask] = []
+    for node in simplified(solid):
+        match node:
+            case Sphere():
+                stack.append(next(spheres))
+            case Plane():
+                stack.append(np.ones(1, bool))
+            case Complement():
+                stack[-1] = np.ones(1, bool)
+            case Difference():
+                stack.pop()
+            case _:
+                b, a = stack.pop(), stack.pop()
+                stack.append(a & b if isinstance(node, Intersection) else a | b)
+    return stack[0]
+
+
+def _met(scene: Scene, cell: NDArray[np.int64], sphere: NDArray[np.int64], cells: int) -> Mask:
+    """(cells,): where a ray may meet an object other than a half-space; and which spheres in which cell, is given."""
+    inside = np.zeros((len(table(scene).radii), cells), bool)
+    inside[sphere, cell] = True
+    spheres = iter(inside)
+    met = np.zeros(cells, bool)
+    for solid in scene.solids():
+        if not isinstance(solid, Plane):
+            met |= _possible(solid, spheres)
+    return met
+
+
+def _in_cone(
+    pairs: tuple[NDArray[np.int64], NDArray[np.int64]], corners: Array, centers: Array, radii: Array
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Of the pairs of a cell and a sphere those where the sphere's cone meets the one around the cell.
+
+    `corners` (4, pairs, 3) are directions. A cone of at most a right angle to its axis, dot(d, axis) >= cos |d| with
+    cos >= 0, holds with two directions their sum: so it holds a cell of which it holds the corners. A wider one may
+    not, and its pairs are kept.
+    """
+    cell, sphere = pairs
+    centers, radii = centers[sphere], widened(centers, radii)[sphere]
+    axis = (corners / np.linalg.norm(corners, axis=-1, keepdims=True)).sum(axis=0)
+    around = _angles(corners, axis).max(axis=0)
+    distance = np.linalg.norm(centers, axis=1)
+    half = np.arcsin(np.minimum(radii / np.where(distance > 0.0, distance, 1.0), 1.0))
+    apart = _angles(axis, centers) > (around + half) * (1.0 + MARGIN)
+    keep = ~apart | (around >= math.pi / 2.0 * (1.0 - MARGIN)) | (distance <= radii)
+    return cell[keep], sphere[keep]
+
+
+def _angles(a: Array, b: Array) -> Array:
+    """Between directions. By the cross product: where the view is narrow it keeps the bits of their small parts."""
+    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, axis=-1))
+
+
+def _cube_corners(cell: NDArray[np.int64], grid: int) -> Array:
+    """(4, N, 3): the corners of N cells of a cube, numbered as cube_faces() does."""
+    face, place = np.divmod(cell, grid * grid)
+    row, column = np.divmod(place, grid)
+    lines = np.linspace(-1.0, 1.0, grid + 1)
+    b = lines[np.stack([column, column + 1, column, column + 1])]
+    c = lines[np.stack([row, row, row + 1, row + 1])]
+    axis, a = face // 2, np.broadcast_to(1.0 - 2.0 * (face % 2), b.shape)
+    return np.stack(
+        [np.where(axis == 0, a, b), np.where(axis == 1, a, np.where(axis == 0, b, c)), np.where(axis == 2, a, c)],
+        axis=-1,
+    )
+
+
+def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[np.int64], reach: float) -> Mask:
+    """(rows, columns): in which cells shadows of balls may lie on the half-space dot(n, x) <= depth.
+
+    `rays` (rows + 1, columns + 1, 3) go through the cells' corners. Balls are those of points within `reach`.
+    """
+    slope = rays @ n
+    steep = np.abs(slope) > _FLATTEST * CELL * sum(rays.shape[:2]) * np.linalg.norm(rays, axis=-1)
+    ahead = steep & (slope * depth > 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        P = np.where(ahead, depth / slope, 0.0)[..., None] * rays
+    # Linear, so that a cell sees the face where one of its corners does; of flat ones rounding may change the sign.
+    visible = _any(ahead | ~steep) & (depth != 0.0)
+    whole = _all(ahead & (np.linalg.norm(P, axis=-1) <= reach))
+    D = P - light
+    grid = sums.shape[1] - 1
+    shadowed = visible & ~whole & bool(sums[:, -1, -1].any())  # to the horizon: the face goes on without end
+    # What rounding to float32 may move a point by, seen from the light.
+    error = MARGIN * (np.linalg.norm(P, axis=-1) + np.linalg.norm(light))
+    for face in np.flatnonzero(sums[:, -1, -1]):
+        axis = face // 2
+        main = D[..., axis] * (1.0 - 2.0 * (face % 2))
+        front = main > error
+        # Partly in front: only where it is not wholly beside the face, beyond one of its sides.
+        most = _over(np.maximum, main + error)
+        side = np.delete(D, axis, axis=-1)
+        off = error[..., None]
+        beside = _over(np.minimum, side - off) > most[..., None]
+        beside |= _over(np.maximum, side + off) < -most[..., None]
+        shadowed |= whole & (most > 0.0) & ~_all(front) & ~beside.any(axis=-1)
+        # In front of the face the cell's part of the half-space is a quadrilateral there, inside its bounds.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            at = np.where(front[..., None], side / main[..., None], 0.0)
+            off = np.where(front, error / main, 0.0)[..., None] * (1.0 + np.abs(at))
+        low = np.clip(np.floor((_over(np.minimum, at - off) + 1.0) / 2.0 * grid), 0, grid).astype(int)
+        high = np.clip(np.floor((_over(np.maximum, at + off) + 1.0) / 2.0 * grid) + 1, 0, grid).astype(int)
+        high = np.maximum(high, low)
+        (c0, r0), (c1, r1) = np.moveaxis(low, -1, 0), np.moveaxis(high, -1, 0)
+        count = sums[face, r1, c1] - sums[face, r0, c1] - sums[face, r1, c0] + sums[face, r0, c0]
+        shadowed |= whole & _all(front) & (count > 0)
+    return shadowed
+
+
+def _corners(values: Array) -> Array:
+    """(4, rows, columns, ...): the values at the corners of each cell."""
+    return np.stack([values[:-1, :-1], values[:-1, 1:], values[1:, :-1], values[1:, 1:]])
+
+
+def _over(combined: np.ufunc, values: NDArray[Any]) -> NDArray[Any]:
+    """(rows, columns, ...): the values at the four corners of each cell, combined."""
+    columns = combined(values[:-1], values[1:])
+    return combined(columns[:, :-1], columns[:, 1:])
+
+
+def _any(corners: Mask) -> Mask:
+    return _over(np.logical_or, corners)
+
+
+def _all(corners: Mask) -> Mask:
+    return _over(np.logical_and, corners)

@@ -1,0 +1,173 @@
+"""From one point, the camera or a light: which balls can a ray in which direction meet?
+
+The directions are divided into cells, a grid over the picture or one on each face of a cube around
+a light, and each cell lists the balls that a ray through it may meet: never too few, rarely too
+many. The light buffer of Haines and Greenberg 1986, and for the camera screen tiles. Balls are
+bounding spheres; all is computed in float64, and holds for rays and balls rounded to float32.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.core.validation import InputError
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Side of the cells in which a picture is divided, in pixels.
+CELL = 16
+# Side of the blocks in which a cell is divided where only some of its pixels are drawn (adaptive.py): one
+# that divides CELL. llvmpipe shades 4 x 4 pixels at a time, GPUs 4 x 8 and the like.
+BLOCK = 4
+# By how much, relative to a ball's radius and to its bounds, they are widened: it decides whether a
+# grazing ray finds its ball though shaders round both to float32 (2^-24), in up to a few dozen steps.
+MARGIN = 2.0**-18
+# The same for what rounding turns a ray of the camera by, 16 of float32's 2^-24: see widened().
+_TURN = 2.0**-20
+# The same for a ray's place in the grid, of the grid's extent: tangents are offset before they are
+# scaled, so near 0 their error is not relative to themselves. A hundredth of a cell or less for
+# grids up to 10,000 wide; of pixels, a sixteenth for pictures of the largest size.
+EDGE = 2.0**-20
+# A tangent above which float64 angles no longer give it to within MARGIN; it counts as infinite.
+_FLAT = 2.0**30
+# Pairs of a cell and an item; at some 40 bytes each while they are made, 2.5 GiB.
+MAX_PAIRS = 2**26
+
+
+def widened(centers: Array, radii: Array, times: Array | float = 1.0) -> Array:
+    """(N,): radii of balls that hold those of radius `radii` as float32 shows them to the camera, at the origin; or
+    balls that grow by so many `times` what that moves a ray by.
+
+    A ray that meets a ball in float32 passes its centre c at a distance p <= r + 8 u (A + p), by sphere.glsl, with
+    u = 2^-24 and A the length of (|c_j d_k| + |c_k d_j|) for its direction d, over the three pairs of axes. d is off
+    c / |c| by sqrt(2) p / |c| at most, so A <= 2 N / |c| + 3 p, with N the length of the three c_j c_k: all in all
+    p <= (r + 16 u N / |c|) / (1 - 32 u). That is some u r in the middle of a picture, u |c| where the view is wide.
+    """
+    x, y, z = centers.T
+    distance = np.sqrt(x * x + y * y + z * z)
+    across = np.sqrt((x * y) ** 2 + (y * z) ** 2 + (z * x) ** 2) / np.where(distance > 0.0, distance, 1.0)
+    return (radii + times * _TURN * across) * (1.0 + MARGIN)
+
+
+def tangents(centers: Array, radii: Array) -> tuple[Array, Array]:
+    """The smallest bounds (lo, hi), each (N, 2), of (x/-z, y/-z) over all rays in front that meet each ball.
+
+    The eye is at the origin and looks along -z; in front is z < 0. `centers` (N, 3) and `radii` (N,)
+    are lengths. Bounds hold widened() balls, and are widened by MARGIN; -inf, +inf where the ball reaches round
+    to the eye's plane on that side or holds the eye; lo = +inf, hi = -inf for a ball that no ray in front can meet.
+    """
+    radius = widened(centers, radii)[:, None]
+    depth = -centers[:, 2:]
+    # Along the other axis a ray may go anywhere, so per axis the ball is its shadow, a disc beside the origin.
+    across = np.asfortranarray(centers[:, :2])  # in this order NumPy's loops run along the balls, not the two axes
+    distance = np.hypot(across, depth)
+    holds = distance <= radius
+    middle = np.arctan2(across, depth)
+    half = np.arcsin(radius / np.where(holds, radius + 1.0, distance))
+    # Not beyond +-flat: a tangent would come back from the other side.
+    flat = np.arctan(_FLAT)
+    low, high = middle - half, middle + half
+    lo = np.where(holds | (low <= -flat), -np.inf, np.tan(np.minimum(low, flat)))
+    hi = np.where(holds | (high >= flat), np.inf, np.tan(np.maximum(high, -flat)))
+    size = sum(np.where(np.isfinite(bound), np.abs(bound), 0.0) for bound in (*lo.T, *hi.T))
+    shift = MARGIN * np.reshape(size, (-1, 1))
+    behind = depth + radius <= 0.0
+    return np.where(behind, np.inf, lo - shift), np.where(behind, -np.inf, hi + shift)
+
+
+def overlaps(
+    lo: Array, hi: Array, origin: tuple[float, float], step: tuple[float, float], shape: tuple[int, int]
+) -> tuple[Ints, Ints]:
+    """(cell, item), each (M,): all pairs of a cell and an item whose rectangle [lo, hi] overlaps it.
+
+    `lo` and `hi` are (N, 2). Cell (i, j) covers origin + [i, i + 1] step and so on in y, of a grid of
+    `shape` (columns, rows); a step may be negative. Its number is j * columns + i. Rectangles are
+    widened by EDGE. Pairs are sorted by item, then cell. Raises InputError above MAX_PAIRS.
+    """
+    first, last = covered(lo, hi, origin, step, shape)
+    count = last - first + 1
+    columns, rows = count[:, 0], count[:, 1]
+    total = int(columns @ rows)
+    if total > MAX_PAIRS:
+        raise InputError(
+            f"expected at most {MAX_PAIRS} pairs of an object and a cell that it may be seen in, got {total}", "objects"
+        )
+    item, row = _runs(np.arange(len(lo), dtype=np.int64), np.where(columns > 0, rows, 0), first[:, 1])
+    row, cell = _runs(np.arange(len(item)), columns[item], row * shape[0] + first[item, 0])
+    return cell, item[row]
+
+
+def covered(
+    lo: Array, hi: Array, origin: tuple[float, float], step: tuple[float, float], shape: tuple[int, int]
+) -> tuple[Ints, Ints]:
+    """(first, last), each (N, 2): the columns and rows that overlaps() says of each rectangle.
+
+    last is first - 1 in both where there are none.
+    """
+    size = np.array(shape)
+    at = [(bound - origin) / step for bound in (lo, hi)]
+    down = np.array(step) < 0.0
+    low, high = np.where(down, at[1], at[0]), np.where(down, at[0], at[1])
+    # Clipped before they are integers: bounds may be infinite.
+    first = np.floor(np.clip(low - EDGE * size, 0.0, size)).astype(np.int64)
+    last = np.floor(np.clip(high + EDGE * size, -1.0, size - 1.0)).astype(np.int64)
+    none = np.any((lo > hi) | (last < first), axis=1)
+    return first, np.where(none[:, None], first - 1, last)
+
+
+def _runs(items: Ints, count: Ints, start: Ints) -> tuple[Ints, Ints]:
+    """Every item `count` times, and beside it start, start + 1, ..., start + count - 1."""
+    end = np.cumsum(count)
+    offset = np.repeat(start - (end - count), count)
+    return np.repeat(items, count), offset + np.arange(len(offset))
+
+
+def cube_faces(centers: Array, radii: Array, grid: int) -> tuple[Ints, Ints]:
+    """(cell, item), each (M,): for a light at the origin, the cells of a cube around it, and the balls seen in them.
+
+    Faces are +x, -x, +y, -y, +z, -z, each grid x grid cells. On the face of main axis a with the other
+    axes b < c, direction D is in the column of D_b / |D_a| and the row of D_c / |D_a|, both from -1 to 1.
+    A cell's number is (face * grid + row) * grid + column. Raises InputError above MAX_PAIRS.
+    """
+    # Most balls are far from most faces. The planes between faces lean by 45 degrees, so a ball meets a face's
+    # pyramid only if its other coordinates are <= main + sqrt(2) radius; 2 is for the margins of tangents().
+    size = np.abs(centers.T)
+    reach = 2.0 * radii
+    items, seen = [], []
+    for face in range(6):
+        axis, sign = face // 2, 1.0 - 2.0 * (face % 2)
+        b, c = (0, 1, 2)[:axis] + (0, 1, 2)[axis + 1 :]
+        main = sign * centers[:, axis]
+        near = np.flatnonzero(np.maximum(size[b], size[c]) <= main + 4.0 * MARGIN * size[axis] + reach)
+        items.append(near)
+        seen.append(np.column_stack((centers[near, b], centers[near, c], -main[near])))
+    item = np.concatenate(items)
+    face = np.repeat(np.arange(6), [len(near) for near in items])
+    lo, hi = tangents(np.concatenate(seen), radii[item])
+    cell, pair = overlaps(lo, hi, (-1.0, -1.0), (2.0 / grid, 2.0 / grid), (grid, grid))
+    return cell + (face * grid * grid)[pair], item[pair]
+
+
+def by_cell(cell: Ints, item: Ints, cells: int, key: Array) -> tuple[Ints, Ints]:
+    """(start (cells + 1,), item (M,)): compressed rows, cell i's items are item[start[i] : start[i + 1]].
+
+    In each cell they are sorted by key[item], then by item; `key` is (N,), a number for every item.
+    """
+    by_key = np.argsort(key, kind="stable")
+    rank = np.empty(len(key), np.int64)
+    rank[by_key] = np.arange(len(key))
+    # One plain sort of whole numbers, of 32 bits where they suffice: several times faster than any argsort.
+    bits = len(key).bit_length()
+    word = np.uint32 if cells << bits <= 2**32 else np.int64
+    both = ((cell << bits) | rank[item]).astype(word)
+    both.sort()
+    return row_starts(cell, cells), by_key[both & word((1 << bits) - 1)]
+
+
+def row_starts(cell: Ints, cells: int) -> Ints:
+    """(cells + 1,): where the entries of each cell begin once they are sorted by cell."""
+    start = np.zeros(cells + 1, np.int64)
+    np.cumsum(np.bincount(cell, minlength=cells), out=start[1:])
+    return start

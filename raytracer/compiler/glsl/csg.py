@@ -1,0 +1,249 @@
+"""The GLSL text that finds what of a scene's CSG trees a ray meets first: rayCSG() and blockedAt().
+
+Trees are lists in postfix, with their leaves' surface indices instead of the leaves: spheres first, then planes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from raytracer.scene.solids import Complement, Difference, Intersection, Solid, Sphere, Union, postfix
+
+Tree = list[Solid | int]
+# Up to so many surfaces, a walk computes their roots one after the other: quickest. Of more it does so in a loop, which
+# for 200 surfaces compiles in a third of the time, and with 64 bits in an eighth; and of so many at once.
+FEW_SPANS, _AT_ONCE = 12, 8
+NamedPlane = tuple[str, str]  # what a half-space, and its index, are called
+
+RAY_CSG = [
+    "// The first surface ahead of the ray and nearer than its end: its distance, point, unit normal (on either",
+    "// side) and number as in hit.glsl; or the ray's distance, that far point, 0 and 0.",
+    "real rayCSG(Ray ray, out real3 P, out real3 N, out int mat) {",
+]
+BLOCKED_AT = [
+    "// How far a ray to a light gets: to the first surface, or to its end.",
+    "real blockedAt(Ray ray, int light) {",
+]
+
+
+def max_hits(solid: Solid) -> int:
+    """The most hits that any Roth diagram of the tree and its subtrees can hold.
+
+    A line crosses a sphere at most twice and a plane once; a solid that may be unbounded can have
+    an end at each infinity besides; and hits come in pairs.
+    """
+    most = 0
+    stack: list[tuple[int, bool]] = []  # crossings, unbounded?
+    for node in postfix(solid):
+        match node:
+            case Complement():
+                crossings, unbounded = stack.pop()
+                stack.append((crossings, True))
+            case Union():
+                (m, u), (n, v) = stack.pop(), stack.pop()
+                stack.append((m + n, u or v))
+            case Intersection():
+                (m, u), (n, v) = stack.pop(), stack.pop()
+                stack.append((m + n, u and v))
+            case Difference():
+                (n, _), (m, u) = stack.pop(), stack.pop()
+                most = max(most, n + 2)  # differenceCSG() takes the complement of its second operand
+                stack.append((m + n, u))
+            case _:
+                stack.append((2, False) if isinstance(node, Sphere) else (1, True))
+        crossings, unbounded = stack[-1]
+        most = max(most, crossings + 2 * unbounded)
+    return most // 2 * 2
+
+
+def _roots(index: int, spheres: int, surface: str) -> str:
+    """The call that gives both roots of a surface."""
+    return f"{'sphere' if index < spheres else 'plane'}Roots(ray, {surface})"
+
+
+def roth(trees: list[Tree], spheres: int, surfaces: Mapping[int, str]) -> list[str]:
+    """By the assignment's filters: a function for each object, and the nearest of their first hits.
+
+    `surfaces` are what they are called.
+    """
+    lines = []
+    for number, tree in enumerate(trees):
+        lines += [f"Roth object{number}(Ray ray) {{"]
+        stack: list[int] = []
+        for k, node in enumerate(tree):
+            if isinstance(node, int):
+                s = surfaces[node]
+                ends = f"sameAs({s}), {node + 1}"
+                if node < spheres:
+                    value = f"raySphere(ray, {s}.shape, sphereTerms(ray, {s}), {ends})"
+                else:
+                    value = f"rayPlane(ray, {s}.shape, planeSlope(ray, {s}), {ends})"
+            elif isinstance(node, Complement):
+                value = f"complementCSG(r{stack.pop()})"
+            else:
+                b, a = stack.pop(), stack.pop()
+                value = f"{type(node).__name__.lower()}CSG(r{a}, r{b})"
+            lines.append(f"    Roth r{k} = {value};")
+            stack.append(k)
+        lines += [f"    return r{stack[0]};", "}", ""]
+    return [
+        *lines,
+        *RAY_CSG,
+        "    Hit nearest = Hit(ray.distance, real3(0.0), 0);",
+        *(f"    firstHit(object{number}(ray), nearest);" for number in range(len(trees))),
+        "    P = ray.ro + nearest.t * ray.rd;",
+        "    N = nearest.normal;",
+        "    mat = nearest.mat;",
+        "    return nearest.t;",
+        "}",
+        "",
+        *BLOCKED_AT,
+        "    real3 P, N;",
+        "    int mat;",
+        "    return rayCSG(ray, P, N, mat);",
+        "}",
+    ]
+
+
+_HOLDS: dict[type[Solid], str] = {Union: "max({}, {})", Intersection: "min({}, {})", Difference: "min({}, -({}))"}
+_LOGIC: dict[type[Solid], str] = {Union: "{} || {}", Intersection: "{} && {}", Difference: "{} && !{}"}
+
+
+def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, what: bool) -> list[str]:
+    """By one walk over all objects, to the first root at which one of them changes; `what`: also what is there.
+
+    `surfaces` are what they are called.
+    """
+    holds: list[str] = []  # the lines that compute v0, v1, ..., of each object
+    spans = _spans(len(surfaces), spheres, surfaces)
+    for k, tree in enumerate(trees):
+        holds += _holds(tree, f"v{k}")
+    objects = range(len(trees))
+    # `at` is set last in the loop: a value that a loop computes before it is left is lost by llvmpipe
+    # (Mesa 22.3) for those of the pixels drawn together that leave it earlier than others.
+    lines = [
+        *spans,
+        "    real at = 0.0;",
+        *(f"    bool in{k} = false;" for k in objects),
+        "    for (;;) {",
+        *holds,
+        f"        if (at > 0.0 && ({' || '.join(f'(v{k} > 0.0) != in{k}' for k in objects)})) break;",
+        "        real next = abs(v0);",
+        *(f"        next = min(next, abs(v{k}));" for k in objects[1:]),
+        "        if (next >= ray.distance) return ray.distance;",
+        *(f"        in{k} = v{k} > 0.0;" for k in objects),
+        "        at = next;",
+        "    }",
+    ]
+    if not what:
+        return [*BLOCKED_AT, *lines, "    return at;", "}"]
+    return [
+        *RAY_CSG,
+        "    P = ray.ro + ray.distance * ray.rd;",
+        "    N = real3(0.0);",
+        "    mat = 0;",
+        *lines,
+        *owner(trees),
+        "    pointAt(mat, ray, P, N);",
+        "    return at;",
+        "}",
+    ]
+
+
+def _spans(count: int, spheres: int, surfaces: Mapping[int, str]) -> list[str]:
+    """The lines that compute both roots of all surfaces, which call them s0, s1, ..."""
+    if count <= FEW_SPANS:
+        return [f"    real2 s{k} = {_roots(k, spheres, surfaces[k])};" for k in range(count)]
+    lines = [f"    real2 spans[{count}];"]
+    for kind, first, end in (("sphere", 0, spheres), ("plane", spheres, count)):
+        whole = first + (end - first) // _AT_ONCE * _AT_ONCE
+        if whole > first:
+            lines.append(f"    for (int k = {first}; k < {whole}; k += {_AT_ONCE}) {{")
+            lines += [f"        spans[k + {j}] = {kind}Roots(ray, surfaceOf(k + {j}));" for j in range(_AT_ONCE)]
+            lines.append("    }")
+        lines += [f"    spans[{k}] = {_roots(k, spheres, surfaces[k])};" for k in range(whole, end)]
+    return [*lines, *(f"    real2 s{k} = spans[{k}];" for k in range(count))]
+
+
+def _holds(tree: Tree, name: str) -> list[str]:
+    """The lines that compute how long a tree's value at `at` holds, one a node: compilers take no deep expression."""
+    lines: list[str] = []
+    stack: list[str] = []
+    for node in tree:
+        if isinstance(node, int):
+            stack.append(f"holds(s{node}, at)")
+        elif isinstance(node, Complement):
+            stack.append(f"-{stack.pop()}")
+        else:
+            b, a = stack.pop(), stack.pop()
+            lines.append(f"        real {name}_{len(lines)} = {_HOLDS[type(node)].format(a, b)};")
+            stack.append(f"{name}_{len(lines) - 1}")
+    return [*lines, f"        real {name} = {stack[0]};"]
+
+
+def owner(trees: list[Tree], offset: str = "") -> list[str]:
+    """Whose surface it is at `at`: the first object's that changes, and in it, of an operator's operands the
+    first that does."""
+    lines, objects = [], []
+    k = 0
+    for tree in trees:
+        stack: list[int] = []
+        for node in tree:
+            if isinstance(node, int):
+                lines.append(f"    bool b{k} = isBefore(s{node}, at), a{k} = isInside(s{node}, at);")
+                lines.append(f"    int o{k} = a{k} ? {offset}{node + 1} : -({offset}{node + 1});")
+            elif isinstance(node, Complement):
+                a = stack.pop()
+                lines.append(f"    bool b{k} = !b{a}, a{k} = !a{a};")
+                lines.append(f"    int o{k} = o{a};")
+            else:
+                b, a = stack.pop(), stack.pop()
+                logic = _LOGIC[type(node)]
+                before, after = logic.format(f"b{a}", f"b{b}"), logic.format(f"a{a}", f"a{b}")
+                lines.append(f"    bool b{k} = {before}, a{k} = {after};")
+                lines.append(f"    int o{k} = b{a} != a{a} ? o{a} : o{b};")
+            stack.append(k)
+            k += 1
+        objects.append(stack[0])
+    # The last one that is set stays, so the first object comes last. Not by `else`: beyond 80 levels of it llvmpipe
+    # runs branches for pixels that are in others.
+    return [*lines, *(f"    if (b{k} != a{k}) mat = o{k};" for k in reversed(objects))]
+
+
+def nearest_plane(planes: list[NamedPlane], *, what: bool) -> list[str]:
+    """The walk where every object is one half-space: to the nearest root ahead."""
+    lines = ["    real at = ray.distance, root;"]
+    for s, index in planes:
+        lines += [
+            f"    root = planeRoot(ray, {s});",
+            "    if (root > 0.0 && root < at) {",
+            "        at = root;",
+            *([f"        mat = planeMat(ray, {s}, {index});"] if what else []),
+            "    }",
+        ]
+    if not what:
+        return [*BLOCKED_AT, *lines, "    return at;", "}"]
+    return [
+        *RAY_CSG,
+        "    P = ray.ro + ray.distance * ray.rd;",
+        "    N = real3(0.0);",
+        "    mat = 0;",
+        *lines,
+        "    if (mat != 0) pointAt(mat, ray, P, N);",
+        "    return at;",
+        "}",
+    ]
+
+
+def holds_of(tree: Tree, leaf: str) -> str:
+    """The expression for how long a tree's value at `at` holds; `leaf` is that of leaf {}."""
+    terms: list[str] = []
+    for node in tree:
+        if isinstance(node, int):
+            terms.append(leaf.format(node))
+        elif isinstance(node, Complement):
+            terms.append(f"(-{terms.pop()})")  # in brackets: -- is another operator
+        else:
+            b, a = terms.pop(), terms.pop()
+            terms.append(_HOLDS[type(node)].format(a, b))
+    return terms[0]

@@ -1,0 +1,150 @@
+"""Programs (csg_pruning.py) of a scene's large objects in all cells of some views: rows of candidate_lists.py."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler.batches import Big
+from raytracer.compiler.csg_pruning import LEAF_SHIFT, TRUE, chains
+from raytracer.core.validation import InputError
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+# All pairs of a cell and a ball that rays through the cell may meet, by the balls' centers (N, 3) and radii (N,).
+View: TypeAlias = Callable[[Array, Array], tuple[Ints, Ints]]
+
+# Pairs of a primitive of a large object and a cell, in all cells of the picture or of all lights. A pair takes some
+# 150 bytes and 1 microsecond: 1.2 GB, and 8 seconds.
+MAX_LISTED = 2**23
+# More for pictures so large that they take longer than their lists: so many for each cell, up to 4 times as many.
+_LISTED_IN_CELL = 2**10
+
+
+class Rows(NamedTuple):
+    """Row i is the program code[start[i] : start[i + 1]], never an empty one, of the object order[i] in cell[i]."""
+
+    cell: Ints
+    order: Ints
+    start: Ints
+    code: NDArray[np.int32]  # with numbers of surfaces for those of leaves
+
+    def entries(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """Of each entry of the lists its cell, and the entry: a row is its negative length, its object, its codes."""
+        count = np.diff(self.start)
+        begin = self.start[:-1] + 2 * np.arange(len(count))
+        values = np.zeros(len(self.code) + 2 * len(count), np.int32)
+        is_code = np.ones(len(values), bool)
+        is_code[begin] = is_code[begin + 1] = False
+        values[begin], values[begin + 1], values[is_code] = -count - 1, self.order, self.code
+        return np.repeat(self.cell.astype(np.int32), count + 2), values
+
+
+def check_listed(count: float, cells: int = 0) -> None:
+    """Raise InputError for so many pairs of a primitive and a cell that their lists take too much time and memory.
+
+    `cells` are those of a picture.
+    """
+    most = max(MAX_LISTED, min(_LISTED_IN_CELL * cells, 4 * MAX_LISTED))
+    if count > most:
+        raise InputError(
+            f"expected at most {most} pairs of a primitive of a large object and a cell in which rays "
+            f"may meet it, got about {count:.3g}, whose lists take about {count * 1.5e-7:.2g} GB; remedies are fewer "
+            "lights, a smaller picture, objects of fewer primitives, and half-spaces only together with spheres that "
+            "bound them",
+            "objects",
+        )
+
+
+def everywhere(big: Big, spheres: int) -> Rows:
+    """The programs where no sphere of the objects is met: rows of cell 0, none if there is nothing of them."""
+    planes = np.flatnonzero(big.surfaces[0] >= spheres)
+    _, code = big.pruner.programs(np.zeros(len(planes), np.int64), planes, 1)
+    count = len(big.order)
+    instance = np.repeat(np.arange(count), 1 if len(code) else 0)
+    return _rows(big, np.zeros_like(instance), instance, np.arange(len(instance) + 1) * len(code), np.tile(code, count))
+
+
+def met(
+    big: Big, spheres: int, centers: Array, radii: Array, views: list[View], cells: int, picture: int
+) -> tuple[Ints, Rows]:
+    """The programs where spheres of the objects are met, and all pairs cell * objects + object of these, sorted.
+
+    The cells of view v are numbered from v * cells on. `picture`: how many cells a picture has, if the view is that.
+    Raises InputError for too many pairs of a primitive and a cell.
+    """
+    count = len(big.order)
+    is_sphere = big.surfaces[0] < spheres
+    leaves, planes = np.flatnonzero(is_sphere), np.flatnonzero(~is_sphere)
+    surfaces = big.surfaces[:, leaves].ravel()
+    bits = big.surfaces.shape[1].bit_length()
+    keys = [np.zeros(0, np.int64)]
+    total = 0
+    for v, view in enumerate(views):
+        cell, number = view(centers[surfaces], radii[surfaces])
+        total += len(cell)
+        check_listed(total, picture)
+        instance, leaf = np.divmod(number, max(len(leaves), 1))
+        keys.append(((v * cells + cell) * count + instance) << bits | leaves[leaf])
+    key = np.sort(np.concatenate(keys))
+    pair, leaf = key >> bits, key & ((1 << bits) - 1)
+    first = np.ones(len(pair), bool)
+    np.not_equal(pair[1:], pair[:-1], out=first[1:])
+    row = np.cumsum(first) - 1
+    pair = pair[first]
+    if len(planes):
+        check_listed(len(leaf) + len(pair) * len(planes), picture)
+        unbounded = np.repeat(np.arange(len(pair)), len(planes)) << bits | np.tile(planes, len(pair))
+        key = np.sort(np.concatenate((row << bits | leaf, unbounded)))
+        row, leaf = key >> bits, key & ((1 << bits) - 1)
+    start, code = big.pruner.programs(row, leaf, len(pair))
+    cell, instance = np.divmod(pair, count)
+    return pair, _rows(big, cell, instance, start, code)
+
+
+def filled(big: Big, rows: Rows, bare: Rows, pairs: Ints, cells: Ints, picture: int) -> Rows:
+    """The rows, and the bare ones in those of `cells` where an object has none; else as of met()."""
+    count = len(big.order)
+    size = int(bare.start[1])
+    check_listed(float(len(cells)) * count * size, picture)
+    every = (cells[:, None] * count + np.arange(count)).ravel()
+    missing = every[~_among(every, pairs)]
+    cell, instance = np.divmod(missing, count)
+    code = bare.code.reshape(count, size)[instance].ravel()
+    start = np.concatenate((rows.start, rows.start[-1] + size * np.arange(1, len(cell) + 1)))
+    order = np.concatenate((rows.order, big.order[instance]))
+    return Rows(np.concatenate((rows.cell, cell)), order, start, np.concatenate((rows.code, code)))
+
+
+def _among(values: Ints, sorted_values: Ints) -> Mask:
+    """Which of the values are among others."""
+    if not len(sorted_values):
+        return np.zeros(len(values), bool)
+    at = np.searchsorted(sorted_values, values)
+    return sorted_values[np.minimum(at, len(sorted_values) - 1)] == values
+
+
+def _rows(big: Big, cell: Ints, instance: Ints, start: Ints, code: NDArray[np.int32]) -> Rows:
+    """The programs, without those of an object that is empty or all around."""
+    count = np.diff(start)
+    if len(code):
+        whole = np.zeros(len(count), bool)
+        whole[count > 0] = (code[start[:-1][count > 0]] & 7) == TRUE
+        count = np.where(whole, 0, count)
+        code = code[(code & 7) != TRUE]
+        start = _starts(count)
+    code = chains(start, code)
+    surface = big.surfaces[np.repeat(instance, count), code >> LEAF_SHIFT].astype(np.int32)
+    code = (surface << LEAF_SHIFT) | (code & ((1 << LEAF_SHIFT) - 1))
+    some = count > 0
+    return Rows(cell[some], big.order[instance[some]], _starts(count[some]), code)
+
+
+def _starts(count: Ints) -> Ints:
+    """(N + 1,): where each row of so many codes begins, and the last one ends."""
+    return np.concatenate((np.zeros(1, np.int64), np.cumsum(count)))

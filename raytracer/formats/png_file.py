@@ -1,0 +1,142 @@
+"""PNG files (ISO/IEC 15948), which may be anything: whether one is whole, before any of it is decoded.
+
+Decoders make a picture of what is there of a file that was cut off, and fill up the rest. Every error is an
+`InputError`, without the file's name.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator
+from typing import IO, NamedTuple
+
+from raytracer.core.validation import InputError
+
+_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+# The first chunk, IHDR: its length and kind; width, height, bits, colour type, compression, filter, interlace; its CRC.
+_BEGIN = struct.Struct(">L4s2L5BL")
+# Samples of a pixel, and how many bits these may have, by the colour type.
+_COLOURS = {0: (1, (1, 2, 4, 8, 16)), 2: (3, (8, 16)), 3: (1, (1, 2, 4, 8)), 4: (2, (8, 16)), 6: (4, (8, 16))}
+_PALETTE = 3
+# The pixels of an interlaced picture's passes: first column and row, and every how many columns and rows.
+_PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
+_WHOLE = ((0, 0, 1, 1),)
+# So many bytes are worked on at once.
+_PIECE = 1 << 16
+# Chunks of a file. For a picture of 2^25 pixels libpng makes 32,768 at most.
+_MOST_CHUNKS = 1 << 17
+# Bytes of all chunks without pixels: text, colour profiles, a small picture.
+_MOST_BESIDE = 1 << 24
+
+
+class Header(NamedTuple):
+    """The first chunk's account of the picture."""
+
+    width: int
+    height: int
+    bits: int
+    colour: int
+    interlaced: int
+
+    def size(self) -> int:
+        """Bytes of all rows of pixels when inflated, each with its filter in front."""
+        total = 0
+        for column, row, columns, rows in _PASSES if self.interlaced else _WHOLE:
+            width, height = -((column - self.width) // columns), -((row - self.height) // rows)
+            if width > 0:
+                total += max(0, height) * (1 + (width * _COLOURS[self.colour][0] * self.bits + 7) // 8)
+        return total
+
+
+def read_header(file: IO[bytes], most_pixels: int) -> Header:
+    """The first chunk of a file. Raises InputError for more pixels than `most_pixels`."""
+    if file.read(len(_SIGNATURE)) != _SIGNATURE:
+        raise InputError("expected a PNG file")
+    begin = file.read(_BEGIN.size)
+    if len(begin) < _BEGIN.size or begin[:8] != b"\0\0\0\rIHDR":
+        raise InputError("expected a PNG file")
+    return _header(begin, most_pixels)
+
+
+def _header(begin: bytes, most_pixels: int) -> Header:
+    _, _, width, height, bits, colour, compression, filtering, interlaced, crc = _BEGIN.unpack(begin)
+    if width * height > most_pixels:
+        raise InputError(f"expected at most {most_pixels} pixels, got {width}x{height}")
+    right = width and height and colour in _COLOURS and bits in _COLOURS[colour][1]
+    if not right or compression or filtering or interlaced > 1 or crc != zlib.crc32(begin[4:-4]):
+        raise InputError("expected a PNG file: its header is damaged")
+    return Header(width, height, bits, colour, interlaced)
+
+
+def check_whole(file: IO[bytes], most_pixels: int) -> Header:
+    """Raise InputError unless a file is whole: all its chunks, up to the last, and the pixels of all rows."""
+    header = read_header(file, most_pixels)
+    inflater = zlib.decompressobj()
+    left, beside = header.size(), 0
+    last, once = b"IHDR", {b"IHDR"}
+    for number, (length, kind) in enumerate(_chunks(file)):
+        if kind == b"IHDR":
+            if length == 13:
+                _header(struct.pack(">L4s", length, kind) + _exactly(file, 17), most_pixels)
+            raise InputError("expected a PNG file: it has two headers")
+        beside += 0 if kind == b"IDAT" else length
+        if number > _MOST_CHUNKS or beside > _MOST_BESIDE:
+            limits = f"at most {_MOST_CHUNKS} chunks and {_MOST_BESIDE} bytes beside its pixels"
+            raise InputError(f"expected a PNG file of {limits}")
+        if kind in once and not kind == last == b"IDAT":
+            raise InputError(f"expected a PNG file: its {kind.decode()} is not at one place")
+        once |= {kind} & {b"IDAT", b"PLTE"}
+        if kind == b"PLTE" and not (0 < length <= 3 << min(header.bits, 8) and length % 3 == 0):
+            raise InputError("expected a PNG file: its palette has a wrong length")
+        if kind == b"IDAT" and header.colour == _PALETTE and b"PLTE" not in once:
+            raise InputError("expected a PNG file: its palette is missing")
+        last = kind
+        crc = zlib.crc32(kind)
+        while length:
+            data = _exactly(file, min(length, _PIECE))
+            length -= len(data)
+            crc = zlib.crc32(data, crc)
+            if kind == b"IDAT":
+                left -= _inflated(inflater, data, left)
+        if crc != int.from_bytes(_exactly(file, 4)):
+            raise InputError(f"expected a PNG file: its chunk {kind.decode()} is damaged")
+    if left or not inflater.eof:
+        raise InputError("expected a PNG file: pixels are missing")
+    return header
+
+
+def _chunks(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
+    """The length and kind of each chunk behind the header; whoever takes them reads the data and the CRC."""
+    while True:
+        length, kind = struct.unpack(">L4s", _exactly(file, 8))
+        if length >= 1 << 31 or not kind.isalpha():
+            raise InputError("expected a PNG file: a chunk is damaged")
+        yield length, kind
+        if kind == b"IEND":
+            if length or file.read(1):
+                raise InputError("expected a PNG file: something comes behind its end")
+            return
+
+
+def _exactly(file: IO[bytes], size: int) -> bytes:
+    data = file.read(size)
+    if len(data) < size:
+        raise InputError("expected a PNG file: it is cut off")
+    return data
+
+
+def _inflated(inflater: zlib._Decompress, data: bytes, left: int) -> int:
+    """The number of bytes of pixels in the next deflated ones; no more than `left`."""
+    total = 0
+    try:
+        while True:
+            piece = inflater.decompress(data, _PIECE)
+            data = inflater.unconsumed_tail
+            total += len(piece)
+            if total > left or inflater.unused_data:
+                raise InputError("expected a PNG file: it has more pixels than its header says")
+            if not data and len(piece) < _PIECE:
+                return total
+    except zlib.error:
+        raise InputError("expected a PNG file: its pixels are damaged") from None

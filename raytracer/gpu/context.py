@@ -1,0 +1,180 @@
+"""OpenGL contexts: EGL, a hidden window, OSMesa; and a window to be seen.
+
+`open_context()` returns a `moderngl.Context` of OpenGL 3.3 core or later, current in the calling
+thread. Which way is taken is the caller's choice, or the variable RAYTRACER_BACKEND's, or "auto".
+`open_window()` returns the like, and its window.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from collections.abc import Callable
+from typing import Any, Literal, NoReturn, get_args
+
+import moderngl
+
+from raytracer.core.validation import InputError, check_choice
+from raytracer.gpu.devices import REQUIRED, Device, open_device, wanted_device
+from raytracer.gpu.devices import VARIABLE as DEVICE_VARIABLE
+from raytracer.gpu.turns import ContextError, begin
+
+Backend = Literal["auto", "egl", "window", "osmesa"]
+VARIABLE = "RAYTRACER_BACKEND"
+
+
+PACKAGES = {
+    "egl": "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri",
+    "window": "xvfb xauth libgl1 libglx-mesa0 libgl1-mesa-dri",
+    "osmesa": "libosmesa6",
+}
+
+
+def backend_name(backend: str | None = None) -> str:
+    """`backend`, or what RAYTRACER_BACKEND says if None, or "auto".
+
+    Raises InputError for a name that is none of auto, egl, window, osmesa.
+    """
+    name = os.environ.get(VARIABLE) or "auto" if backend is None else backend
+    return check_choice(name, VARIABLE if backend is None else "backend", get_args(Backend))
+
+
+def chosen(backend: str | None = None, device: Device | None = None) -> tuple[str, Device | None]:
+    """The backend's name, and the device, by arguments or else by variables; None for the best device.
+
+    Only EGL has devices: with one, "auto" is "egl". The variable RAYTRACER_DEVICE is for EGL alone. Raises InputError
+    as `backend_name` and `wanted_device`, and for the argument `device` with a backend that has none.
+    """
+    name = backend_name(backend)
+    if name in ("auto", "egl"):
+        device = wanted_device(device)
+        return "egl" if device is not None else name, device
+    if device is not None:
+        raise InputError(f"expected the backend egl, which alone has devices, got the backend {name}", "device")
+    return name, None
+
+
+def open_context(backend: str | None = None, device: Device | None = None) -> moderngl.Context:
+    """A new context, as `chosen(backend, device)`; "auto" is the first backend that opens.
+
+    Raises InputError as `chosen`, and for a device that is not there; ContextError if no context opens, or in a process
+    that was forked from one that had begun with OpenGL (turns.py).
+    """
+    where = DEVICE_VARIABLE if device is None else "device"
+    name, device = chosen(backend, device)
+    begin()
+    names = list(_OPENERS) if name == "auto" else [name]
+    problems: dict[str, str] = {}
+    for name in names:
+        try:
+            return open_device(device, where) if name == "egl" else _OPENERS[name]()
+        except InputError:
+            raise
+        except Exception as error:  # every driver and binding fails in its own way
+            problems[name] = str(error) or type(error).__name__
+    packages = " ".join(dict.fromkeys(" ".join(PACKAGES[name] for name in names if name != "window").split()))
+    remedy = f"\nOn Debian or Ubuntu this may help: apt-get install {packages or PACKAGES['window']}"
+    remedy = remedy if sys.platform == "linux" else ""
+    tried = "\n".join(f"  {name}: {problem}" for name, problem in problems.items())
+    raise ContextError(f"no OpenGL 3.3 context opens here; tried\n{tried}{remedy}", problems)
+
+
+def open_window(size: tuple[int, int], title: str) -> tuple[moderngl.Context, Any]:
+    """A new context on a new visible window of `size` in screen coordinates, and GLFW's handle of it.
+
+    Releasing the context closes the window. Raises ContextError if no window opens.
+    """
+    begin()
+    try:
+        return _open_glfw("any", size, title, visible=True)
+    except Exception as error:
+        reason = error or type(error).__name__
+        remedy = "`raytracer render SCENE -o OUT.png` makes the picture without one"
+        raise ContextError(f"there is no window here: {reason}\n{remedy}") from None
+
+
+class _GlfwLoader:
+    """What moderngl wants of a context that somebody else made: functions, and an end."""
+
+    def __init__(self, glfw: Any, window: Any, platform: str) -> None:
+        self._glfw, self._window, self.platform = glfw, window, platform
+
+    def load_opengl_function(self, name: str) -> int:
+        return self._glfw.get_proc_address(name) or 0
+
+    def __enter__(self) -> None:
+        self._glfw.make_context_current(self._window)
+
+    def __exit__(self, *_: object) -> None:
+        self._glfw.make_context_current(None)
+
+    def release(self) -> None:
+        if self in _loaders:
+            _loaders.remove(self)
+            _close(self._glfw, self._window)
+
+
+# Of GLFW's open windows. GLFW has one platform a process at a time.
+_loaders: list[_GlfwLoader] = []
+
+
+def _close(glfw: Any, window: Any) -> None:
+    """Close a window, if there is one. Without any, GLFW ends, so that another platform can begin."""
+    if window:
+        glfw.destroy_window(window)
+    if not _loaders:
+        glfw.terminate()
+
+
+def _open_glfw(
+    platform: str, size: tuple[int, int] = (16, 16), title: str = "raytracer", *, visible: bool = False
+) -> tuple[moderngl.Context, Any]:
+    # Imported where used: importing glfw starts a process to compare library versions.
+    import glfw
+
+    if sys.platform == "darwin" and threading.current_thread() is not threading.main_thread():
+        raise RuntimeError("macOS opens windows in the main thread only: render a picture there first")
+    if any(loader.platform != platform for loader in _loaders):
+        raise RuntimeError("GLFW has an open context of another kind, and can have only one kind at a time")
+    glfw.set_error_callback(_raise_glfw_error)
+    if platform == "null":
+        glfw.init_hint(glfw.PLATFORM, glfw.PLATFORM_NULL)
+    else:
+        glfw.init_hint(glfw.PLATFORM, glfw.ANY_PLATFORM)
+    window = None
+    try:
+        glfw.init()
+        glfw.default_window_hints()
+        glfw.window_hint(glfw.VISIBLE, visible)
+        glfw.window_hint(glfw.SCALE_TO_MONITOR, visible)
+        glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, REQUIRED // 100)
+        glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, REQUIRED // 10 % 10)
+        glfw.window_hint(glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE)
+        if platform == "null":
+            glfw.window_hint(glfw.CONTEXT_CREATION_API, glfw.OSMESA_CONTEXT_API)
+        else:  # macOS gives no core profile without it; OSMesa gives none with it
+            glfw.window_hint(glfw.OPENGL_FORWARD_COMPAT, glfw.TRUE)
+        window = glfw.create_window(*size, title, None, None)
+        glfw.make_context_current(window)
+        loader: Any = _GlfwLoader(glfw, window, platform)
+        context = moderngl.create_context(require=REQUIRED, context=loader)
+        context.extra = loader  # what knows OpenGL's functions, for those that moderngl does not call (gl.py)
+    except Exception:
+        _close(glfw, window)
+        raise
+    _loaders.append(loader)
+    return context, window
+
+
+def _raise_glfw_error(_code: int, message: Any) -> NoReturn:
+    # The binding's own GLFWError shows the code and the bytes: (65550) b'...'.
+    raise RuntimeError(message.decode(errors="replace"))
+
+
+_OPENERS: dict[str, Callable[[], moderngl.Context]] = {
+    "egl": open_device,
+    "window": lambda: _open_glfw("any")[0],
+    "osmesa": lambda: _open_glfw("null")[0],
+}
+BACKENDS = tuple(_OPENERS)

@@ -1,0 +1,152 @@
+"""What several modules do with OpenGL, and what moderngl does not: buffer textures, float depth.
+
+`context` is one that raytracer.context has opened, and current.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import struct
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler.glsl.preprocessor import ShaderError
+from raytracer.gpu.turns import ContextError
+
+_ALIASED_POINT_SIZE_RANGE = 0x846D
+_TEXTURE0, _TEXTURE_BUFFER, _MAX_TEXTURE_BUFFER_SIZE = 0x84C0, 0x8C2A, 0x8C2B
+# Internal formats, by what is in a texel.
+_FORMATS = {("f", 4): 0x8814, ("i", 4): 0x8D82, ("i", 2): 0x823B, ("i", 1): 0x8235}
+_COLOR = 0x1800
+_MAX_VARYING_COMPONENTS, _MAX_VERTEX_OUTPUT_COMPONENTS = 0x8B4B, 0x9122
+_RENDERBUFFER, _DEPTH_COMPONENT32F = 0x8D41, 0x8CAC
+# OpenGL's calling convention is Windows's own there.
+_FUNCTION: Any = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)
+_Uint, _Int = ctypes.c_uint, ctypes.c_int
+
+
+def release(context: moderngl.Context, *things: Any) -> None:
+    """Release OpenGL objects, framebuffers among them.
+
+    When moderngl makes a framebuffer it binds the one used last again, which must not be gone by then.
+    """
+    context.detect_framebuffer(0).use()
+    for thing in things:
+        thing.release()
+
+
+def set_uniforms(program: moderngl.Program, **values: object) -> None:
+    """Set those of `values` that the program has: a compiler removes uniforms that do nothing.
+
+    Raises ShaderError for one that the shader declares as another type.
+    """
+    for name, value in values.items():
+        uniform: Any = program.get(name, None)
+        if uniform is not None:
+            try:
+                uniform.value = value
+            except (struct.error, TypeError, ValueError, moderngl.Error) as error:
+                raise ShaderError(f"uniform {name}: expected a type that takes {value!r}: {error}") from None
+
+
+def depth_buffer(context: moderngl.Context, size: tuple[int, int]) -> moderngl.Renderbuffer:
+    """A depth buffer of 32-bit floats, of `size` (width, height): moderngl's own have 24 bits."""
+    buffer = context.depth_renderbuffer(size)
+    bind = _function(context, "glBindRenderbuffer", _Uint, _Uint)
+    bind(_RENDERBUFFER, buffer.glo)
+    _function(context, "glRenderbufferStorage", _Uint, _Uint, _Int, _Int)(_RENDERBUFFER, _DEPTH_COMPONENT32F, *size)
+    bind(_RENDERBUFFER, 0)
+    return buffer
+
+
+def clear_integers(context: moderngl.Context, framebuffer: moderngl.Framebuffer) -> None:
+    """Make all of a framebuffer's first target, of integers, 0, and leave it in use."""
+    framebuffer.scissor = (0, 0, *framebuffer.size)
+    framebuffer.use()
+    _function(context, "glClearBufferiv", _Uint, _Int, ctypes.POINTER(_Int))(_COLOR, 0, (_Int * 4)())
+
+
+def largest_point(context: moderngl.Context) -> int:
+    """The side of the largest point in pixels."""
+    found = (ctypes.c_float * 2)()
+    _function(context, "glGetFloatv", _Uint, ctypes.POINTER(ctypes.c_float))(_ALIASED_POINT_SIZE_RANGE, found)
+    return int(found[1])
+
+
+def varying_components(context: moderngl.Context) -> int:
+    """The number of components that a vertex shader can hand on beside gl_Position and gl_PointSize."""
+    get = _function(context, "glGetIntegerv", _Uint, ctypes.POINTER(_Int))
+    varyings, outputs = _Int(), _Int()
+    get(_MAX_VARYING_COMPONENTS, ctypes.byref(varyings))
+    get(_MAX_VERTEX_OUTPUT_COMPONENTS, ctypes.byref(outputs))
+    # OpenGL 3.3 promises 60 and 64. A driver may count gl_Position, 4 components, and gl_PointSize among the outputs.
+    return min(varyings.value, outputs.value - 5)
+
+
+def volume_texture(context: moderngl.Context, values: NDArray[np.float32]) -> moderngl.Texture3D:
+    """A texture for a sampler3D of (D, H, W, 3) float32."""
+    depth, height, width, components = values.shape
+    return context.texture3d((width, height, depth), components, np.ascontiguousarray(values), dtype="f4")
+
+
+class BufferTexture:
+    """A long row of texels for a samplerBuffer. To fetch one takes llvmpipe a third of what it takes from a plane."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._buffer: moderngl.Buffer | None = None
+        self._name = _Uint()
+        self._active = _function(context, "glActiveTexture", _Uint)
+        self._bind = _function(context, "glBindTexture", _Uint, _Uint)
+        _function(context, "glGenTextures", _Int, ctypes.POINTER(_Uint))(1, ctypes.byref(self._name))
+
+    @staticmethod
+    def most(context: moderngl.Context) -> int:
+        """How many texels one can have."""
+        found = _Int()
+        get = _function(context, "glGetIntegerv", _Uint, ctypes.POINTER(_Int))
+        get(_MAX_TEXTURE_BUFFER_SIZE, ctypes.byref(found))
+        return found.value
+
+    def write(self, data: NDArray[Any]) -> None:
+        """Hold (N, 4) float32 or int32, (N, 2) or (N,) int32. It must be of the kind that was written before."""
+        data = np.ascontiguousarray(data)
+        if self._buffer is None or not data.nbytes <= self._buffer.size <= 4 * max(data.nbytes, 1024):
+            if self._buffer:
+                self._buffer.release()
+            # Room to grow: lists change their length with every move.
+            self._buffer = self._context.buffer(reserve=max(1024, data.nbytes + data.nbytes // 4), dynamic=True)
+            form = _FORMATS[data.dtype.kind, data.shape[1] if data.ndim > 1 else 1]
+            self._bind(_TEXTURE_BUFFER, self._name.value)
+            _function(self._context, "glTexBuffer", _Uint, _Uint, _Uint)(_TEXTURE_BUFFER, form, self._buffer.glo)
+        if data.nbytes:
+            self._buffer.write(data)
+
+    def use(self, unit: int) -> None:
+        """Bind it to a texture unit."""
+        self._active(_TEXTURE0 + unit)
+        self._bind(_TEXTURE_BUFFER, self._name.value)
+
+    def release(self) -> None:
+        """Give it back."""
+        delete = _function(self._context, "glDeleteTextures", _Int, ctypes.POINTER(_Uint))
+        delete(1, ctypes.byref(self._name))
+        if self._buffer:
+            self._buffer.release()
+
+
+def set_sampler(context: moderngl.Context, program: moderngl.Program, name: str, unit: int) -> None:
+    """Say which texture unit a sampler of `program` is on. moderngl does not for a samplerBuffer."""
+    _function(context, "glUseProgram", _Uint)(program.glo)
+    location = program[name].location  # pyright: ignore[reportAttributeAccessIssue]
+    _function(context, "glUniform1i", _Int, _Int)(location, unit)
+
+
+def _function(context: moderngl.Context, name: str, *types: Any) -> Any:
+    address = context.extra.load_opengl_function(name)
+    if not address:
+        raise ContextError(f"this driver has no {name}, which is in OpenGL 3.3")
+    return _FUNCTION(None, *types)(address)

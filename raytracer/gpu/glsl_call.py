@@ -1,0 +1,264 @@
+"""Call any GLSL function of `shaders/` over NumPy arrays, and get arrays back.
+
+    >>> from raytracer import glsl
+    >>> glsl.call("isInside", [[0, 1], [2, 3]], 0.5)
+    array([ True, False])
+
+The function runs on the GPU as it does when it renders, once for each element. GLSL types are
+NumPy types: float is float32, int is int32, uint is uint32, bool is bool, vec3 is (..., 3) float32, and a struct
+is a structured dtype, see `dtype()`. Functions over `real` (real.glsl) run in their float form.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble, shaders_folder
+from raytracer.core.files import read_packaged
+from raytracer.core.validation import InputError, shown
+from raytracer.gpu.gl import release, set_uniforms, volume_texture
+from raytracer.rendering.renderer import Renderer, shared_renderer
+
+# Words of a row of the data textures: any driver of OpenGL 3.3 takes 1024, llvmpipe 16384.
+_WIDTH = 1024
+
+_BASIC: dict[str, np.dtype[Any]] = {
+    "float": np.dtype("f4"),
+    "int": np.dtype("i4"),
+    "uint": np.dtype("u4"),
+    "bool": np.dtype("i4"),  # 0 or 1 on the way; a bool at the top level becomes NumPy's
+    **{f"vec{n}": np.dtype(("f4", n)) for n in (2, 3, 4)},
+    **{f"ivec{n}": np.dtype(("i4", n)) for n in (2, 3, 4)},
+    "real": np.dtype("f4"),
+    **{f"real{n}": np.dtype(("f4", n)) for n in (2, 3, 4)},
+}
+_STRUCT = re.compile(r"\bstruct\s+(\w+)\s*\{(.*?)\}\s*;", re.DOTALL)
+_MEMBER = re.compile(r"(\w+)\s+(\w+)\s*(?:\[\s*(\w+)\s*\])?\s*;")
+_DEFINE = re.compile(r"^\s*#define\s+(\w+)\s+(\d+)\s*$", re.MULTILINE)
+_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+
+Defines = Mapping[str, int]
+
+
+def call(
+    function: str,
+    *arguments: ArrayLike,
+    defines: Defines | None = None,
+    renderer: Renderer | None = None,
+    generated: Mapping[str, str] | None = None,
+    file: str | None = None,
+    volumes: Mapping[str, NDArray[np.float32]] | None = None,
+) -> Any:
+    """What `function` gives for each of N elements.
+
+    An argument for each `in` and `inout` parameter: N elements of its type in an array, or one
+    for all. Returns an array of N elements of the function's type; if there are `out` or `inout`
+    parameters, a tuple of it (unless void) and of theirs in order. `defines` set constants such
+    as MAX_HITS. Scalars throughout mean N = 1. `generated` are texts that stand for files, by name; `file` is
+    the one that has the function, if none of shaders/ does; `volumes` are what is in each sampler3D, (D, H, W, 3).
+
+    Raises ShaderError if shaders/ has no such function, InputError if `file` has none, TypeError for a wrong number of
+    arguments, ValueError if one does not fit its parameter.
+    """
+    renderer = renderer or shared_renderer()
+    types = _Types(file or _file_of(function), defines, generated)
+    result, parameters = types.signature(function)
+    given = [p for p in parameters if p.direction != "out"]
+    if len(arguments) != len(given):
+        names = ", ".join(f"{p.type} {p.name}" for p in given)
+        raise TypeError(f"{function}({names}) takes {len(given)} arguments, got {len(arguments)}")
+
+    columns = [_elements(value, types.dtype(p.type), p.name) for value, p in zip(arguments, given, strict=True)]
+    lengths = {len(column) for column in columns} - {1}
+    if len(lengths) > 1:
+        raise ValueError(f"{function}: expected arguments of as many elements, or one, got {sorted(lengths)}")
+    count = lengths.pop() if lengths else 1
+    taken = np.dtype([(p.name, types.dtype(p.type)) for p in given])
+    data = np.zeros(count, taken)
+    for parameter, column in zip(given, columns, strict=True):
+        data[parameter.name] = column
+
+    results = [("return", result)] if result != "void" else []
+    results += [(p.name, p.type) for p in parameters if p.direction != "in"]
+    returned = np.dtype([(name, types.dtype(kind)) for name, kind in results])
+    source = types.program(function, result, parameters, taken, returned)
+    # As many elements at once as fit into a texture, in and out.
+    words = max(taken.itemsize, returned.itemsize) // 4
+    step = _WIDTH * renderer.limits.target // words
+    parts = [_run(renderer, source, data[i : i + step], returned, volumes or {}) for i in range(0, count, step)]
+    answer = np.concatenate(parts) if parts else np.zeros(0, returned)
+    values = [answer[name].astype(bool) if kind == "bool" else answer[name].copy() for name, kind in results]
+    return values[0] if len(values) == 1 else tuple(values)
+
+
+def dtype(struct: str, defines: Defines | None = None) -> np.dtype[Any]:
+    """The NumPy dtype of a GLSL struct of `shaders/`, with the members' names. A bool in it is int32."""
+    return _Types(_file_of(struct), defines).dtype(struct)
+
+
+def struct_dtype(struct: str, file: str, generated: Mapping[str, str]) -> np.dtype[Any]:
+    """The same of a struct in a generated file."""
+    return _Types(file, None, generated).dtype(struct)
+
+
+@cache
+def _definitions() -> dict[str, list[str]]:
+    """The files that define each function and struct."""
+    found: dict[str, list[str]] = {}
+    folder = shaders_folder()
+    for path in sorted(folder.rglob("*.glsl")):
+        text = _COMMENT.sub("", read_packaged(path))
+        for name in re.findall(r"^\w+\s+(\w+)\s*\([^()]*\)\s*\{|^struct\s+(\w+)", text, re.MULTILINE):
+            file = path.relative_to(folder).as_posix()
+            found.setdefault(name[0] or name[1], []).append(file)
+    return found
+
+
+def _file_of(name: str) -> str:
+    files = _definitions().get(name, [])
+    if len(files) != 1:
+        found = f", but in {' and '.join(files)}" if files else ""
+        raise ShaderError(f"no function or struct {name} in exactly one file of {shaders_folder()}{found}")
+    return files[0]
+
+
+class _Parameter:
+    def __init__(self, text: str) -> None:
+        *direction, self.type, self.name = text.split()
+        self.direction = direction[0] if direction else "in"
+
+
+class _Types:
+    """The structs and signatures in the text of one file and its includes."""
+
+    def __init__(self, file: str, defines: Defines | None, generated: Mapping[str, str] | None = None) -> None:
+        self._file, self._defines, self._generated = file, defines, dict(generated or {})
+        self._text = _COMMENT.sub("", assemble(file, defines, generated).text)
+        self._constants = {**{k: int(v) for k, v in _DEFINE.findall(self._text)}, **(defines or {})}
+        self._structs = {name: _MEMBER.findall(body) for name, body in _STRUCT.findall(self._text)}
+
+    def signature(self, function: str) -> tuple[str, list[_Parameter]]:
+        match = re.search(rf"^(\w+)\s+{re.escape(function)}\s*\(([^()]*)\)\s*\{{", self._text, re.MULTILINE)
+        if not match:
+            raise InputError(f"expected a function that {self._file} has, got {shown(function)}", "function")
+        return match[1], [_Parameter(text) for text in match[2].split(",") if text.strip()]
+
+    def dtype(self, name: str) -> np.dtype[Any]:
+        if name in _BASIC:
+            return _BASIC[name]
+        members = []
+        for kind, member, size in self._structs[name]:
+            inner = self.dtype(kind)
+            members.append((member, np.dtype((inner, self._size(size))) if size else inner))
+        return np.dtype(members)
+
+    def _size(self, size: str) -> int:
+        return int(size) if size.isdigit() else self._constants[size]
+
+    def program(
+        self,
+        function: str,
+        result: str,
+        parameters: list[_Parameter],
+        taken: np.dtype[Any],
+        returned: np.dtype[Any],
+    ) -> Source:
+        """A fragment shader whose fragment i computes word i of the answers, all elements' words in a row."""
+        body = [f"    {p.type} {p.name};" for p in parameters]
+        offset = 0
+        for p in parameters:
+            if p.direction != "out":
+                offset = self._words(p.type, p.name, offset, body, "    {lvalue} = {read}(in_word({k}));")
+        arguments = ", ".join(p.name for p in parameters)
+        body.append(f"    {f'{result} result = ' if result != 'void' else ''}{function}({arguments});")
+        outputs = [(result, "result")] if result != "void" else []
+        outputs += [(p.type, p.name) for p in parameters if p.direction != "in"]
+        offset = 0
+        for kind, name in outputs:
+            offset = self._words(kind, name, offset, body, "    words[{k}] = {write}({lvalue});")
+        words_in, words_out = taken.itemsize // 4, returned.itemsize // 4
+        text = [
+            f'#include "{self._file}"',
+            "uniform isampler2D data;",
+            "out int word;",
+            f"int element = (int(gl_FragCoord.y) * {_WIDTH} + int(gl_FragCoord.x)) / {words_out};",
+            "int in_word(int k) {",
+            f"    int i = element * {words_in} + k;",
+            f"    return texelFetch(data, ivec2(i % {_WIDTH}, i / {_WIDTH}), 0).x;",
+            "}",
+            "void main() {",
+            f"    int words[{words_out}];",
+            *body,
+            f"    word = words[(int(gl_FragCoord.y) * {_WIDTH} + int(gl_FragCoord.x)) % {words_out}];",
+            "}",
+        ]
+        return assemble("call", self._defines, self._generated | {"call": "\n".join(text)})
+
+    def _words(self, kind: str, lvalue: str, offset: int, lines: list[str], form: str) -> int:
+        """Append a line of `form` for each word of a value of type `kind`; the next word's offset."""
+        if kind in self._structs:
+            for member_kind, member, size in self._structs[kind]:
+                places = [f"[{i}]" for i in range(self._size(size))] if size else [""]
+                for place in places:
+                    offset = self._words(member_kind, f"{lvalue}.{member}{place}", offset, lines, form)
+            return offset
+        real = kind.startswith(("float", "vec", "real"))
+        for component in range(_BASIC[kind].itemsize // 4):
+            lines.append(
+                form.format(
+                    lvalue=f"{lvalue}[{component}]" if kind[-1].isdigit() else lvalue,
+                    read="intBitsToFloat" if real else kind if kind in ("bool", "uint") else "",
+                    write="floatBitsToInt" if real else "int",
+                    k=offset + component,
+                )
+            )
+        return offset + _BASIC[kind].itemsize // 4
+
+
+def _elements(value: ArrayLike, kind: np.dtype[Any], name: str) -> NDArray[Any]:
+    """`value` as an array of one or N elements of a type."""
+    base, shape = kind.subdtype or (kind, ())
+    array = np.asarray(value, base)
+    if array.ndim == len(shape):
+        array = array[None]
+    if array.ndim != len(shape) + 1 or array.shape[1:] != shape:
+        raise ValueError(f"{name}: expected an array of shape (N, {', '.join(map(str, shape))}), got {array.shape}")
+    return array
+
+
+def _run(
+    renderer: Renderer,
+    source: Source,
+    data: NDArray[Any],
+    returned: np.dtype[Any],
+    volumes: Mapping[str, NDArray[np.float32]],
+) -> NDArray[Any]:
+    context = renderer.context
+    words = np.ascontiguousarray(data).view(np.int32).ravel() if data.dtype.itemsize else np.zeros(0, np.int32)
+    padded = np.zeros((max(1, -(-len(words) // _WIDTH)), _WIDTH), np.int32)
+    padded.ravel()[: len(words)] = words
+    total = len(data) * (returned.itemsize // 4)
+    with renderer.turn():
+        program = renderer.program(source)
+        texture = context.texture((_WIDTH, len(padded)), 1, padded.tobytes(), dtype="i4")
+        target = context.texture((_WIDTH, -(-total // _WIDTH)), 1, dtype="i4")
+        framebuffer = context.framebuffer([target])
+        array = context.vertex_array(program, [])
+        framebuffer.use()
+        texture.use(0)
+        set_uniforms(program, data=0)
+        textures = [volume_texture(context, values) for values in volumes.values()]
+        for unit, (name, volume) in enumerate(zip(volumes, textures, strict=True), start=1):
+            volume.use(unit)
+            set_uniforms(program, **{name: unit})
+        array.render(moderngl.TRIANGLES, 3)
+        answer = np.frombuffer(framebuffer.read(components=1, dtype="i4"), np.int32)[:total]
+        release(context, array, framebuffer, target, texture, *textures)
+    return answer.view(returned)

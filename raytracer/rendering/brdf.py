@@ -1,0 +1,115 @@
+"""Reflectance by itself: what the shaders that render answer for any two directions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from raytracer.compiler.glsl import reflectance
+from raytracer.core.arrays import number_array
+from raytracer.core.validation import InputError, Keys, check_text, is_number, number, shown, vector
+from raytracer.gpu import glsl_call
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.materials.material import Material
+from raytracer.scene.materials.merl import SHAPE, Measured, directions
+
+_TOP = "reflectance.glsl"
+_SLICE = 2**17
+
+
+def evaluate(
+    material: Material, wi: ArrayLike, wo: ArrayLike, *, renderer: Renderer | None = None
+) -> NDArray[np.float32]:
+    """f cos(theta_i) of a material for light from `wi` and a viewer at `wo`, as the GPU computes it when it renders.
+
+    `wi` and `wo` are unit directions (N, 3), or one (3,) for all, in a frame whose normal is +z, in which
+    Lafortune's `tangent` is, too; they are rounded to float32. Returns (N, 3) float32, RGB in 1/sr; 0 where one of
+    the two is not above the horizon. What an ideal mirror reflects is not in it. Raises InputError for directions
+    that are not finite or not unit.
+    """
+    _check(material, renderer)
+    pair = [_directions(value, name) for value, name in ((wi, "wi"), (wo, "wo"))]
+    lengths = {len(part) for part in pair} - {1}
+    if len(lengths) > 1 or 0 in lengths:
+        got = " and ".join(str(len(part)) for part in pair)
+        raise InputError(f"expected as many directions as of wi, or one of either, got {got}", "wo")
+    return call("evaluate", material, *pair, renderer=renderer)
+
+
+def call(function: str, material: Material, *arguments: ArrayLike, renderer: Renderer | None = None) -> NDArray[Any]:
+    """What a GLSL function of a Material and N more arguments answers, in a shader that has what `material` needs.
+
+    Such as ggxD() of shaders/brdf/distribution_ggx.glsl for a material of the model ggx. As raytracer.glsl.call().
+    """
+    _check(material, renderer)
+    check_text(function, "function")
+    found = reflectance.layout([material])
+    lines = ['#include "materials.glsl"', *reflectance.reflected_text(found), *_EVALUATE]
+    generated = {"materials.glsl": reflectance.material_text(found), _TOP: "\n".join(lines)}
+    data = reflectance.struct(found, material, glsl_call.struct_dtype("Material", _TOP, generated))
+    table = material.get("file")
+    volumes = {"measured": table.values} if table else {}
+    return glsl_call.call(
+        function, data, *arguments, renderer=renderer, generated=generated, file=_TOP, volumes=volumes
+    )
+
+
+def bake(material: Material, *, renderer: Renderer | None = None) -> Measured:
+    """The table of an isotropic material in MERL's format: f in the middle of each of its cells.
+
+    Cells below the horizon, which those above are interpolated with, hold what is just above it. Raises InputError
+    for an anisotropic material.
+    """
+    _check(material, renderer)
+    if reflectance.layout([material]).turned:
+        raise InputError("expected cx and cy to be the same: MERL's format is for isotropic materials", "lobes")
+    wi, wo = (_above(part.reshape(-1, 3)) for part in directions())
+    # In slices: the Material goes to the GPU with each of its directions.
+    slices = [slice(i, i + _SLICE) for i in range(0, len(wi), _SLICE)]
+    f = np.concatenate([evaluate(material, wi[part], wo[part], renderer=renderer) / wi[part, 2:] for part in slices])
+    return Measured(f.reshape(*SHAPE, 3))
+
+
+def _check(material: Any, renderer: Any) -> None:
+    if not isinstance(material, Material):
+        raise InputError(f"expected a Material, got {shown(material)}", "material")
+    if renderer is not None and not isinstance(renderer, Renderer):
+        raise InputError(f"expected a Renderer or None, got {shown(renderer)}", "renderer")
+
+
+def _above(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Those below half a cell above the horizon, half a degree, brought up there."""
+    least = np.sin(np.radians(0.5))
+    x, y, z = directions.T
+    scale = np.where(z < least, np.sqrt((1.0 - least**2) / np.maximum(x**2 + y**2, 1e-30)), 1.0)
+    return np.stack([x * scale, y * scale, np.maximum(z, least)], -1)
+
+
+_EVALUATE = [
+    "vec3 evaluate(Material m, vec3 L, vec3 V) {",
+    "    return L.z > 0.0 && V.z > 0.0 ? reflected(m, vec3(0.0, 0.0, 1.0), L, V) : vec3(0.0);",
+    "}",
+]
+# Of a direction's length, squared: what float32 numbers make of a unit vector, and a user's rounding to 4 digits.
+_OFF_UNIT = 1e-3
+
+
+# Rows of a list: 400 MB as float64. An array may have more.
+_MOST = 2**24
+
+
+def _directions(value: Any, name: str) -> NDArray[np.float32]:
+    array = number_array(value, name, _MOST, _direction)
+    if array.ndim not in (1, 2) or array.shape[-1] != 3:
+        raise InputError(f"expected unit directions (N, 3), got an array of shape {array.shape}", name)
+    with np.errstate(over="ignore"):  # what overflows is no unit direction
+        unit = array.astype(np.float32)
+    if not (np.abs(np.sum(unit.astype(float) ** 2, axis=-1) - 1.0) <= _OFF_UNIT).all():
+        raise InputError("expected unit directions, got one whose length is not 1", name)
+    return np.atleast_2d(unit)
+
+
+def _direction(row: Any, keys: Keys) -> Any:
+    return number(row, keys) if is_number(row) else vector(row, keys, -2.0, 2.0, "a unit direction, 3 numbers")

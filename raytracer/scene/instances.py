@@ -1,0 +1,175 @@
+"""Many copies of one solid, each moved and scaled: held as arrays, so that a great many are no burden.
+
+Part of `scene.py`, which says what holds for all of it. NumPy is imported only where instances are made.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from raytracer.core.record import Record
+from raytracer.core.validation import (
+    MAX_LENGTH,
+    MIN_RADIUS,
+    InputError,
+    Key,
+    Keys,
+    Vec3,
+    is_number,
+    number,
+    point,
+    set_fields,
+    shown,
+)
+from raytracer.core.vectors import add, dot, scaled
+from raytracer.scene.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves, with_leaves
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+    Array = NDArray[np.float64]
+
+
+_SCALE = "a number above 0"
+
+
+class Instances(Record, frozen=True, eq=False):
+    """`solid` at N places: instance i has its point p at positions[i] + scales[i] * p. An object of a scene.
+
+    `positions` is array-like (N, 3) with N at least 1; `scales`, above 0, is array-like (N,) or one
+    number for all. Both are held as read-only float64 arrays, (N, 3) and (N,). Every placed sphere and
+    plane must be within the bounds of `Sphere` and `Plane`. Raises InputError, whose message begins with
+    the field and names the first wrong row, counted from 0: `positions[2]: expected ...`.
+    """
+
+    solid: Solid
+    positions: Array
+    scales: Array = 1.0  # pyright: ignore[reportAssignmentType]
+
+    if TYPE_CHECKING:  # what may be given is more than what is held
+
+        def __init__(self, solid: Solid, positions: ArrayLike, scales: ArrayLike = 1.0) -> None: ...
+
+    def __post_init__(self) -> None:
+        import numpy as np
+
+        from raytracer.core.arrays import number_array
+
+        if not isinstance(self.solid, Solid):
+            raise InputError(f"expected a solid, got {shown(self.solid)}", "solid")
+        positions = _held(number_array(self.positions, "positions", MAX_SURFACES, point))
+        if positions.ndim != 2 or positions.shape[1] != 3 or len(positions) == 0:
+            raise InputError(f"expected at least one point, as an array (N, 3), got {_shape(positions)}", "positions")
+        wrong = ~(np.abs(positions) <= MAX_LENGTH).all(axis=1)
+        if wrong.any():
+            point(positions[wrong][0].tolist(), ("positions", int(wrong.argmax())))
+        if is_number(self.scales):
+            scales = np.full(len(positions), number(self.scales, "scales", expected=_SCALE))
+        else:
+            scales = _held(number_array(self.scales, "scales", MAX_SURFACES, _scale))
+        if scales.shape != positions.shape[:1]:
+            expected = f"one number, or {len(positions)} as of positions"
+            raise InputError(f"expected {expected}, got {_shape(scales)}", "scales")
+        wrong = ~((scales > 0.0) & (scales < np.inf))
+        if wrong.any():
+            _scale(float(scales[wrong][0]), ("scales", int(wrong.argmax())))
+        for array in (positions, scales):
+            array.setflags(write=False)
+        set_fields(self, positions=positions, scales=scales)
+        self._check_places()
+
+    def _check_places(self) -> None:
+        import numpy as np
+
+        found = leaves(self.solid)
+        if len(self) * len(found) > MAX_SURFACES:
+            raise InputError(f"expected at most {MAX_SURFACES} primitives, got {len(self)} x {len(found)}", "positions")
+        with np.errstate(over="ignore"):  # what overflows is out of bounds
+            centers, radii = self.spheres()
+            wrong = ~((radii >= MIN_RADIUS) & (radii <= MAX_LENGTH)).all(axis=1)
+            if wrong.any():
+                i = int(wrong.argmax())
+                expected = f"radii times scale in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
+                raise InputError(f"expected {expected}, got the scale {self.scales[i]:g}", ("scales", i))
+            wrong = (np.abs(centers) > MAX_LENGTH).any(axis=(1, 2))
+            for plane in (leaf for leaf in found if isinstance(leaf, Plane)):
+                x, y, z = (n * p for n, p in zip(plane.normal, self.positions.T, strict=True))
+                offsets = plane.offset * self.scales + (x + y + z)
+                length = min(1.0, float(np.linalg.norm(plane.normal)))
+                wrong |= np.abs(offsets) > MAX_LENGTH * length
+        if wrong.any():
+            i = int(wrong.argmax())
+            expected = f"placed centers and offsets within +-{MAX_LENGTH:g}"
+            place = f"{self.positions[i].tolist()} with the scale {self.scales[i]:g}"
+            raise InputError(f"expected {expected}, got {place}", ("positions", i))
+
+    def replace(self, **changes: Any) -> Instances:
+        """As `Record.replace`; one scale of all places is the scale of other positions, too, however many these are."""
+        if "positions" in changes and (self.scales == self.scales[0]).all():
+            changes = {"scales": float(self.scales[0])} | changes
+        return super().replace(**changes)
+
+    __replace__ = replace
+
+    def __len__(self) -> int:
+        """N"""
+        return len(self.positions)
+
+    def __eq__(self, other: object) -> bool:
+        import numpy as np
+
+        return self is other or (
+            isinstance(other, Instances)
+            and self.solid == other.solid
+            and np.array_equal(self.positions, other.positions)
+            and np.array_equal(self.scales, other.scales)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.solid, self.positions.tobytes(), self.scales.tobytes()))
+
+    def __repr__(self) -> str:
+        same = bool((self.scales == self.scales[0]).all())
+        scales = float(self.scales[0]) if same else self.scales.tolist()
+        more = "" if scales == 1.0 else f", scales={scales!r}"
+        return f"Instances(solid={self.solid!r}, positions={self.positions.tolist()!r}{more})"
+
+    def solids(self) -> Iterator[Solid]:
+        """The N placed solids, one after the other."""
+        for position, scale in zip(self.positions.tolist(), self.scales.tolist(), strict=True):
+            yield with_leaves(self.solid, lambda leaf, p=position, s=scale: _placed(leaf, p, s))
+
+    def spheres(self) -> tuple[Array, Array]:
+        """Centers (N, S, 3) and radii (N, S) of the placed spheres, S to an instance: those of solids(), to the bit."""
+        import numpy as np
+
+        found = [leaf for leaf in leaves(self.solid) if isinstance(leaf, Sphere)]
+        centers = np.array([sphere.center for sphere in found]).reshape(-1, 3)
+        radii = np.array([sphere.radius for sphere in found])
+        scales = self.scales[:, None]
+        return centers * scales[..., None] + self.positions[:, None], radii * scales
+
+
+def _placed(leaf: Primitive, position: Vec3, scale: float) -> Primitive:
+    if isinstance(leaf, Sphere):
+        return Sphere(add(scaled(leaf.center, scale), position), leaf.radius * scale, leaf.material)
+    return Plane(leaf.normal, leaf.offset * scale + dot(leaf.normal, position), leaf.material)
+
+
+def _scale(value: Any, key: Key | Keys) -> float:
+    return number(value, key, math.ulp(0.0), expected=_SCALE)
+
+
+def _held(array: NDArray[Any]) -> Array:
+    """A float64 array of its own, and without -0, so that equal arrays have equal bytes."""
+    import numpy as np
+
+    with np.errstate(over="ignore"):  # of wider numbers; what overflows is out of bounds
+        return np.asarray(array, np.float64, order="C") + 0.0
+
+
+def _shape(array: Array) -> str:
+    return f"an array of shape {array.shape}"

@@ -1,0 +1,198 @@
+"""How a surface reflects: a model of `models.py` and its parameters.
+
+Part of `scene.py`, which says what holds for all of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from raytracer.core.record import made_public
+from raytracer.core.suggest import did_you_mean
+from raytracer.core.validation import (
+    InputError,
+    check_choice,
+    check_path,
+    check_text,
+    direction,
+    items,
+    number,
+    shown,
+    three,
+    within,
+)
+from raytracer.formats.toml_tables import check_table
+from raytracer.scene.materials.lobe import Lobe
+from raytracer.scene.materials.models import MODELS, Parameter
+
+if TYPE_CHECKING:
+    from raytracer.scene.materials.merl import Measured
+
+MAX_LOBES = 16
+
+
+@made_public
+class Material:
+    """How a surface reflects: `model`, a name of `models.MODELS`, and parameters that this model has.
+
+        Material(kd=(0.64, 0.08, 0.08))
+        Material("ggx", alpha=0.1, fresnel="conductor")
+
+    A parameter that is not given has the model's default; all are attributes. Where three numbers are a colour
+    (linear RGB), one number stands for three that are equal. `name` is only a label. Raises InputError for a
+    parameter that the model does not have, or a value out of its range. Frozen; equal if all is equal.
+    """
+
+    __slots__ = ("_hash", "_values", "model", "name")
+
+    model: str
+    name: str
+    _values: dict[str, Any]
+
+    def __init__(self, model: str = "phong", *, name: str = "", **parameters: Any) -> None:
+        model = check_choice(model, "model", MODELS)
+        name = check_text(name, "name")
+        known = MODELS[model].parameters
+        for key in parameters:
+            if key not in known:
+                near = did_you_mean(key, known)
+                raise InputError(f"the model {model} has no such parameter (known: {', '.join(known)}){near}", key)
+        values = {
+            key: _checked(parameter, parameters[key]) if key in parameters else parameter.default
+            for key, parameter in known.items()
+        }
+        for key, parameter in known.items():
+            if not parameter.when or values[parameter.when[0]] == parameter.when[1]:
+                continue
+            if key in parameters:
+                condition = f'{parameter.when[0]} = "{parameter.when[1]}"'
+                raise InputError(f"expected only with {condition}, got {values[parameter.when[0]]!r}", key)
+            del values[key]
+        if missing := [key for key, value in values.items() if value is None]:
+            raise InputError(f"missing, the model {model} needs it", missing[0])
+        for field, value in (("model", model), ("name", name), ("_values", values)):
+            object.__setattr__(self, field, value)
+        object.__setattr__(self, "_hash", hash((model, name, *values.values())))
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """All its parameters by name, also those that have their default."""
+        return dict(self._values)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """A parameter, or `default` if the model has none of that name."""
+        if not isinstance(name, str):
+            raise InputError(f"expected a string, got {shown(name)}", "name")
+        return self._values.get(name, default)
+
+    def replace(self, **changes: Any) -> Material:
+        """The same material with other parameters, another name or another model. `copy.replace` does the same.
+
+        With another choice goes what only the choice before had: f0, where `fresnel` is "schlick" no more. With
+        another model goes what the new one does not have.
+        """
+        model = changes.pop("model", self.model)
+        new = MODELS.get(model) if isinstance(model, str) else None
+        known = new.parameters if new else {}
+        chosen = {key: parameter.default for key, parameter in known.items()} | self._values | changes
+        kept = {
+            key: value
+            for key, value in self._values.items()
+            if key in known and (not (when := known[key].when) or chosen[when[0]] == when[1])
+        }
+        return Material(model, **{"name": self.name, **kept, **changes})
+
+    __replace__ = replace
+
+    def __getattr__(self, name: str) -> Any:
+        if name != "_values" and name in self._values:
+            return self._values[name]
+        raise AttributeError(f"a material of the model {self.model} has no {name}")
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"a Material is frozen: use replace({name}=...)")
+
+    __delattr__ = __setattr__  # pyright: ignore[reportAssignmentType]
+
+    def __eq__(self, other: object) -> bool:
+        if self is other:
+            return True
+        return isinstance(other, Material) and (self.model, self.name, self._values) == (
+            other.model,
+            other.name,
+            other._values,
+        )
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __repr__(self) -> str:
+        known = MODELS[self.model].parameters
+        parts = [f"model={self.model!r}"] if self.model != "phong" else []
+        parts += [f"{key}={value!r}" for key, value in self._values.items() if value != known[key].default]
+        parts += [f"name={self.name!r}"] if self.name else []
+        return f"Material({', '.join(parts)})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _made, (self.model, self.name, self._values)
+
+
+def _made(model: str, name: str, values: dict[str, Any]) -> Material:
+    return Material(model, name=name, **values)
+
+
+def _checked(parameter: Parameter, value: Any) -> Any:
+    """`value` as the parameter holds it. Raises InputError."""
+    name, low, high = parameter.name, parameter.low, parameter.high
+    match parameter.kind:
+        case "number":
+            return number(value, name, low, high, f"a number in [{low:g}, {high:g}]")
+        case "whole":
+            result = number(value, name, low, high, expected := f"a whole number in [{low:g}, {high:g}]")
+            if result != int(result):
+                raise InputError(f"expected {expected}, got {shown(value)}", name)
+            return int(result)
+        case "color":
+            return three(value, name, low, high)
+        case "direction":
+            return direction(value, name)
+        case "choice":
+            return check_choice(value, name, parameter.choices)
+        case "lobes":
+            with within("lobes"):
+                return _lobes(value)
+        case "measured":
+            return _measured(value, name)
+
+
+def _lobes(value: Any) -> tuple[Lobe, ...]:
+    """The lobes, all with a cy. A lobe may be a table, as in a file."""
+    expected = f"at most {MAX_LOBES} lobes {{ cx, cz, n }}"
+    values = items(value, MAX_LOBES)
+    if values is None or len(values) > MAX_LOBES:
+        raise InputError(f"expected {expected}, got {shown(value) if values is None else 'more'}")
+    lobes: list[Lobe] = []
+    for i, lobe in enumerate(values):
+        with within(i):
+            known = lobe if isinstance(lobe, Lobe) else _lobe(lobe)
+            lobes.append(known if known.cy else known.replace(cy=known.cx))
+    return tuple(lobes)
+
+
+def _lobe(table: Any) -> Lobe:
+    if not isinstance(table, dict) or not all(isinstance(key, str) for key in table):
+        raise InputError(f"expected cx, cz, n, and if needed cy and scale, got {shown(table)}")
+    check_table(table, Lobe.__struct_fields__)
+    if {"cx", "cz", "n"} - set(table):
+        raise InputError(f"expected cx, cz, n, and if needed cy and scale, got {shown(table)}")
+    return Lobe(**table)
+
+
+def _measured(value: Any, name: str) -> Measured:
+    from raytracer.scene.materials.merl import Measured, read
+
+    if isinstance(value, Measured):
+        return value
+    with within(name):
+        return read(check_path(value, ()))

@@ -1,0 +1,96 @@
+"""Measured isotropic reflectance in the format of the MERL database (Matusik et al. 2003), a `.binary` file.
+
+Three int32, 90, 90 and 180, then float64 for red, green and blue in turn, [theta_h, theta_d, phi_d] each, the last
+fastest (Rusinkiewicz's half and difference angles). theta_h is sampled by its square root, the others evenly;
+phi_d is up to pi, as phi_d + pi is the same by reciprocity. A value is f over its channel's scale. Negative ones,
+below the horizon, count as 0.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from raytracer.core.files import read_bounded
+from raytracer.core.suggest import did_you_mean_file
+from raytracer.core.validation import InputError, about, check_path
+
+SHAPE = (90, 90, 180)
+SCALES = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
+_BYTES = 12 + 8 * 3 * 90 * 90 * 180
+# What float32 can hold, times any colour.
+_LARGEST = 1e12
+
+
+class Measured:
+    """A table of f in 1/sr, `values` (90, 90, 180, 3) float32 [theta_h, theta_d, phi_d, RGB], read-only.
+
+    Equal if all values are. Raises InputError for values of another shape, or not finite.
+    """
+
+    def __init__(self, values: ArrayLike, path: str = "") -> None:
+        found = np.asarray(values)
+        if found.shape != (*SHAPE, 3):
+            raise InputError(f"expected values of shape {(*SHAPE, 3)}, got {found.shape}")
+        if not (found <= _LARGEST).all():  # nor NaN
+            raise InputError(f"expected values of at most {_LARGEST:g}")
+        self.values: NDArray[np.float32] = (np.maximum(found, 0.0) + 0.0).astype(np.float32)  # and no -0.0
+        self.values.flags.writeable = False
+        self.path = path
+        self._digest = hashlib.sha256(self.values.tobytes()).digest()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Measured) and self._digest == other._digest
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Measured, (self.values, self.path)
+
+    def __hash__(self) -> int:
+        return hash(self._digest)
+
+    def __repr__(self) -> str:
+        return repr(self.path) if self.path else "Measured(...)"
+
+
+def read(path: str | os.PathLike[str], folder: Path | None = None) -> Measured:
+    """The table in a `.binary` file; with `folder`, one that is in there when all links are followed.
+
+    Raises InputError if it cannot be read or is none.
+    """
+    path = check_path(path, "path")
+    try:
+        data = read_bounded(path, _BYTES, folder)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        near = did_you_mean_file(path)
+        raise InputError(f"expected a readable .binary file: {reason}{near}", file=str(path)) from None
+    if len(data) != _BYTES or tuple(np.frombuffer(data, "<i4", 3)) != SHAPE:
+        expected = f"a MERL file: the numbers 90, 90, 180 and {_BYTES} bytes in all"
+        raise InputError(f"expected {expected}", file=str(path))
+    planes = np.frombuffer(data, "<f8", offset=12).reshape(3, *SHAPE)
+    with about(path):
+        return Measured(np.moveaxis(planes, 0, -1) * SCALES, str(path))
+
+
+def write(measured: Measured, file: IO[bytes]) -> None:
+    """Write a table as a `.binary` file."""
+    file.write(np.array(SHAPE, "<i4").tobytes())
+    for channel, scale in enumerate(SCALES):
+        file.write((measured.values[..., channel].astype("<f8") / scale).tobytes())
+
+
+def directions() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(wi, wo), unit, (90, 90, 180, 3) each, in the middle of every cell; the normal is +z. Some are below it."""
+    counts = (np.arange(n) + 0.5 for n in SHAPE)
+    h, d, phi = np.meshgrid(*counts, indexing="ij")
+    theta_h, theta_d, phi_d = (h / 90.0) ** 2 * np.pi / 2.0, np.radians(d), np.radians(phi)
+    along, across, up = np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d)
+    sine, cosine = np.sin(theta_h), np.cos(theta_h)
+    half = np.stack([sine, np.zeros_like(h), cosine], -1)
+    wi = np.stack([cosine * along + sine * up, across, cosine * up - sine * along], -1)
+    return wi, 2.0 * up[..., None] * half - wi
