@@ -7,8 +7,8 @@ GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
 TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 libatomic1 xvfb xdotool ?povray
 
 # Tests of what shaders compute, which does not depend on how OpenGL is reached: run on EGL only.
-ONCE := extremes.py brdf.py brdf_rough.py brdf_bench.py article.py peers.py merl.py mirrors.py soft.py soft_cells.py \
-	estimate.py trade.py tune.py truth.py compare.py
+ONCE := analysis ground_truth/test_rough_surfaces.py ground_truth/test_converged.py scene/test_merl.py \
+	$(patsubst %,rendering/test_%.py,article brdf error_estimate mirrors peers soft soft_cells)
 
 .PHONY: demo test view check extremes bench clean help
 .DELETE_ON_ERROR:
@@ -23,7 +23,7 @@ test: .venv/dev ## run the tests on EGL, then those that need OpenGL again on OS
 	@if dpkg -s libosmesa6 >/dev/null 2>&1; then \
 		set -ex; \
 		RAYTRACER_BACKEND=egl $(BIN)/python -m pytest; \
-		RAYTRACER_BACKEND=osmesa $(BIN)/python -m pytest -m gl $(addprefix --ignore tests/test_,$(ONCE)); \
+		RAYTRACER_BACKEND=osmesa $(BIN)/python -m pytest -m gl $(addprefix --ignore tests/,$(ONCE)); \
 	else \
 		echo 'There is no package libosmesa6 here: the OpenGL tests are not run again on OSMesa.'; \
 		RAYTRACER_TEST_BACKENDS='egl window' RAYTRACER_BACKEND=egl $(BIN)/python -m pytest; \

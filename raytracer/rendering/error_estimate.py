@@ -12,7 +12,7 @@ until these get as dense. Where light changes smoothly p is 1 or more, but there
 all pictures: how fast movements fell before would tell, but less surely than not to look, as it is a ratio of two sums
 of which a few pixels may be most. It is measured where n is a power of two, as the points are spread best then; from
 there to the number of samples it is taken to fall as that of independent ones. On random edges, lines and discs of
-all sizes it is within 30 % of the true one (tests/test_estimate.py).
+all sizes it is within 30 % of the true one (tests/rendering/test_error_estimate.py).
 
 It is an average over many pixels, as good as the number of those that move. Where a few blocks of pixels hold most of
 what moved, such as those of a small light's glint on metal, it may be off by half or more, and says so: by how many

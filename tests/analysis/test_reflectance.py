@@ -1,0 +1,509 @@
+"""The bench measures what is so, says what it cannot resolve, and holds every model to its verdict."""
+
+from __future__ import annotations
+
+import functools
+import json
+import math
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import raytracer as rt
+from raytracer.analysis.reflectance import expectations, gallery, measure, plots, report
+from raytracer.analysis.reflectance.expectations import NOT_RECIPROCAL, VERDICTS, Verdict, expected, settings_of
+from raytracer.analysis.reflectance.quadrature import NORMAL, Fineness, about_all, facing, halfway, polar
+from raytracer.analysis.reflectance.verification import Check, _differences, check, check_all
+from raytracer.app.cli import main
+from raytracer.app.commands.brdf_cli import settings_of as parsed
+from raytracer.core.validation import InputError
+from raytracer.formats.material_library import published
+from raytracer.ground_truth import reflectance
+from raytracer.scene.materials.material import Material
+from raytracer.scene.materials.models import MODELS
+from tests.processes import output_of
+
+FINE = Fineness(6, 16)
+MEASURED = measure.COMPLETE
+
+
+@functools.cache
+def checked(model: str) -> list[Check]:
+    return check_all([model])
+
+
+def albedo(material: Material, *cosines: float) -> list[float]:
+    found = measure.measure(material, [math.degrees(math.acos(c)) for c in cosines]).albedos
+    assert all(a.resolved for a in found)
+    return [a.value for a in found]
+
+
+# What is written down.
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("model", MEASURED)
+def test_every_model_is_as_its_verdict_says_at_the_ends_of_its_ranges(model: str) -> None:
+    found = checked(model)
+    assert len(found) > 1 and all(check.verdict for check in found)
+    assert [f"{check.settings}: {check.differs}" for check in found if check.differs] == []
+
+
+def test_every_model_but_the_measured_one_has_verdicts_and_each_verdict_says_why() -> None:
+    assert [model for model in MODELS if model not in MEASURED] == ["merl"]
+    assert {verdict.model for verdict in VERDICTS} == set(MEASURED)
+    assert all(verdict.why for verdict in VERDICTS)
+    for model in MEASURED:
+        # The last row that fits holds: so none is without effect.
+        materials = [Material(model, **settings) for settings in settings_of(model)]
+        held = {id(expected(material)) for material in materials}
+        assert [v.when for v in VERDICTS if v.model == model and id(v) not in held] == []
+
+
+# Numbers such as a highlight's exponent, whose range is too long to be drawn from evenly.
+_LONG = 1e3
+
+
+def anywhere(model: str, fixed: Mapping[str, Any], random: np.random.Generator) -> Material:
+    """A material with parameters anywhere in their ranges, but for those that are fixed, as in a verdict's `when`."""
+    parameters = MODELS[model].parameters
+    conditions = dict(p.when for p in parameters.values() if p.when and p.name in fixed)
+    fixed = {**conditions, **fixed}
+    values: dict[str, Any] = {}
+    for name, p in parameters.items():
+        low, high = p.low, min(p.high, 256) if p.kind == "whole" else p.high
+        if p.when and values[p.when[0]] != p.when[1]:
+            continue
+        if name in fixed and not (isinstance(fixed[name], tuple) and fixed[name]):
+            values[name] = fixed[name]
+        elif p.kind == "choice":
+            values[name] = str(random.choice(p.choices))
+        elif p.kind == "whole":
+            values[name] = int(random.integers(int(low), int(high), endpoint=True))
+        elif high > _LONG:
+            values[name] = float(np.exp(random.uniform(np.log(max(low, 1e-3)), np.log(high))))
+        elif p.kind in ("number", "color"):
+            values[name] = float(random.uniform(*fixed.get(name, (low, high))))
+    return Material(model, **values)
+
+
+def test_numbers_and_runs_are_expected_only_where_they_were_found() -> None:
+    """And laws everywhere."""
+    listed = expected(Material("oren_nayar", ka=0.3))
+    assert listed and listed.largest and listed.conserving and listed.resolved
+    for model in MEASURED:
+        random = np.random.default_rng(1)
+        found = expected(anywhere(model, {}, random))
+        assert found is None or (found.largest is None and found.at is None and not found.resolved)
+        assert model in NOT_RECIPROCAL or (found and found.reciprocal)
+    cases: list[tuple[str, dict[str, Any], bool | None]] = [
+        ("ggx", {"alpha": 0.77, "f0": 1.0}, True),
+        ("split", {"alpha": 0.5}, None),
+        ("split", {"alpha": 0.5, "rho": 0.0}, True),
+        ("phong_normalized", {"h": 99.0}, True),
+        ("phong_normalized", {"kd": 0.2, "h": 99.0}, None),
+        ("minnaert", {"k": 1.5, "rho": 0.3}, True),
+        ("minnaert", {"k": 0.6}, None),
+        ("cook_torrance", {"rho": 0.5}, None),
+    ]
+    for model, settings, conserving in cases:
+        found = expected(Material(model, **settings))
+        assert found and found.reciprocal and found.conserving is conserving, (model, settings)
+    assert expected(Material("phong", h=0.0, ks=0.0)) is None
+    assert expected(Material("phong", kd=0.1)) is None
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("model", MEASURED)
+def test_laws_hold_with_any_other_parameters(model: str) -> None:
+    random = np.random.default_rng(2)
+    rows = [{}, *(verdict.when for verdict in VERDICTS if verdict.model == model and verdict.law)]
+    for when in rows:
+        for _ in range(2):
+            material = anywhere(model, when, random)
+            found = check(model, material.parameters, degrees=(0.0, 45.0, 75.0, 88.0, 89.9))
+            assert found.differs == [], material
+
+
+@pytest.mark.gl
+def test_what_theory_says_of_the_models_is_measured() -> None:
+    """The issue's examples, by name."""
+
+    def found(model: str, **settings: Any) -> measure.Measured:
+        return next(c.measured for c in checked(model) if dict(c.settings) == settings)
+
+    assert not found("phong").reciprocal and found("phong").conserving is False
+    assert found("minnaert").reciprocal and found("minnaert").conserving is False  # k = 0.5
+    assert found("minnaert", k=2.0, rho=1.0).conserving
+    full = found("oren_nayar", rho=1.0)
+    assert full.reciprocal and full.conserving is False and 1.01 < full.largest.value < 1.03
+    assert found("ggx").reciprocal and found("ggx").conserving
+    assert found("mirror").delta and not found("ggx").delta
+
+
+@pytest.mark.gl
+def test_a_wrong_verdict_is_found_out() -> None:
+    measured = measure.measure(Material("lambert", rho=1.0))
+    assert list(_differences(measured, expected(measured.material))) == []
+    assert list(_differences(measured, Verdict("lambert", True, None, "open"))) == []
+    wrong = Verdict("lambert", False, False, "wrong", largest=(0.9, 1e-3), at=45.0)
+    assert len(list(_differences(measured, wrong))) == 4
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(
+    ("break_it", "says"),
+    [
+        (lambda f, wi, wo: 1.01 * f, "conserving"),
+        (lambda f, wi, wo: f * (1.0 - 0.01 * wi[..., :1]), "reciprocal"),
+        (lambda f, wi, wo: f - 1e-3, "negative"),
+        (lambda f, wi, wo: np.where(wi[..., 2:] < 1e-5, np.nan, f), "NaN"),
+    ],
+)
+def test_a_wrong_shader_is_found_out(monkeypatch: pytest.MonkeyPatch, break_it: Any, says: str) -> None:
+    true = measure.evaluate
+
+    def broken(material: Material, wi: Any, wo: Any, **more: Any) -> Any:
+        return break_it(true(material, wi, wo, **more), np.asarray(wi), np.asarray(wo))
+
+    monkeypatch.setattr(measure, "evaluate", broken)
+    measured = measure.measure(Material("lambert", rho=1.0))
+    assert any(says in text for text in _differences(measured, expected(measured.material)))
+
+
+# The quadrature.
+
+
+@pytest.mark.parametrize("degrees", [0.0, 1e-3, 30.0, 60.0, 84.0, 89.9])
+def test_rules_add_up_to_the_hemisphere(degrees: float) -> None:
+    w = measure.direction(degrees)
+    tilted = measure.direction(degrees, 40.0)
+    below = -measure.direction(max(90.0 - degrees, 5.0))
+    rules = {
+        "halfway": halfway(w, FINE.times(2)),
+        "polar": polar(w * (-1, -1, 1), FINE.times(2)),
+        "of an axis below": polar(below, FINE.times(2)),
+        "normal": polar(NORMAL, FINE, kinks=w),
+        "whole circles": halfway(tilted, Fineness(12, 32, whole=True)),
+        "several": about_all([w * (-1, -1, 1), measure.direction(40.0), below], FINE.times(4)),
+    }
+    for name, (directions, weights) in rules.items():
+        assert weights.sum() == pytest.approx(2.0 * np.pi, rel=2e-4), name
+        assert weights @ directions[:, 2] == pytest.approx(np.pi, rel=2e-4), name
+        np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1.0, atol=1e-12)
+
+
+def test_normals_that_face_a_direction_add_up() -> None:
+    """The lune between two planes at the angle t has the solid angle 2 (pi - t)."""
+    for degrees in (0.0, 30.0, 80.0):
+        m, weights = facing(measure.direction(degrees), FINE)
+        assert weights.sum() == pytest.approx(2.0 * (np.pi - math.radians(degrees)), rel=1e-5)
+        assert (m @ measure.direction(degrees) > 0.0).all()
+
+
+@pytest.mark.gl
+def test_albedos_are_the_published_ones() -> None:
+    """Of separate quadratures in float64, to the digits they are given with."""
+    one: dict[str, Any] = {"f0": 1.0}
+    assert albedo(Material("ggx", alpha=1.0, **one), 1.0, 0.5, 0.1) == pytest.approx(
+        [1.0 - math.log(2.0), 0.4507, 0.7602], abs=2e-4
+    )
+    separable = Material("ggx", alpha=1.0, masking="separable", **one)
+    assert albedo(separable, 1.0, 0.5, 0.1) == pytest.approx([1.0 - math.log(2.0), 0.4091, 0.5579], abs=2e-4)
+    assert albedo(Material("ggx", alpha=0.5, **one), 1.0, 0.1) == pytest.approx([0.6878, 0.8601], abs=3e-4)
+    assert albedo(Material("ggx", alpha=0.1, **one), 1.0) == pytest.approx([0.9883], abs=2e-4)
+    for h, values in {1.0: (1.0, 0.609, 0.370), 10.0: (1.0, 0.5047, 0.1792), 100.0: (1.0, 0.5, 0.1082)}.items():
+        material = Material("phong_normalized", kd=0.0, ks=1.0, h=h)
+        assert albedo(material, 1.0, 0.5, 0.1) == pytest.approx(values, abs=5e-4), h
+    for h, values in {10.0: (1.0, 0.4003, 0.1406), 100.0: (1.0, 0.2651, 0.0276)}.items():
+        material = Material("blinn_normalized", kd=0.0, ks=1.0, h=h)
+        assert albedo(material, 1.0, 0.5, 0.1) == pytest.approx(values, abs=3e-4), h
+    for sigma, short, full in [
+        (0.3, (0.893, 0.939, 0.980, 0.998), (0.962, 0.971, 1.001, 1.027)),
+        (0.5, (0.785, 0.852, 0.912, 0.939), (0.896, 0.909, 0.953, 0.991)),
+        (1.0, (0.624, 0.709, 0.784, 0.816), (0.775, 0.790, 0.845, 0.893)),
+    ]:
+        for form, values in (("short", short), ("full", full)):
+            material = Material("oren_nayar", rho=1.0, sigma=math.degrees(sigma), form=form)
+            assert albedo(material, 1.0, 0.7, 0.3, 0.1) == pytest.approx(values, abs=1e-3), (sigma, form)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("model", ["ggx", "beckmann"])
+def test_albedos_of_sharp_lobes_are_right(model: str) -> None:
+    """Against float64, by a rule four times as fine in both coordinates."""
+    material = Material(model, alpha=1e-3, f0=1.0)
+    for found in measure.measure(material, (0.0, 60.0, 88.0, 89.9)).albedos:
+        w = measure.direction(found.degrees)
+        directions, weights = halfway(w, FINE.times(4))
+        N, V = (np.broadcast_to(x, directions.shape) for x in (NORMAL, w))
+        right = float((weights @ reflectance.reflected(material, N, directions, V))[0])
+        assert found.resolved and abs(found.value - right) < 1e-3
+
+
+@pytest.mark.gl
+def test_what_is_not_resolved_says_so() -> None:
+    """A lobe of 1e-7 is nothing to float32: whatever the sum is, it is not called an albedo."""
+    found = measure.measure(Material("he", tau=1e6), (85.0,))
+    assert not found.largest.resolved and found.conserving is not True
+    check = Check("he", {"tau": 1e6}, found, None, [])
+    assert "?" in report._row(check)[4] and report._row(check)[3] == "?"
+
+
+@pytest.mark.gl
+def test_an_anisotropic_material_is_measured_at_several_azimuths() -> None:
+    """Lobes that are scaled along x only have their largest albedo for viewers off that axis: by a plain sum."""
+    material = Material("lafortune", rho=0.0, lobes=[{"cx": -0.5, "cy": -1.0, "cz": 1.0, "n": 8.0}])
+    found = measure.measure(material, (60.0,)).albedos[0]
+    wi, weights = polar(NORMAL, Fineness(12, 64, whole=True))
+    N = np.broadcast_to(NORMAL, wi.shape)
+    sums = {}
+    for azimuth in (0.0, 30.0, 60.0, 90.0):
+        wo = np.broadcast_to(measure.direction(60.0, azimuth), wi.shape)
+        value = np.maximum(wi * wo @ np.array([-0.5, -1.0, 1.0]), 0.0) ** 8
+        sums[azimuth] = float(weights @ (value * np.sum(N * wi, axis=1)))
+    assert max(sums, key=lambda a: sums[a]) == 90.0 and sums[90.0] > 1.1 * sums[0.0]
+    assert found.value == pytest.approx(sums[90.0], abs=1e-3)
+
+
+@pytest.mark.gl
+def test_a_published_material_is_measured() -> None:
+    found = measure.measure(published("lafortune/clay"), (0.0, 60.0))
+    assert found.reciprocal and found.finite and all(a.resolved for a in found.albedos)
+    assert 0.2 < found.albedos[0].value < 0.6
+
+
+@pytest.mark.gl
+def test_the_mirror_is_a_delta_whose_albedo_is_fresnels() -> None:
+    material = Material("mirror", f0=(0.2, 0.4, 0.9))
+    found = measure.measure(material, (0.0, 60.0))
+    assert found.delta and found.reciprocity == 0.0
+    assert [a.value for a in found.albedos] == pytest.approx([0.9, 0.9 + 0.1 * 0.5**5], abs=1e-6)
+
+
+# The command line.
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    status = main(["brdf", *arguments])
+    printed = capsys.readouterr()
+    return status, printed.out, printed.err
+
+
+@pytest.mark.gl
+def test_check_prints_a_table_or_json_and_says_whether_all_is_as_expected(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    status, out, _ = run(capsys, "check", "ggx", "--set", "alpha=0.1", "--set", "f0=1,0.8,0.3")
+    assert status == 0 and "alpha=0.1" in out and "as expected" in out and "89.9" in out
+    status, out, _ = run(capsys, "check", "lambert", "--json")
+    found = json.loads(out)["checks"]
+    assert status == 0 and len(found) == 3
+    assert found[2]["settings"] == {"rho": 1.0} and found[2]["largest"]["value"] == pytest.approx(1.0, abs=1e-3)
+    assert found[2]["reciprocal"] is True and found[2]["conserving"] is True and found[2]["differs"] == []
+    monkeypatch.setattr(expectations, "VERDICTS", (Verdict("lambert", True, False, "wrong", law=True),))
+    status, out, _ = run(capsys, "check", "lambert", "--set", "rho=0.5")
+    assert status == 1 and "lambert rho=0.5: conserving, not conserving expected" in out
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ("oren_nayar --set rho=0.5", "of 1 it is not written down whether it conserves"),
+        ("phong_normalized --set kd=0.2", "of 1 it is not written down whether it conserves"),
+        ("lafortune --set rho=0.1", "of 1 it is not written down whether it conserves"),
+        ("split --set alpha=0.5", "of 1 it is not written down whether it conserves"),
+        ("phong --set h=0 --set ks=0", "of 1 nothing is written down"),
+        ("ggx --set alpha=0.77", "none not as expected\n"),
+    ],
+)
+def test_check_does_not_hold_settings_to_what_is_known_of_others(
+    capsys: pytest.CaptureFixture[str], arguments: str, says: str
+) -> None:
+    status, out, _ = run(capsys, "check", *arguments.split())
+    assert status == 0 and says in out and "1 measured, none not as expected" in out
+
+
+@pytest.mark.gl
+def test_check_finds_out_what_is_wrong_with_settings_that_are_not_listed(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    true = measure.evaluate
+    monkeypatch.setattr(
+        measure, "evaluate", lambda m, wi, wo, **more: true(m, wi, wo, **more) * (1.0 - 0.1 * wi[:, :1])
+    )
+    status, out, _ = run(capsys, "check", "oren_nayar", "--set", "rho=0.5")
+    assert status == 1 and "oren_nayar rho=0.5: not reciprocal, reciprocal expected" in out
+    monkeypatch.setattr(measure, "evaluate", lambda m, wi, wo, **more: 1.2 * true(m, wi, wo, **more))
+    status, out, _ = run(capsys, "check", "lambert", "--set", "rho=0.9")
+    assert status == 1 and "not conserving, conserving expected" in out and "0.9 by its closed form" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ((), "COMMAND"),
+        (("check", "nope"), "expected one of phong"),
+        (("check", "ggx", "--set", "alpha"), "NAME=VALUE"),
+        (("check", "ggx", "--set", "h=5"), "ggx has no parameter h (known: ka, alpha"),
+        (("check", "ggx", "--set", "alpha=5"), "a number in [0.0001, 1]"),
+        (("check", "ggx", "--set", "alpha=x"), "--set alpha=x: expected a number"),
+        # Time and memory that go with the square of a key's parts: at once, or the test's machine has no memory left.
+        (("check", "lafortune", "--set", f"lobes={{{'.'.join('a' * 60_000)} = 1}}"), "expected lobes as in a scene"),
+        (("check", "ggx", "--set", "f0=1,2"), "3 numbers"),
+        (("check", "ggx", "--set", "masking=none"), "correlated, separable"),
+        (("check", "ggx", "--set", "ior=2"), 'fresnel = "dielectric"'),
+        (("check", "lafortune", "--set", "lobes=[{"), "lobes as in a scene file"),
+        (("check", "lafortune", "--set", f"lobes={'[' * 3000}"), "lobes as in a scene file"),
+        (("check", "ggx", "--set", "al\n\x1bpha=1"), r"--set al\n\x1bpha=1: ggx has no"),
+        (("check", "ggx", "--set", "masking=\x1b[31m\n"), r"got '\x1b[31m\n'"),
+        (("check", "merl"), "file="),
+        (("plot", "ggx", "phong", "--set", "alhpa=1", "-o", "x.png"), "none of the materials has a parameter alhpa"),
+        (("plot", "ggx", "--set", "alpha", "-o", "x.png"), "--set alpha: expected NAME=VALUE"),
+        (("plot", "ggx:alpha", "-o", "x.png"), "raytracer: ggx:alpha: expected NAME=VALUE"),
+        (("plot", "ggx:alpha=x", "-o", "x.png"), "raytracer: ggx:alpha=x: expected a number"),
+        (("plot", "ggx", "ggx:alpha=7", "-o", "x.png"), "raytracer: ggx:alpha=7: alpha: expected a number in"),
+        (("bake", "lambert", "--set", "alpha=1", "-o", "x.binary"), "none of the materials has a parameter alpha"),
+        (("list", "ggx", "--markdown"), "no MODEL"),
+        (("list", "ggx", "--schema"), "no MODEL"),
+        (("check", "lafortune/nope"), "clay"),
+        (("plot", "-o", "x.png"), "--lecture"),
+        (("plot", "ggx", "-o", "x.pdf"), ".png"),
+        (("plot", "ggx", "-o", "nowhere/x.png"), "nowhere"),
+        (("plot", "--lecture", "--set", "kd=1", "-o", "x.png"), "only h"),
+        (("gallery", "--cell", "3", "-o", "x.png"), "--cell"),
+        (("list", "nope"), "expected one of phong"),
+    ],
+)
+def test_wrong_input_is_refused_with_a_remedy(
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...],
+    says: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, _, error = run(capsys, *arguments)
+    assert status == 2 and says in error and error.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_settings_are_typed_by_the_table() -> None:
+    assert parsed("ggx", ["alpha=0.25", "f0=1,0.5,0", "masking=separable"]) == {
+        "alpha": 0.25,
+        "f0": [1.0, 0.5, 0.0],
+        "masking": "separable",
+    }
+    found = parsed("lafortune", ["lobes=[{ cx = -1, cz = 1, n = 20 }]", "tangent=0,1,0"])
+    assert found == {"lobes": [{"cx": -1, "cz": 1, "n": 20}], "tangent": [0.0, 1.0, 0.0]}
+
+
+@pytest.mark.gl
+def test_list_shows_what_is_measured_and_what_a_model_takes(capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, _ = run(capsys, "list", "minnaert")
+    assert status == 0 and "Minnaert 1941" in out and "0 to 100" in out
+    assert "reciprocal: yes; conserving: no, in 3 of 7 settings (defaults, rho=1, k=0)" in out
+    assert "conserving: yes, but not resolved in 3 of 19 settings (alpha=0.0001, " in run(capsys, "list", "ggx")[1]
+    assert "needs a file" in run(capsys, "list", "merl")[1]
+    status, out, _ = run(capsys, "list", "lambert", "--json")
+    found = json.loads(out)["lambert"]
+    assert status == 0 and found["parameters"][1]["name"] == "rho" and len(found["measured"]) == 3
+
+
+def test_other_commands_do_not_load_the_bench() -> None:
+    code = (
+        "import sys; from raytracer.app.cli import _parser; _parser().parse_args(['doctor']);"
+        "print([name for name in sys.modules if 'brdf' in name or 'bench' in name])"
+    )
+    assert output_of(sys.executable, "-c", code) == "[]\n"
+
+
+# Pictures.
+
+
+@pytest.mark.gl
+def test_plots_are_written_whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("matplotlib")
+    out = tmp_path / "x.png"
+    # A material that is given twice is there twice.
+    assert run(capsys, "plot", "phong", "ggx:alpha=0.01", "phong", "--set", "h=8", "-o", str(out))[0] == 0
+    with Image.open(out) as picture:
+        assert picture.width > 900 and len(np.unique(np.asarray(picture.convert("L")))) > 100
+    lecture = tmp_path / "y.png"
+    assert run(capsys, "plot", "--lecture", "-o", str(lecture))[0] == 0
+    assert sorted(tmp_path.iterdir()) == [out, lecture]
+
+
+def test_without_matplotlib_the_extra_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in [name for name in sys.modules if name.startswith("matplotlib")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    status, _, error = run(capsys, "plot", "lambert", "-o", str(tmp_path / "x.png"))
+    assert status == 2 and "pip install 'roth-raytracer[plots]'" in error and not list(tmp_path.iterdir())
+
+
+@pytest.mark.gl
+def test_the_gallery_has_a_labelled_cell_for_each_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gallery, "COMPLETE", ["phong", "lambert"])
+    out = tmp_path / "g.png"
+    from raytracer.rendering.renderer import shared_renderer
+
+    gallery.write_gallery(out, 64, 1, None, shared_renderer(), None)
+    with Image.open(out) as picture:
+        sheet = np.asarray(picture.convert("RGB")).astype(int)
+    phong, lambert, nothing = (sheet[6:70, x : x + 64] for x in (6, 76, 146))
+    assert np.unique(nothing.reshape(-1, 3), axis=0).shape == (1, 3)
+    # The same floor under either light; the highlight is phong's alone.
+    np.testing.assert_allclose(phong[-4:, :8], lambert[-4:, :8], atol=1)
+    assert phong.max() > lambert.max() + 20
+    assert (sheet[71:86, 6:70].min(axis=2) < 100).any(), "its name is below"
+
+
+def test_every_model_is_shown_by_the_gallery_with_what_it_takes() -> None:
+    for model in MEASURED:
+        assert gallery.shown_material(model)[0].model == model
+
+
+@pytest.mark.gl
+def test_the_lectures_two_highlights_are_alike_in_the_plane_of_incidence_only() -> None:
+    """The seed's (N.H)^(4 h) for (R.V)^h. In the plane, cos^4h(x / 2) - cos^h(x) is 0.0043 at most for h = 32."""
+    x = np.linspace(0.0, np.pi / 4, 100_001)
+    most = float((np.cos(x / 2) ** 128 - np.cos(x) ** 32).max())
+    assert most == pytest.approx(0.0043, abs=1e-4)
+    off = np.radians(np.linspace(-20.0, 20.0, 401))
+    apart = {}
+    for across in (False, True):
+        wi, wo = measure.direction(60.0, 180.0), plots._around(measure.direction(60.0), off, across)
+        r, n = (
+            measure.evaluate(Material(model, kd=0.0, ks=1.0, h=h), wi, wo)[:, 0]
+            for model, h in (("phong", 32.0), ("blinn", 128.0))
+        )
+        apart[across] = float(np.abs(r - n).max())
+    assert apart[False] == pytest.approx(most, abs=1e-4) and apart[True] > 0.4
+
+
+def test_a_wrong_name_is_no_material() -> None:
+    with pytest.raises(InputError, match="published"):
+        from raytracer.analysis.reflectance.verification import material_of
+
+        material_of("nope/clay", {})
+
+
+@pytest.mark.gl
+def test_a_baked_model_reflects_as_the_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "ggx.binary"
+    assert main(["brdf", "bake", "ggx:alpha=0.5", "--set", "f0=0.5", "-o", str(file)]) == 0
+    assert capsys.readouterr().out.startswith(f"wrote {file}")
+    wi, wo = (0.6, 0.0, 0.8), [(-0.6, 0.0, 0.8), (0.0, 0.0, 1.0)]
+    table, model = rt.Material("merl", file=file), rt.Material("ggx", alpha=0.5, f0=0.5)
+    np.testing.assert_allclose(rt.brdf.evaluate(table, wi, wo), rt.brdf.evaluate(model, wi, wo), rtol=2e-3)
+    assert main(["brdf", "bake", "ggx", "-o", str(tmp_path / "a.png")]) == 2
+    assert "expected an output that ends in .binary" in capsys.readouterr().err

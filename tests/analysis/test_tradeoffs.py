@@ -1,0 +1,258 @@
+"""The trade of speed for accuracy: what is tried, who beats whom, slopes, and the files."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+from raytracer.analysis.tradeoffs import approximations, configurations, page
+from raytracer.analysis.tradeoffs import measure as measuring
+from raytracer.analysis.tradeoffs.approximations import with_materials
+from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Plan, plan
+from raytracer.analysis.tradeoffs.measure import measure, resized
+from raytracer.analysis.tradeoffs.page import write_page
+from raytracer.analysis.tradeoffs.pareto import beaten_by, slope
+from raytracer.analysis.tradeoffs.report import as_csv, as_json
+from raytracer.analysis.tradeoffs.targets import Truth
+from raytracer.app.cli import main
+from raytracer.formats.image import Image
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.materials.material import Material
+from raytracer.scene.presets import combined, over
+from raytracer.scene.sequences import Sequence, sample_place
+from tests import scenes
+
+gl = pytest.mark.gl
+SCENE = str(scenes.ASSIGNMENT)
+
+
+def test_who_is_off_the_front_is_beaten_by_the_fastest_that_is_neither_slower_nor_more_wrong() -> None:
+    points = [(1.0, 9.0), (2.0, 4.0), (3.0, 4.0), (2.5, 5.0), (4.0, 1.0), (5.0, 4.5), (0.5, 9.0)]
+    assert beaten_by(points) == [6, None, 1, 1, None, 1, None]
+
+
+def test_equals_do_not_beat_each_other() -> None:
+    assert beaten_by([(1.0, 1.0), (1.0, 1.0)]) == [None, None]
+
+
+@pytest.mark.parametrize("p", [0.5, 0.75, 1.0])
+def test_the_slope_of_a_power_law_is_its_exponent(p: float) -> None:
+    counts = [4, 16, 64, 256]
+    assert slope(counts, [0.3 * n**-p for n in counts]) == pytest.approx((p, 0.3))
+    assert slope([4], [0.1]) is None
+
+
+def coverage_error(sequence: Sequence, n: int) -> float:
+    """Root mean square error of the share of a pixel that is beyond an edge, over random edges through it.
+
+    What it should be is known exactly: the edge's normal (cos a, sin a) and its offset, with a below 45 degrees and the
+    offset so that it cuts the pixel's upper and lower side: then the share is the mean of where it does.
+    """
+    rng = np.random.default_rng(1)
+    tangent = rng.uniform(-1.0, 1.0, 2000)  # x = middle + tangent * (y - 1/2)
+    middle = rng.uniform(0.5 * np.abs(tangent), 1.0 - 0.5 * np.abs(tangent))
+    points = np.array([sample_place(k, sequence, n) for k in range(n)]) * 2.0**-24
+    # Edges along y as well as along x.
+    inside = points[:, 0] < middle[:, None] + tangent[:, None] * (points[:, 1] - 0.5)
+    other = points[:, 1] < middle[:, None] + tangent[:, None] * (points[:, 0] - 0.5)
+    return float(np.sqrt(np.mean((np.stack([inside, other]).mean(axis=2) - middle) ** 2)))
+
+
+def test_on_random_edges_sobols_points_fall_steeper_than_random_ones_and_are_better_at_each_number() -> None:
+    counts = [4, 16, 64, 256]
+    errors = {name: [coverage_error(name, n) for n in counts] for name in ("sobol", "random", "r2")}
+    found = {name: slope(counts, own) for name, own in errors.items()}
+    assert found["sobol"] and found["random"]
+    # Independent points: n^-1/2. On edges scrambled nets have n^-3/4.
+    assert found["random"][0] == pytest.approx(0.5, abs=0.12)
+    assert found["sobol"][0] == pytest.approx(0.75, abs=0.12)
+    assert all(np.array(errors["sobol"]) < errors["random"])
+
+
+@pytest.mark.parametrize("extent", [FULL, QUICK])
+def test_every_knob_is_there_once_and_against_its_own_kind_of_shadows(extent) -> None:
+    made = plan(scenes.under_spheres(scenes.assignment(), 0.0), extent)
+    keys = [(c.target, c.settings, c.scale, c.estimates) for c in made.configurations]
+    assert len(set(keys)) == len(keys), "nothing is measured twice"
+    for configuration in made.configurations:
+        shadows = made.targets[configuration.target].settings.shadows
+        assert configuration.settings.shadows == shadows and configuration.target == f"{shadows} shadows"
+    knobs = {knob for configuration in made.configurations for knob in configuration.knobs}
+    assert knobs >= {"samples", "sequence", "adaptive", "max error", "shadows", "precision", "evaluator", "resolution"}
+    assert all(light.radius > 0.0 for light in made.targets["soft shadows"].scene.lights)
+    assert "no light" in made.left_out[0][1], "says that it gave lights a radius"
+
+
+def test_what_is_no_knob_is_as_the_scene_file_has_it_and_flags_are_over_it() -> None:
+    of_file = {"samples": 64, "adaptive": 0.01, "shading": "blinn", "shadows": "soft", "bounces": 2, "precision": 64}
+    made = plan(scenes.assignment(), QUICK, of_file)
+    everything = [c.settings for c in made.configurations] + [target.settings for target in made.targets.values()]
+    assert {(settings.shading, settings.bounces) for settings in everything} == {("blinn", 2)}
+    assert {settings.precision for settings in everything} == {32, 64}
+    labels = {c.label: c for c in made.configurations if c.target == MAIN}
+    assert "16 sobol" in labels and "4 sobol, 32 bits" in labels
+    for made_one in made.configurations:
+        assert combined(of_file, over(of_file, made_one.settings)) == made_one.settings
+    flags = measuring.Trade("", (1, 1), 1, {}, made, {}, [measuring.Result(labels["16 sobol"], [])])
+    assert "--samples 16 --shadows hard --adaptive none" in as_csv(flags)
+
+
+def test_a_scene_without_lights_has_one_kind_of_shadows() -> None:
+    made = plan(msgspec.structs.replace(scenes.assignment(), lights=()), QUICK)
+    assert list(made.targets) == ["hard shadows"] and made.left_out == [("shadows", "the scene has no lights")]
+    assert {configuration.target for configuration in made.configurations} == {"hard shadows"}
+
+
+def test_resizing_keeps_the_mean_and_a_constant() -> None:
+    picture = np.random.default_rng(0).random((8, 12, 3)).astype(np.float32)
+    small = resized(picture, (6, 4))
+    np.testing.assert_allclose(small, picture.reshape(4, 2, 6, 2, 3).mean(axis=(1, 3)), rtol=1e-6)
+    np.testing.assert_allclose(resized(np.full((2, 3, 3), 0.25, np.float32), (12, 8)), 0.25, rtol=1e-6)
+
+
+def test_other_materials_stand_on_the_same_scene() -> None:
+    scene = with_materials(scenes.assignment(), lambda _: Material("lambert"))
+    assert scene.materials == (Material("lambert"),)
+    assert len(scene.solids()) == len(scenes.assignment().solids())
+
+
+@gl
+def test_a_quick_trade_writes_a_table_json_and_a_page_that_needs_nothing_else(tmp_path: Path) -> None:
+    folder = tmp_path / "trade"
+    assert main(["trade", SCENE, "-o", str(folder), "--quick", "--rounds", "1"]) == 0
+    with (folder / "trade.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    found = json.loads((folder / "trade.json").read_text())
+    assert found["complete"] and len(rows) == len(found["configurations"])
+    measured = [row for row in rows if row["seconds"]]
+    assert len(measured) > 30 and all(float(row["fastest"]) <= float(row["seconds"]) for row in measured)
+    by = {(row["target"], row["configuration"]): row for row in measured}
+    resolved = {name: truth["resolved"] for name, truth in found["truths"].items()}
+    for row in measured:
+        assert (row["front"] == "True") == (row["beaten_by"] == "")
+        if row["beaten_by"]:
+            # At least as fast and no more wrong, where that can be told.
+            other, floor = by[row["target"], row["beaten_by"]], resolved[row["target"]]
+            assert float(other["seconds"]) <= float(row["seconds"])
+            assert max(float(other["rmse"]), floor) <= max(float(row["rmse"]), floor)
+    error = {label: float(row["rmse"]) for (target, label), row in by.items() if target == "hard shadows"}
+    assert error["16 sobol"] < error["4 sobol"] < error["1 sample, the centre"]
+    html = (folder / "trade.html").read_text()
+    assert "<svg" in html and "data:image/png;base64," in html
+    assert not re.search(r"""(?:src|href)\s*=\s*["'](?!data:|#)|url\((?!["']?#)|@import|<script|<link""", html)
+
+
+@gl
+def test_interrupted_it_keeps_what_it_has_and_escapes_the_scenes_name(
+    renderer: Renderer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = '<script>alert("&")</script>'
+    scene = msgspec.structs.replace(scenes.assignment(), name=name)
+    made = plan(scene, QUICK)
+    count = 0
+    picture = measuring.picture
+
+    def interrupted(*arguments):
+        nonlocal count
+        count += 1
+        if count > 7:
+            raise KeyboardInterrupt
+        return picture(*arguments)
+
+    monkeypatch.setattr(measuring, "picture", interrupted)
+
+    def bar(title):
+        from contextlib import nullcontext
+
+        return nullcontext()
+
+    found = measure(scene, made, renderer, (32, 18), 3, bar, source="gpu", gpu_samples=64)
+    assert not found.complete and sum(result.measured for result in found.results) == 3
+    html = write_page(found, renderer, tmp_path).read_text()
+    assert "Interrupted" in html and name not in html and "&lt;script&gt;" in html
+    assert json.loads(as_json(found))["scene"] == name
+
+
+@gl
+@pytest.mark.parametrize("why", ["Ctrl-C", "a driver's error"])
+def test_what_ends_the_page_leaves_the_tables_and_no_page_of_another_trade(
+    why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def ends(*_: object) -> None:
+        raise KeyboardInterrupt if why == "Ctrl-C" else RuntimeError("no more")
+
+    def little(*arguments: Any) -> Plan:
+        made = plan(*arguments)
+        made.targets = {MAIN: made.targets[MAIN]}
+        made.configurations = [c for c in made.configurations if c.target == MAIN][:2]
+        return made
+
+    monkeypatch.setattr(page, "strips", ends)
+    monkeypatch.setattr(configurations, "plan", little)
+    monkeypatch.setattr(approximations, "add_approximations", lambda *_: None)
+    (tmp_path / "trade.html").write_text("an older one")
+    assert main(["trade", SCENE, "-o", str(tmp_path), "--quick", "--size", "32x18"]) == (130 if why == "Ctrl-C" else 1)
+    assert {file.name for file in tmp_path.iterdir()} == {"trade.csv", "trade.json"}
+    assert len(json.loads((tmp_path / "trade.json").read_text())["configurations"]) == 2
+    said = capsys.readouterr()
+    steps = [f"the truth of {MAIN}", f"measuring {MAIN}", "measuring in turns", "drawing trade.html"]
+    assert said.err.splitlines()[: len(steps)] == steps, "it says what it does where there is no terminal"
+    assert "there is no trade.html" in said.out if why == "Ctrl-C" else "no more" in said.err
+
+
+def test_without_matplotlib_nothing_is_measured(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    assert main(["trade", SCENE, "-o", str(tmp_path / "trade")]) == 2
+    assert "pip install 'roth-raytracer[plots]'" in capsys.readouterr().err
+    assert not (tmp_path / "trade").exists()
+
+
+def test_the_folder_is_not_made_for_a_scene_that_cannot_be_drawn(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / "lights.toml"
+    scene.write_text(scenes.ASSIGNMENT.read_text() + "[[lights]]\nposition = [1, 2, 3]\n" * 5000)
+    assert main(["trade", str(scene), "-o", str(tmp_path / "trade"), "--quick"]) == 2
+    assert "expected at most" in capsys.readouterr().err and not (tmp_path / "trade").exists()
+    assert main(["trade", SCENE, "-o", str(tmp_path / ("x" * 300)), "--quick"]) == 2
+    assert "File name too long" in capsys.readouterr().err
+
+
+def test_a_picture_that_is_no_numbers_is_refused_and_the_others_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = plan(scenes.assignment(), QUICK)
+    broken = Image(np.full((2, 2, 3), np.nan, np.float32))
+    monkeypatch.setattr(measuring, "picture", lambda *_: (broken, 0.0))
+    truths = {MAIN: Truth(np.zeros((2, 2, 3)), 0.0, "black")}
+    trade = measuring.Trade("scene", (2, 2), 1, {}, made, truths, [])
+    result = measuring._first(made.configurations[0], trade, None)  # pyright: ignore[reportArgumentType]
+    assert "finite" in result.refused and not result.measured
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["trade", SCENE, "-o", "{tmp}/no/where"], "a folder that exists"),
+        (["trade", SCENE, "-o", "{tmp}", "--rounds", "0"], "--rounds"),
+        (["trade", SCENE, "-o", "{tmp}", "--size", "0x2"], "size"),
+        (["tune", SCENE], "--max-error"),
+        (["tune", SCENE, "--max-error", "0"], "--max-error: expected a finite number above 0"),
+        (["tune", SCENE, "--max-error", "0.1", "--time", "1"], "--time"),
+    ],
+)
+def test_wrong_input_is_status_2_and_one_line(
+    arguments: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([argument.replace("{tmp}", str(tmp_path)) for argument in arguments]) == 2
+    errors = capsys.readouterr().err
+    assert says in errors and errors.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,313 @@
+"""What the window does with an event: the state after it, and what must be redone."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import math
+import shlex
+from typing import Literal, get_args
+
+import msgspec
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.app.cli import main
+from raytracer.app.commands.render_cli import render_arguments
+from raytracer.app.options import given as given_by
+from raytracer.app.viewer.events import (
+    CONTROLS,
+    Control,
+    Cursor,
+    Event,
+    Failed,
+    Hinted,
+    Key,
+    Loaded,
+    Press,
+    Redo,
+    Release,
+    State,
+    Told,
+    Wheel,
+    command,
+    reverted,
+    start,
+    step,
+)
+from raytracer.app.viewer.orbit import turn_camera, turn_light
+from raytracer.app.viewer.overlay import _box, panels
+from raytracer.app.viewer.titles import compiling, compiling_title, title
+from raytracer.scene.presets import Fields, combined
+from raytracer.scene.settings import Shading, Shadows
+from tests import scenes
+
+TEXT = scenes.ASSIGNMENT.read_text()
+
+
+def opened(scene: rt.Scene | None = None, of_file: Fields | None = None, **given: object) -> State:
+    return start(TEXT, scene or scenes.assignment(), of_file or {}, given)
+
+
+def after(state: State, *events: Event) -> State:
+    for event in events:
+        state, _ = step(state, event)
+    return state
+
+
+def redo(state: State, event: Event) -> Redo:
+    return step(state, event)[1]
+
+
+def two_lights() -> rt.Scene:
+    lights = [rt.PointLight((4, 7, 4)), rt.PointLight((-3, 5, 2))]
+    return msgspec.structs.replace(scenes.assignment(), lights=lights)
+
+
+def test_dragging_along_the_height_of_the_window_turns_by_half_a_circle_with_either_button() -> None:
+    light = turn_light(scenes.assignment(), 0, math.pi / 4, math.pi / 8)
+    camera = turn_camera(scenes.assignment(), math.pi / 4, math.pi / 8)
+    cases: list[tuple[Literal["left", "right"], rt.Scene]] = [("left", light), ("right", camera)]
+    for button, turned in cases:
+        state = after(opened(), Cursor(0.5, 0.5), Press(button))
+        for k in range(1, 6):
+            assert redo(state, Cursor(0.5 + 0.05 * k, 0.5 - 0.025 * k)) == Redo.SAMPLES
+            state = after(state, Cursor(0.5 + 0.05 * k, 0.5 - 0.025 * k))
+        np.testing.assert_allclose(state.scene.lights[0].position, turned.lights[0].position, atol=1e-12)
+        np.testing.assert_allclose(state.scene.camera.position, turned.camera.position, atol=1e-12)
+        other: Literal["left", "right"] = "right" if button == "left" else "left"
+        assert redo(after(state, Release(other)), Cursor(0.9, 0.9)) == Redo.SAMPLES
+        assert redo(after(state, Release(button)), Cursor(0.9, 0.9)) == Redo.NOTHING
+        assert state.loaded == scenes.assignment(), "what the file says is kept"
+
+
+def test_the_wheel_changes_the_lights_distance_and_with_shift_the_cameras() -> None:
+    centre = scenes.assignment().camera.look_at
+
+    def distances(state: State) -> tuple[float, float]:
+        scene = state.scene
+        return math.dist(scene.lights[0].position, centre), math.dist(scene.camera.position, centre)
+
+    light, camera = distances(opened())
+    assert distances(after(opened(), Wheel(2.0, False))) == pytest.approx((light / 1.21, camera))
+    assert distances(after(opened(), Wheel(-2.0, True))) == pytest.approx((light, camera * 1.21))
+    assert distances(after(opened(), Wheel(3.0, True), Wheel(-3.0, True))) == pytest.approx((light, camera))
+
+
+def test_tab_selects_the_light_that_moves_and_home_and_r_put_things_back() -> None:
+    state = after(opened(two_lights()), Key("Tab"), Wheel(1.0, False), Wheel(1.0, True))
+    assert state.light == 1 and redo(state, Key("Tab")) == Redo.PRESENT
+    assert state.scene.lights[0] == state.loaded.lights[0] and state.scene.lights[1] != state.loaded.lights[1]
+    assert after(state, Key("Tab")).light == 0
+    home = after(state, Key("Home"))
+    assert home.scene.camera == state.loaded.camera and home.scene.lights == state.scene.lights
+    assert after(home, Key("R")).scene == state.loaded
+    dark = msgspec.structs.replace(scenes.assignment(), lights=())
+    assert after(opened(dark), Key("Tab"), Key("R"), Wheel(1.0, False)).scene == dark
+
+
+@pytest.mark.parametrize(
+    ("key", "presses"),
+    [("B", len(get_args(Shading))), ("S", len(get_args(Shadows))), ("A", 4), ("N", 2), ("Z", 2), ("M", 2)],
+)
+def test_a_toggle_makes_a_new_picture_at_each_press_and_comes_back(key: str, presses: int) -> None:
+    state, seen = opened(), []
+    for _ in range(presses):
+        assert redo(state, Key(key)) == Redo.SAMPLES
+        seen.append(state)
+        state = after(state, Key(key))
+    assert state == seen[0] and len(set(map(repr, seen))) == presses
+
+
+@pytest.mark.parametrize("key", ["L", "H"])
+def test_an_overlay_is_shown_and_hidden_without_a_new_picture(key: str) -> None:
+    state = after(opened(), Key(key))
+    assert state != opened() and redo(opened(), Key(key)) == Redo.PRESENT
+    assert after(state, Key(key)) == opened()
+
+
+def test_each_of_the_shadings_and_shadows_there_are_is_reached_by_its_key() -> None:
+    lamp = msgspec.structs.replace(scenes.assignment(), lights=[rt.PointLight((4, 7, 4), radius=0.5)])
+    state, seen = opened(lamp), set()
+    for _ in range(80):
+        state = after(state, Key("S"), Key("B"))
+        seen |= {state.settings.shadows, state.settings.shading}
+    # None, the scene's own shading, is phong here.
+    assert seen == {*get_args(Shadows), None, *get_args(Shading)} - {"phong"}
+
+    mixed = rt.Sphere((0, 0, 0), 1, rt.Material()) | rt.Sphere((1, 0, 0), 1, rt.Material(model="blinn"))
+    state, order = opened(scenes.of(mixed)), []
+    for key in "BBVVVB":
+        state = after(state, Key(key))
+        order.append(state.settings.shading)
+    assert order == ["phong", "blinn", "phong", None, get_args(Shading)[-1], None]
+    given = opened(shading="phong")
+    assert after(given, Key("B")).settings.shading == "blinn", "no key press without effect"
+
+
+def test_saving_the_file_keeps_what_the_user_moved_unless_the_file_moves_it_too() -> None:
+    state = after(opened(two_lights()), Key("Tab"), Wheel(1.0, False), Wheel(1.0, True), Failed("oh"))
+    brighter = msgspec.structs.replace(two_lights(), ambient=(2, 2, 2))
+    kept = after(state, Loaded("new", brighter))
+    assert (kept.scene.camera, kept.scene.lights) == (state.scene.camera, state.scene.lights)
+    assert kept.scene.ambient == (2, 2, 2) and kept.loaded == brighter and kept.text == "new" and kept.error == ""
+    wider = msgspec.structs.replace(scenes.assignment().camera, vertical_fov=70)
+    other = (rt.PointLight((4, 7, 4), (1, 0, 0)), rt.PointLight((9, 9, 9)), rt.PointLight((1, 1, 1)))
+    partly = after(state, Loaded("new", msgspec.structs.replace(two_lights(), camera=wider, lights=other))).scene
+    assert partly.camera == msgspec.structs.replace(wider, position=state.scene.camera.position)
+    assert partly.lights == (other[0], other[1], other[2]), "the one that the user moved, the file has moved too"
+    colored = (two_lights().lights[0], rt.PointLight((-3, 5, 2), (1, 0, 0)))
+    kept = after(state, Loaded("new", msgspec.structs.replace(two_lights(), lights=colored))).scene
+    assert kept.lights == (colored[0], rt.PointLight(state.scene.lights[1].position, (1, 0, 0)))
+    moved = msgspec.structs.replace(scenes.assignment(), camera=rt.Camera((0, 9, 9), (0, 0, 0)))
+    taken = after(state, Loaded("new", moved))
+    assert taken.scene == moved and taken.light == 0
+
+
+def test_what_cannot_be_drawn_is_taken_back_and_nothing_else() -> None:
+    good = opened(two_lights())
+    state = after(good, Key("L"), Key("Tab"), Cursor(0.3, 0.3), Key("B"), Loaded("new", scenes.assignment()))
+    back = reverted(state, good)
+    assert (back.text, back.loaded, back.scene, back.settings) == (TEXT, good.loaded, good.scene, good.settings)
+    assert not back.marker and back.cursor == (0.3, 0.3)
+
+
+def test_an_error_stays_until_the_file_is_right_and_a_notice_until_the_next_key() -> None:
+    state = after(opened(), Failed("line 3"), Told("wrote it"), Cursor(0.3, 0.3))
+    assert (state.error, state.notice) == ("line 3", "wrote it")
+    state = after(state, Key("H"), Wheel(1.0, False))
+    assert (state.error, state.notice) == ("line 3", "")
+    assert after(state, Loaded(TEXT, scenes.assignment())).error == ""
+
+
+def test_other_keys_do_nothing() -> None:
+    for name in ("", "X", "left drag", "\u0438"):
+        assert step(opened(), Key(name)) == (opened(), Redo.NOTHING)
+
+
+def test_p_e_and_escape_ask_for_what_only_the_window_can_do() -> None:
+    for key, wanted in (("P", Redo.SCREENSHOT), ("E", Redo.EXPORT), ("Escape", Redo.CLOSE)):
+        assert step(opened(), Key(key)) == (opened(), wanted)
+
+
+def test_the_help_and_the_readme_show_the_table_of_controls(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["view", "--help"])
+    shown = " ".join(capsys.readouterr().out.split())
+
+    def row(control: Control) -> str:
+        return f"| {control.key} | {control.does} |"
+
+    table = "\n".join(["| | |", "|---|---|", *map(row, CONTROLS)])
+    assert table in (scenes.CHECKOUT / "README.md").read_text(), f"the README's table is to be:\n{table}"
+    for control in CONTROLS:
+        assert f"{control.key} {control.does}" in shown
+    assert len({control.key for control in CONTROLS}) == len(CONTROLS)
+
+
+def test_the_title_says_how_far_the_picture_is_and_what_is_on() -> None:
+    state = after(opened(two_lights()), Key("B"), Key("S"), Key("Tab"))
+    assert title(state, 12, 31.4) == (
+        "assignment - 31 ms, 12 of 256 samples, blinn, diluted shadows, light 2 of 2, H for help"
+    )
+    assert "64 of 4096 samples, error 0.0013, " in title(opened(max_error=0.001), 64, 9.0, 0.00128)
+    assert "phong" in title(opened(), 1, 1.0) and "showing depth" in title(after(opened(), Key("Z")), 1, 1.0)
+
+
+def test_what_is_compiled_is_named_in_the_title_and_over_the_picture() -> None:
+    state = after(opened(), Key("B"), Key("S"))
+    assert compiling(state) == "compiling blinn, diluted shadows ..."
+    assert compiling_title(state) == "assignment - compiling blinn, diluted shadows ..., H for help"
+    assert "compiling showing normal ..." in compiling_title(after(state, Key("N")))
+
+
+def test_a_hint_stays_until_the_next_key_or_until_it_is_taken_back_and_is_seen() -> None:
+    state = after(opened(), Hinted("H: help"), Cursor(0.3, 0.3))
+    assert state.hint == "H: help" and len(panels(state, (640, 360), 1.0)) == 1
+    assert redo(state, Hinted("")) == Redo.PRESENT and after(state, Hinted("")).hint == ""
+    assert after(state, Key("L")).hint == "" and after(state, Told("wrote it")).hint == ""
+    kept = after(opened(), Told("wrote it"), Hinted("H: help"), Hinted(""))
+    assert kept.notice == "wrote it", "what else is told is not taken back"
+
+
+def test_s_says_why_there_are_no_soft_shadows() -> None:
+    points = [rt.PointLight((4, 7, 4)), rt.PointLight((-4, 7, 4))]
+    why = "no soft shadows: no light has a radius"
+    expected = [("diluted", ""), ("off", why), ("hard", "")]
+    for lights in (points, points[:1], []):
+        state = opened(msgspec.structs.replace(scenes.assignment(), lights=lights))
+        for shadows, hint in expected:
+            state = after(state, Key("S"))
+            assert (state.settings.shadows, state.hint) == (shadows, hint)
+    lamp = opened(msgspec.structs.replace(scenes.assignment(), lights=[points[0], rt.PointLight((4, 7, 4), radius=1)]))
+    assert after(lamp, Key("S"), Key("S")).settings.shadows == "soft"
+    assert after(lamp, Key("S"), Key("S"), Key("S")).hint == ""
+
+
+@pytest.mark.parametrize("letter", [6.0, 9.0, 12.0, 16.0, 24.0, 32.0])
+def test_two_dashes_are_seen_as_two(letter: float) -> None:
+    for text in ("--", "--samples"):
+        ink = _box([text], letter, (0, 0, 0, 255))[..., 0].astype(int)
+        dashes = ink[ink[:, : 2 * round(0.6 * letter)].sum(axis=1).argmax()]
+        seen = np.flatnonzero(np.diff((dashes > 64).astype(int)) == 1)
+        assert len(seen) >= 2 and seen[1] - seen[0] < letter, "side by side, and apart"
+
+
+def test_the_command_renders_the_picture_that_is_shown() -> None:
+    state = after(opened(), Key("B"), Key("S"), Key("A"))
+    arguments = shlex.split(command(state, (640, 360), "a b-1.toml"))
+    assert arguments == shlex.split(
+        "raytracer render 'a b-1.toml' -o 'a b-1-rendered.png' --size 640x360 --shading blinn --shadows diluted"
+    )
+
+
+def test_the_command_renders_with_what_the_window_has_whatever_the_file_says() -> None:
+    files: list[Fields] = [
+        {},
+        {"samples": 16, "shading": "ggx"},
+        {"max_error": 0.01},
+        {"time": 2.0, "samples": 8},
+        {"adaptive": 0.1, "samples": 16},
+        {"quality": "high", "shadows": "off"},
+    ]
+    flags: list[Fields] = [{}, {"max_error": 0.001}, {"time": 1.0, "max_error": None}, {"quality": "draft"}]
+    for of_file, given, keys in itertools.product(files, flags, ("", "A", "BS", "V")):
+        state = after(opened(of_file=of_file, **given), *map(Key, keys))
+        words = shlex.split(command(state, (640, 360), "a.toml"))
+        options = argparse.ArgumentParser()
+        render_arguments(options)
+        assert combined(of_file, given_by(options.parse_args(["a.toml", *words[3:]]))) == state.settings
+    assert "--max-error 0.001 " in command(opened(max_error=0.001), (8, 8), "a.toml") + " "
+
+
+def test_saved_settings_are_taken_up_where_the_file_has_changed_them() -> None:
+    state = after(opened(of_file={"samples": 16, "shadows": "soft"}, bounces=3), Key("B"))
+    assert (state.settings.samples, state.limit) == (16, 16)
+    same = after(state, Loaded(TEXT, scenes.assignment(), {"shadows": "soft", "samples": 16}))
+    assert same.settings == state.settings
+    other = after(state, Loaded(TEXT, scenes.assignment(), {"samples": 16, "max_error": 0.01, "bounces": 8}))
+    assert other.settings == msgspec.structs.replace(state.settings, shadows="hard", max_error=0.01)
+    assert other.settings.bounces == 3 and other.settings.shading == "blinn"
+    gone = after(other, Loaded(TEXT, scenes.assignment()))
+    assert (gone.settings.samples, gone.limit, gone.settings.max_error) == (256, 256, None)
+    with pytest.raises(rt.InputError, match=r"^settings.sequence: expected one of sobol, r2, random for a window"):
+        after(state, Loaded(TEXT, scenes.assignment(), {"sequence": "grid"}))
+    assert opened(of_file={"sequence": "grid"}, sequence="r2").settings.sequence == "r2"
+
+
+def test_the_overlay_is_twice_as_large_at_display_scale_2_and_fits_into_any_window() -> None:
+    helped = after(opened(), Key("H"))
+    (once, corner), *_ = panels(helped, (1280, 720), 1.0)
+    (twice, _), *_ = panels(helped, (2560, 1440), 2.0)
+    np.testing.assert_allclose(twice.shape, np.multiply(once.shape, (2, 2, 1)), rtol=0.05)
+    assert corner == (0, 720 - once.shape[0]) and once.shape[1] > 300
+    assert panels(opened(), (1280, 720), 1.0) == []
+    failed = after(helped, Failed("shaders/sphere.glsl:12: error: " + "word " * 300 + "\n" + "x" * 5000))
+    failed = after(failed, Told("wrote a file"))
+    assert len(panels(failed, (1280, 720), 1.0)) == 3, "a notice does not hide behind an error"
+    for size in ((1280, 720), (320, 180), (40, 30), (1, 1)):
+        found = panels(failed, size, 1.0)
+        assert len(found) >= 2
+        for pixels, (x, y) in found:
+            assert 0 <= x <= x + pixels.shape[1] <= size[0] and 0 <= y <= y + pixels.shape[0] <= size[1]

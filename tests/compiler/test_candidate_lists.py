@@ -1,0 +1,206 @@
+"""Pictures by lists of what the rays of each cell may meet are those of the walk, which looks at everything."""
+
+from __future__ import annotations
+
+import functools
+import operator
+
+import msgspec
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.analysis.pixel_doubt import resolution
+from raytracer.compiler.batches import groups
+from raytracer.compiler.glsl import shaders as shader_module
+from raytracer.compiler.glsl.shaders import is_listed, shade_source, visibility_source
+from raytracer.ground_truth import ray_tracer
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Settings
+from tests import scenes
+from tests.pictures import assert_same
+
+pytestmark = pytest.mark.gl
+
+SIZE = (128, 72)
+RED, BLUE, GREEN, GREY = scenes.COLORS
+FLOOR = rt.Plane((0, 1, 0), -2.5, GREY)
+
+
+@pytest.fixture
+def always_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So that the walk, whose text grows with a scene, can be compared."""
+    monkeypatch.setattr(shader_module, "FEW", 0)
+
+
+def check(renderer: Renderer, scene: rt.Scene, size: tuple[int, int] = SIZE, **settings: object) -> None:
+    chosen = Settings(**settings)  # pyright: ignore[reportArgumentType]
+    assert is_listed(scene, chosen)
+    cells = renderer.render(scene, size, chosen)
+    walk = renderer.render(scene, size, msgspec.structs.replace(chosen, evaluator="walk"))
+    assert_same(renderer, cells, walk)
+
+
+def lens(x: float, y: float, z: float, scale: float = 1.0) -> rt.Solid:
+    a, b, c = ((x + dx * scale, y, z + dz * scale) for dx, dz in ((-0.4, 0), (0.4, 0), (0.1, 0.6)))
+    return (rt.Sphere(a, scale, RED) & rt.Sphere(b, scale, BLUE)) - rt.Sphere(c, 0.7 * scale, GREEN)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_trees_are_the_same(renderer: Renderer, always_listed: None, seed: int) -> None:
+    check(renderer, scenes.random_scene(seed), shadows="diluted" if seed % 2 else "hard", samples=1 + seed % 2)
+
+
+def test_the_walk_tells_more_than_80_objects_apart(renderer: Renderer) -> None:
+    # llvmpipe counts to 80 levels of `else`: of 100 objects one after the other the last were taken for others.
+    balls = [rt.Sphere((i % 10 - 4.5, i // 10 - 4.5, 0), 0.4, scenes.COLORS[i % 3]) for i in range(100)]
+    check(renderer, scenes.of(*balls, eye=(0, 0, 12)), (64, 64), shadows="off")
+
+
+def test_objects_of_several_kinds_and_programs_are_the_same(renderer: Renderer, always_listed: None) -> None:
+    ball, half = rt.Sphere((1.2, 0.5, 1), 0.8, GREEN), rt.Plane((1, 1, 0), 0.3, BLUE)
+    objects = [lens(0, 0, 0), lens(-2, 0.4, -1, 0.7), ball, rt.Sphere((0, 2, 0), 0.5), FLOOR]
+    objects += [rt.Sphere((-1, -1, 1), 0.9, RED) & half, ~rt.Sphere((0, 0, 0), 30, BLUE), rt.Plane((0, 0, -1), 9, RED)]
+    for shadows in ("off", "hard", "diluted"):
+        check(renderer, scenes.of(*objects, eye=(0.5, 1, 6)), shadows=shadows)
+    check(renderer, scenes.of(*objects[:4], eye=(0.5, 1, 6)), shading="blinn")
+    check(renderer, scenes.of(*objects[4:], eye=(0.5, 1, 6)))
+
+
+def test_of_surfaces_that_coincide_the_first_objects_is_seen(renderer: Renderer, always_listed: None) -> None:
+    a, a2, floor = rt.Sphere((0, 0, 0), 1, RED), rt.Sphere((0, 0, 0), 1, BLUE), rt.Plane((0, 1, 0), -2.5, RED)
+    cut = rt.Sphere((0, 0, 0), 1, GREEN) & rt.Plane((0, 0, 1), 2)
+    joined = rt.Sphere((0, 0, 0), 1, GREY) | rt.Sphere((3, 0, 0), 1, GREY)
+    for first in range(4):
+        solids = [a, a2, cut, joined]
+        solids = [*solids[first:], *solids[:first]]
+        check(renderer, scenes.of(*solids, FLOOR, floor))
+        check(renderer, scenes.of(floor, *solids, FLOOR))
+
+
+@pytest.mark.parametrize("scale", [1e-5, 1.0, 1e5])
+def test_cameras_and_lights_anywhere_see_the_same(renderer: Renderer, always_listed: None, scale: float) -> None:
+    objects = [lens(0, 0, 0, scale), lens(1.5 * scale, scale, -2 * scale, 0.3 * scale)]
+    objects += [rt.Plane((0, 1, 0), -2 * scale, GREY), rt.Sphere((0, -1e4 * scale, 0), 9997 * scale, BLUE)]
+    places = [(0.1, 0, 5), (0, 0, 0.2), (0, 0, 0.95), (-1, -2, 4), (0, 1, 900), (0.3, 40, 0.2), (0, 0.7, 1e-3)]
+    for place in places:
+        eye = tuple(scale * c for c in place)
+        for light in ((4, 7, 4), (0, 0, 0.3), (1, -2, 1), (0.4, 1.2, -2), (1e4, 2e4, 0)):
+            x, y, z = light
+            lights = [rt.PointLight((scale * x, scale * y, scale * z)), rt.PointLight((0, 9 * scale, scale))]
+            camera = rt.Camera(eye, (0.1 * scale, 0, -scale), vertical_fov=70)  # pyright: ignore[reportArgumentType]
+            check(renderer, rt.Scene(objects, lights, camera), (64, 36), shadows="diluted")
+
+
+def test_objects_too_large_to_be_points_are_the_same(renderer: Renderer, always_listed: None) -> None:
+    objects = [lens(0, 0, 0, 3), lens(-1.5, 1.5, 2, 0.3), FLOOR, lens(2, 0, 1)]
+    check(renderer, scenes.of(*objects, eye=(0, 0, 6)), (640, 360))
+
+
+def test_a_chain_and_a_balanced_tree_of_many_holes_are_one_picture(renderer: Renderer) -> None:
+    rng = np.random.default_rng(3)
+    places = rng.normal(size=(300, 3))
+    places /= np.linalg.norm(places, axis=1, keepdims=True)
+    bites = [rt.Sphere(tuple(p), r, GREEN) for p, r in zip(places.tolist(), rng.uniform(0.05, 0.15, 300), strict=True)]
+    ball = rt.Sphere((0, 0, 0), 1, RED)
+    chain = functools.reduce(operator.sub, bites, ball)
+    while len(bites) > 1:
+        bites = [functools.reduce(operator.or_, bites[i : i + 2]) for i in range(0, len(bites), 2)]
+    scene = scenes.of(chain, eye=(0, 0, 3))
+    one = renderer.render(scene, SIZE, Settings())
+    other = renderer.render(scenes.of(ball - bites[0], eye=(0, 0, 3)), SIZE, Settings())
+    np.testing.assert_array_equal(one.radiance, other.radiance)
+    truth = ray_tracer.render(scene, (32, 18), Settings(shadows="off"))
+    small = renderer.render(scene, (32, 18), Settings(shadows="off"))
+    assert truth.material is not None and small.material is not None
+    assert (small.material == truth.material).mean() > 0.99 and len(np.unique(truth.material)) == 3
+
+
+@pytest.mark.parametrize(("distance", "radius"), [(1e4, 2e-4), (1e4, 1e-3), (1e4, 3e-3), (1e2, 1e-6), (1e2, 1e-4)])
+def test_balls_so_far_that_their_roots_round_to_one_are_the_same(
+    renderer: Renderer, distance: float, radius: float
+) -> None:
+    rng = np.random.default_rng(1)
+    places = [(x, y, -distance) for x, y in (radius * rng.uniform(-8, 8, (20, 2))).tolist()]
+    union = functools.reduce(operator.or_, [rt.Sphere(place, radius, RED) for place in places])
+    fov = float(np.degrees(40 * radius / distance))
+    camera = rt.Camera((0, 0, 0), (0, 0, -1), vertical_fov=fov)
+    check(renderer, rt.Scene([union], [rt.PointLight((4, 7, 4))], camera), (96, 64))
+
+
+def test_a_ray_may_meet_more_leaves_of_a_chain_than_are_kept(renderer: Renderer, always_listed: None) -> None:
+    # Balls in a row, each of which touches, overlaps or equals the next one, in an order that leads astray.
+    row = [rt.Sphere((0.05 * (i % 3), 0, 2 - 0.2 * (i * 7 % 20)), 0.25, (RED, BLUE)[i % 2]) for i in range(20)]
+    row += [rt.Sphere((0, 0, -2.5), 0.3, GREEN), rt.Sphere((0, 0, -2.5), 0.3, BLUE), rt.Plane((0, 0, -1), 1.7, GREY)]
+    ball = rt.Sphere((0, 0, 0), 2.5, RED)
+    for solid in (
+        functools.reduce(operator.sub, row, ball),
+        ~functools.reduce(operator.or_, row[:-1]),
+        functools.reduce(operator.and_, [rt.Sphere((0, 0, 0.1 * i), 2, (RED, BLUE)[i % 2]) for i in range(18)]),
+    ):
+        assert groups(scenes.of(solid)).bigs[0].pruner.is_chain
+        for eye in ((0.1, 0.3, 5), (0.01, 0.02, 0.3), (0.5, 0.2, 2.2)):
+            check(renderer, scenes.of(solid, eye=eye), (64, 36), shadows="diluted")
+
+
+def test_many_instances_agree_with_the_reference(renderer: Renderer) -> None:
+    rng = np.random.default_rng(1)
+    many = rt.Instances(lens(0, 0, 0), rng.uniform((-4, -2, -6), (4, 3, 1), (40, 3)), rng.uniform(0.2, 0.6, 40))
+    scene = scenes.of(many, FLOOR, eye=(0, 1, 6))
+    image, truth = renderer.render(scene, (96, 54), Settings()), ray_tracer.render(scene, (96, 54), Settings())
+    assert image.material is not None and truth.material is not None
+    resolved = resolution(scene, (96, 54))
+    sure = ~resolved.doubtful
+    assert resolved.doubtful.mean() < 0.01
+    np.testing.assert_array_equal(image.material[sure], truth.material[sure])
+    sure &= ~resolved.unlit
+    np.testing.assert_allclose(image.radiance[sure], truth.radiance[sure], atol=1e-4)
+    plain = msgspec.structs.replace(scene, objects=scene.solids())
+    np.testing.assert_array_equal(renderer.render(plain, (96, 54), Settings()).radiance, image.radiance)
+
+
+def test_scenes_that_differ_in_numbers_share_their_text(renderer: Renderer) -> None:
+    rng = np.random.default_rng(2)
+
+    def many(count: int) -> rt.Scene:
+        return scenes.of(rt.Instances(lens(0, 0, 0), rng.uniform(-3, 3, (count, 3)), 0.2), FLOOR)
+
+    for source in (visibility_source, shade_source):
+        assert source(many(10), Settings()).text == source(many(2000), Settings()).text
+        one, other = (scenes.of(functools.reduce(operator.sub, [lens(x, 0, 0) for x in range(9)])) for _ in range(2))
+        assert source(one, Settings()).text == source(other, Settings()).text
+
+
+def test_a_small_tree_is_a_kind_a_rare_or_large_one_a_program() -> None:
+    found = groups(scenes.of(lens(0, 0, 0), lens(1, 0, 0), FLOOR, lens(0, 0, 0) & FLOOR, ~lens(0, 0, 0)))
+    assert [len(kind.first) for kind in found.kinds] == [2]
+    assert [big.order for big in found.bigs] == [3, 4] and found.planes == [12]
+
+
+def crowd() -> rt.Instances:
+    """More lenses with a bite taken out than llvmpipe has rounds for, small ones in a box above the ground."""
+    places = np.random.default_rng(5).uniform((-10, 0.2, -20), (10, 6, 2), (90_000, 3))
+    lens = rt.Sphere((-0.016, 0, 0), 0.04, RED) & rt.Sphere((0.016, 0, 0), 0.04, RED)
+    return rt.Instances(lens - rt.Sphere((0, 0.032, 0), 0.028, RED), places)
+
+
+def test_a_horizon_behind_many_objects_changes_nothing_of_their_shadows(renderer: Renderer) -> None:
+    # The ground blocks no ray from above it to the light. Rays from the horizon come from beyond the light's reach.
+    lights, camera = [rt.PointLight((4, 12, 8))], rt.Camera((0, 3, 6), (0, 2.95, 0), vertical_fov=4)
+    alone = renderer.render(rt.Scene([crowd()], lights, camera), (320, 64), Settings())
+    over = renderer.render(rt.Scene([crowd(), rt.Plane((0, 1, 0), 0)], lights, camera), (320, 64), Settings())
+    assert alone.material is not None and over.material is not None and over.depth is not None
+    both = (alone.material == 0) & (over.material == 0)
+    assert both.sum() > 10_000 and np.isfinite(over.depth).any() and over.depth[np.isfinite(over.depth)].max() > 20_000
+    np.testing.assert_array_equal(over.radiance[both], alone.radiance[both])
+
+
+def test_mirrors_among_more_objects_than_the_driver_has_rounds_for_are_refused(
+    renderer: Renderer, has_round_limit: bool
+) -> None:
+    if not has_round_limit:
+        pytest.skip("the driver goes through any number of rounds")
+    ground = rt.Plane((0, 1, 0), 0, rt.Material("mirror"))
+    scene = rt.Scene([crowd(), ground], [rt.PointLight((4, 12, 8))], rt.Camera((0, 3, 6), (0, 2, 0)))
+    with pytest.raises(rt.InputError, match="expected pixels whose rays take at most 65535 steps"):
+        renderer.render(scene, (32, 18), Settings())

@@ -1,0 +1,264 @@
+"""Trees that are deep, large or many: drawn as their definition says, in bounded memory, or refused in a line."""
+
+import functools
+import operator
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.compiler import program_rows
+from raytracer.compiler.culling import has_quiet
+from raytracer.compiler.glsl.preprocessor import Source
+from raytracer.compiler.glsl.shaders import Show, roth_loops, shade_source, visibility_source
+from raytracer.rendering import scene_buffers
+from raytracer.rendering.progressive import Live
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Settings
+from tests import scenes
+from tests.compiler.test_candidate_lists import check
+
+pytestmark = pytest.mark.gl
+
+SIZE = (64, 36)
+RED, BLUE, GREEN, GREY = scenes.COLORS
+BALL = rt.Sphere((0, 0, 0), 1, RED)
+
+
+def complements(solid: rt.Solid, count: int) -> rt.Solid:
+    for _ in range(count):
+        solid = ~solid
+    return solid
+
+
+def joined(solids: list[rt.Solid]) -> rt.Solid:
+    """Their union, as a shallow tree."""
+    while len(solids) > 1:
+        solids = [functools.reduce(operator.or_, solids[i : i + 2]) for i in range(0, len(solids), 2)]
+    return solids[0]
+
+
+def alternating(count: int, rng: np.random.Generator, spread: float = 1.0, planes: bool = False) -> rt.Solid:
+    """a | b - c | d - ..., each operator deeper than the one after it."""
+    places, sizes = rng.uniform(-spread, spread, (count, 3)).tolist(), rng.uniform(0.2, 0.8, count).tolist()
+    solid: rt.Solid = rt.Sphere(places[0], sizes[0], RED)
+    for i in range(1, count):
+        kind = rt.Plane if planes and i % 5 == 3 else rt.Sphere
+        leaf = kind(places[i], sizes[i], scenes.COLORS[i % 4])
+        solid = solid - leaf if i % 2 else solid | leaf
+    return solid
+
+
+@pytest.mark.parametrize("evaluator", ["cells", "walk", "roth"])
+def test_complements_of_complements_are_not_compiled(renderer: Renderer, evaluator: str) -> None:
+    settings = Settings(evaluator=evaluator)  # pyright: ignore[reportArgumentType]
+    for count in (10_000, 10_001):
+        deep = complements(BALL, count)
+        short = ~BALL if count % 2 else BALL
+        one, other = (renderer.render(scenes.of(solid, eye=(0, 0, 4)), SIZE, settings) for solid in (deep, short))
+        np.testing.assert_array_equal(one.radiance, other.radiance)
+        assert deep != short and eval(repr(deep), dict(vars(rt))) == deep  # a solid is what was written
+    assert roth_loops(scenes.of(complements(BALL, 10_000))) == 1
+    assert has_quiet(scenes.of(complements(BALL, 10_000)), Settings())
+
+
+def test_trees_too_large_are_refused_at_once() -> None:
+    shared: rt.Solid = BALL
+    for _ in range(15):
+        shared = shared | shared
+    begin = time.monotonic()
+    with pytest.raises(rt.InputError, match="at most 1048576 primitives, got at least"):
+        scenes.of(*[shared] * 100_000)
+    with pytest.raises(rt.InputError, match="at most 65536 primitives in one object"):
+        scenes.of(complements(functools.reduce(lambda a, _: a - a, range(60), shared), 3))
+    with pytest.raises(rt.InputError, match="at most 262144 primitives and operators in one object"):
+        scenes.of(complements(BALL, 300_000))
+    assert time.monotonic() - begin < 60.0  # not hours
+
+
+def test_no_text_nests_deeper_than_a_line() -> None:
+    def deepest(source: Source) -> int:
+        depth = most = 0
+        for character in source.text:
+            depth += (character == "(") - (character == ")")
+            most = max(most, depth)
+        return most
+
+    rng = np.random.default_rng(1)
+    deep: rt.Solid = BALL
+    for i in range(511):
+        sphere = rt.Sphere(rng.uniform(-1, 1, 3).tolist(), 1.0)
+        deep = sphere - ~deep if i % 3 else ~(~sphere | deep)
+    many = [rt.Sphere((i, 0, 0), 1) for i in range(512)]
+    for scene in (scenes.of(deep), scenes.of(*many), scenes.of(functools.reduce(lambda a, b: b - a, many))):
+        for source in (visibility_source, shade_source):
+            assert deepest(source(scene, Settings(evaluator="walk"))) < 12
+
+
+@pytest.mark.parametrize("planes", [False, True])
+def test_deep_trees_are_the_same(renderer: Renderer, planes: bool) -> None:
+    rng = np.random.default_rng(2)
+    for count, spread in ((40, 1.0), (100, 3.0)):
+        scene = scenes.of(alternating(count, rng, spread, planes), BALL, eye=(0.3, 0.5, 6))
+        check(renderer, scene, SIZE, shadows="diluted")
+
+
+@pytest.mark.parametrize("bounded", [False, True])
+def test_instances_of_trees_with_half_spaces_are_the_same(renderer: Renderer, bounded: bool) -> None:
+    rng = np.random.default_rng(3)
+    tree = alternating(7, rng, planes=True)
+    if not bounded:  # a corner of three half-spaces is met in all cells
+        tree = tree | (rt.Plane((1, 0, 0), -2) & rt.Plane((0, 1, 0), -2, BLUE) & rt.Plane((0, 0, 1), -2, RED))
+    many = rt.Instances(tree, rng.uniform(-3, 3, (6, 3)), rng.uniform(0.3, 0.6, 6))
+    other = rt.Instances(alternating(6, rng), rng.uniform(-3, 3, (4, 3)), 0.5)
+    scene = scenes.of(many, other, many.solid, rt.Plane((0, 1, 0), -2.5, GREY), eye=(0.3, 0.5, 6))
+    check(renderer, scene, SIZE, shadows="diluted")
+
+
+@pytest.mark.parametrize("count", [13, 40])
+def test_half_spaces_alone_are_the_same(renderer: Renderer, count: int) -> None:
+    rng = np.random.default_rng(4)
+    normals = rng.normal(size=(count, 3))
+    planes = [rt.Plane(n, -float(d), RED) for n, d in zip(normals.tolist(), rng.uniform(1, 9, count), strict=True)]
+    check(renderer, scenes.of(*planes, eye=(0, 0, 0.5)), SIZE)
+
+
+@pytest.mark.parametrize("shadows", ["hard", "soft"])
+def test_a_coarser_cube_around_the_lights_gives_the_same_picture(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch, shadows: str
+) -> None:
+    rng = np.random.default_rng(5)
+    objects = [alternating(200, rng, 2.0), rt.Instances(alternating(3, rng), rng.uniform(-3, 3, (50, 3)), 0.3)]
+    objects.append(rt.Instances(alternating(9, rng, planes=True) & BALL, rng.uniform(-3, 3, (20, 3)), 0.5))
+    lights = [rt.PointLight((x, 5, 3), radius=0.5) for x in (-4, 0, 4)]
+    scene = rt.Scene([*objects, rt.Plane((0, 1, 0), -2.5, GREY)], lights, rt.Camera((0.3, 0.5, 6), (0, 0, 0)))
+    settings = Settings(shadows=shadows)  # pyright: ignore[reportArgumentType]
+    fine = renderer.render(scene, SIZE, settings)
+    monkeypatch.setattr(scene_buffers, "_MAX_LISTED", 20_000)
+    coarse = renderer.render(scene, SIZE, settings)
+    np.testing.assert_array_equal(fine.radiance, coarse.radiance)
+    monkeypatch.setattr(program_rows, "MAX_LISTED", 1000)
+    monkeypatch.setattr(scene_buffers, "_MAX_LISTED", 1000)
+    with pytest.raises(rt.InputError, match=r"objects: expected at most 1000 pairs .* fewer lights"):
+        renderer.render(scene, SIZE, settings)
+
+
+def test_too_many_spheres_times_lights_are_refused(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scene_buffers, "_MAX_SEEN", 100)
+    scene = scenes.of(rt.Instances(BALL, np.zeros((60, 3))), eye=(0, 0, 6))
+    scene = msgspec.structs.replace(scene, lights=[rt.PointLight((4, 7, 4))] * 2)
+    with pytest.raises(
+        rt.InputError, match=r"objects: expected at most 100 spheres times lights, got 60 x 2, .* no sha"
+    ):
+        renderer.render(scene, SIZE, Settings())
+    renderer.render(scene, SIZE, Settings(shadows="off"))
+
+
+def row(count: int) -> rt.Scene:
+    """Balls along the line of sight, each inside another that is taken away: rays go through all, and see nothing."""
+    less, more = (joined([rt.Sphere((0, 0, -3.0 * i), r) for i in range(count)]) for r in (1.0, 1.1))
+    return rt.Scene([less - more], [], rt.Camera((0, 0, 6), (0, 0, 0), vertical_fov=10))
+
+
+def test_rays_that_take_more_steps_than_the_driver_computes_are_refused(
+    renderer: Renderer, has_round_limit: bool
+) -> None:
+    # llvmpipe leaves all loops after 65,535 rounds, and showed surfaces that are not there.
+    scene = row(150)
+    image = renderer.render(scene, SIZE, Settings())
+    np.testing.assert_array_equal(
+        image.radiance, np.broadcast_to(np.array(scene.background, np.float32), image.radiance.shape)
+    )
+    if has_round_limit:
+        for geometry in (False, True):
+            with pytest.raises(rt.InputError, match=r"at most 65535 steps .* remedies are fewer primitives"):
+                renderer.render(row(400), SIZE, Settings(), geometry=geometry)
+        balls = rt.Scene([*row(400).objects, *[rt.Sphere((0, 0, -5), 0.1)] * 9], [], row(1).camera)
+        with pytest.raises(rt.InputError, match="at most 65535 steps"):  # though others are drawn over it
+            renderer.render(balls, SIZE, Settings())
+        lit = msgspec.structs.replace(row(150), lights=[rt.PointLight((0, 0, 9))] * 100)
+        lit = msgspec.structs.replace(lit, objects=[*lit.objects, rt.Sphere((0, 0, -1000), 100)])
+        with pytest.raises(rt.InputError, match="at most 65535 steps"):  # all of a pixel's rays together
+            renderer.render(lit, SIZE, Settings())
+
+
+def split(objects: Sequence[rt.Solid | rt.Instances], light: rt.PointLight, count: int, camera: rt.Camera) -> rt.Scene:
+    """Under `count` lights at one place, which together are `light`."""
+    part = msgspec.structs.replace(light, color=tuple(c / count for c in light.color))
+    return rt.Scene(objects, [part] * count, camera)
+
+
+ABOVE, AHEAD = rt.Camera((0, 3, 4), (0, 0, 0), vertical_fov=60), rt.Camera((0, 0, 5), (0, 0, 0), vertical_fov=60)
+FACETS = rt.Material(model="diffuse_microfacet", nodes=4096)
+MIRROR = rt.Material(model="mirror", f0=(1, 1, 1))
+NESTED = functools.reduce(operator.or_, [rt.Sphere((0.01 * i, 0, 0), 1 - 0.02 * i) for i in range(13)])
+CORRIDOR = [rt.Plane((0, 0, 1), -1, MIRROR), ~rt.Plane((0, 0, 1), 1, MIRROR), ~rt.Plane((1, 0, 0), 60, GREY)]
+NOTHING = [rt.Sphere((0, 1 + 0.01 * i, 0), 0.3) - rt.Sphere((0, 1 + 0.01 * i, 0), 0.31) for i in range(1000)]
+
+
+@pytest.mark.parametrize(
+    ("objects", "few", "many", "camera", "settings"),
+    [
+        pytest.param([rt.Sphere((0, 0, 0), 1, FACETS)], 10, 200, AHEAD, {}, id="facets"),
+        pytest.param([rt.Plane((0, 1, 0), 0, FACETS)], 10, 200, ABOVE, {}, id="facets of a half-space"),
+        pytest.param([NESTED], 20, 1300, AHEAD, {"evaluator": "roth"}, id="filters"),
+        pytest.param([*NOTHING, rt.Plane((0, 1, 0), 0, GREY)], 2, 60, ABOVE, {}, id="objects that are empty"),
+        pytest.param(
+            CORRIDOR, 20, 1300, rt.Camera((0, 0, 0.3), (1, 0, 1.2), vertical_fov=5), {"bounces": 64}, id="mirrors"
+        ),
+    ],
+)
+def test_loops_of_every_sort_that_the_driver_does_not_end_are_refused(
+    renderer: Renderer,
+    objects: list[rt.Solid],
+    few: int,
+    many: int,
+    camera: rt.Camera,
+    settings: dict[str, Any],
+    has_round_limit: bool,
+) -> None:
+    light = rt.PointLight((0, 30, 0))
+    one, several = (
+        renderer.render(split(objects, light, count, camera), (16, 9), Settings(**settings)).radiance
+        for count in (1, few)
+    )
+    assert one.max() > 0.1
+    np.testing.assert_allclose(several, one, rtol=1e-4)
+    if has_round_limit:
+        with pytest.raises(rt.InputError, match="at most 65535 steps"):
+            renderer.render(split(objects, light, many, camera), (16, 9), Settings(**settings))
+
+
+@pytest.mark.parametrize("show", ["picture", "normal", "depth", "material"])
+def test_the_window_shows_nothing_of_what_the_driver_does_not_end(
+    renderer: Renderer, show: Show, has_round_limit: bool
+) -> None:
+    live = Live(renderer, 1e9)
+    with renderer.context:
+        if has_round_limit:
+            with pytest.raises(rt.InputError, match="at most 65535 steps"):
+                live.start(row(400), Settings(), show, SIZE, moving=False)
+        live.close()
+
+
+def test_more_lights_without_shadows_take_more_steps(renderer: Renderer, has_round_limit: bool) -> None:
+    facets = rt.Instances(rt.Sphere((0, 0, 0), 1, FACETS), [(0, 0, -3.0 * i) for i in range(20)])
+    one, many = (split([facets], rt.PointLight((0, 30, 0)), count, AHEAD) for count in (1, 200))
+    settings = Settings(shadows="off")
+    live = Live(renderer, 1e9)
+    with renderer.context:
+        live.start(one, settings, "picture", SIZE, moving=False)
+        if has_round_limit:
+            with pytest.raises(rt.InputError, match="at most 65535 steps"):
+                live.start(many, settings, "picture", SIZE, moving=False)
+        live.close()
+
+
+def test_many_spheres_have_many_lights(renderer: Renderer) -> None:
+    spheres = rt.Instances(BALL, np.random.default_rng(1).uniform(-3, 3, (100_000, 3)), 0.02)
+    scene = split([spheres], rt.PointLight((4, 7, 4)), 43, AHEAD)
+    assert renderer.render(scene, (16, 9), Settings(), geometry=False).radiance.max() > 0.1

@@ -1,0 +1,208 @@
+"""Shader text: what a scene needs and nothing else, and errors that lead to a file and line."""
+
+import re
+from collections.abc import Sequence
+from typing import get_args
+
+import pytest
+
+import raytracer as rt
+from raytracer.compiler.culling import has_quiet
+from raytracer.compiler.glsl.csg import max_hits
+from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble, shaders_folder
+from raytracer.compiler.glsl.shaders import quiet_source, roth_loops, shade_source, visibility_source
+from raytracer.formats.scene_file import loads
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Evaluator, Settings, Shadows
+from tests import scenes
+
+A, B = rt.Sphere((0, 0, 0), 1), rt.Sphere((1, 0, 0), 1)
+FLOOR = rt.Plane((0, 1, 0), 0)
+
+
+def code(source: Source) -> str:
+    """The text without comments, and without what its own `#if` leave out."""
+    defined: dict[str, str] = {}
+    kept: list[str] = []
+    taken: list[bool] = []  # of each #if around
+
+    def holds(condition: str) -> bool:
+        condition = re.sub(r"defined\((\w+)\)", lambda m: str(m[1] in defined), condition)
+        condition = re.sub(r"\b[A-Z]\w*_?\w*\b", lambda m: defined.get(m[0], m[0]), condition)
+        condition = condition.replace("&&", " and ").replace("||", " or ").replace("!True", "False")
+        return bool(eval(condition.replace("!False", "True"), {}))
+
+    for line in re.sub(r"//.*", "", source.text).splitlines():
+        word, _, rest = line.strip().partition(" ")
+        if word in ("#if", "#ifdef", "#ifndef"):
+            taken.append(holds(rest) if word == "#if" else (rest.strip() in defined) == (word == "#ifdef"))
+        elif word == "#else":
+            taken[-1] = not taken[-1]
+        elif word == "#endif":
+            taken.pop()
+        elif all(taken) and word == "#define":
+            name, _, value = rest.partition(" ")
+            defined[name] = value
+        elif all(taken) and word != "#line":
+            kept.append(line)
+    assert not taken
+    return "\n".join(kept)
+
+
+def called(source: Source, function: str) -> set[str]:
+    """The functions of the text that `function` calls, and those that they call."""
+    bodies: dict[str, str] = {}
+    for name, body in re.findall(r"^\w+ (\w+)\([^()]*\) \{$(.*?)^\}", code(source), re.MULTILINE | re.DOTALL):
+        bodies[name] = bodies.get(name, "") + body
+    found: set[str] = set()
+    pending = [function]
+    while pending:
+        words = re.findall(r"\b(\w+)\(", bodies[pending.pop()])
+        new = {word for word in words if word in bodies} - found
+        found |= new
+        pending += new
+    return found
+
+
+@pytest.mark.parametrize(
+    ("solid", "hits"),
+    [
+        (A, 2),
+        (FLOOR, 2),
+        (~A, 4),
+        (~~A, 4),
+        (A | B, 4),
+        (A & B, 4),
+        (A - B, 4),
+        (FLOOR - A, 4),
+        (FLOOR | ~FLOOR, 4),
+        (scenes.assignment().objects[0], 8),
+    ],
+)
+def test_max_hits_is_what_the_tree_can_need(solid: rt.Solid, hits: int) -> None:
+    assert max_hits(solid) == hits
+
+
+def test_roth_loops_counts_what_is_compiled_in_a_row() -> None:
+    assert roth_loops(scenes.of((A | B) - ~A, FLOOR)) == 6
+
+
+# What is in which text: (objects, lights, settings) of a scene, and words that no program of it may have.
+_SPHERE_WORDS = ("sphereSpan", "sphereRoots", "sphereNormal", "sphereEnds", "HAS_SPHERES")
+_PLANE_WORDS = ("planeSpan", "planeRoots", "planeEnds", "HAS_PLANES")
+_SHADOW_WORDS = ("shadow", "blockedAt", "SHADOWS")
+_LIGHT_WORDS = (*_SHADOW_WORDS, "struct Light", "reflected(", "phong", "blinn", "reflectedOf", "pointAt(mat, view")
+SHINY = rt.Sphere((0, 1, 0), 1, rt.Material(model="blinn"))
+UNUSED: dict[str, tuple[list[rt.Solid], int, Settings, tuple[str, ...]]] = {
+    "no half-spaces": ([A - B], 2, Settings(), _PLANE_WORDS),
+    "no spheres": ([FLOOR], 2, Settings(), _SPHERE_WORDS),
+    "no shadows": ([A, FLOOR], 2, Settings(shadows="off"), _SHADOW_WORDS),
+    "no lights": ([A, FLOOR], 0, Settings(), _LIGHT_WORDS),
+    "all Phong": (
+        [A, FLOOR],
+        1,
+        Settings(),
+        ("blinn", "m.model ==", "ggx", "fresnel", "masking", "vec3 le;", "struct Lobe"),
+    ),
+    "all made Phong": ([SHINY, FLOOR], 1, Settings(shading="phong"), ("blinn", "m.model ==")),
+    "all Blinn": ([SHINY], 1, Settings(), ("phong", "m.model ==")),
+    "all made Blinn": ([A, FLOOR], 1, Settings(shading="blinn"), ("phong", "m.model ==")),
+    "no hit lists": ([A, FLOOR], 1, Settings(), ("Roth", "Hit", "MAX_HITS")),
+    "no walk": ([A, FLOOR], 1, Settings(evaluator="roth"), ("holds(", "isInside", "isBefore")),
+    "no doubles": ([A, FLOOR], 1, Settings(), ("double", "dvec")),
+}
+
+
+def programs_of(objects: Sequence[rt.Solid], lights: int, settings: Settings) -> dict[str, Source]:
+    """All texts that draw pictures of such a scene, as Renderer.programs() has them."""
+    scene = rt.Scene(objects, [rt.PointLight((i, 7, 4)) for i in range(lights)], rt.Camera((0, 3, 6), (0, 1, 0)))
+    see, shade = visibility_source(scene, settings), shade_source(scene, settings)
+    found = {"see": see, "geometry": visibility_source(scene, settings, geometry=True), "shade": shade}
+    has_one = has_quiet(scene, settings) and any(isinstance(solid, rt.Plane) for solid in objects)
+    return found | ({"quiet": quiet_source(scene, settings)} if has_one else {})
+
+
+@pytest.mark.parametrize("name", UNUSED)
+def test_what_a_scene_does_not_use_is_in_none_of_its_programs(name: str) -> None:
+    objects, lights, settings, words = UNUSED[name]
+    for program, source in programs_of(objects, lights, settings).items():
+        for word in words:
+            assert word not in code(source), f"{word} in {program}"
+
+
+def test_what_a_scene_uses_is_in_its_programs() -> None:
+    # So that the words above are not just misspelt.
+    found = programs_of([A, SHINY, FLOOR], 1, Settings())
+    whole = "\n".join(source.text for source in found.values())
+    whole += programs_of([A], 1, Settings(evaluator="roth", precision=64))["shade"].text
+    shining = [rt.Sphere((0, 1, 0), 1, rt.Material(model, le=1)) for model in ("ggx", "lafortune")]
+    whole += programs_of(shining, 1, Settings())["shade"].text
+    for *_, words in UNUSED.values():
+        for word in words:
+            assert word in whole, word
+    assert set(found) == {"see", "geometry", "shade", "quiet"}
+
+
+def test_each_program_has_what_it_is_for_and_no_more() -> None:
+    found = {name: code(source) for name, source in programs_of([A, SHINY, FLOOR], 2, Settings()).items()}
+    for word in ("Material", "Light", "shadow", "blockedAt"):
+        assert word not in found["see"] and word not in found["geometry"], word
+    assert "normalDepth" in found["geometry"] and "normalDepth" not in found["see"]
+    assert "rayCSG" not in found["shade"], "what is seen is known by then"
+    for word in ("sphereSpan", "sphereRoots", "sphereTerms", "sphereNormal", "shadow", "blockedAt"):
+        assert word not in found["quiet"], f"{word}: a single half-space shades nothing, and nothing else is there"
+    two = programs_of([A, FLOOR, rt.Plane((1, 0, 0), -9)], 1, Settings())["quiet"]
+    assert "blockedAt" in code(two) and "sphereRoots" not in code(two)
+
+
+@pytest.mark.parametrize("shadows", ["hard", "diluted"])
+def test_a_shadow_ray_computes_no_normal_and_no_material(shadows: Shadows) -> None:
+    for objects in ([A - B, FLOOR], [FLOOR, rt.Plane((1, 0, 0), 2)]):
+        shade = programs_of(objects, 2, Settings(shadows=shadows))["shade"]
+        reached = called(shade, "blockedAt")
+        assert reached & {"sphereRoots", "planeRoots", "planeRoot"}
+        assert not reached & {"pointAt", "sphereNormal", "indexOf", "reflected", "rayCSG", "isBefore"}
+        assert "pointAt" in called(shade, "main") and "normal" not in "".join(reached).lower()
+        body = code(shade).partition("real blockedAt(Ray ray) {")[2].partition("\n}")[0]
+        assert "mat" not in body and "N" not in re.findall(r"\w+", body)
+
+
+def test_no_name_or_number_of_a_scene_is_in_its_shader() -> None:
+    scene = loads(scenes.ASSIGNMENT.read_text().replace("sphere1", "zanzibar").replace("2.7", "0.123456"))
+    for evaluator in get_args(Evaluator):
+        for source in (visibility_source, shade_source, quiet_source):
+            text = source(scene, Settings(evaluator=evaluator)).text
+            assert "zanzibar" not in text and "0.123456" not in text
+
+
+def test_each_file_is_included_once_and_its_lines_are_numbered() -> None:
+    source = visibility_source(scenes.assignment(), Settings(evaluator="roth"))
+    assert source.text.count("struct Ray {") == 1 and len(set(source.files)) == len(source.files)
+    number = source.files.index("roth.glsl")
+    first = number * 1_000_000 + 1
+    assert source.text.splitlines().count(f"#line {first}") == 1
+    log = f"0:{first + 11}(5): error: boom; 0({first + 6}) : error; ERROR: 0:{first}: oh; 99:1"
+    assert source.explain(log) == "roth.glsl:12: error: boom; roth.glsl:7 : error; ERROR: roth.glsl:1: oh; 99:1"
+
+
+def test_a_missing_include_names_the_file_and_line_that_wants_it() -> None:
+    with pytest.raises(ShaderError, match=r'top:2: no file "nowhere.glsl"'):
+        assemble("top", generated={"top": '// one\n#include "nowhere.glsl"'})
+
+
+# Mesa knows the file only of the first.
+@pytest.mark.gl
+@pytest.mark.parametrize("mistake", [" this is no GLSL", " int a = nothing;", " float b = vec2(1.0);"])
+def test_a_compilers_error_names_the_file_and_line(renderer: Renderer, mistake: str) -> None:
+    lines = (shaders_folder() / "camera.glsl").read_text().splitlines()
+    where = next(i for i, line in enumerate(lines) if line.startswith("real2 halfPixels()")) + 1
+    lines[where - 1] += mistake
+    top = '#include "ray.glsl"\n#include "camera.glsl"\nvoid main() {}'
+    broken = assemble("top", generated={"top": top, "camera.glsl": "\n".join(lines)})
+    with pytest.raises(ShaderError, match=rf"camera\.glsl:{where}\b"), renderer.context:
+        renderer.program(broken)
+
+
+def test_every_shader_file_says_first_what_it_provides() -> None:
+    for path in shaders_folder().rglob("*.glsl"):
+        assert path.read_text().startswith("// Provides "), path

@@ -1,0 +1,90 @@
+"""A scene's surfaces as arrays are what its solids say one by one."""
+
+import math
+
+import msgspec
+import numpy as np
+
+import raytracer as rt
+from raytracer.compiler.surfaces import powers, table
+from raytracer.scene.scene import Scene
+from raytracer.scene.solids import Sphere, leaves
+from tests import scenes
+
+
+def check_order(scene: Scene) -> None:
+    every = [leaf for solid in scene.solids() for leaf in leaves(solid)]
+    spheres = [leaf for leaf in every if isinstance(leaf, Sphere)]
+    expected = [*spheres, *(leaf for leaf in every if not isinstance(leaf, Sphere))]
+    found = table(scene)
+    assert found.size == len(expected)
+    np.testing.assert_array_equal(found.centers, np.array([s.center for s in spheres]).reshape(-1, 3))
+    np.testing.assert_array_equal(found.radii, [s.radius for s in spheres])
+    assert found.planes == expected[len(spheres) :]
+    np.testing.assert_array_equal(found.normals, np.array([p.unit()[0] for p in found.planes]).reshape(-1, 3))
+    assert [scene.materials[i] for i in found.material] == [leaf.material for leaf in expected]
+
+
+def test_the_table_is_in_the_order_of_the_shaders_surfaces() -> None:
+    red, blue, green, grey = scenes.COLORS
+    floor, wall = rt.Plane((0, 2, 0), -1, grey), rt.Plane((1, 0, 1), 3, red)
+    ball, other = rt.Sphere((1, 2, 3), 0.5, blue), rt.Sphere((-1, 0, 2), 2, green)
+    cut = (ball & wall) - other
+    many = rt.Instances(other - (floor | ball), [(0, 0, 0), (4, 0, 1), (9, 9, 9)], [1, 0.25, 3])
+    balls = rt.Instances(ball, [(0, 1, 0), (2, 3, 4)], 0.5)
+    check_order(scenes.assignment())
+    check_order(scenes.of(floor))
+    check_order(scenes.of(ball))
+    check_order(scenes.of(floor, cut, ~other))
+    check_order(scenes.of(many))
+    check_order(scenes.of(floor, cut, many, other, balls, wall))
+    for seed in range(20):
+        check_order(scenes.random_scene(seed))
+
+
+def test_a_table_is_kept_while_only_lights_and_the_camera_change() -> None:
+    scene = scenes.of(rt.Sphere((0, 0, 0), 1, scenes.COLORS[0]), rt.Plane((0, 1, 0), 0))
+    first = table(scene)
+    moved = msgspec.structs.replace(scene, lights=[], camera=rt.Camera((1, 2, 3), (0, 0, 0)))
+    assert table(moved) is first
+    recolored = scenes.of(rt.Sphere((0, 0, 0), 1, scenes.COLORS[1]), rt.Plane((0, 1, 0), 0))
+    assert table(recolored) is not first
+    assert [recolored.materials[i] for i in table(recolored).material] == [scenes.COLORS[1], rt.Material()]
+
+
+def check_powers(spheres: list[rt.Sphere], point: tuple[float, float, float]) -> None:
+    found = powers(np.array([s.center for s in spheres]), np.array([s.radius for s in spheres]), point)
+    exact = np.array([s.power(point) for s in spheres])
+    # Sphere.power() is exact to its last bit; a sum of nine parts here, to two or so.
+    assert (np.abs(found - exact) <= 2.0 * np.spacing(np.abs(exact))).all()
+
+
+def test_powers_are_those_of_the_spheres_to_the_last_bits() -> None:
+    rng = np.random.default_rng(4)
+    for _ in range(50):
+        point = tuple((rng.normal(size=3) * 10.0 ** rng.uniform(-6, 9)).tolist())
+        spheres = [
+            rt.Sphere(tuple((rng.normal(size=3) * 10.0 ** rng.uniform(-6, 9)).tolist()), 10.0 ** rng.uniform(-6, 9))
+            for _ in range(40)
+        ]
+        check_powers(spheres, point)
+
+
+def test_powers_keep_their_bits_all_but_on_a_huge_sphere() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(200):
+        point = rng.normal(size=3) * 10.0 ** rng.uniform(-3, 3)
+        radius = 10.0 ** rng.uniform(3, 12)
+        toward = rng.normal(size=3)
+        height = rng.choice((-1.0, 1.0)) * 10.0 ** rng.uniform(-6, 3)
+        center = point + toward / np.linalg.norm(toward) * min(radius + height, 1e12)
+        check_powers([rt.Sphere(tuple(center.tolist()), radius)], tuple(point.tolist()))
+
+
+def test_the_power_of_a_point_on_an_axis_is_exact() -> None:
+    # 1e-3 above a radius of 2^33, whose square has no bit left for that.
+    radius = 2.0**33
+    (power,) = powers(np.array([(0.0, -radius, 0.0)]), np.array([radius]), (0.0, 2.0**-10, 0.0))
+    assert power == 2.0**24 + 2.0**-20
+    (on,) = powers(np.array([(0.0, -radius, 0.0)]), np.array([radius]), (0.0, 0.0, 0.0))
+    assert on == 0.0 and not math.copysign(1.0, on) < 0.0

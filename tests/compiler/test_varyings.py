@@ -1,0 +1,130 @@
+"""Drivers with few varyings: no vertex shader hands on more than there is room for, and pictures have the same bits."""
+
+from __future__ import annotations
+
+import re
+
+import msgspec
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.compiler.batches import groups
+from raytracer.compiler.glsl.preprocessor import Source
+from raytracer.compiler.glsl.shaders import is_listed, kinds_source, vertex_source
+from raytracer.gpu import gl
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Settings
+from tests import scenes
+from tests.compiler.test_shaders import code
+
+SIZE = (40, 24)
+PROMISED, USUAL = 59, 123  # components beside gl_PointSize: by OpenGL 3.3, and by many drivers
+_COMPONENTS = {"float": 1, "int": 1, "double": 2, "ivec2": 2} | {f"vec{n}": n for n in (2, 3, 4)}
+_COMPONENTS |= {f"dvec{n}": 2 * n for n in (2, 3, 4)}
+
+GROUND = rt.Plane((0, 1, 0), -1.2, rt.Material(model="ggx", f0=(0.9, 0.6, 0.3)))
+WALL = rt.Plane((0.1, 0, 1), -6, rt.Material(model="blinn", kd=(0.2, 0.3, 0.4)))
+BALLS = [rt.Sphere((x % 5 - 2, x // 5 - 1, -(x % 3)), 0.45, scenes.COLORS[x % 4]) for x in range(20)]
+QUADS = [(BALLS[i] | BALLS[i + 1]) - BALLS[i + 5] & BALLS[i + 6] for i in range(5)]
+MIRROR = rt.Sphere((0, 0.2, 1), 0.7, rt.Material(model="mirror"))
+SCENES = {
+    "few": scenes.of(*BALLS[:2], GROUND),
+    "six surfaces": scenes.of(*BALLS[:2], BALLS[6] - BALLS[7], GROUND, WALL),
+    "many planes": scenes.of(BALLS[0], *(rt.Plane((0.1 * k, 1, 0), -1 - 0.1 * k) for k in range(6))),
+    "kinds": scenes.of(*BALLS, GROUND, WALL),
+    "kinds of four": scenes.of(*QUADS, GROUND, WALL),
+    "kinds and a tree": scenes.of(*BALLS, scenes.random_scene(4).objects[0], GROUND),
+    "mirrors": scenes.of(*BALLS[:3], MIRROR, GROUND),
+    "mirrors in lists": scenes.of(*BALLS, MIRROR, GROUND),
+    "no lights": msgspec.structs.replace(scenes.of(*BALLS[:2], GROUND), lights=(), ambient=(1, 1, 1)),
+}
+SETTINGS = {
+    "hard": Settings(samples=2),
+    "walk": Settings(evaluator="walk"),
+    "roth": Settings(evaluator="roth"),
+    "64 bits": Settings(precision=64),
+    "diluted": Settings(shadows="diluted"),
+    "soft": Settings(shadows="soft", samples=2),
+}
+
+
+def lit(scene: rt.Scene, settings: Settings) -> rt.Scene:
+    """`scene`, for soft shadows under attenuated lights with radii."""
+    if settings.shadows != "soft":
+        return scene
+    lights = [msgspec.structs.replace(light, falloff="inverse_square") for light in scene.lights]
+    return scenes.under_spheres(msgspec.structs.replace(scene, lights=lights), 0.5, 0.2)
+
+
+def components(vertex: Source) -> int:
+    """How many components the varyings have that a vertex shader's text declares."""
+    text = re.sub(r"\breal\b", "double" if "#define DOUBLES" in vertex.text else "float", code(vertex))
+    text = re.sub(r"\breal(\d)\b", r"dvec\1" if "#define DOUBLES" in vertex.text else r"vec\1", text)
+    sizes = dict(_COMPONENTS)
+    for name, body in re.findall(r"struct (\w+) \{(.*?)\};", text, re.DOTALL):
+        members = re.findall(r"^\s*(\w+) \w+;", body, re.MULTILINE)
+        sizes[name] = sum(sizes[kind] for kind in members) if all(kind in sizes for kind in members) else 10**6
+    declared = re.findall(r"^flat out (\w+) \w+;", text, re.MULTILINE)
+    assert declared and len(re.findall(r"\bout \w+ \w+;", text)) == len(declared)
+    return sum(sizes[kind] for kind in declared)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_no_text_declares_more_varyings_than_there_are(name: str) -> None:
+    for settings in SETTINGS.values():
+        scene = lit(SCENES[name], settings)
+        for limit in (PROMISED, USUAL):
+            vertices = [vertex_source(scene, settings, limit)]
+            if is_listed(scene, settings) and groups(scene).kinds:
+                vertices.append(kinds_source(scene, settings, limit)[0])
+            for vertex in vertices:
+                assert components(vertex) <= limit
+
+
+def test_with_more_room_all_is_handed_on() -> None:
+    most = max(
+        components(vertex_source(lit(scene, settings), settings))
+        for scene in SCENES.values()
+        for settings in SETTINGS.values()
+    )
+    assert PROMISED < most <= 128
+    assert components(kinds_source(SCENES["kinds of four"], Settings())[0]) > PROMISED
+
+
+@pytest.mark.gl
+def test_the_driver_says_how_many_varyings_it_has(renderer: Renderer) -> None:
+    with renderer.context:
+        assert gl.varying_components(renderer.context) == renderer.limits.varyings >= PROMISED
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(
+    ("name", "keys"),
+    [
+        ("few", ("walk", "roth", "64 bits", "diluted", "soft")),
+        ("six surfaces", ("hard", "64 bits", "soft")),
+        ("many planes", ("hard",)),
+        ("kinds", ("hard",)),
+        ("kinds of four", ("hard", "64 bits")),
+        ("kinds and a tree", ("hard", "soft")),
+        ("mirrors", ("hard",)),
+        ("mirrors in lists", ("hard",)),
+        ("no lights", ("hard",)),
+    ],
+)
+def test_with_few_varyings_pictures_have_the_same_bits(renderer: Renderer, name: str, keys: tuple[str, ...]) -> None:
+    few = Renderer(renderer.context)
+    few.limits.varyings = PROMISED
+    for key in keys:
+        settings = SETTINGS[key]
+        if settings.precision not in renderer.limits.precisions:
+            continue
+        scene = lit(SCENES[name], settings)
+        own, other = (each.render(scene, SIZE, settings) for each in (renderer, few))
+        np.testing.assert_array_equal(other.radiance, own.radiance, err_msg=key)
+        np.testing.assert_array_equal(other.depth, own.depth, err_msg=key)
+        np.testing.assert_array_equal(other.normal, own.normal, err_msg=key)
+        np.testing.assert_array_equal(other.material, own.material, err_msg=key)
+    with renderer.context:
+        few.forget(())

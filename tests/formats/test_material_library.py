@@ -1,0 +1,244 @@
+"""The library as Python's users take it: settings, files, arrays, comparisons, references, and the README's lines."""
+
+import os
+import re
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.formats import scene_file
+from raytracer.scene.presets import combined
+from tests import scenes
+
+SIZE = (16, 9)
+wrong: Any = rt  # where types are wrong on purpose
+
+
+@pytest.mark.gl
+def test_render_takes_settings_and_keywords_before_their_fields() -> None:
+    scene = scenes.assignment()
+    settings = rt.Settings(samples=4, shadows="diluted", shading="blinn", bounces=1)
+    by_keywords = rt.render(scene, SIZE, samples=4, shadows="diluted", shading="blinn", bounces=1)
+    for image in (rt.render(scene, SIZE, settings), rt.render(scene, SIZE, settings=settings)):
+        np.testing.assert_array_equal(image.radiance, by_keywords.radiance)
+        assert f"{settings}" in image.metadata["Description"]
+    cases: list[dict[str, Any]] = [
+        {"samples": 9},
+        {"shadows": "off", "shading": None},
+        {"quality": "draft"},
+        {"quality": "high", "samples": 2},
+        {"max_error": 0.5},
+        {"adaptive": 0.1, "samples": 16},
+    ]
+    for keywords in cases:
+        image = rt.render(scene, SIZE, settings, **keywords)
+        used = combined({"samples": 4, "shadows": "diluted", "shading": "blinn", "bounces": 1}, without_none(keywords))
+        assert f"{SIZE[0]}x{SIZE[1]}, {used}" == image.metadata["Description"]
+    # They exclude each other: the keyword is in place of the field.
+    assert "adaptive=0.1, " in rt.render(scene, SIZE, rt.quality("normal"), adaptive=0.1).metadata["Description"]
+    asked = rt.render(scene, SIZE, rt.Settings(samples=16, adaptive=0.1), max_error=0.5).metadata["Description"]
+    assert "adaptive=None" in asked and "max_error=0.5" in asked and "samples=4096" in asked
+
+
+def without_none(fields: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in fields.items() if value is not None}
+
+
+@pytest.mark.parametrize("settings", ["high", {"samples": 4}, 4, rt.Settings, True], ids=repr)
+def test_what_is_no_settings_is_refused(settings: Any) -> None:
+    for function in (rt.render, rt.reference):
+        with pytest.raises(rt.InputError, match=r"^settings: expected Settings"):
+            function(scenes.assignment(), SIZE, settings)
+
+
+@pytest.mark.gl
+def test_all_that_a_file_says_is_read_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "scene.toml"
+    file.write_text(
+        f'{scenes.ASSIGNMENT.read_text()}\n[settings]\nsize = [16, 9]\nquality = "draft"\nshadows = "off"\n'
+    )
+    readings = []
+    real = scene_file.read_bounded
+
+    def counted(path: Path, most: int, **options: Any) -> bytes:
+        readings.append(path)
+        return real(path, most, **options)
+
+    monkeypatch.setattr(scene_file, "read_bounded", counted)
+    scene, size, settings = loaded = rt.load_all(file)
+    assert readings == [file]
+    assert (loaded.scene, loaded.size, loaded.settings) == (scene, size, settings)
+    assert scene == rt.load(file) and size == (16, 9) and settings == rt.load_settings(file)
+    image = rt.render(*rt.load_all(str(file)))
+    np.testing.assert_array_equal(image.radiance, rt.render(scene, SIZE, shadows="off").radiance)
+    assert rt.load_all("assignment") == (scenes.assignment(), (1280, 720), rt.Settings())
+    file.write_text(f"{scenes.ASSIGNMENT.read_text()}\n[settings]\nsize = [0, 9]\n")
+    with pytest.raises(rt.InputError, match=r"scene.toml:\d+: settings.size: expected"):
+        rt.load_all(file)
+
+
+def test_a_warning_of_a_file_names_the_line_that_loads_it(tmp_path: Path) -> None:
+    file = tmp_path / "scene.toml"
+    spare = '\n[shapes.spare]\nsphere = { center = [0, 0, 0], radius = 1 }\nmaterial = "red"\n'
+    file.write_text(scenes.ASSIGNMENT.read_text() + spare)
+    for load in (rt.load, rt.load_all):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            load(file)
+        [warning] = caught
+        assert "spare" in str(warning.message) and warning.filename == __file__
+
+
+@pytest.mark.gl
+def test_an_image_is_its_radiance() -> None:
+    image = rt.render(scenes.assignment(), SIZE)
+    assert np.asarray(image) is image.radiance and image.radiance.dtype == np.float32
+    assert np.asarray(image).shape == (SIZE[1], SIZE[0], 3)
+    doubled = np.asarray(image, np.float64)
+    assert doubled.dtype == np.float64
+    np.testing.assert_array_equal(doubled, image.radiance)
+    copied = np.array(image)
+    assert not np.shares_memory(copied, image.radiance)
+    np.testing.assert_array_equal(copied, image.radiance)
+    assert image.__array__() is image.radiance and image.__array__(copy=False) is image.radiance
+    assert not np.shares_memory(image.__array__(copy=True), image.radiance)
+    with pytest.raises(ValueError, match="copy"):
+        image.__array__(np.dtype(np.float64), copy=False)
+    assert np.max(image) == image.radiance.max() and (image.radiance - np.asarray(image) == 0).all()
+
+
+@pytest.mark.gl
+def test_an_image_gives_the_bytes_that_it_saves(tmp_path: Path) -> None:
+    image = rt.render(scenes.assignment(), SIZE)
+    image.save(tmp_path / "a.png")
+    assert (tmp_path / "a.png").read_bytes() == image.png() == image._repr_png_()
+
+
+@pytest.mark.parametrize("radiance", [None, "x", [[[0, 0, 0]]], np.zeros((2, 2)), np.zeros((0, 1, 3)), np.zeros(3)])
+def test_an_image_of_no_picture_is_refused(radiance: Any) -> None:
+    with pytest.raises(rt.InputError, match=r"^radiance: expected an array \(H, W, 3\)"):
+        rt.Image(radiance)
+
+
+@pytest.mark.gl
+def test_images_and_arrays_are_compared() -> None:
+    a, b = (rt.render(scenes.assignment(), SIZE, samples=n) for n in (1, 16))
+    of_images = rt.compare(a, b)
+    assert of_images.rmse == pytest.approx(np.sqrt(np.mean((a.radiance.astype(float) - b.radiance) ** 2)), rel=1e-12)
+    assert of_images.rmse > 0.0
+    assert of_images == rt.compare(a.radiance, b) == rt.compare(a, b.radiance.tolist()) and rt.compare(a, a).rmse == 0.0
+    other = rt.render(scenes.assignment(), (8, 9))
+    with pytest.raises(rt.InputError, match=r"^expected pictures of one size, got 16x9 and 8x9"):
+        rt.compare(a, other)
+    for value in (
+        None,
+        "a.png",
+        [[1, 2], [3]],
+        a.radiance[..., 0],
+        a.radiance > 0,
+        scenes.assignment(),
+        np.array(["x"]),
+    ):
+        for name, pair in (("a", (value, a)), ("b", (a, value))):
+            with pytest.raises(rt.InputError, match=rf"^{name}: expected an Image, or an array \(H, W, 3\)"):
+                wrong.compare(*pair)
+    for flip in (True, "LDR", 1):
+        with pytest.raises(rt.InputError, match=r"^flip: expected"):
+            wrong.compare(a, b, flip=flip)
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where references are kept during a test."""
+    monkeypatch.setenv("RAYTRACER_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def test_a_reference_is_what_the_command_makes(cache: Path, tmp_path: Path) -> None:
+    from raytracer.app.cli import main
+
+    arguments = ["--size", "16x9", "--samples", "16", "--shadows", "diluted", "--no-cache"]
+    assert main(["reference", "assignment", "-o", str(tmp_path / "a.npz"), *arguments]) == 0
+    settings = rt.Settings(samples=3, shadows="diluted", shading="blinn", sequence="r2")
+    image = rt.reference(scenes.assignment(), SIZE, settings.replace(shading=None), samples=16, cache=False)
+    assert image.radiance.dtype == np.float64 and isinstance(image, rt.Image) and not cache.exists()
+    with np.load(tmp_path / "a.npz") as arrays:
+        np.testing.assert_array_equal(image.radiance, arrays["radiance"])
+    # Keywords come before the fields of settings; what was made once is read.
+    blinn = [
+        rt.reference(scenes.assignment(), SIZE, settings, samples=16),
+        rt.reference(scenes.assignment(), np.array(SIZE), shading="blinn", shadows="diluted", samples=np.int64(16)),  # pyright: ignore[reportArgumentType]
+        rt.reference(scenes.assignment(), SIZE, settings.replace(shading="ggx"), shading="blinn", samples=16),
+    ]
+    assert len(list(cache.iterdir())) == 1 and rt.compare(blinn[0], image).rmse > 1e-4
+    assert all(rt.compare(other, blinn[0]).rmse == 0.0 for other in blinn)
+
+
+@pytest.mark.gl
+def test_a_picture_is_as_far_from_its_reference_as_it_says(cache: Path) -> None:
+    scene = scenes.assignment()
+    image = rt.render(scene, (64, 36), samples=16)
+    comparison = rt.compare(image, rt.reference(scene, (64, 36), samples=256, workers=1))
+    assert image.estimate and comparison.rmse == pytest.approx(image.estimate.rmse, rel=0.5)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"scene": "assignment"}, "scene: expected a Scene"),
+        ({"size": (0, 9)}, "size: expected"),
+        ({"size": 9}, "size: expected"),
+        ({"samples": 15}, "samples: expected a whole number in [16, 65536]"),
+        ({"tolerance": -1}, "tolerance: expected"),
+        ({"shadows": "dark"}, "shadows: expected one of"),
+        ({"bounces": 65}, "bounces: expected"),
+        ({"workers": 0}, "workers: expected"),
+        ({"workers": 1.5}, "workers: expected"),
+        ({"workers": True}, "workers: expected"),
+    ],
+)
+def test_a_reference_that_cannot_be_is_refused(cache: Path, arguments: dict[str, Any], says: str) -> None:
+    with pytest.raises(rt.InputError, match=f"^{re.escape(says)}"):
+        rt.reference(**{"scene": scenes.assignment(), "size": SIZE, **arguments})
+
+
+def test_a_reference_too_large_for_the_memory_is_refused_and_a_long_one_is_announced(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from raytracer.core import memory
+    from raytracer.ground_truth import picture
+
+    with monkeypatch.context() as patch:
+        patch.setattr(memory, "physical_memory", lambda: 2**34)
+        with pytest.raises(rt.InputError, match="size: expected a picture that fits"):
+            rt.reference(scenes.assignment(), (65536, 65536))
+    monkeypatch.setattr(picture, "WORTH_MENTION", 0.0)
+    with pytest.warns(UserWarning, match="this takes about 0 seconds") as warned:
+        rt.reference(scenes.assignment(), SIZE, samples=16)
+    assert warned[0].filename == __file__
+
+
+@pytest.mark.gl
+def test_the_readmes_lines_of_python_run(tmp_path: Path, cache: Path) -> None:
+    blocks = re.findall(
+        r"^```python\n(.*?)^```$", (scenes.CHECKOUT / "README.md").read_text(), re.DOTALL | re.MULTILINE
+    )
+    text = "\n".join(blocks)
+    assert len(blocks) >= 2 and all(f"rt.{name}(" in text for name in ("render", "compare", "reference", "load_all"))
+    (tmp_path / "readme.py").write_text(text.replace("1280, 720", "64, 36"))
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "readme.py"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env={**os.environ, "PYTHONPATH": str(scenes.CHECKOUT)},
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "python.png").exists() and re.search(r"^0\.\d+ \d+\.\d+$", done.stdout, re.MULTILINE)

@@ -1,0 +1,69 @@
+"""Other drivers than the one at hand: what they have less of, or do in another way."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.gpu.gl import BufferTexture
+from raytracer.rendering.passes import Passes
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Settings
+from tests import scenes
+from tests.processes import output_of
+
+pytestmark = pytest.mark.gl
+
+SIZE = (48, 27)
+# Few primitives, and so many that they are looked for in lists.
+SCENE = """
+import raytracer as rt
+balls = [rt.Sphere((x, y, -y), 0.45) for x in range(-3, 4) for y in range(3)]
+few = rt.Scene([*balls[:2], rt.Plane((0, 1, 0), -1)], [rt.PointLight((4, 7, 4))], rt.Camera((0, 2, 6), (0, 0, 0)))
+many = rt.Scene([*balls, rt.Plane((0, 1, 0), -1)], [rt.PointLight((4, 7, 4))], rt.Camera((0, 2, 6), (0, 0, 0)))
+"""
+
+
+def test_softpipe_makes_the_same_pictures(renderer: Renderer, tmp_path: Path) -> None:
+    # Mesa's plain software driver: it has buffer textures of 65,536 texels, what OpenGL 3.3 promises and no more.
+    if "llvmpipe" not in renderer.context.info["GL_RENDERER"]:
+        pytest.skip("another driver than Mesa's")
+    code = f"{SCENE}\nfor n, s in dict(few=few, many=many).items(): rt.render(s, {SIZE}).save(f'{tmp_path}/{{n}}.npz')"
+    environment = os.environ | {"GALLIUM_DRIVER": "softpipe", "RAYTRACER_BACKEND": "egl"}
+    output_of(sys.executable, "-c", code, env=environment)
+    made: dict[str, rt.Scene] = {}
+    exec(SCENE, made)
+    for name in ("few", "many"):
+        other, own = np.load(tmp_path / f"{name}.npz"), renderer.render(made[name], SIZE, Settings())
+        assert own.material is not None
+        same = other["material"] == own.material
+        assert same.mean() > 0.995 and len(np.unique(own.material)) > 1, name
+        off = np.abs(other["radiance"] - own.radiance).max(axis=2)[same]
+        assert np.mean(off > 1e-4) < 0.005, name
+
+
+def test_what_a_driver_has_no_room_for_is_refused_again_when_tried_again(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # All around the first light, so that however few cells that has, they list many.
+    around = [(4 + math.cos(i), 7 + math.sin(3 * i), 4 + math.sin(i)) for i in range(20)]
+    scene, settings = scenes.of(*(rt.Sphere(place, 0.8) for place in around)), Settings()
+    with renderer.context:
+        passes = Passes(renderer.context, SIZE)
+        for most in (10, 70, 90):
+            monkeypatch.setattr(BufferTexture, "most", staticmethod(lambda context, most=most: most))
+            for _ in range(2):
+                with pytest.raises(rt.InputError, match=rf"^objects: expected at most {most} .*buffer textures\), got"):
+                    passes.load(renderer.programs(scene, settings), scene, settings, SIZE)
+        monkeypatch.undo()
+        passes.load(renderer.programs(scene, settings), scene, settings, SIZE)
+        passes.draw((0, 0, *SIZE), 0, anew=True)
+        radiance = passes.read_sum((0, 0, *SIZE))
+        passes.close()
+    np.testing.assert_array_equal(radiance, renderer.render(scene, SIZE, settings).radiance)

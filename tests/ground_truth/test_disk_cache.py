@@ -1,0 +1,203 @@
+"""Truths on the disk: found again for all that decides them, and no longer than there is room."""
+
+from __future__ import annotations
+
+import math
+import os
+import pickle
+import sys
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.ground_truth import converged as module
+from raytracer.ground_truth import disk_cache
+from raytracer.ground_truth.converged import truth
+from raytracer.scene.materials.merl import SHAPE, Measured
+from raytracer.scene.settings import Settings
+from tests import scenes
+from tests.processes import output_of
+
+SHINING = rt.Material("lambert", rho=0, le=1)
+SIZE = (48, 32)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where truths are kept during a test."""
+    monkeypatch.setenv("RAYTRACER_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def edge(angle: float = 0.3, offset: float = 0.2) -> rt.Scene:
+    """The shining part cos(angle) x + sin(angle) y <= offset of the plane z = 0, before black, seen from (0, 0, 5)."""
+    side = rt.Plane((math.cos(angle), math.sin(angle), 0), offset, SHINING)
+    camera = rt.Camera((0, 0, 5), (0, 0, 0), vertical_fov=40)
+    return rt.Scene([rt.Plane((0, 0, 1), 0, SHINING) & side], [], camera, background=(0, 0, 0))
+
+
+def name_of(scene: rt.Scene, **settings: Any) -> str:
+    size, samples = settings.pop("size", SIZE), settings.pop("samples", 16)
+    given = Settings(**settings)
+    given = Settings(shading=given.shading, shadows=given.shadows, bounces=given.bounces)
+    return disk_cache.path_of(module.Job(scene, size, given), samples, module.TOLERANCE).name
+
+
+def test_what_was_made_once_is_not_traced_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = edge()
+    first = truth(scene, SIZE, samples=16)
+    assert [file.name for file in folder.iterdir()] == [name_of(scene)]
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "_traced", None)
+        renamed = msgspec.structs.replace(scene, name="another name")
+        again = truth(renamed, SIZE, Settings(samples=4, evaluator="walk", precision=64), samples=16)
+        with pytest.raises(TypeError):  # what is not kept would be traced
+            truth(scene, SIZE, samples=32)
+    for name in ("radiance", "error", "samples", "depth", "normal", "material"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(first, name))
+    [file] = folder.iterdir()
+    whole = file.read_bytes()
+    broken = bytearray(whole)
+    broken[len(whole) // 2] ^= 1
+    for damaged in (b"", b"PK", whole[: len(whole) // 2], bytes(broken), pickle.dumps({})):
+        file.write_bytes(damaged)
+        np.testing.assert_array_equal(truth(scene, SIZE, samples=16).radiance, first.radiance)
+        assert file.read_bytes() == whole
+    file.write_bytes(b"")
+    truth(scene, SIZE, samples=16, cache=False)
+    assert file.read_bytes() == b"", "neither read nor written"
+
+
+def test_what_was_not_asked_for_for_the_longest_time_makes_room(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = {}
+    for k, samples in enumerate((16, 32, 64)):
+        truth(edge(), SIZE, samples=samples)
+        names[samples] = name_of(edge(), samples=samples)
+        os.utime(folder / names[samples], (k, k))
+    size = (folder / names[16]).stat().st_size
+    truth(edge(), SIZE, samples=16)  # read, so no longer the oldest
+    monkeypatch.setattr(disk_cache, "MOST_BYTES", 2.5 * size)
+    truth(edge(), SIZE, samples=128)
+    assert {file.name for file in folder.iterdir()} == {names[16], name_of(edge(), samples=128)}
+
+
+def test_what_cannot_be_the_truth_is_made_again(folder: Path) -> None:
+    scene = edge()
+    first = truth(scene, SIZE, samples=16)
+    [file] = folder.iterdir()
+    right = file.read_bytes()
+    with np.load(file) as archive:
+        arrays = dict(archive)
+
+    def spoilt(name: str, value: float) -> dict[str, Any]:
+        array = arrays[name].copy()
+        array.flat[array.size // 2] = value
+        return arrays | {name: array}
+
+    values = {
+        "radiance": (math.nan, math.inf, -1.0, 1e300),
+        "error": (math.nan, math.inf, -1.0),
+        "depth": (math.nan, -1.0, math.inf),
+        "normal": (math.nan, math.inf, 1.1),
+        "material": (-2, 1, -1),
+        "samples": (0, -16, 32),
+    }
+    poisoned = [spoilt(name, value) for name, some in values.items() for value in some]
+    poisoned += [arrays | {name: array.astype(array.dtype.newbyteorder())} for name, array in arrays.items()]
+    poisoned += [arrays | {name: array.astype(np.float32)} for name, array in arrays.items()]
+    poisoned += [arrays | {name: array[:-1]} for name, array in arrays.items()]
+    poisoned += [{key: array for key, array in arrays.items() if key != name} for name in arrays]
+    for wrong in poisoned:
+        np.savez(file, **wrong)
+        assert disk_cache.read(file, SIZE, len(scene.materials), (16, 16)) is None
+    np.savez(file, **poisoned[0])
+    np.testing.assert_array_equal(truth(scene, SIZE, samples=16).radiance, first.radiance)
+    assert file.read_bytes() == right
+
+
+def test_what_is_no_file_in_the_folder_is_neither_waited_for_nor_read(tmp_path: Path, folder: Path) -> None:
+    scene = edge()
+    first = truth(scene, SIZE, samples=16)
+    [file] = folder.iterdir()
+    elsewhere = file.rename(tmp_path / "elsewhere.npz")
+    before = elsewhere.stat().st_mtime_ns
+    makers = (
+        lambda: os.mkfifo(file),
+        lambda: file.symlink_to("/dev/zero"),
+        lambda: file.symlink_to("/proc/self/maps"),
+        lambda: file.symlink_to(file),
+        lambda: file.symlink_to(elsewhere),
+    )
+    for make in makers:
+        make()
+        assert disk_cache.read(file, SIZE, len(scene.materials), (16, 16)) is None
+        np.testing.assert_array_equal(truth(scene, SIZE, samples=16).radiance, first.radiance)
+        assert not file.is_symlink() and file.is_file()
+        file.unlink()
+    assert elsewhere.stat().st_mtime_ns == before
+    file.mkdir()
+    with pytest.warns(UserWarning, match="the reference was not kept"):
+        truth(scene, SIZE, samples=16)
+
+
+def test_the_files_whose_change_makes_truths_worthless_are_all_that_a_truth_needs() -> None:
+    script = (
+        "import sys, raytracer as rt; from raytracer.ground_truth.converged import truth\n"
+        "settings = rt.Settings(shading='ggx', shadows='soft')\n"
+        "truth(rt.load('materials'), (4, 3), settings, samples=16, workers=1, cache=False)\n"
+        "print(*(m.__file__ for n, m in sys.modules.items() if n.partition('.')[0] == 'raytracer'), sep='\\n')"
+    )
+    found = output_of(sys.executable, "-c", script, cwd=scenes.CHECKOUT)
+    needed = {Path(line) for line in found.splitlines()}
+    package = Path(rt.__file__).parent
+    assert len(needed) > 20 and needed <= {package / name for name, _ in disk_cache._sources()}
+
+
+def test_a_folder_that_cannot_be_written_to_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RAYTRACER_CACHE", "/proc/nowhere")
+    with pytest.warns(UserWarning, match=r"^/proc/nowhere: the reference was not kept"):
+        assert truth(edge(), SIZE, samples=16).radiance.max() > 0.9
+
+
+def test_whatever_decides_the_result_decides_the_files_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    def measured(value: float) -> rt.Material:
+        return rt.Material("merl", file=Measured(np.full((*SHAPE, 3), value), path="a.binary"))
+
+    red, green = (SHINING.replace(name=name) for name in ("red", "green"))
+    balls = [rt.Sphere((0, 0, 0), 1, red), rt.Sphere((1, 0, 0), 1, green)]
+    camera, light = rt.Camera((0, 0, 5), (0, 0, 0)), rt.PointLight((4, 7, 4))
+    scene = rt.Scene(balls, [light], camera)
+    a, b = balls
+    others = [
+        scene,
+        rt.Scene(balls[::-1], [light], camera),
+        rt.Scene(balls, [light], camera, materials=[green, red]),
+        rt.Scene([a], [light], camera),
+        rt.Scene([a | b], [light], camera),
+        rt.Scene([a & b], [light], camera),
+        rt.Scene([a - b], [light], camera),
+        rt.Scene([~a], [light], camera),
+        rt.Scene([rt.Instances(a, [(0, 0, 0)])], [light], camera),
+        rt.Scene([rt.Instances(a, [(0, 0, 1)])], [light], camera),
+        rt.Scene([rt.Instances(a, [(0, 0, 1)], 0.5)], [light], camera),
+        rt.Scene(balls, [], camera),
+        *(rt.Scene(balls, [msgspec.structs.replace(light, **change)], camera) for change in LIGHTS),
+        rt.Scene(balls, [light], rt.Camera((0, 0, 5), (0, 0, 0), vertical_fov=math.nextafter(53.13, 54))),
+        rt.Scene(balls, [light], camera, ambient=(0, 0, 0)),
+        rt.Scene(balls, [light], camera, background=(0, 0, 0)),
+        rt.Scene([rt.Sphere((0, 0, 0), 1, measured(0.1))], [light], camera),
+        rt.Scene([rt.Sphere((0, 0, 0), 1, measured(0.2))], [light], camera),
+    ]
+    names = [name_of(other) for other in others]
+    options = ({"size": (32, 48)}, {"samples": 32}, {"shading": "phong"}, {"shadows": "soft"}, {"bounces": 0})
+    names += [name_of(scene, **option) for option in options]
+    monkeypatch.setattr(disk_cache, "_SOURCES", ("converged.py",))
+    names.append(name_of(scene))
+    assert len({*names}) == len(names)
+
+
+LIGHTS = ({"position": (4, 7, 5)}, {"color": (1, 1, 0.5)}, {"radius": 0.5}, {"falloff": "inverse_square"})

@@ -1,0 +1,123 @@
+"""`raytracer reference`: what it writes and says, what it refuses, and how it ends."""
+
+from __future__ import annotations
+
+import functools
+import operator
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.app.cli import main
+from raytracer.core import memory
+from raytracer.ground_truth import converged as module
+from raytracer.ground_truth import cost, picture
+from raytracer.ground_truth.converged import truth
+from raytracer.scene.settings import Settings
+from tests import scenes
+from tests.processes import in_group, running
+
+SIZE = (48, 32)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where truths are kept during a test."""
+    monkeypatch.setenv("RAYTRACER_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def test_the_command_writes_the_arrays_and_says_what_they_are(
+    tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "ref.npz"
+    command = ["reference", "assignment", "-o", str(out), "--size", "32x18", "--samples", "32", "--tolerance", "0.01"]
+    assert main([*command, "--no-cache"]) == 0
+    assert not folder.exists() and "from the cache" not in capsys.readouterr().out
+    assert main(command) == 0
+    said = capsys.readouterr().out
+    assert re.fullmatch(r"wrote .*: 32x18, 16 to 32 samples a pixel, .* RMSE about \d\.\de-0\d, \d+\.\d s\n", said)
+    assert main(command) == 0
+    assert capsys.readouterr().out.endswith("from the cache\n")
+    with np.load(out) as arrays:
+        assert arrays["radiance"].shape == (18, 32, 3) and arrays["radiance"].dtype == np.float64
+        assert {*arrays} == {"radiance", "depth", "normal", "material", "samples", "error", "metadata"}
+    for arguments, says in (
+        (["-o", str(tmp_path / "a.png")], "ends in .npz"),
+        (["-o", str(out), "--samples", "3"], "samples"),
+        (["-o", str(out), "--tolerance", "-1"], "tolerance"),
+        (["-o", str(out), "--size", "0x1"], "size"),
+    ):
+        assert main(["reference", "assignment", *arguments]) == 2
+        errors = capsys.readouterr().err
+        assert says in errors and errors.count("\n") == 1
+
+
+def test_the_command_takes_from_the_files_settings_what_it_has_no_flags_for(tmp_path: Path, folder: Path) -> None:
+    file, out = tmp_path / "scene.toml", str(tmp_path / "ref.npz")
+    of_file = 'samples = 4\nsize = [640, 360]\nshading = "blinn"\nshadows = "diluted"\nbounces = 1\n'
+    file.write_text(f"{scenes.ASSIGNMENT.read_text()}\n[settings]\n{of_file}")
+    command = ["reference", str(file), "-o", out, "--size", "16x9", "--samples", "16"]
+    assert main(command) == 0 and main([*command, "--shading", "none", "--shadows", "off"]) == 0
+    given = ({"shading": "blinn", "shadows": "diluted", "bounces": 1}, {"shadows": "off", "bounces": 1})
+    kept = {*folder.iterdir()}
+    for settings in given:
+        truth(rt.load(file), (16, 9), Settings(**settings), samples=16)
+    assert len(kept) == 2 and {*folder.iterdir()} == kept, "found on the disk"
+
+
+def test_what_does_not_fit_into_memory_is_refused_before_it_is_begun(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["reference", "assignment", "-o", str(tmp_path / "ref.npz")]
+    monkeypatch.setattr(memory, "physical_memory", lambda: 2**34)
+    assert main([*command, "--size", "65536x65536"]) == 2
+    assert re.search(r"size: expected a picture that fits .* got 65536x65536, which needs", capsys.readouterr().err)
+    monkeypatch.setattr(cost, "physical_memory", lambda: 20)
+    with pytest.raises(rt.InputError, match=r"expected at most 4 primitives for the .* memory, got 5"):
+        cost.check_cost(scenes.assignment(), SIZE, workers=1)
+
+
+def test_what_it_takes_is_told_before_it_is_begun(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = module.Job(scenes.assignment(), (320, 180), Settings())
+    tried = cost.cost(job, 1024, workers=1)
+    assert tried.tried and 1.0 < tried.seconds < 600.0
+    assert cost.cost(job, 4096, workers=1).seconds > 1.5 * tried.seconds
+    row = functools.reduce(operator.or_, [rt.Sphere((x, 0, 0), 1) for x in range(2000)])
+    many = rt.Scene([row], [], rt.Camera((0, 0, 5), (0, 0, 0)))
+    guessed = cost.cost(module.Job(many, (320, 180), Settings()), 1024, workers=1)
+    assert re.fullmatch("at least [0-9]+ (hours|days): each ray meets each of 2000 primitives", str(guessed))
+    monkeypatch.setattr(picture, "WORTH_MENTION", 0.0)
+    command = ["reference", "assignment", "-o", str(tmp_path / "a.npz"), "--size", "16x9", "--samples", "16"]
+    for says in (1, 0):  # not of what is read from the disk
+        assert main(command) == 0
+        assert capsys.readouterr().err.count("raytracer: this takes about 0 seconds: each ray meets") == says
+
+
+def test_ctrl_c_ends_all_its_processes_and_writes_nothing(tmp_path: Path) -> None:
+    out = tmp_path / "ref.npz"
+    command = [sys.executable, "-m", "raytracer", "reference", "materials", "--shadows", "soft", "-o", str(out)]
+    with running(*command, cwd=scenes.CHECKOUT, stderr=subprocess.PIPE) as process:
+        deadline = time.monotonic() + 60
+        # It, the one that counts resources, a worker.
+        while len(in_group(process.pid)) < 3 and time.monotonic() < deadline:
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        deadline = time.monotonic() + 10
+        while (left := in_group(process.pid)) and time.monotonic() < deadline:
+            time.sleep(0.1)
+    assert process.returncode == 130 and errors.endswith(b"raytracer: interrupted, nothing written\n")
+    assert b"Traceback" not in errors
+    assert not out.exists() and not (tmp_path / "cache").exists()
+    assert not left

@@ -1,0 +1,87 @@
+"""What tests start ends with them, and takes Ctrl-C."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.processes import finished, in_group, output_of, running
+from tests.scenes import CHECKOUT
+
+SLEEP = "import time; print('ready', flush=True); time.sleep(600)"
+
+
+@pytest.fixture(params=[signal.SIG_IGN, signal.default_int_handler], ids=["ignored", "handled"])
+def interrupts(request: pytest.FixtureRequest) -> Iterator[object]:
+    """SIGINT as a background job of a shell has it, and as one in the foreground."""
+    before = signal.signal(signal.SIGINT, request.param)
+    yield request.param
+    signal.signal(signal.SIGINT, before)
+
+
+def test_a_process_takes_ctrl_c_whether_or_not_its_parent_does(interrupts: object) -> None:
+    with running(sys.executable, "-c", SLEEP, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        assert signal.getsignal(signal.SIGINT) == interrupts
+        assert process.stdout and process.stdout.readline() == b"ready\n"
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60) != 0
+
+
+def test_a_process_and_what_it_started_end_with_the_block() -> None:
+    script = f"import subprocess, sys; subprocess.Popen([sys.executable, '-c', {SLEEP!r}]).wait()"
+    with (
+        pytest.raises(ZeroDivisionError),
+        running(sys.executable, "-c", script, stdout=subprocess.PIPE) as process,
+    ):
+        assert process.stdout and process.stdout.readline() == b"ready\n" and len(in_group(process.pid)) == 2
+        raise ZeroDivisionError
+    until_none(process.pid)
+    with pytest.raises(subprocess.TimeoutExpired) as error:
+        finished(sys.executable, "-c", SLEEP, timeout=0.5)
+    assert SLEEP in error.value.cmd
+
+
+def until_none(group: int) -> None:
+    """Wait for the end of processes that were killed."""
+    deadline = time.monotonic() + 60
+    while left := in_group(group):
+        assert time.monotonic() < deadline, left
+        time.sleep(0.01)
+
+
+IT = f"""
+import subprocess, sys
+from tests.processes import running
+def test_it():
+    with running(sys.executable, '-c', {SLEEP!r}, stdout=subprocess.PIPE) as process:
+        process.stdout.readline()
+        print(process.pid, file=sys.__stderr__, flush=True)
+        process.wait()
+if __name__ == '__main__':
+    test_it()
+"""
+
+
+@pytest.mark.parametrize("by", [[], ["-m", "pytest", "-s", "-p", "tests.conftest", "-p", "no:cacheprovider"]])
+def test_tests_and_benchmarks_that_are_terminated_end_what_they_started(by: list[str], tmp_path: Path) -> None:
+    script = tmp_path / "test_it.py"
+    script.write_text(IT)
+    variables = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with running(sys.executable, *by, script, cwd=CHECKOUT, env=variables, **pipes) as process:
+        assert process.stderr
+        group = int(process.stderr.readline())
+        process.terminate()
+        assert process.wait(60) == 128 + signal.SIGTERM
+    until_none(group)
+
+
+def test_the_output_is_that_of_a_process_that_did_well() -> None:
+    assert output_of(sys.executable, "-c", "print(2)") == "2\n"
+    with pytest.raises(AssertionError, match="no good"):
+        output_of(sys.executable, "-c", "raise SystemExit('no good')")

@@ -1,0 +1,154 @@
+"""Adaptive samples: as good as all samples, and only where they are needed."""
+
+import re
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.app.cli import main
+from raytracer.rendering.adaptive import FIRST
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Evaluator, Settings, Shadows
+from tests import scenes
+
+RECOMMENDED = Settings(samples=16, adaptive=0.01)
+SIZE = 320, 180
+
+
+def assert_same(a: rt.Image, b: rt.Image) -> None:
+    assert a.samples is not None and b.samples is not None
+    np.testing.assert_array_equal(a.samples, b.samples)
+    np.testing.assert_array_equal(a.radiance, b.radiance)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("shadows", ["hard", "diluted", "soft"])
+def test_the_error_is_within_10_percent_of_that_of_all_samples(renderer: Renderer, shadows: Shadows) -> None:
+    scene = scenes.under_spheres(scenes.assignment(), 0.5)
+    settings = msgspec.structs.replace(RECOMMENDED, shadows=shadows)
+
+    def radiance(**fields: object) -> np.ndarray:
+        return renderer.render(scene, SIZE, msgspec.structs.replace(settings, **fields), geometry=False).radiance
+
+    truth = radiance(samples=256, adaptive=None)
+    adaptive, full = (np.sqrt(np.mean((radiance(adaptive=t) - truth) ** 2)) for t in (0.01, None))
+    assert adaptive <= 1.1 * full
+
+
+@pytest.mark.gl
+def test_only_what_has_edges_gets_more_samples_than_the_first(renderer: Renderer) -> None:
+    ball = rt.Sphere((0, 0, 0), 1, rt.Material(kd=(1, 0, 0)))
+    camera = rt.Camera((0, 0, 5), (0, 0, 0))
+    image = renderer.render(rt.Scene([ball], [], camera), (160, 160), RECOMMENDED)
+    assert image.material is not None and image.samples is not None
+    seen = image.material >= 0
+    near = np.zeros_like(seen)  # an edge within 1 pixel
+    near[:, 1:] |= seen[:, 1:] != seen[:, :-1]
+    near[1:] |= seen[1:] != seen[:-1]
+    assert (image.samples[near] > FIRST).all() and (image.samples[near] == 16).mean() > 0.8
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(near, 6), (13, 13)).any(axis=(2, 3))
+    assert (image.samples[~around] == FIRST).all()
+
+
+@pytest.mark.gl
+def test_a_large_threshold_gives_the_first_samples_and_a_small_one_all(renderer: Renderer) -> None:
+    scene = scenes.random_scene(3)
+    # No light is as far off as that.
+    few = renderer.render(scene, SIZE, Settings(samples=16, adaptive=1e6))
+    np.testing.assert_array_equal(few.radiance, renderer.render(scene, SIZE, Settings(samples=FIRST)).radiance)
+    many = renderer.render(scene, SIZE, Settings(samples=16, adaptive=1e-30))
+    full = renderer.render(scene, SIZE, Settings(samples=16))
+    assert many.samples is not None
+    every = many.samples == 16
+    assert every.mean() > 0.5
+    np.testing.assert_array_equal(many.radiance[every], full.radiance[every])
+
+
+@pytest.mark.gl
+def test_edges_between_colours_of_equal_brightness_count_and_what_is_white_throughout_does_not(
+    renderer: Renderer,
+) -> None:
+    def more(ball: tuple[float, float, float], background: tuple[float, float, float]) -> float:
+        material = rt.Material(ka=ball)
+        scene = rt.Scene(
+            [rt.Sphere((0, 0, 0), 1, material)], [], rt.Camera((0, 0, 5), (0, 0, 0)), background=background
+        )
+        image = renderer.render(scene, (64, 64), RECOMMENDED)
+        assert image.samples is not None
+        return float((image.samples > FIRST).mean())
+
+    assert more((0.7152, 0, 0), (0, 0.2126, 0)) > 0.05
+    assert more((40, 40, 40), (50, 50, 50)) == 0.0
+    assert more((2, 3, 4), (0.5, 50, 60)) > 0.05
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("evaluator", ["cells", "walk"])
+@pytest.mark.parametrize("tile", [16, 50, 64])
+def test_what_is_drawn_besides_changes_no_pixel(renderer: Renderer, evaluator: Evaluator, tile: int) -> None:
+    settings = Settings(samples=40, adaptive=0.03, evaluator=evaluator)
+    whole = renderer.render(scenes.assignment(), (201, 113), settings, geometry=False)
+    assert_same(renderer.render(scenes.assignment(), (201, 113), settings, geometry=False, tile=tile), whole)
+
+
+@pytest.mark.gl
+def test_it_works_with_lists_of_many_primitives(renderer: Renderer) -> None:
+    rng = np.random.default_rng(1)
+    balls = [rt.Sphere(tuple(rng.uniform(-2, 2, 3)), 0.3, scenes.COLORS[i % 4]) for i in range(60)]
+    scene = scenes.of(*balls, rt.Plane((0, 1, 0), -2.5))
+    settings = Settings(samples=16, adaptive=1e-30)
+    image, full = (renderer.render(scene, (201, 113), s) for s in (settings, Settings(samples=16)))
+    assert image.samples is not None
+    every = image.samples == 16
+    assert every.mean() > 0.3
+    np.testing.assert_array_equal(image.radiance[every], full.radiance[every])
+    assert_same(renderer.render(scene, (201, 113), settings, tile=40), image)
+
+
+@pytest.mark.gl
+def test_one_render_after_another_gives_the_same_bytes(renderer: Renderer) -> None:
+    first = renderer.render(scenes.assignment(), (160, 90), RECOMMENDED)
+    renderer.render(scenes.random_scene(3), (64, 64), RECOMMENDED)
+    assert_same(renderer.render(scenes.assignment(), (160, 90), RECOMMENDED), first)
+
+
+@pytest.mark.gl
+def test_more_samples_than_are_summed_at_once_stop_where_they_may(renderer: Renderer) -> None:
+    settings = Settings(samples=1500, adaptive=0.02)
+    image = renderer.render(scenes.assignment(), (48, 27), settings)
+    full = renderer.render(scenes.assignment(), (48, 27), Settings(samples=1500))
+    assert image.samples is not None
+    assert set(np.unique(image.samples)) <= {3, 8, 16, 32, 64, 128, 256, 512, 1024, 1500}
+    assert (image.samples > 256).any() and (image.samples == FIRST).any()
+    assert np.sqrt(np.mean((image.radiance - full.radiance) ** 2)) < 0.02
+
+
+@pytest.mark.gl
+def test_progress_ends_with_all_of_what_it_said_there_is(renderer: Renderer) -> None:
+    told: list[tuple[int, int]] = []
+    renderer.render(scenes.assignment(), (64, 36), RECOMMENDED, progress=lambda *at: told.append(at), tile=32)
+    assert told == sorted(told)
+    assert {total for _, total in told} == {4 * 16}
+    assert told[-1] == (64, 64)
+
+
+@pytest.mark.gl
+def test_the_command_line_says_it_in_the_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = "--size", "64x36", "--samples", "16", "--adaptive", "0.01"
+    assert main(["render", "assignment", "-o", str(tmp_path / "a.png"), *options]) == 0
+    assert b"adaptive=0.01" in (tmp_path / "a.png").read_bytes()
+    assert re.search("3 to 16 samples a pixel, [0-9.]+ on average", capsys.readouterr().out)
+    assert main(["render", "assignment", "-o", str(tmp_path / "a.npz"), *options]) == 0
+    with np.load(tmp_path / "a.npz") as arrays:
+        assert arrays["samples"].shape == (36, 64)
+
+
+@pytest.mark.parametrize("wrong", ["0", "-1", "nan", "inf"])
+def test_a_threshold_that_is_none_is_refused(wrong: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(rt.InputError, match="adaptive: expected a finite number above 0"):
+        Settings(adaptive=float(wrong))
+    assert main(["render", "assignment", "-o", str(tmp_path / "a.png"), f"--adaptive={wrong}"]) == 2
+    assert "adaptive" in capsys.readouterr().err

@@ -1,0 +1,248 @@
+"""What a picture says of its own error: against closed forms of single pixels, and against converged pictures."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+
+import msgspec
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import raytracer as rt
+from raytracer.formats.estimate import Estimate
+from raytracer.ground_truth import ray_tracer
+from raytracer.rendering.error_estimate import FACTOR, is_surely_below
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.sequences import sample_points
+from raytracer.scene.settings import Settings, Shadows
+from tests import scenes
+
+Array = NDArray[np.float64]
+SIZE = 256, 256
+
+
+def samples(count: int) -> Array:
+    """(count, pixels, 2): where they lie in pixels, from their centres."""
+    return np.array([sample_points(k, SIZE, samples=count).reshape(-1, 2) for k in range(count)]) - 0.5
+
+
+def lines(rng: np.random.Generator, thickness: float) -> tuple[Callable[[Array], Array], Array]:
+    """Whether a point is in the random strip that crosses its pixel, as wide as `thickness`, and which share is."""
+    count = SIZE[0] * SIZE[1]
+    angle, offset = rng.uniform(0, math.pi / 2, count), rng.uniform(-0.7, 0.7, count)
+    a, b = np.maximum(np.cos(angle), np.sin(angle)), np.minimum(np.cos(angle), np.sin(angle))
+
+    def below(z: Array) -> Array:  # the share of a unit square where a x + b y < z
+        parts = ((a + b) / 2, 1), ((a - b) / 2, -1), ((b - a) / 2, -1), (-(a + b) / 2, 1)
+        return sum((sign * np.maximum(z + at, 0.0) ** 2 for at, sign in parts), np.zeros(count)) / (2 * a * b)
+
+    def inside(p: Array) -> Array:
+        along = a * p[..., 0] + b * p[..., 1] - offset
+        return ((along < thickness) & (along >= 0.0)).astype(float)
+
+    return inside, below(offset + thickness) - below(offset)
+
+
+@pytest.mark.parametrize("thickness", [0.02, 0.1, 0.3, 2.0])
+def test_the_last_movement_tells_the_error_of_edges_and_lines_within_30_percent(thickness: float) -> None:
+    inside, exact = lines(np.random.default_rng(1), thickness)
+    points = samples(64)
+    for n in (2, 4, 8, 16, 32, 64):
+        hit = inside(points[:n])
+        error = np.sqrt(np.mean((hit.mean(axis=0) - exact) ** 2))
+        moved = np.sqrt(np.mean((hit.mean(axis=0) - hit[: n // 2].mean(axis=0)) ** 2))
+        assert 0.7 < math.sqrt(FACTOR) * moved / error < 1.3, n
+
+
+def met(radius: float, count: int) -> float:
+    """Of discs of that radius in pixels, anywhere, the share that some sample of any pixel meets."""
+    rng = np.random.default_rng(2)
+    centers = rng.uniform(2, SIZE[0] - 2, (20_000, 2))
+    pixels = centers.astype(int)
+    found = np.zeros(len(centers), bool)
+    for k in range(count):
+        points = sample_points(k, SIZE, samples=count) + np.stack(np.meshgrid(*map(np.arange, SIZE)), axis=-1)
+        for dx, dy in np.ndindex(3, 3):
+            near = points[pixels[:, 1] + dy - 1, pixels[:, 0] + dx - 1]
+            found |= np.linalg.norm(near - centers, axis=1) < radius
+    return float(found.mean())
+
+
+@pytest.mark.parametrize("count", [4, 16, 64])
+def test_of_discs_as_wide_as_the_spacing_of_samples_a_third_is_missed_and_none_twice_as_wide(count: int) -> None:
+    spacing = Estimate(count, 0.0).spacing
+    assert 0.62 < met(spacing / 2, count) < 0.72
+    assert met(spacing, count) > 0.999
+    assert 0.15 < met(spacing / 4, count) < 0.25
+
+
+def rms(difference: Array) -> float:
+    return float(np.sqrt(np.mean(difference**2)))
+
+
+def converged(renderer: Renderer, scene: rt.Scene, shadows: Shadows = "hard") -> Array:
+    """Its radiance, by samples that have nothing to do with those that tell an error."""
+    settings = Settings(samples=256, shadows=shadows, sequence="r2")
+    return renderer.render(scene, (320, 180), settings, geometry=False, estimates=False).radiance.astype(float)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("shadows", ["hard", "soft"])
+def test_the_estimate_is_within_25_percent_of_the_true_error(renderer: Renderer, shadows: Shadows) -> None:
+    scene = scenes.under_spheres(scenes.assignment(), 0.5)
+    truth = converged(renderer, scene, shadows)
+    for samples in (4, 8, 16, 24, 32):
+        image = renderer.render(scene, (320, 180), Settings(samples=samples, shadows=shadows))
+        assert image.estimate and image.estimate.rmse and image.error is not None
+        error = rms(image.radiance - truth)
+        assert image.estimate.rmse == pytest.approx(error, rel=0.25), samples
+        # The pixels' errors have the picture's as their root mean square, and are where it is wrong.
+        assert rms(image.error) == pytest.approx(image.estimate.rmse, rel=0.2)
+        each = np.sqrt(np.mean((image.radiance - truth) ** 2, axis=2))
+        assert (each <= 3.0 * image.error + 2.0 * error).mean() > 0.99
+
+
+@pytest.mark.gl
+def test_the_float64_reference_agrees_on_the_error(renderer: Renderer) -> None:
+    scene, size = scenes.random_scene(5), (96, 54)
+    truth = ray_tracer.render(scene, size, Settings(samples=100, sequence="grid")).radiance
+    image = renderer.render(scene, size, Settings(samples=16))
+    assert image.estimate and image.estimate.rmse == pytest.approx(rms(image.radiance - truth), rel=0.35)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("seed", [3, 7])
+def test_the_error_that_is_asked_for_is_kept(renderer: Renderer, seed: int) -> None:
+    scene = scenes.random_scene(seed)
+    truth = converged(renderer, scene)
+    for error in (0.01, 0.003):
+        image = renderer.render(scene, (320, 180), Settings(samples=4096, max_error=error))
+        assert image.estimate and image.estimate.rmse and image.estimate.rmse <= error
+        assert rms(image.radiance - truth) <= 1.1 * error
+        assert image.samples is not None and image.samples.max() < 256
+
+
+@pytest.mark.gl
+def test_a_large_picture_is_judged_by_a_part_of_it_unless_little_is_in_it(renderer: Renderer) -> None:
+    ball = rt.Sphere((0.47, 0, 0), 0.03, rt.Material(kd=(1, 1, 1)))
+    tiny = rt.Scene([ball], [rt.PointLight((3, 4, 5))], rt.Camera((0, 0, 10), (0, 0, 0)))
+    for scene in (tiny, scenes.assignment()):
+        part = renderer.render(scene, (1280, 720), Settings(samples=8), geometry=False).estimate
+        whole = renderer.render(scene, (1280, 720), Settings(samples=8, max_error=1e-9), geometry=False).estimate
+        assert part and whole and part.rmse and part.rmse == pytest.approx(whole.rmse, rel=0.15)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("settings", [Settings(samples=16), Settings(samples=16, adaptive=0.02)])
+def test_a_part_of_a_picture_tells_where_the_whole_is_worst(
+    renderer: Renderer, settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    size = 320, 180
+    whole = renderer.render(scenes.assignment(), size, settings)
+    monkeypatch.setattr("raytracer.rendering.convergence._ENOUGH", 0)
+    monkeypatch.setattr("raytracer.rendering.convergence._PART", 7)  # so few cells that the worst is not among them
+    part = renderer.render(scenes.assignment(), size, settings)
+    assert whole.estimate and part.estimate and part.estimate.worst and part.error is not None
+    assert whole.estimate.rmse != part.estimate.rmse
+    assert part.estimate.worst == pytest.approx(whole.estimate.worst, rel=0.25)
+    assert part.estimate.worst_at == whole.estimate.worst_at
+    # No pixel whose samples differ is said to have no error.
+    np.testing.assert_array_equal(part.error == 0.0, whole.error == 0.0)
+
+
+@pytest.mark.gl
+def test_an_error_that_few_pixels_hold_is_said_to_be_uncertain(renderer: Renderer) -> None:
+    for scene, few in ((rt.load("materials"), True), (scenes.assignment(), False)):
+        for samples in (4, 16):
+            estimate = renderer.render(scene, (160, 90), Settings(samples=samples, shadows="soft")).estimate
+            assert estimate and ("may be off by half" in str(estimate)) == few
+
+
+@pytest.mark.gl
+def test_a_picture_with_nothing_to_be_off_by_is_said_to_have_no_error(renderer: Renderer) -> None:
+    camera = rt.Camera((0, 0, 5), (0, 0, 0))
+    flat = rt.Scene([rt.Plane((0, 0, 1), 0, rt.Material(ka=(0.3, 0.3, 0.3)))], [], camera)
+    for settings in (Settings(samples=4), Settings(samples=64, max_error=1e-6), Settings(samples=16, adaptive=0.01)):
+        image = renderer.render(flat, (64, 48), settings)
+        assert image.estimate and image.estimate.rmse is not None and image.estimate.rmse < 1e-6
+        assert image.estimate.samples <= 8
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(
+    ("settings", "why"),
+    [
+        (Settings(), "1 sample"),
+        (Settings(samples=16, sequence="grid"), "grid"),
+        (Settings(samples=16, sequence="r2"), "r2"),
+    ],
+)
+def test_where_the_error_cannot_be_known_that_is_said(renderer: Renderer, settings: Settings, why: str) -> None:
+    image = renderer.render(scenes.assignment(), (64, 36), settings)
+    assert image.estimate and image.estimate.rmse is None and why in str(image.estimate)
+    assert image.error is not None and np.isnan(image.error).all()
+    assert why in image.metadata["Error"]
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("tile", [64, 96])
+def test_tiles_say_together_what_the_whole_says(renderer: Renderer, tile: int) -> None:
+    for settings in (Settings(samples=16), Settings(samples=16, adaptive=0.02), Settings(samples=600)):
+        whole, parts = (renderer.render(scenes.assignment(), (200, 120), settings, tile=t) for t in (2048, tile))
+        assert whole.estimate and parts.estimate and whole.estimate.rmse
+        assert parts.estimate.rmse == pytest.approx(whole.estimate.rmse, rel=1e-5)
+        assert parts.estimate.worst_at == whole.estimate.worst_at
+        np.testing.assert_array_equal(parts.radiance, whole.radiance)
+
+
+@pytest.mark.gl
+def test_an_error_and_a_time_may_both_be_asked_for_and_samples_cap_them(renderer: Renderer) -> None:
+    scene, size = scenes.assignment(), (160, 90)
+    asked = Settings(samples=4096, max_error=1e-9, time=0.05)
+    image = renderer.render(scene, size, asked)
+    assert image.estimate and image.estimate.samples < 4096  # as many as a busy machine allows
+    image = renderer.render(scene, size, msgspec.structs.replace(asked, samples=6, time=60.0))
+    assert image.samples is not None and set(np.unique(image.samples)) == {6}
+    image = renderer.render(scene, size, msgspec.structs.replace(asked, max_error=0.05, time=60.0))
+    assert image.samples is not None and image.samples.max() <= 4
+
+
+@pytest.mark.gl
+def test_a_picture_with_a_time_ends(renderer: Renderer) -> None:
+    scene, size = scenes.assignment(), (320, 180)
+    renderer.render(scene, size, Settings(samples=8, max_error=1e-9), geometry=False)  # compiles
+    begin = time.perf_counter()
+    image = renderer.render(scene, size, Settings(samples=65536, time=0.5), geometry=False)
+    took = time.perf_counter() - begin
+    # No time is asserted but this: that it ends, and not at once; the machine may be busy.
+    assert image.estimate and 2 <= image.estimate.samples < 65536
+    assert 0.1 < image.estimate.seconds <= took < 5.0
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("size", [(1, 1), (5, 3), (17, 9)])
+def test_pictures_smaller_than_a_cell_may_have_a_time(renderer: Renderer, size: tuple[int, int]) -> None:
+    asked = renderer.render(scenes.assignment(), size, Settings(samples=4, time=60.0))
+    plain = renderer.render(scenes.assignment(), size, Settings(samples=4))
+    np.testing.assert_array_equal(asked.radiance, plain.radiance)
+    assert asked.error is not None and np.isfinite(asked.error).all()
+
+
+@pytest.mark.gl
+def test_no_pass_begins_without_time_for_it(renderer: Renderer) -> None:
+    settings = Settings(samples=4096, time=1e-9)
+    image = renderer.render(scenes.assignment(), (100, 60), settings, tile=64)
+    assert image.samples is not None and (image.samples == 1).all()
+    assert image.estimate and "for want of time" in str(image.estimate)
+
+
+def test_what_is_surely_below_is_further_below_with_few_samples() -> None:
+    def below(rmse: float, samples: int) -> bool:
+        return is_surely_below(1.0, lambda: rmse, samples)
+
+    assert below(0.9, 8) and not below(0.9, 4)
+    assert below(0.7, 2) and not below(0.7, 1)
+    assert not below(0.1, 7) and below(0.1, 12)

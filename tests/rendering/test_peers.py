@@ -1,0 +1,73 @@
+"""The same reflectance by a renderer that is not ours: Mitsuba 3 (Jakob et al. 2022)."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.rendering.renderer import Renderer
+from tests.directions import pairs
+
+pytestmark = pytest.mark.gl
+
+
+@pytest.fixture
+def mi() -> Any:
+    """The module mitsuba. A skip where it is not installed; a failure, of the tests that need it only, where it is and
+    cannot be imported: it raises whatever its own start trips over, such as NameError for a library that is missing."""
+    try:
+        return importlib.import_module("mitsuba")
+    except ModuleNotFoundError as error:
+        if error.name != "mitsuba":
+            raise
+        pytest.skip("an extra: pip install -e '.[peers]'")
+
+
+N, K = (0.2, 0.4, 1.4), (3.6, 2.4, 1.9)
+RGB_N, RGB_K = ({"type": "rgb", "value": list(value)} for value in (N, K))
+
+
+@pytest.mark.parametrize(
+    ("bsdf", "material"),
+    [
+        (
+            {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.1, 0.5, 0.8]}},
+            rt.Material("lambert", rho=(0.1, 0.5, 0.8)),
+        ),
+        *(
+            (
+                {"type": "roughconductor", "distribution": model, "alpha": alpha, "material": "none"},
+                rt.Material(model, alpha=alpha, f0=1, masking="separable", **more),
+            )
+            for model, more in (("ggx", {}), ("beckmann", {"smith": "rational"}))
+            for alpha in (0.0625, 0.25, 1.0)
+        ),
+        (
+            {"type": "roughconductor", "distribution": "ggx", "alpha": 0.25, "eta": RGB_N, "k": RGB_K},
+            rt.Material("ggx", alpha=0.25, fresnel="conductor", n=N, k=K, masking="separable"),
+        ),
+    ],
+    ids=lambda value: repr(value) if isinstance(value, rt.Material) else "",
+)
+def test_mitsuba_says_the_same_to_1e_5(
+    mi: Any, renderer: Renderer, bsdf: dict[str, Any], material: rt.Material
+) -> None:
+    mi.set_variant("scalar_rgb")
+    peer, context = mi.load_dict(bsdf), mi.BSDFContext()
+    # Mitsuba's own float32 has lost what is narrower, and more grazing.
+    wi, wo = pairs(1000, least=0.05)
+
+    def asked(i: np.ndarray, o: np.ndarray) -> np.ndarray:
+        interaction = mi.SurfaceInteraction3f()
+        interaction.wi = mi.Vector3f(*o.tolist())
+        return np.array(peer.eval(context, interaction, mi.Vector3f(*i.tolist())))
+
+    expected = np.array([asked(i, o) for i, o in zip(wi, wo, strict=True)])
+    found = rt.brdf.evaluate(material, wi, wo, renderer=renderer)
+    counts = expected > 1e-6 * expected.max()
+    assert counts.mean() > 0.3
+    np.testing.assert_allclose(found[counts], expected[counts], rtol=1e-5)

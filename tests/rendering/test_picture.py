@@ -1,0 +1,206 @@
+"""The GPU's pictures are those of the float64 reference."""
+
+from typing import get_args
+
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.analysis.pixel_doubt import Resolution, resolution
+from raytracer.compiler.glsl.shaders import roth_loops
+from raytracer.formats.image import Image
+from raytracer.ground_truth import ray_tracer
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Evaluator, Settings, Shading, Shadows
+from tests import scenes
+
+pytestmark = pytest.mark.gl
+
+
+def assert_agrees(image: Image, truth: Image, resolved: Resolution, doubt: float = 0.01) -> None:
+    """What `image` shows is what `truth` does, to the bound that its numbers' rounding leaves at each pixel.
+
+    No more than a share `doubt` of the pixels may be doubtful.
+    """
+    assert image.depth is not None and image.normal is not None and image.material is not None
+    assert truth.depth is not None and truth.normal is not None and truth.material is not None
+    sure = ~resolved.doubtful
+    assert resolved.doubtful.mean() <= doubt
+    np.testing.assert_array_equal(image.material[sure], truth.material[sure])
+    np.testing.assert_array_equal(np.isinf(image.depth)[sure], np.isinf(truth.depth)[sure])
+    hit = sure & (truth.material >= 0)
+    assert (np.abs(image.depth[hit] - truth.depth[hit]) <= resolved.depth[hit]).all()
+    assert (np.linalg.norm(image.normal[sure] - truth.normal[sure], axis=1) <= resolved.normal[sure]).all()
+
+
+def check(renderer: Renderer, scene: rt.Scene, size: tuple[int, int], settings: Settings) -> None:
+    image = renderer.render(scene, size, settings)
+    assert_agrees(image, ray_tracer.render(scene, size, settings), resolution(scene, size, settings.precision))
+    assert np.isfinite(image.radiance).all() and (image.radiance >= 0).all()
+
+
+@pytest.fixture(scope="module")
+def assignment() -> tuple[Image, Resolution]:
+    """Its truth at 1280x720, which takes long and knows no evaluators, and what float32 resolves of it."""
+    scene, size = scenes.assignment(), (1280, 720)
+    return ray_tracer.render(scene, size, Settings(shadows="off")), resolution(scene, size, 32)
+
+
+@pytest.mark.parametrize("evaluator", get_args(Evaluator))
+def test_the_assignment_agrees_with_the_reference(
+    renderer: Renderer, assignment: tuple[Image, Resolution], evaluator: Evaluator
+) -> None:
+    image = renderer.render(scenes.assignment(), (1280, 720), Settings(evaluator=evaluator, shadows="off"))
+    assert_agrees(image, *assignment)
+    assert np.isfinite(image.radiance).all() and (image.radiance >= 0).all()
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_a_random_scene_agrees_with_the_reference(renderer: Renderer, seed: int) -> None:
+    check(renderer, scenes.random_scene(seed), (128, 72), Settings(shadows="off"))
+
+
+# Those of the random scenes whose Roth filters compile in a few seconds.
+SMALL = [seed for seed in range(200) if roth_loops(scenes.random_scene(seed)) <= 7]
+
+
+@pytest.mark.parametrize("seed", SMALL[:16])
+def test_all_evaluators_make_the_same_picture(renderer: Renderer, seed: int) -> None:
+    scene = scenes.random_scene(seed)
+    cells, *others = (
+        renderer.render(scene, (128, 72), Settings(shadows="diluted", evaluator=evaluator))
+        for evaluator in get_args(Evaluator)
+    )
+    for other in others:
+        for name in ("radiance", "depth", "normal", "material"):
+            np.testing.assert_array_equal(getattr(other, name), getattr(cells, name), err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("shading", "shadows"),
+    [(None, "hard"), ("phong", "diluted"), ("blinn", "hard"), ("blinn", "off")],
+)
+def test_the_assignments_picture_with_16_samples_is_the_references_to_2_in_255(
+    renderer: Renderer, shading: Shading | None, shadows: Shadows
+) -> None:
+    settings = Settings(samples=16, shading=shading, shadows=shadows)
+    image = renderer.render(scenes.assignment(), (320, 180), settings)
+    truth = ray_tracer.render(scenes.assignment(), (320, 180), settings)
+    assert np.abs(image.srgb8().astype(int) - truth.srgb8()).max() <= 2
+
+
+def test_several_lights_and_both_models_in_one_scene_agree_with_the_reference(renderer: Renderer) -> None:
+    shiny = rt.Material(kd=(0.2, 0.5, 0.7), ks=(0.9, 0.8, 0.7), h=100, model="blinn")
+    dull = rt.Material(kd=(0.7, 0.5, 0.2), ks=(0.1, 0.1, 0.1), h=0)
+    scene = scenes.of(rt.Sphere((-1, 0, 0), 1, shiny), rt.Sphere((1, 0, 0), 1, dull), rt.Plane((0, 1, 0), -1.5, shiny))
+    for shadows in ("hard", "diluted"):
+        settings = Settings(shadows=shadows, samples=4)
+        image, truth = renderer.render(scene, (160, 90), settings), ray_tracer.render(scene, (160, 90), settings)
+        # A sample that falls the other way at an edge changes a pixel by up to 1/4: there may be a few.
+        wrong = np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4
+        assert wrong.mean() < 5e-4
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_shadows_of_random_scenes_agree_with_the_reference(renderer: Renderer, seed: int) -> None:
+    settings = Settings(shadows="diluted")
+    image = renderer.render(scenes.random_scene(seed), (96, 54), settings)
+    truth = ray_tracer.render(scenes.random_scene(seed), (96, 54), settings)
+    # Only rays that graze a blocker may fall the other way: none or a few pixels.
+    wrong = np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4
+    assert wrong.sum() <= 3
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9])
+def test_a_scene_of_any_size_looks_the_same(renderer: Renderer, scale: float) -> None:
+    def scaled(v: tuple[float, float, float]) -> tuple[float, float, float]:
+        return (v[0] * scale, v[1] * scale, v[2] * scale)
+
+    lens = rt.Sphere(scaled((-1, 2, 0)), 1.5 * scale, scenes.COLORS[0]) & rt.Sphere(scaled((1, 2, 0)), 1.5 * scale)
+    solid = lens - rt.Sphere(scaled((0, 2.8, 0.3)), 0.8 * scale, scenes.COLORS[2])
+    camera = rt.Camera(scaled((0, 3, 6)), scaled((0, 2, 0)))
+    scene = rt.Scene([solid, rt.Plane((0, 1, 0), 0)], [rt.PointLight(scaled((4, 7, 4)))], camera)
+    check(renderer, scene, (160, 90), Settings())
+    image, truth = renderer.render(scene, (160, 90), Settings()), ray_tracer.render(scene, (160, 90))
+    assert (np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4).sum() <= 1
+
+
+@pytest.mark.parametrize("radius", [1e3, 1e6, 1e7, 1e9])
+def test_a_ball_on_a_huge_sphere_casts_the_shadow_that_it_casts(renderer: Renderer, radius: float) -> None:
+    # The lower the camera over so large a sphere, the more a point made from its centre would be off.
+    objects = rt.Sphere((0, -radius, 0), radius), rt.Sphere((0, 1, 0), 1, scenes.COLORS[0])
+    scene = rt.Scene(objects, [rt.PointLight((4, 7, 4))], rt.Camera((0, 2, 6), (0, 1, 0)))
+    image, truth = renderer.render(scene, (96, 64), Settings()), ray_tracer.render(scene, (96, 64))
+    resolved = resolution(scene, (96, 64))
+    wrong = np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-2
+    assert (wrong & ~resolved.doubtful & ~resolved.unlit).sum() == 0
+
+
+def test_half_spaces_that_share_a_plane_do_not_shade_each_other(renderer: Renderer) -> None:
+    # The ground, once as itself and once as the other side of an upside-down half-space.
+    up, down = rt.Plane((1, 5, 2), 3), rt.Plane((-3, -15, -6), -9)
+    for solid in (up | ~down, up & ~down, ~down - (up - rt.Sphere((0, 0, 0), 9))):
+        scene = scenes.of(solid, eye=(0, 4, 8))
+        image, truth = renderer.render(scene, (96, 54), Settings()), ray_tracer.render(scene, (96, 54))
+        assert (np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4).sum() <= 1
+    alone = renderer.render(scenes.of(up, eye=(0, 4, 8)), (96, 54), Settings())
+    both = renderer.render(scenes.of(up | ~down, eye=(0, 4, 8)), (96, 54), Settings())
+    np.testing.assert_array_equal(both.radiance, alone.radiance)
+
+
+def test_the_mean_of_many_samples_has_no_drift(renderer: Renderer) -> None:
+    ball = rt.Sphere((0, 0, 9), 1)
+    scene = rt.Scene([ball], [], rt.Camera((0, 0, 5), (0, 0, 0)), background=(0.7, 0.1, 0.3))
+    image = renderer.render(scene, (2, 2), Settings(samples=5000))
+    np.testing.assert_allclose(image.radiance, np.broadcast_to((0.7, 0.1, 0.3), (2, 2, 3)), rtol=3e-6)
+
+
+def test_a_scene_without_lights_shows_its_ambient_and_background(renderer: Renderer) -> None:
+    ball = rt.Sphere((0, 0, 0), 1, rt.Material(ka=(0.1, 0.2, 0.3)))
+    camera = rt.Camera((0, 0, 5), (0, 0, 0))
+    scene = rt.Scene([ball], [], camera, ambient=(2, 1, 1), background=(0.25, 0.5, 1))
+    image = renderer.render(scene, (31, 31), Settings())
+    np.testing.assert_allclose(image.radiance[15, 15], (0.2, 0.2, 0.3), rtol=1e-6)
+    np.testing.assert_array_equal(image.radiance[0, 0], (0.25, 0.5, 1))
+
+
+def test_a_picture_in_tiles_is_the_picture_in_one_piece(renderer: Renderer) -> None:
+    whole = renderer.render(scenes.assignment(), (201, 113), Settings(samples=3))
+    tiled = renderer.render(scenes.assignment(), (201, 113), Settings(samples=3), tile=64)
+    for name in ("radiance", "depth", "normal", "material"):
+        np.testing.assert_array_equal(getattr(tiled, name), getattr(whole, name), err_msg=name)
+
+
+def test_one_render_after_another_gives_the_same_bytes(renderer: Renderer) -> None:
+    first = renderer.render(scenes.assignment(), (160, 90), Settings(samples=5))
+    renderer.render(scenes.random_scene(3), (64, 64), Settings(samples=2))
+    again = renderer.render(scenes.assignment(), (160, 90), Settings(samples=5))
+    np.testing.assert_array_equal(first.radiance, again.radiance)
+
+
+def test_numbers_are_data_and_structure_is_compiled(renderer: Renderer) -> None:
+    fresh = Renderer(renderer.context)
+
+    def programs_for(scene: rt.Scene) -> int:
+        before = len(fresh._programs)
+        fresh.render(scene, (8, 8), Settings())
+        return len(fresh._programs) - before
+
+    ball, other = rt.Sphere((0, 0, 0), 1), rt.Sphere((0.5, 0, 0), 1)
+    programs_for(scenes.of(ball - other))
+    moved = rt.Sphere((0.5, 1, 2), 3, rt.Material(kd=(1, 0, 0), h=5))
+    assert programs_for(scenes.of(moved - ball, eye=(1, 2, 9))) == 0
+    # What is seen, its geometry, and its light; without half-spaces the quiet cells have no program of their own.
+    assert programs_for(scenes.of(~(ball | ~other | ball) & other)) == 3
+
+
+def test_the_depth_of_the_ground_holds_to_the_horizon_of_a_tilted_camera(renderer: Renderer) -> None:
+    ground = rt.Plane((0.1, 1, 0.05), 0.0)
+    camera = rt.Camera((3, 2, 6), (0, 1.7, 0), up=(0.4, 1, 0.1), vertical_fov=50)
+    check(renderer, rt.Scene([ground], [], camera), (640, 360), Settings())
+
+
+def test_a_leaf_used_twice_and_shared_parts_of_trees_are_no_obstacle(renderer: Renderer) -> None:
+    a, b = rt.Sphere((-0.5, 0, 0), 1, scenes.COLORS[0]), rt.Sphere((0.5, 0, 0), 1, scenes.COLORS[1])
+    lens = a & b
+    check(renderer, scenes.of((a - lens) | (lens - rt.Sphere((0, 0, 0), 0.5, scenes.COLORS[2]))), (96, 54), Settings())

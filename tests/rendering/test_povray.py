@@ -1,0 +1,64 @@
+"""Scenes in POV-Ray's language: what the benchmarks compare with is the same picture."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+import raytracer as rt
+from benchmarks import povray
+from benchmarks.measure import SAME_RAYS, TOLERANCE
+from raytracer.rendering.renderer import Renderer
+from tests import scenes
+
+SIZE = (160, 90)
+RED = rt.Material(ka=(0.1, 0.0, 0.2), kd=(0.5, 0.0, 0.25))
+
+
+def exported(*objects: rt.Solid, settings: rt.Settings | None = None) -> str:
+    return povray.source(scenes.of(*objects), SIZE, settings or rt.Settings())
+
+
+def test_space_is_mirrored_and_ambient_light_is_a_share_of_the_pigment() -> None:
+    text = exported(rt.Sphere((1, 2, 3), 0.5, RED), rt.Plane((0, 0, 2), -4, RED))
+    assert "\nsphere { <1, 2, -3>, 0.5 texture { T0 } }\n" in text
+    assert "\nplane { <0, 0, -1>, -2 texture { T0 } }\n" in text
+    assert "location <0, 0, -5>" in text
+    assert text.count("light_source {") == 2 and "shadowless" not in text
+    assert "pigment { rgb <0.5, 0, 0.25> } finish { ambient rgb <0.20000000000000001, 0, 0.80000000000000004>" in text
+
+
+def test_the_horizontal_angle_is_that_of_the_picture() -> None:
+    tangent = np.tan(np.radians(float(exported(rt.Sphere((0, 0, 0), 1)).split("angle ")[1].split()[0]) / 2))
+    assert tangent == pytest.approx(np.tan(np.radians(30)) * 16 / 9)  # of a vertical angle of 60 degrees
+
+
+def test_chains_of_one_operator_are_one_list() -> None:
+    a, b, c, d = (rt.Sphere((x, 0, 0), 1) for x in range(4))
+    difference = exported(a - b - c - d)
+    assert "difference { sphere { <0, 0, -0>" in difference and difference.count("{ sphere") == 1
+    assert exported(a - (b | c) - d) == exported(a - (b | (c | d))) == difference
+    assert exported((a | b) | (c | d)).count("union {") == 1
+    assert exported((a & b) - (c & d)).count("intersection {") == 2
+    assert exported(a - (b - c)).count("difference {") == 2
+    assert " inverse }" in exported(a & ~(b | c))
+
+
+def test_what_povray_cannot_draw_is_refused() -> None:
+    ball = rt.Sphere((0, 0, 0), 1)
+    for settings in (rt.Settings(shading="blinn"), rt.Settings(shadows="diluted")):
+        with pytest.raises(povray.UnavailableError):
+            exported(ball, settings=settings)
+    for material in (rt.Material(ks=(0.1, 0.2, 0.3)), rt.Material(kd=(0, 0, 0))):
+        with pytest.raises(povray.UnavailableError):
+            exported(rt.Sphere((0, 0, 0), 1, material))
+
+
+@pytest.mark.gl
+@pytest.mark.skipif(not shutil.which("povray"), reason="povray is not installed (Debian package povray)")
+def test_the_assignment_is_the_same_picture(renderer: Renderer) -> None:
+    settings = rt.Settings()
+    theirs, seconds = povray.run(povray.source(scenes.assignment(), SIZE, settings), SIZE, 1)
+    ours = renderer.render(scenes.assignment(), SIZE, settings).srgb8().astype(int)
+    assert seconds > 0
+    assert np.mean(np.abs(ours - theirs).max(axis=2) > TOLERANCE) <= SAME_RAYS

@@ -1,0 +1,377 @@
+"""The window's picture on the GPU, without a window: what it converges to, shows, compiles and keeps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.app.viewer.orbit import turn_camera, turn_light
+from raytracer.compiler.glsl.shaders import Show
+from raytracer.compiler.view_space import in_picture
+from raytracer.core.vectors import add
+from raytracer.rendering.passes import release
+from raytracer.rendering.progressive import MARKER_RADIUS, Live, Pace
+from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.sampler import SUMMED
+from raytracer.scene.settings import Evaluator, Settings
+from raytracer.scene.solids import Primitive, Solid, with_leaves
+from tests import scenes
+
+pytestmark = pytest.mark.gl
+
+SIZE = (160, 90)
+ONE = Settings()
+
+
+@pytest.fixture
+def live(renderer: Renderer) -> Iterator[Live]:
+    live = Live(renderer, 1e9)
+    yield live
+    with renderer.context:
+        live.close()
+
+
+def shown(live: Live, renderer: Renderer, marked: rt.PointLight | None = None) -> np.ndarray:
+    """(H, W, 3) int: what `present` draws, top row first."""
+    context = renderer.context
+    with context:
+        target = context.texture(live.size, 4)
+        screen = context.framebuffer([target])
+        live.present(screen, marked, scenes.assignment().camera, 1.0)
+        pixels = np.frombuffer(screen.read(components=3), np.uint8).reshape(live.size[1], live.size[0], 3)
+        release(context, screen, target)
+    return pixels[::-1].astype(int)
+
+
+def drawn(live: Live, renderer: Renderer, scene: rt.Scene, settings: Settings, show: Show = "picture") -> np.ndarray:
+    with renderer.context:
+        live.start(scene, settings, show, SIZE, moving=False)
+        for _ in range(settings.samples):
+            live.sample()
+    return shown(live, renderer)
+
+
+def refined(live: Live, scene: rt.Scene, settings: Settings, show: Show = "picture") -> None:
+    live.start(scene, settings, show, SIZE, moving=False)
+    while not live.done:
+        live.sample()
+
+
+@pytest.mark.parametrize("samples", [4, 37, 64, 600])
+def test_a_still_picture_knows_its_error_as_that_of_render_does(live: Live, renderer: Renderer, samples: int) -> None:
+    settings = Settings(samples=samples)
+    image = renderer.render(scenes.assignment(), SIZE, settings)
+    assert image.estimate and image.estimate.rmse
+    with renderer.context:
+        refined(live, scenes.assignment(), settings)
+        estimate = live.estimate()
+    assert estimate and estimate.rmse == live.rmse() == pytest.approx(image.estimate.rmse, rel=1e-4)
+    # How far apart a pixel's samples lie is told by all of them here, by the last 256 there.
+    rel = 1e-2 if samples > SUMMED else 1e-4
+    assert estimate.worst == pytest.approx(image.estimate.worst, rel=rel) and estimate.samples == samples
+
+
+def test_a_still_picture_stops_at_the_error_or_time_that_is_asked_for(live: Live, renderer: Renderer) -> None:
+    scene, asked = scenes.assignment(), Settings(samples=4096, max_error=0.002)
+    truth = renderer.render(scene, SIZE, Settings(samples=1024, sequence="r2")).radiance
+    with renderer.context:
+        refined(live, scene, asked)
+        assert 8 <= live.samples <= 128 and (live.rmse() or 1.0) < 0.002
+        assert np.sqrt(np.mean((live.image({}).radiance - truth) ** 2)) < 0.002
+        refined(live, scene, msgspec.structs.replace(asked, max_error=1e-9, time=0.1))
+        assert 1 <= live.samples < 4096  # as many as a busy machine allows
+        refined(live, scene, msgspec.structs.replace(asked, max_error=1e-9, samples=64))
+        assert live.samples == 64
+
+
+def test_a_picture_that_moves_or_shows_something_else_is_not_looked_at(renderer: Renderer) -> None:
+    live, settings, scene = Live(renderer, 1e-9), Settings(samples=16), scenes.assignment()
+    centers = renderer.render(scene, SIZE, Settings(), geometry=False).radiance
+    with renderer.context:
+        live.start(scene, settings, "picture", SIZE, moving=True)
+        live.sample()
+        assert live.moving and live.rmse() is None
+        np.testing.assert_array_equal(live.image({}).radiance, centers)
+        live.start(scene, settings, "picture", SIZE, moving=True)
+        assert live.moving and live.enlarged > 1
+        refined(live, scene, settings, "normal")
+        assert not live.moving and live.rmse() is None and live._error is None
+        refined(live, scene, settings)
+        assert live.rmse()
+        live.close()
+
+
+def test_a_mistake_in_the_shader_that_finds_the_error_leaves_the_picture(renderer: Renderer, shaders: Path) -> None:
+    own, settings = Renderer(renderer.context), Settings(samples=8)
+    live, file = Live(own, 1e9), shaders / "movement.frag"
+    good = file.read_text()
+    file.write_text(good.replace("vec3 moved =", "vec2 moved ="))
+    with renderer.context:
+        live.start(scenes.assignment(), settings, "picture", SIZE, moving=False)
+        with pytest.raises(rt.ShaderError, match=r"movement\.frag:\d+"):
+            live.sample()
+        while not live.done:
+            live.sample()
+        assert live.samples == 8 and live.rmse() is None
+        file.write_text(good)
+        live.reread()
+        refined(live, scenes.assignment(), settings)
+        assert live.rmse() is not None
+        live.close()
+
+
+@pytest.mark.parametrize("shadows", ["off", "hard", "diluted", "soft"])
+def test_the_refined_picture_is_that_of_render(live: Live, renderer: Renderer, shadows: str) -> None:
+    settings = Settings(samples=16, shadows=shadows)  # pyright: ignore[reportArgumentType]
+    scene = scenes.under_spheres(scenes.assignment(), 0.5)
+    image = renderer.render(scene, SIZE, settings)
+    assert np.abs(drawn(live, renderer, scene, settings) - image.srgb8()).max() <= 1
+    with renderer.context:
+        assert np.array_equal(live.image({}).radiance, image.radiance)
+
+
+def test_normals_depth_and_materials_are_shown_as_stated(live: Live, renderer: Renderer) -> None:
+    scene = scenes.assignment()
+    image = renderer.render(scene, SIZE, ONE)
+    assert image.normal is not None and image.depth is not None and image.material is not None
+    hit = image.material >= 0
+
+    normals = np.where(hit[..., None], 0.5 + 0.5 * image.normal, 0.0) * 255
+    assert np.abs(drawn(live, renderer, scene, ONE, "normal") - normals).max() <= 1
+
+    focus = np.linalg.norm(np.subtract(scene.camera.position, scene.camera.look_at))
+    depth = 255 / (1 + image.depth / focus)
+    assert np.abs(drawn(live, renderer, scene, ONE, "depth") - depth[..., None]).max() <= 1
+
+    materials = drawn(live, renderer, scene, ONE, "material")
+    colors = [np.unique(materials[image.material == i], axis=0) for i in range(-1, 4)]
+    assert [len(color) for color in colors] == [1] * 5, "one colour each"
+    distances = [np.abs(a[0] - b[0]).max() for i, a in enumerate(colors) for b in colors[:i]]
+    assert min(distances) > 60, "colours that can be told apart"
+
+
+def test_moving_lights_and_the_camera_compiles_nothing_and_reads_no_file(
+    live: Live, renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = scenes.assignment()
+    drawn(live, renderer, scene, ONE)
+
+    def never(*_: object) -> None:
+        raise AssertionError("a program was looked for")
+
+    monkeypatch.setattr(renderer, "program", never)
+    for angle in (0.1, 0.2, 0.3):
+        moved = turn_camera(turn_light(scene, 0, angle, angle), angle, 0.0)
+        picture = drawn(live, renderer, moved, ONE)
+        monkeypatch.undo()
+        assert np.abs(picture - renderer.render(moved, SIZE, ONE).srgb8()).max() <= 1
+        monkeypatch.setattr(renderer, "program", never)
+
+
+def changed(scene: rt.Scene) -> Iterator[rt.Scene]:
+    """`scene` with all of its numbers changed, one kind after the other."""
+
+    def with_leaves_of(change: Callable[[Primitive], Solid]) -> rt.Scene:
+        objects = [with_leaves(solid, change) for solid in scene.solids()]
+        return msgspec.structs.replace(scene, objects=objects, materials=())
+
+    def moved(leaf: Primitive) -> Solid:
+        if isinstance(leaf, rt.Sphere):
+            return rt.Sphere(add(leaf.center, (0.1, -0.2, 0.3)), leaf.radius, leaf.material)
+        return rt.Plane(add(leaf.normal, (0.1, 0, 0.2)), leaf.offset - 0.5, leaf.material)
+
+    def scaled(leaf: Primitive) -> Solid:
+        return msgspec.structs.replace(leaf, radius=1.1 * leaf.radius) if isinstance(leaf, rt.Sphere) else leaf
+
+    def painted(leaf: Primitive) -> Solid:
+        kd = (0.2, 0.7 - leaf.material.kd[0], 0.1)
+        material = leaf.material.replace(ka=(0.1, 0, 0), kd=kd, ks=(0.9, 0.1, 0), h=7.5)
+        return msgspec.structs.replace(leaf, material=material)
+
+    for change in (moved, scaled, painted):
+        scene = with_leaves_of(change)
+        yield scene
+    for change in (
+        {"lights": [rt.PointLight((-4, 5, 3), (0.2, 0.9, 0.4)) for _ in scene.lights]},
+        {"camera": rt.Camera((1, 0.4, -6), (0, 1, 0), (0.1, 1, 0), 80)},
+        {"background": (0.1, 0.2, 0), "ambient": (0.5, 3, 1)},
+        {"lights": [rt.PointLight((0, -5, 0)) for _ in scene.lights]},
+        {"camera": rt.Camera((0, 2, 1), (0, -1, -9), vertical_fov=2)},
+    ):
+        scene = msgspec.structs.replace(scene, **change)
+        yield scene
+
+
+@pytest.mark.parametrize("evaluator", ["cells", "walk"])
+def test_moving_and_recoloring_anything_compiles_nothing(renderer: Renderer, evaluator: Evaluator) -> None:
+    settings = Settings(evaluator=evaluator)
+    scene = scenes.assignment()
+    own = Renderer(renderer.context)
+    live = Live(own, 1e9)
+    drawn(live, own, scene, settings)
+    own.render(scene, SIZE, settings)
+    before = dict(own._programs)
+    for k, other in enumerate(changed(scene)):
+        picture = drawn(live, own, other, settings)
+        assert np.abs(picture - own.render(other, SIZE, settings).srgb8()).max() <= 1
+        assert own._programs == before, k
+        own.render(other, (SIZE[0] + 16 * k, 33), settings)
+        assert own._programs == before, "nor does another size"
+    with renderer.context:
+        live.close()
+        own.forget(())
+
+
+def test_enlarged_pixels_show_a_smaller_picture_and_a_resize_a_larger_one(renderer: Renderer) -> None:
+    scene = scenes.assignment()
+    live = Live(renderer, budget=1e-9)
+    with renderer.context:
+        live.start(scene, ONE, "picture", SIZE, moving=True)
+        assert live.enlarged == 1, "no sample's time is known yet"
+        live.sample()
+    for size, moving, small in (
+        ((160, 90), True, (10, 6)),
+        ((161, 97), True, (11, 7)),
+        ((320, 180), False, (320, 180)),
+    ):
+        with renderer.context:
+            live.start(scene, ONE, "picture", size, moving=moving)
+            live.sample()
+        enlarged = 16 if moving else 1
+        image = renderer.render(scene, small, ONE).srgb8().repeat(enlarged, 0).repeat(enlarged, 1)
+        found = shown(live, renderer)
+        assert found.shape == (size[1], size[0], 3) and live.enlarged == enlarged
+        assert np.abs(found - image[-size[1] :, : size[0]]).max() <= 1, "pixels are counted from the lower left"
+    with renderer.context:
+        for enlarged in (16, 1):  # how long other settings take is not known
+            live.start(scene, Settings(shadows="off"), "picture", SIZE, moving=True)
+            assert live.enlarged == enlarged
+        live.close()
+
+
+def test_the_marker_is_drawn_at_the_lights_place_and_nowhere_else(live: Live, renderer: Renderer) -> None:
+    scene = scenes.assignment()
+    plain = drawn(live, renderer, scene, ONE)
+    light = rt.PointLight((0.5, 2.5, 1.0), (9.0, 0.0, 0.0))
+    x, y, in_view = in_picture(scene.camera, light.position, SIZE, MARKER_RADIUS)
+    assert in_view
+    marked = shown(live, renderer, light)
+    rows, columns = np.nonzero((marked != plain).any(axis=2))
+    assert np.hypot(columns + 0.5 - x, SIZE[1] - rows - 0.5 - y).max() <= MARKER_RADIUS
+    assert tuple(marked[SIZE[1] - 1 - int(y), int(x)]) == (255, 0, 0), "in the light's colour"
+
+
+def test_a_place_in_the_picture_is_where_the_camera_ray_of_that_pixel_goes() -> None:
+    camera = scenes.assignment().camera
+    right, up, forward = np.array(camera.axes())
+    scale = 2 * np.tan(np.radians(camera.vertical_fov) / 2) / 90
+    for x, y in ((80.0, 45.0), (20.5, 70.25), (150.0, 9.0)):
+        point = camera.position + 7.0 * (forward + scale * ((x - 80) * right + (y - 45) * up))
+        assert in_picture(camera, tuple(point), SIZE, 8.0) == (pytest.approx(x), pytest.approx(y), True)
+    rightmost, top = (152, 45), (80, 82)
+    sides = [(right, rightmost), (-right, (8, 45)), (up, top), (right - forward, rightmost), (0.01 * up - forward, top)]
+    for side, place in sides:
+        x, y, in_view = in_picture(camera, tuple(camera.position + 3 * side), SIZE, 8.0)
+        assert (x, y) == pytest.approx(place) and not in_view
+    assert in_picture(camera, camera.position, SIZE, 8.0) == (80.0, 82.0, False)
+
+
+# What is wrong, and what the message says. GLSL takes the second and third, but the host does not.
+MISTAKES = [
+    ("lighting.glsl", "I += m.ka * ambient;", "I += m.kb * ambient;", r"lighting\.glsl:\d+"),
+    ("draw.glsl", "real pixelScale;    // ", "int pixelScale;  // ", r"uniform draw\.pixelScale"),
+    ("present.frag", "uniform int enlarged;", "uniform ivec2 enlarged;", "uniform enlarged"),
+    ("show_depth.frag", "// The distance", "// Die L\xe4nge", "show_depth.frag:1: .*UTF-8"),
+    ("camera.glsl", "real2(2.0 * (", "real2(2.0 * nothing * (", r"camera\.glsl:\d+"),
+]
+
+
+@pytest.mark.parametrize(("name", "old", "new", "says"), MISTAKES)
+def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
+    renderer: Renderer, shaders: Path, name: str, old: str, new: str, says: str
+) -> None:
+    scene = scenes.assignment()
+    show: Show = "depth" if "depth" in name else "picture"
+    own = Renderer(renderer.context)
+    live = Live(own, 1e9)
+    before = drawn(live, own, scene, ONE, show)
+    file = shaders / name
+    good = file.read_text()
+    assert old in good
+    file.write_text(good.replace(old, new), encoding="latin-1")
+    for _ in range(3):
+        live.reread()
+        with pytest.raises(rt.ShaderError, match=says), renderer.context:
+            live.start(scene, ONE, show, SIZE, moving=False)
+        assert np.array_equal(drawn(live, own, scene, ONE, show), before), "it goes on with the programs there are"
+    file.write_text(good)
+    live.reread()
+    assert np.array_equal(drawn(live, own, scene, ONE, show), before)
+    # What is shown on the screen has three, a picture of cells four, one of the depth two.
+    assert len(own._programs) == 3 + (4 if show == "picture" else 2), "those of the mistakes are released"
+    with renderer.context:
+        live.close()
+
+
+def test_a_changed_shader_is_taken_when_told_and_not_before(live: Live, renderer: Renderer, shaders: Path) -> None:
+    before = drawn(live, renderer, scenes.assignment(), ONE)
+    file = shaders / "lighting.glsl"
+    file.write_text(file.read_text().replace("I += m.ka * ambient;", "I += vec3(0.5);"))
+    assert np.array_equal(drawn(live, renderer, scenes.assignment(), ONE), before)
+    live.reread()
+    assert not np.array_equal(drawn(live, renderer, scenes.assignment(), ONE), before)
+
+
+def test_toggling_between_two_shadings_compiles_each_once(renderer: Renderer) -> None:
+    own = Renderer(renderer.context)
+    live = Live(own, 1e9)
+    counts = []
+    for shading in (None, "ggx", None, "ggx", "mirror", "ggx", "mirror"):
+        drawn(live, own, scenes.assignment(), Settings(shading=shading))
+        counts.append(len(own._programs))
+    assert counts[0] < counts[1] == counts[2] == counts[3] < counts[4] == counts[5] == counts[6]
+    with renderer.context:
+        live.close()
+
+
+def test_a_window_larger_than_the_driver_draws_is_refused(live: Live, renderer: Renderer) -> None:
+    with pytest.raises(rt.InputError, match="size: expected a window of at most"), renderer.context:
+        live.start(scenes.assignment(), ONE, "picture", (renderer.limits.target + 1, 8), moving=False)
+
+
+def test_pixels_are_enlarged_as_far_as_the_budget_of_a_sample_wants() -> None:
+    pace = Pace(0.033)
+    assert pace.enlarged(921_600) == 1, "nothing known yet"
+    pace.add(9.0)  # a compiler's time
+    pace.add(0.1 / 921_600)
+    assert pace.enlarged(921_600) == 2 and pace.enlarged(921_600 // 4) == 1
+    pace.add(1000.0)  # another process's
+    assert pace.enlarged(921_600) == 2
+    for _ in range(5):
+        pace.add(1000.0)
+    assert pace.enlarged(921_600) == 16, "a scene that has become slow"
+
+
+def test_radiance_above_1_is_shown_as_1(live: Live, renderer: Renderer) -> None:
+    bright = msgspec.structs.replace(scenes.assignment(), ambient=(1e12, 1e12, 0.0), background=(0, 0, 1e12))
+    picture = drawn(live, renderer, bright, ONE)
+    assert picture[0, 0].tolist() == [0, 0, 255] and picture[-1, 0, :2].tolist() == [255, 255]
+
+
+def test_moved_lights_materials_and_cameras_reach_the_picture_one_by_one(live: Live, renderer: Renderer) -> None:
+    scene = scenes.assignment()
+    green = rt.Sphere((0, 2, 0), 1.5, rt.Material(kd=(0, 1, 0)))
+    changes: list[dict[str, object]] = [
+        {"lights": [rt.PointLight((-4, 7, 4))]}, {"camera": rt.Camera((1, 3, 6), (0, 2, 0))}, {"ambient": (2, 2, 2)},
+        {"objects": [green]}, {"objects": [rt.Sphere((0, 2, 0), 1.0, green.material)]},
+        {"objects": [rt.Sphere((0, 2, 0), 1.0, rt.Material(kd=(1, 0, 0)))]},
+        {"lights": [rt.PointLight((-4, 7, 4)), rt.PointLight((4, 7, 4))]}, {"lights": []},
+    ]  # fmt: skip
+    for change in changes:
+        scene = msgspec.structs.replace(scene, **change)
+        assert np.abs(drawn(live, renderer, scene, ONE) - renderer.render(scene, SIZE, ONE).srgb8()).max() <= 1

@@ -1,0 +1,128 @@
+"""Scenes whose pictures may well be other ones than meant: a warning of each, and none of all that is published."""
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+import raytracer as rt
+from raytracer.app.cli import main
+from raytracer.formats.material_library import collections, published, tables
+from raytracer.formats.scene_file import examples
+from raytracer.scene.materials.models import MODELS
+from raytracer.scene.settings import scene_warnings
+from tests import scenes
+
+
+@pytest.fixture
+def bright(tmp_path: Path) -> Path:
+    """The assignment with a red of 0 to 255."""
+    file = tmp_path / "bright.toml"
+    text = scenes.ASSIGNMENT.read_text()
+    file.write_text(text.replace("kd = [0.64, 0.08, 0.08]", "kd = [178, 25, 25]"))
+    return file
+
+
+@pytest.mark.gl
+def test_a_material_that_reflects_more_than_all_light_is_named_once_with_its_parameters(
+    bright: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        rt.render(rt.load(bright), (8, 8))
+    assert [str(warning.message).partition(":")[0] for warning in caught] == ["material 'red'"]
+    assert "kd = 178" in str(caught[0].message) and caught[0].filename == __file__
+    assert main(["render", str(bright), "-o", str(tmp_path / "a.png"), "--size", "8x8"]) == 0
+    errors = capsys.readouterr().err
+    assert errors.startswith(f"raytracer: warning: {bright}: material 'red': kd = 178: ") and errors.count("\n") == 1
+
+
+def test_a_share_just_above_1_is_shown_by_all_its_digits() -> None:
+    material = rt.Material(kd=1.0000001)
+    scene = rt.Scene([rt.Sphere((0, 0, 0), 1, material)], [], rt.Camera((0, 0, 5), (0, 0, 0)))
+    assert "kd = 1.0000001: above 1" in scene_warnings(scene, rt.Settings())[0]
+
+
+def test_light_and_indices_of_refraction_may_be_above_1_and_shares_of_light_may_not() -> None:
+    def warned(material: rt.Material) -> list[str]:
+        scene = rt.Scene([rt.Sphere((0, 0, 0), 1, material)], [rt.PointLight((0, 9, 0), (9, 9, 9))], camera)
+        return scene_warnings(scene, rt.Settings())
+
+    camera = scenes.assignment().camera
+    cases: tuple[dict[str, Any], ...] = {"kd": (0, 1.5, 0)}, {"ks": 2}, {"ka": 255}
+    for parameters in cases:
+        (warning,) = warned(rt.Material(**parameters))
+        assert next(iter(parameters)) in warning and "material 0" in warning
+    for material in (
+        rt.Material(kd=1, ks=1, ka=1, le=40),
+        rt.Material("ggx", fresnel="conductor", n=3, k=4),
+        rt.Material("minnaert", k=2),
+        rt.Material("lafortune", lobes=[rt.Lobe(-1, 1, 20, scale=3)]),
+        rt.Material("he", wavelength=2, sigma0=5),
+    ):
+        assert warned(material) == []
+
+
+def test_of_very_many_materials_the_first_few_are_named() -> None:
+    spheres = [rt.Sphere((i, 0, 0), 0.4, rt.Material(kd=2 + i, name=f"m{i}")) for i in range(40)]
+    told = scene_warnings(scenes.of(*spheres), rt.Settings())
+    assert len(told) == 6 and "'m4'" in told[4] and told[5].startswith("35 more materials")
+
+
+def test_soft_shadows_of_points_are_hard_and_say_so() -> None:
+    point = scenes.under_spheres(scenes.assignment(), 0.0)
+    (warning,) = scene_warnings(point, rt.Settings(shadows="soft"))
+    assert "no light has a radius" in warning
+    for scene, settings in (
+        (point, rt.Settings()),
+        (scenes.assignment(), rt.Settings(shadows="soft")),
+        (msgspec.structs.replace(point, lights=()), rt.Settings(shadows="soft")),
+    ):
+        assert scene_warnings(scene, settings) == []
+
+
+@pytest.mark.gl
+def test_a_reference_warns_as_a_picture_does_and_of_much_memory(
+    bright: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # The measure of distances is for 32 bits; the reference has 64.
+    far = rt.Scene([rt.Sphere((0, 0, 0), 1e-4), rt.Plane((0, 1, 0), -1e6)], [], rt.Camera((0, 0, 9), (0, 0, 0)))
+    monkeypatch.setattr("raytracer.core.memory._WORTH_MENTION", 1)
+    monkeypatch.setattr("raytracer.core.memory._SHARE", 0.0)
+    for scene, says in ((rt.load(bright), ["material 'red'", "this picture needs"]), (far, ["this picture needs"])):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            rt.reference(scene, (4, 4), samples=16, cache=False, workers=1)
+        assert all(str(each.message).startswith(text) for each, text in zip(caught, says, strict=True))
+        assert {each.filename for each in caught} == {__file__}
+    assert capsys.readouterr().err == ""
+    assert main(["render", "assignment", "-o", str(tmp_path / "a.png"), "--size", "4x4"]) == 0
+    assert "raytracer: warning: this picture needs 0.0 GiB of memory" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["render", "reference", "tune"])
+def test_every_command_that_draws_says_so(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "point.toml"
+    file.write_text(scenes.ASSIGNMENT.read_text().replace("radius = 0.4 ", ""))
+
+    def draw(*_: object, **__: object) -> None:
+        raise RuntimeError("enough")
+
+    monkeypatch.setattr("raytracer.rendering.renderer.Renderer.render", draw)
+    monkeypatch.setattr("raytracer.ground_truth.converged.truth", draw)
+    out = ["-o", str(tmp_path / "a.npz")] if command != "tune" else ["--max-error", "0.1"]
+    assert main([command, str(file), *out, "--size", "8x8", "--shadows", "soft"]) == 1
+    assert "no light has a radius" in capsys.readouterr().err
+
+
+def test_no_example_and_nothing_published_warns() -> None:
+    for name in examples():
+        assert scene_warnings(rt.load(name), rt.Settings(shadows="soft" if name != "many" else "hard")) == []
+    materials = [published(f"{collection}/{name}") for collection in collections() for name in tables(collection)]
+    defaults = [rt.Material(model) for model in MODELS if model != "merl"]
+    spheres = [rt.Sphere((i, 0, 0), 0.4, material) for i, material in enumerate([*materials, *defaults])]
+    assert len(materials) > 100 and scene_warnings(scenes.of(*spheres), rt.Settings()) == []
