@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 import msgspec
 
@@ -12,34 +12,10 @@ from raytracer.core.validation import InputError, Vec3, check_choice, number, se
 from raytracer.scene.instances import Instances
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS, REFLECTED
+from raytracer.scene.options import CompileOptions, Evaluator, Precision, SamplingOptions, Shading, Shadows
 from raytracer.scene.scene import PointLight, Scene
 from raytracer.scene.sequences import PROGRESSIVE, SEQUENCES, Sequence
 from raytracer.scene.solids import Solid, Sphere, leaves
-
-Shadows = Literal["off", "hard", "diluted", "soft"]
-# All models but those that need more than numbers.
-Shading = Literal[
-    "phong",
-    "blinn",
-    "lambert",
-    "minnaert",
-    "phong_normalized",
-    "blinn_normalized",
-    "strauss",
-    "lafortune",
-    "oren_nayar",
-    "eon",
-    "torrance_sparrow",
-    "cook_torrance",
-    "ggx",
-    "beckmann",
-    "split",
-    "diffuse_microfacet",
-    "he",
-    "mirror",
-]
-Evaluator = Literal["cells", "walk", "roth"]
-Precision = Literal[32, 64]
 
 MAX_SAMPLES = 65536
 # Where an error, a time or adaptive samples are asked for, unless a number of samples is, too: the error falls by less
@@ -110,6 +86,16 @@ class Settings(Record, frozen=True):
         if self.sequence not in PROGRESSIVE and math.isqrt(self.samples) ** 2 != self.samples:
             expected = f"a square number, such as 16, for the sequence {self.sequence}"
             raise InputError(f"expected {expected}, got {self.samples}", "samples")
+
+    @property
+    def compile_options(self) -> CompileOptions:
+        """The half that decides shaders and arrays."""
+        return CompileOptions(self.shading, self.shadows, self.evaluator, self.precision, self.bounces)
+
+    @property
+    def sampling(self) -> SamplingOptions:
+        """The half that decides samples."""
+        return SamplingOptions(self.samples, self.sequence, self.adaptive, self.max_error, self.time)
 
     @property
     def refines(self) -> bool:
