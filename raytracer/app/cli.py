@@ -15,7 +15,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from raytracer import __version__
 from raytracer.app.commands.render_cli import render, render_arguments, view, view_arguments
 from raytracer.app.options import add_backend, whole
 from raytracer.core.interrupts import STATUS
@@ -24,6 +23,7 @@ from raytracer.core.progress import progress_bar
 from raytracer.core.suggest import did_you_mean
 from raytracer.core.terminal import complain, drop_output, tolerant_output
 from raytracer.core.validation import InputError, shown
+from raytracer.version import __version__
 
 _EXAMPLES = """\
 examples:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from raytracer.core.files import packaged, read_bounded
-from raytracer.core.record import made_public
+from raytracer.core.record import public
 from raytracer.core.suggest import did_you_mean, did_you_mean_file, known
 from raytracer.core.validation import InputError, check_choice, check_path, check_text, shown, within
 from raytracer.formats import csg_expression
@@ -65,7 +65,7 @@ def load(path: str | os.PathLike[str]) -> Scene:
     return _read_all(path)[0]
 
 
-@made_public
+@public
 class SceneFile(NamedTuple):
     """All that a scene file says, in the order in which `render` takes it: `rt.render(*rt.load_all("scene.toml"))`.
 

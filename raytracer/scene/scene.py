@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from types import UnionType
 from typing import Any, TypeVar
 
-from raytracer.core.record import Record
+from raytracer.core.record import Record, public
 from raytracer.core.validation import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -43,6 +43,7 @@ MIN_UP_ANGLE = 1e-8
 FALLOFFS = ("none", "inverse_square")
 
 
+@public
 class PointLight(Record, frozen=True, repr_omit_defaults=True):
     """A light at `position`: a point, or under soft shadows a sphere of `radius`, which nobody sees itself.
 
@@ -78,6 +79,7 @@ class PointLight(Record, frozen=True, repr_omit_defaults=True):
         return off <= ROUNDING * given
 
 
+@public
 class Camera(Record, frozen=True):
     """A pinhole camera. `vertical_fov` is in degrees, in (0, 180); `up` need not be a unit vector."""
 
@@ -117,6 +119,7 @@ class Camera(Record, frozen=True):
         return right, cross(right, forward), forward
 
 
+@public
 class Scene(Record, frozen=True):
     """Solids, lights and a camera.
 
