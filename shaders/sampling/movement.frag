@@ -1,0 +1,29 @@
+// How far the means of a block's pixels moved between two numbers of samples, and how far apart their samples lie:
+// what the error is estimated from. A pixel here is a block of BLOCK x BLOCK pixels there; raytracer/estimate.py says
+// what is made of it.
+
+#include "sampling/sums.glsl"
+
+uniform sampler2D earlierSum;  // the sums of all samples there were before
+uniform float earlier;         // how many samples they are of
+uniform float summed;          // how many radianceSum is of
+uniform float samples;         // how many there are now
+uniform ivec2 drawn;           // width and height of what is drawn of radianceSum
+
+out vec4 found;  // of the block's pixels: sums of |movement|^2 and of the samples' variance, the largest variance, 0
+
+void main() {
+    ivec2 corner = BLOCK * ivec2(gl_FragCoord.xy);
+    vec3 all = vec3(0.0);
+    for (int y = 0; y < BLOCK; ++y) {
+        for (int x = 0; x < BLOCK; ++x) {
+            ivec2 pixel = corner + ivec2(x, y);
+            if (any(greaterThanEqual(pixel, drawn))) continue;
+            vec4 sum = texelFetch(radianceSum, pixel, 0);
+            vec3 moved = sumOfAll(pixel) / samples - texelFetch(earlierSum, pixel, 0).rgb / earlier;
+            float variance = max(sum.a - dot(sum.rgb, sum.rgb) / summed, 0.0) / (summed - 1.0);
+            all = vec3(all.xy + vec2(dot(moved, moved), variance), max(all.z, variance));
+        }
+    }
+    found = vec4(all, 0.0);
+}
