@@ -207,6 +207,16 @@ def test_a_compilers_error_names_the_file_and_line(renderer: Renderer, mistake: 
         renderer.program(broken)
 
 
+SHADERS = sorted(path for path in shaders_folder().rglob("*") if path.suffix in (".glsl", ".frag", ".vert"))
+
+
 def test_every_shader_file_says_first_what_it_provides() -> None:
-    for path in shaders_folder().rglob("*.glsl"):
-        assert path.read_text().startswith("// Provides "), path
+    for path in SHADERS:
+        first, second = path.read_text().splitlines()[:2]
+        assert re.match(r"// [A-Z].*\.$", first) and len(first) <= 120, path
+        assert second.startswith("// Provides ") or path.suffix != ".glsl", path
+
+
+def test_no_two_shader_files_have_the_same_name() -> None:
+    """Comments name a file without its folder."""
+    assert len({path.name for path in SHADERS}) == len(SHADERS)

@@ -1,5 +1,6 @@
-// Provides meetChain(): where a ray meets an object whose program (program.glsl) is a chain, a conjunction or a
-// disjunction of leaves. Most programs are: a solid less many others, or a tree of which a cell sees one branch.
+// The intersection of a ray with a chain: a program that is one conjunction or one disjunction of leaves.
+// Provides meetChain(). Most programs (program.glsl) are chains: a solid minus many others, or a tree of which a cell
+// sees one branch.
 //
 // A disjunction begins and ends where the conjunction of its leaves' complements ends and begins: so all are
 // conjunctions here. One is entered, from outside, where the last of its leaves becomes True; so a ray that some

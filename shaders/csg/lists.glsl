@@ -1,5 +1,6 @@
+// The candidate lists of cells: for each cell, the objects that its rays may meet.
 // Provides endsAt(), listAt(), ballAt(), struct Item, itemAt(), surfaceOf(), struct Nearest, nearer(), meets(),
-// cubeCell(): what the generated walk through the list of a cell is made of. raytracer/lists.py says what a list holds.
+// cubeCell(), for the generated loop over a list. raytracer/lists.py says what a list holds.
 //
 // A ray from the camera through a cell of the picture, or one to a light from a cell of the cube around it,
 // can meet only what that cell lists.
@@ -8,8 +9,8 @@
 #include "geometry/surfaces.glsl"
 
 uniform isamplerBuffer lists;  // the entries of all cells' lists
-uniform isamplerBuffer ends;   // where the list of each cell of each light begins and ends; then how long rays to each may be
-uniform samplerBuffer items;   // 4 texels for each object of a kind: see ballAt() and itemAt()
+uniform isamplerBuffer ends;   // where the list of each cell of each light begins and ends; then its longest ray
+uniform samplerBuffer items;   // 4 texels for each object of a common shape: see ballAt() and itemAt()
 
 flat in int grid;              // cells of a side of each face of the cube around a light
 
@@ -25,7 +26,7 @@ vec4 itemsAt(int i) {
     return texelFetch(items, i);
 }
 
-// The ball around an object of a kind.
+// The ball around an object of a common shape.
 vec4 ballAt(int item) {
     return itemsAt(4 * item);
 }

@@ -1,5 +1,6 @@
-// Provides leafRoots(), mayMeet(), leafHolds(), leafOwner(), joinedHolds(), joinedOwner(): what the generated machine
-// for programs, and chain.glsl, are made of. raytracer/prune.py says what the codes mean:
+// The parts of the stack machine for programs: CSG trees reduced to the leaves that one cell may meet.
+// Provides leafRoots(), mayMeet(), leafHolds(), leafOwner(), joinedHolds(), joinedOwner(), for the generated machine
+// and for chain.glsl. raytracer/prune.py says what the codes mean:
 // leaf << 5 | swapped << 4 | negated << 3 | operation.
 //
 // One machine finds how long the tree's value at a distance holds (walk.glsl). The other finds whose surface

@@ -1,6 +1,6 @@
-// Provides struct Hit, struct Roth, raySphere(), rayPlane(), unionCSG(), intersectionCSG(),
-// complementCSG(), differenceCSG(), firstHit(): constructive solid geometry by Roth diagrams
-// (Roth, "Ray casting for modeling solids", 1982), in the words of the course assignment.
+// Constructive solid geometry by hit lists (Roth diagrams), in the words of the course assignment.
+// Provides struct Hit, struct Roth, raySphere(), rayPlane(), unionCSG(), intersectionCSG(), complementCSG(),
+// differenceCSG(), firstHit(). (Roth, "Ray casting for modeling solids", 1982.)
 //
 // A Roth diagram is the list of a ray's crossings with a solid, along the whole line and not
 // just ahead of ro, in order of t, strictly increasing. The ray is inside the solid from hit 0
@@ -12,7 +12,7 @@
 //     complement    ======]-------[========]---[======
 //
 // That is what makes the filters right with the camera inside a solid, with an empty operand and
-// with complements of complements. Readable rather than fast; walk.glsl's header says what is faster.
+// with complements of complements. The lists are readable rather than fast; walk.glsl describes the faster way.
 
 #include "geometry/ray.glsl"
 #include "geometry/sphere.glsl"

@@ -1,12 +1,12 @@
-// Provides holds(), isInside(), isBefore(): what the generated walk along a ray is made of.
+// The parts of the CSG walk along a ray, from root to root, which keeps no hit lists.
+// Provides holds(), isInside(), isBefore(), for the generated walk of all evaluators but roth.
 //
-// The evaluators but for roth carry no hit lists. Just after the distance t a ray is in a solid or not,
-// and that holds on for a while: holds() says both in one number, the distance until which it surely
-// holds, positive inside and negative outside. So the operators are those of signed distances:
+// Just after the distance t the ray is inside a solid or outside, and it stays so for a while. holds() gives both
+// in one number: the distance until which the state surely holds, positive inside and negative outside. So the
+// operators are those of signed distances:
 //     A & B: min(a, b)        A | B: max(a, b)        not A: -a
-// Outside both, an intersection holds until the later one; inside one, a union holds until that
-// one's end; and so on. The walk goes on from there until the sign changes: there, and only there, is a
-// surface. All roots at the same t are crossed at once, so coincident faces are one face or none.
+// Outside both operands, an intersection holds until the later of the two distances; inside one, a union holds
+// until that one ends; and so on. The walk goes on from there until the sign changes: there, and only there, is a
 
 #include "geometry/ray.glsl"
 

@@ -1,20 +1,20 @@
-// Provides cameraRay(), cameraSlope(): the ray through this fragment's sample point, from the
-// origin along -z.
+// The camera ray through this fragment's sample point, from the origin along -z.
+// Provides cameraRay(), cameraSlope().
 //
 // The direction goes through ((2 (x + sx) / W - 1) tan(fov/2) W/H, (1 - 2 (y + sy) / H) tan(fov/2), -1)
 // for pixel (x, y) from the top left and sample point (sx, sy) in it.
 //
-// All pixels have the same samples but for their digits, of which each pixel exchanges others (Kollig and Keller 2002,
-// "Efficient multidimensional sampling", by random digits). That leaves them as evenly spread. But what is off
-// along an edge is then off this way here and that way there, and not by the same all along it: a mean over
-// pixels says how large it is.
+// All pixels share one sequence of sample points, but each pixel flips other binary digits of them (Kollig and Keller
+// 2002, "Efficient multidimensional sampling", random digits). The points stay as evenly spread. The error along an
+// edge, however, then changes its sign from pixel to pixel instead of being the same all along the edge. So a mean
+// over pixels says how large the error is.
 
 #include "geometry/ray.glsl"
 
 flat in vec2 resolution;    // W, H of the whole picture in pixels
 flat in vec2 tileOrigin;    // the lower left pixel of the tile being drawn
 flat in vec2 samplePlace;   // from the pixel's upper left corner, in 2^-24 of the pixel
-flat in real scatter;       // which of these digits are exchanged: all, -1, or none, 0
+flat in real scatter;       // which of these digits are flipped: all, -1, or none, 0
 flat in real pixelScale;    // tan(fov/2) / H
 
 // The pixel's centre from the picture's, in half pixels: whole numbers, so exact.
@@ -22,7 +22,7 @@ real2 halfPixels() {
     return real2(2.0 * (gl_FragCoord.xy + tileOrigin) - resolution);
 }
 
-// Which digits a pixel exchanges: those of a lattice, so that in each direction one pixel after another comes to them
+// Which digits a pixel flips: those of a lattice, so that in each direction one pixel after another comes to them
 // evenly. Along x and y its steps are 2^32 times Roberts's 2018 for x; times a number for y with which each step, and the
 // sum and the difference of both, is as far from simple fractions (of 200,000 random numbers the best).
 uvec2 pixelDigits() {

@@ -1,5 +1,5 @@
-// Provides hitSurface(), isPlane(), pointAt(): the surface and the point that a ray hits, by its `mat` (surfaces.glsl),
-// which is not 0.
+// The surface, the point and the normal of a hit.
+// Provides hitSurface(), isPlane(), pointAt(). They take the hit's `mat` (surfaces.glsl), which must not be 0.
 //
 // Needs what terms.glsl needs. Where the host knows that rays meet only one surface, it defines ONLY as what that
 // is called, and where it knows that they meet no sphere, NO_SPHERES.

@@ -1,4 +1,5 @@
-// Provides planeSpan(), planeEnds(): where a ray is inside a solid half-space dot(normal, x) <= offset.
+// The intersection of a ray with a half-space dot(normal, x) <= offset, and its error bound.
+// Provides planeSpan(), planeEnds().
 //
 // A plane is (normal, offset), the normal unit; slope is dot(normal, ray.rd), which the caller may
 // know to more bits than that sum gives (terms.glsl). Returns (t0, t1) along the ray's whole line,

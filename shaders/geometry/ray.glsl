@@ -1,3 +1,4 @@
+// Rays, and the surfaces that their ends are known to lie on.
 // Provides INF, struct Contact, struct Ray.
 //
 // All of shaders/ works in view space: the camera is at the origin, +x right, +y up, looking

@@ -1,5 +1,5 @@
-// Provides sphereSpan(), sphereEnds(), sphereNormal(), sphereTermsOf(): where a ray is inside a ball,
-// and the normals there.
+// The intersection of a ray with a sphere: both roots, their error bounds, and the normals there.
+// Provides sphereSpan(), sphereEnds(), sphereNormal(), sphereTermsOf().
 //
 // A sphere is (center, radius). `terms` are the two numbers that may cancel:
 //   .x  along, dot(center - ro, rd): how far along the ray its point nearest to the centre is;

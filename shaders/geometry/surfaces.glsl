@@ -1,9 +1,10 @@
-// Provides struct Surface, surfaceOf(), firstPlane, indexOf(): the scene's primitives, in view space.
+// The scene's primitives, spheres and planes, in view space.
+// Provides struct Surface, surfaceOf(), firstPlane, indexOf().
 //
-// A surface's index counts the spheres first, then the planes; firstPlane is how many spheres there are.
+// A surface's index counts the spheres first, then the planes; firstPlane is the number of spheres.
 // The host defines HAS_SPHERES and HAS_PLANES if there are any, and SPHERES and SURFACES, how many there are
-// of one and both; or LISTED if they are so many that a text does not depend on their number. Those few that a
-// text names itself it has from the vertex shader (draw.glsl).
+// of one and both. For large scenes it defines LISTED instead: the text then does not depend on their number. The few
+// surfaces that a text names itself come from the vertex shader (draw.glsl).
 //
 // A hit says which surface it is on in one number, `mat`: the surface's index + 1, negative where the ray
 // comes out of the primitive; 0 for no surface. So the hit's root is known again without comparing distances.

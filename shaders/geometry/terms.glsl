@@ -1,6 +1,7 @@
-// Provides sphereTerms(), planeSlope(), sphereRoots(), planeRoots(), sameAs(): the roots of a ray with
-// the scene's surfaces, to as many bits as can be had. All camera rays start at one point, so the host
-// knows in float64 what cancels. Needs sphere.glsl if there are spheres, plane.glsl if there are planes.
+// The roots of a ray with the scene's surfaces, with the terms that would cancel taken from the host.
+// Provides sphereTerms(), planeSlope(), sphereRoots(), planeRoots(), sameAs().
+// All camera rays start at one point, so the host computes those terms in float64. Needs sphere.glsl if there are
+// spheres, plane.glsl if there are planes.
 
 #include "geometry/surfaces.glsl"
 #include "geometry/camera.glsl"

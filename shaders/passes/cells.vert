@@ -1,6 +1,7 @@
-// The squares of the picture, `side` pixels each, that are drawn: rectangles, an instance for each `run`, which is
-// the column and row of its first square, counted from the lower left, and how many it has in a row; or points of
-// one square each, because llvmpipe shades what lies along a rectangle's diagonal twice, once for each triangle.
+// The cells of the picture that one program draws, squares of `side` pixels.
+// They come as rectangles, an instance for each `run`: the column and row of its first square, counted from the lower
+// left, and the number of squares in a row. Or they come as points of one square each, because llvmpipe shades the
+// pixels along a rectangle's diagonal twice, once for each triangle.
 // If the host defines PROGRAMS, `list` is where the list of that cell begins and ends (lists.glsl).
 
 #include "passes/draw.glsl"

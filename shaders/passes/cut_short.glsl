@@ -1,7 +1,8 @@
-// Provides isCutShort(), CUT_SHORT: whether loops of this shader ended before they were done.
+// A check whether the driver ended loops of this shader too early.
+// Provides isCutShort(), CUT_SHORT.
 //
 // llvmpipe leaves every loop after its first round once a shader has gone through 65,535 rounds of all its loops,
-// for some pixels that are drawn together. It does so without a word, and the picture is wrong there.
+// for some pixels that are drawn together. It reports nothing, and the picture is wrong there.
 
 uniform int two;  // 2; the compiler does not know
 

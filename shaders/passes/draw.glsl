@@ -1,7 +1,8 @@
-// Provides struct Draw, draw, handOn(): what is the same in all of a draw, for the vertex shaders to hand on.
+// The constants of one draw, which the vertex shaders hand on to the fragment shaders.
+// Provides struct Draw, draw, handOn(), placeOf().
 //
-// Not uniforms of the fragment shaders: llvmpipe loads each number of those anew for every few pixels, some
-// 20 cycles each, a third of a simple picture's time. What a vertex shader hands on flat it keeps in registers.
+// They are not uniforms of the fragment shaders: llvmpipe loads each number of those anew for every few pixels, some
+// 20 cycles each, a third of a simple picture's time. It keeps in registers what a vertex shader hands on flat.
 
 #include "geometry/real.glsl"
 
@@ -11,14 +12,14 @@ struct Draw {
     vec4 viewport;      // its lower left pixel, width and height: a tile and a margin, as points with a centre
                         // beyond it are not drawn
     vec2 samplePlace;   // where in the pixel the sample lies, from its upper left corner, in 2^-24 of the pixel
-    real scatter;       // which digits of that are exchanged, for each pixel others (camera.glsl): all, -1, or none, 0.
+    real scatter;       // which digits of that are flipped, for each pixel others (camera.glsl): all, -1, or none, 0.
                         // Not an int: llvmpipe mixes up a double, the next one, that shares its slot with none.
     real pixelScale;    // tan(fov/2) / H
     vec3 ambient;
     vec3 background;
     int firstPlane;     // how many spheres there are (surfaces.glsl)
     int grid;           // cells of a side of a cube's face around a light (lists.glsl)
-    float depthScale;   // of distances, so that all of objects of kinds (raytracer/groups.py) are below 1
+    float depthScale;   // of distances, so that those of all objects of common shapes (raytracer/groups.py) are below 1
 #ifdef SPHERE_LIGHTS
     int sampleIndex;    // which of a pixel's samples is drawn, from 0
 #endif

@@ -1,4 +1,4 @@
-// The light that reaches the camera where there is nothing to be seen.
+// The background, for cells in which no surface is visible.
 
 flat in vec3 background;
 

@@ -1,5 +1,6 @@
-// A rectangle of the picture for each object of a kind, the smallest that holds all pixels that may see it: vertices
-// 4 i to 4 i + 3 are the corners of number i. Or points: vertex i is a square around it (see cells.vert).
+// The rectangles of the picture in which small objects of common shapes ("kinds") may be seen.
+// There is one for each object, the smallest that holds all pixels that may see it. Vertices 4 i to 4 i + 3 are the
+// corners of rectangle i. Or they come as points: vertex i is a square around rectangle i (see cells.vert).
 
 #include "passes/draw.glsl"
 #include "geometry/surfaces.glsl"

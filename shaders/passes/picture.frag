@@ -1,5 +1,5 @@
-// The light that reaches the camera, in one pass: visibility.frag and shade.frag in one, for what is
-// quickly found.
+// Both passes in one: the light that reaches the camera, for plane-only cells.
+// Such a cell sees nothing but half-spaces, and no other object casts a shadow there (raytracer/sight.py).
 
 #include "scene.glsl"
 #include "shading/lighting.glsl"

@@ -1,5 +1,5 @@
-// The light that reaches the camera from what each pixel sees; if the host defines OVER_PLANES, `surface` holds nothing
-// of the half-spaces, and the rest is nearer than they are.
+// Pass 2: the light that reaches the camera from the surface that each pixel sees.
+// If the host defines OVER_PLANES, `surface` leaves out half-spaces, and all surfaces in it are nearer than those.
 
 #include "scene.glsl"
 #include "shading/lighting.glsl"

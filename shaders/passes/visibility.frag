@@ -1,8 +1,8 @@
-// Which surface each pixel sees; if the host defines GEOMETRY, its distance and normal too.
+// Pass 1: the surface that each pixel sees; if the host defines GEOMETRY, its distance and normal too.
 //
-// Objects of kinds are drawn over all others, one by one: the host defines KINDS for that draw, of kinds.vert. It
-// defines OTHERS for the one before if that is not quickly done again. The depth test finds the nearest, and of several
-// at one distance the first that is drawn, which is in the scene's order.
+// Small objects of common shapes ("kinds") are drawn over all other objects, one by one. The host defines KINDS for
+// that draw, which uses kinds.vert. It defines OTHERS for the draw before, unless that is cheap to repeat. The depth
+// test finds the nearest object; of several at one distance it takes the first that is drawn, in the scene's order.
 
 #include "scene.glsl"
 #ifdef MANY_ROUNDS

@@ -1,7 +1,7 @@
-// How far off the means of the samples of a block of BLOCK x BLOCK pixels may be: the largest of its pixels'
-// estimated standard errors, linear radiance. A pixel here is a block there. With an APRON, of pixels around
-// the block, it is at least what an edge may make that goes unseen between samples. raytracer/adaptive.py says
-// what both mean.
+// The largest standard error of the means of a block's pixels, for adaptive sampling.
+// A fragment is a block of BLOCK x BLOCK pixels; errors are in linear radiance. With an APRON of pixels around the
+// block, the result is at least the error that an edge may cause if no sample hits it. raytracer/adaptive.py explains
+// both.
 
 uniform sampler2D radianceSum;  // sums of samples, and in a of their squared lengths
 uniform float summed;           // how many samples they are of

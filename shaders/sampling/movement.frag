@@ -1,6 +1,5 @@
-// How far the means of a block's pixels moved between two numbers of samples, and how far apart their samples lie:
-// what the error is estimated from. A pixel here is a block of BLOCK x BLOCK pixels there; raytracer/estimate.py says
-// what is made of it.
+// The movement of a block's means between two numbers of samples, and the variance of its samples.
+// A fragment is a block of BLOCK x BLOCK pixels. raytracer/estimate.py estimates the picture's error from both.
 
 #include "sampling/sums.glsl"
 

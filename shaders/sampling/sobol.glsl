@@ -1,4 +1,5 @@
-// Provides sobolPoint(): a pixel's points for one of its lights, in [0, 1)^2, one for each pass.
+// Sample points on sphere lights: scrambled Sobol' points, different ones for each pixel and light.
+// Provides sobolPoint(): a point in [0, 1)^2 for each sample.
 //
 // They are Sobol' points (1967, the first two dimensions, a (0, 2)-sequence in base 2) with Owen's nested scrambling,
 // and in an order shuffled the same way, as Burley 2020 does both by hashing, "Practical hash-based Owen scrambling".

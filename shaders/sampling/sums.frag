@@ -1,4 +1,4 @@
-// The sums of all samples so far, to be kept.
+// The sum of all samples of each pixel, as a copy that the next error estimate compares with.
 
 #include "sampling/sums.glsl"
 

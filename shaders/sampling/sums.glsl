@@ -1,5 +1,6 @@
-// Provides sumOfAll(): the sum of all samples of a pixel. If the host defines SUMMED_BEFORE, radianceSum is of those since
-// the last time that it was read, and summedBefore of those before.
+// The sum of all samples of a pixel.
+// Provides sumOfAll(). If the host defines SUMMED_BEFORE, radianceSum holds the samples since it was last read, and
+// summedBefore those before.
 
 uniform sampler2D radianceSum;  // sums of samples, and in a of their squared lengths
 #ifdef SUMMED_BEFORE

@@ -1,5 +1,6 @@
-// Provides irradiance(): what a light gives a surface that faces it, at a distance of its centre: I, or, where its falloff
-// is 1, I / distance^2. On a sphere light that is as much as inside it.
+// The irradiance of a surface that faces a light, with the light's falloff.
+// Provides irradiance(): I, or I / distance^2 if the falloff is 1. `distance` is the distance to the light's centre.
+// Inside a sphere light the irradiance is that on its sphere.
 
 #include "shading/light.glsl"
 

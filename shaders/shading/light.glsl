@@ -1,4 +1,6 @@
-// Provides lights[], in view space. If the host defines SPHERE_LIGHTS, some have a radius; if FALLOFF, some are attenuated.
+// The lights of the scene, in view space.
+// Provides struct Light, lights[]. If the host defines SPHERE_LIGHTS, some have a radius; if FALLOFF, some are
+// attenuated.
 
 #include "geometry/real.glsl"
 
@@ -19,8 +21,8 @@ layout(std140) uniform Lights {
     Light lights[LIGHTS];
 };
 
-// The vertex shader (draw.glsl) hands on the lights that a text names; but if the host defines FETCHED_LIGHTS, the driver
-// has no room for them there.
+// The vertex shader (draw.glsl) hands on the lights that a text names. If the driver has no room for them there, the
+// host defines FETCHED_LIGHTS.
 #if !defined(VERTEX) && LIGHTS <= 2
 #ifdef FETCHED_LIGHTS
 #define light0 lights[0]

@@ -1,5 +1,5 @@
-// Provides radianceAt(): the light that a surface sends back along a ray,
-// Le + ka Ia + sum over lights of S Il f cos(theta_i); with f cos(theta_i) = kd N.L + ks spec the lecture's formula.
+// The light that a surface sends back along a ray: Le + ka Ia + sum over lights of S Il f cos(theta_i).
+// Provides radianceAt(). With f cos(theta_i) = kd N.L + ks spec it is the lecture's formula.
 // Needs what the generated scene.glsl provides: reflected(), and shadow() if the host defines SHADOWS.
 
 #include "shading/material.glsl"

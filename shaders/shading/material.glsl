@@ -1,5 +1,6 @@
-// Provides hitMaterial(): how the surface that a ray hits reflects. struct Material and materialAt() are generated
-// (raytracer/reflectance.py), with just what the models in use need.
+// The material of the surface that a ray hits.
+// Provides hitMaterial(). struct Material and materialAt() are generated (raytracer/reflectance.py): they have the
+// parameters that the models in use need, and no others.
 
 #include "geometry/surfaces.glsl"
 #include "materials.glsl"

@@ -1,5 +1,5 @@
-// Provides radianceByMirrors(): the light along a ray that meets the surface `mat` (0: none), and in mirrors what these
-// reflect (Whitted 1980), up to BOUNCES of them in a row.
+// The light along a ray that mirrors reflect on, up to BOUNCES of them in a row (Whitted 1980).
+// Provides radianceByMirrors(), for a ray that meets the surface `mat` (0: none).
 // Needs what the generated scene.glsl provides: mirrored(), rayCSG().
 
 #include "shading/lighting.glsl"

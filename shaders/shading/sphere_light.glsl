@@ -1,4 +1,5 @@
-// Provides struct LightRay, lightRay(): a ray from a point P towards a point of a sphere light.
+// Rays towards a sphere light, for soft shadows.
+// Provides struct LightRay, lightRay(): a ray from a point P to a point of the light.
 //
 // Its direction is uniformly distributed over the solid angle in which the light is seen from P (Shirley, Wang and
 // Zimmerman 1996, "Monte Carlo techniques for direct lighting calculations"): a cone, or all directions where P is

@@ -1,5 +1,5 @@
-// The place of a light in the window: a disk of the light's colour in a ring, or only the ring where the
-// light itself is out of view. A white band between black ones is seen on every ground.
+// The marker of a light in the window: a disk of the light's colour in a ring.
+// If the light is out of view, only the ring is drawn. A white band between black ones is visible on every background.
 
 #include "window/srgb.glsl"
 

@@ -1,4 +1,5 @@
-// A picture of the host's, such as text, at its place in the window. Its alpha is not premultiplied.
+// A panel of text over the window's picture.
+// The host draws the text. Its alpha is not premultiplied.
 
 uniform sampler2D panel;
 uniform ivec2 corner;  // the window's pixel under the panel's lower left one

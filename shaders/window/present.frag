@@ -1,5 +1,5 @@
-// The picture as the window shows it: the mean of the samples, each pixel enlarged to a square of
-// `enlarged` pixels of the window, as sRGB.
+// The picture in the window: the mean of the samples, as sRGB.
+// Each pixel is enlarged to a square of `enlarged` pixels of the window.
 
 #include "window/srgb.glsl"
 

@@ -1,5 +1,6 @@
-// The distance t along the ray as grey 1 / (1 + t / focus): white at the camera, half as bright at the
-// distance of what the camera looks at, black for nothing. So it needs no range of its own.
+// The distance to the visible surface, as grey.
+// The grey is 1 / (1 + t / focus): white at the camera, half as bright at the distance of the point that the camera
+// looks at, black for nothing. So it needs no range of its own.
 
 #include "window/srgb.glsl"
 

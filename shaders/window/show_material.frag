@@ -1,4 +1,4 @@
-// Each material as a colour of its own; black for nothing.
+// The material of the visible surface, as a colour of its own; black for nothing.
 
 #include "shading/material.glsl"
 #include "window/srgb.glsl"

@@ -1,4 +1,5 @@
-// The unit normal in world space, as colour 0.5 + 0.5 N: x red, y green, z blue; black for nothing.
+// The normal of the visible surface, as a colour.
+// The colour is 0.5 + 0.5 N, N the unit normal in world space: x red, y green, z blue; black for nothing.
 
 #include "window/srgb.glsl"
 
