@@ -217,6 +217,14 @@ def test_every_shader_file_says_first_what_it_provides() -> None:
         assert second.startswith("// Provides ") or path.suffix != ".glsl", path
 
 
+def test_the_shaders_readme_has_every_file_with_its_first_line_and_no_other() -> None:
+    table = (shaders_folder() / "README.md").read_text().partition("## The files")[2]
+    rows = re.findall(r"^\| `([\w/.]+)` \| (.+) \|$", table, re.MULTILINE)
+    folder, marks = shaders_folder(), "// ."
+    files = [(p.relative_to(folder).as_posix(), p.read_text().splitlines()[0].strip(marks)) for p in SHADERS]
+    assert sorted(rows) == sorted(files)
+
+
 def test_no_two_shader_files_have_the_same_name() -> None:
     """Comments name a file without its folder."""
     assert len({path.name for path in SHADERS}) == len(SHADERS)
