@@ -152,7 +152,9 @@ def test_wheel_and_right_button_move_light_and_camera_and_e_writes_what_render_r
 @pytest.mark.window
 def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_line(tmp_path: Path) -> None:
     copy_checkout(tmp_path)
-    file, shader, camera = (tmp_path / name for name in ("ball.toml", "shaders/lighting.glsl", "shaders/camera.glsl"))
+    file, shader, camera = (
+        tmp_path / name for name in ("ball.toml", "shaders/shading/lighting.glsl", "shaders/geometry/camera.glsl")
+    )
     file.write_text(BALL)
     plain = rendered(rt.load(file))
     upper = plain[: SIZE[1] // 4]  # above the message
@@ -177,7 +179,7 @@ def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_li
 
         line = shader.read_text().partition("m.ka * ambient")[0].count("\n") + 1
         saved(shader, "m.ka * ambient", "m.ka * ambience")
-        until_wrong(f"lighting.glsl:{line}: ")
+        until_wrong(f"shading/lighting.glsl:{line}: ")
         saved(shader, "m.ka * ambience", "m.kd * ambient")
         file.write_text(BALL.replace("kd = [0.5, 0.1, 0.1]", "kd = [0.5, 0.1, 0.1]\nka = [0.5, 0.1, 0.1]"))
         bright = rendered(rt.load(file))
@@ -185,10 +187,10 @@ def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_li
         view.until_shown(bright, "mending and changing the shader")
         saved(shader, "m.kd * ambient", "m.ka * ambient")
         view.until_shown(plain, "changing it back")
-        (tmp_path / "shaders" / ".#lighting.glsl").symlink_to("nowhere")  # what an editor leaves for a while
+        (tmp_path / "shaders/shading/.#lighting.glsl").symlink_to("nowhere")  # what an editor leaves for a while
         line = camera.read_text().partition("halfPixels() {")[0].count("\n") + 1
         saved(camera, "halfPixels() {", "halfPixels() { oops;")
-        until_wrong(f"camera.glsl:{line}: ")
+        until_wrong(f"geometry/camera.glsl:{line}: ")
         saved(camera, "halfPixels() { oops;", "halfPixels() {")
         view.until_shown(plain, "mending the other file")
 
@@ -346,16 +348,16 @@ def test_a_picture_that_may_move_again_waits_and_a_still_one_gets_as_many_sample
 def test_a_picture_whose_error_cannot_be_found_has_its_samples_and_the_mistake(
     opened: Callable[..., Opened], shaders: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file = shaders / "movement.frag"
+    file = shaders / "sampling/movement.frag"
     file.write_text(file.read_text().replace("vec3 moved =", "vec2 moved ="))
     one = opened(samples=8)
     for _ in range(2):
         one.until_idle()
         assert one.viewer.live.samples == 8 and one.viewer.live.rmse() is None
-        assert "movement.frag:" in one.viewer.state.error
+        assert "sampling/movement.frag:" in one.viewer.state.error
         assert "8 of 8 samples, phong" in glfw.get_window_title(one.viewer.window)
         one.viewer.handle(Wheel(1.0, True))
-    assert capsys.readouterr().err.count("raytracer: movement.frag:") == 1
+    assert capsys.readouterr().err.count("raytracer: sampling/movement.frag:") == 1
 
 
 @pytest.mark.window
@@ -548,13 +550,13 @@ def test_a_screenshot_is_of_what_a_file_held_before_it_was_saved(
     picture = rendered(assignment())
     one = opened()
     one.frame()
-    file = shaders / "lighting.glsl"
+    file = shaders / "shading/lighting.glsl"
     file.write_text(file.read_text().replace("m.ka * ambient", "oops"))
     one.viewer.handle(Key("P"))
     time.sleep(0.1)
     one.viewer.look_at_files()
     one.frame()
-    assert "lighting.glsl:" in one.viewer.state.error
+    assert "shading/lighting.glsl:" in one.viewer.state.error
     assert np.abs(as_written("assignment-1.png") - picture).max() <= 1
 
 
