@@ -8,9 +8,8 @@ import msgspec
 
 import raytracer
 from raytracer.core.shown import shortened
-from raytracer.core.suggest import did_you_mean
+from raytracer.core.suggest import did_you_mean, known
 from raytracer.core.validation import KeyNameError
-from raytracer.formats.toml_tables import known
 
 K = TypeVar("K", bound=type)
 

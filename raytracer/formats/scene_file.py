@@ -15,13 +15,13 @@ from typing import Any, NamedTuple, TypeVar
 
 from raytracer.core.files import packaged, read_bounded
 from raytracer.core.record import made_public
-from raytracer.core.suggest import did_you_mean, did_you_mean_file
+from raytracer.core.suggest import did_you_mean, did_you_mean_file, known
 from raytracer.core.validation import InputError, check_choice, check_path, check_text, shown, within
 from raytracer.formats import csg_expression
 from raytracer.formats.edited_text import with_positions
 from raytracer.formats.instance_file import Room, is_plain, read_instances
 from raytracer.formats.settings_section import DEFAULT_SIZE, settings_table
-from raytracer.formats.toml_tables import any_list, any_table, build, check_table, known, toml
+from raytracer.formats.toml_tables import any_list, any_table, build, check_table, toml
 from raytracer.scene.instances import Instances
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
