@@ -28,11 +28,13 @@ if TYPE_CHECKING:
     from raytracer.ground_truth.picture import reference
     from raytracer.rendering import brdf
     from raytracer.rendering.picture import render
+    from raytracer.scene.camera import Camera
     from raytracer.scene.instances import Instances
+    from raytracer.scene.lights import PointLight
     from raytracer.scene.materials.lobe import Lobe
     from raytracer.scene.materials.material import Material
     from raytracer.scene.presets import quality
-    from raytracer.scene.scene import Camera, PointLight, Scene
+    from raytracer.scene.scene import Scene
     from raytracer.scene.settings import Settings
     from raytracer.scene.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union
     from raytracer.version import __version__ as __version__
@@ -73,7 +75,7 @@ __all__ = [
 # The names that need neither NumPy nor OpenGL come all together, and with every other one: so
 # `eval(repr(x), vars(raytracer))` finds them.
 _SCENES = {
-    "Camera": "scene.scene",
+    "Camera": "scene.camera",
     "Complement": "scene.solids",
     "Difference": "scene.solids",
     "InputError": "core.validation",
@@ -82,7 +84,7 @@ _SCENES = {
     "Lobe": "scene.materials.lobe",
     "Material": "scene.materials.material",
     "Plane": "scene.solids",
-    "PointLight": "scene.scene",
+    "PointLight": "scene.lights",
     "Scene": "scene.scene",
     "SceneFile": "formats.scene_file",
     "Settings": "scene.settings",
