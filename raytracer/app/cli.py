@@ -218,12 +218,14 @@ def _doctor_arguments(parser: argparse.ArgumentParser) -> None:
 def _extremes(options: argparse.Namespace) -> int:
     from raytracer.analysis.numerics.report import FILES, report
     from raytracer.core.output import check_folder
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
+    from raytracer.rendering.renderer import Renderer
 
     folder = Path(options.output)
     check_folder(folder, *FILES)
     with progress_bar("measuring") as progress:
-        kept = report(shared_renderer(options.backend, options.device), folder, options.short, options.fuzz, progress)
+        renderer = Renderer(shared_device(options.backend, options.device))
+        kept = report(renderer, folder, options.short, options.fuzz, progress)
     return 0 if kept else 1
 
 

@@ -9,8 +9,8 @@ import moderngl
 import msgspec
 
 from raytracer.core.terminal import cell, say, say_json, say_table
+from raytracer.gpu.adapters import closed_adapters, leave
 from raytracer.gpu.context import BACKENDS, PACKAGES, open_context
-from raytracer.gpu.devices import closed_devices, leave
 from raytracer.gpu.turns import ContextError, begin
 
 
@@ -48,7 +48,7 @@ def _device_reports() -> list[Report]:
         _report("egl", each.context, each.number)
         if each.context
         else Report("egl", False, each.number, problem=each.problem)
-        for each in closed_devices()
+        for each in closed_adapters()
     ]
     if any(report.opens for report in reports):
         return reports

@@ -199,8 +199,8 @@ def test_a_compilers_error_names_the_file_and_line(renderer: Renderer, mistake: 
     lines[where - 1] += mistake
     top = '#include "ray.glsl"\n#include "camera.glsl"\nvoid main() {}'
     broken = assemble("top", generated={"top": top, "camera.glsl": "\n".join(lines)})
-    with pytest.raises(ShaderError, match=rf"camera\.glsl:{where}\b"), renderer.context:
-        renderer.program(broken)
+    with pytest.raises(ShaderError, match=rf"camera\.glsl:{where}\b"), renderer.device.context:
+        renderer.device.program(broken)
 
 
 def test_every_shader_file_says_first_what_it_provides() -> None:

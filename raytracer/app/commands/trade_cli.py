@@ -69,7 +69,8 @@ def _trade(options: argparse.Namespace) -> int:
     from raytracer.analysis.tradeoffs.page import FILES, write_page, write_tables
     from raytracer.analysis.tradeoffs.plots import check_matplotlib
     from raytracer.core.output import check_folder
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
+    from raytracer.rendering.renderer import Renderer
 
     check_matplotlib()  # not found out when all is measured
     size = given(options).get("size") or (_QUICK_SIZE if options.quick else _SIZE)
@@ -80,7 +81,7 @@ def _trade(options: argparse.Namespace) -> int:
     else:
         check_folder(folder.parent, folder.name)
     extent = QUICK if options.quick else FULL
-    renderer = shared_renderer(options.backend, options.device)
+    renderer = Renderer(shared_device(options.backend, options.device))
     warn_about(
         options.scene, scene, msgspec.structs.replace(combined(own(of_file)), shadows="hard")
     )  # as plan() has it
@@ -144,12 +145,13 @@ def _tune(options: argparse.Namespace) -> int:
     scene, of_file = parse_all(*read(options.scene))
     size = flags.get("size") or of_file.get("size") or DEFAULT_SIZE
     from raytracer.analysis.tradeoffs.tune import tune
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
+    from raytracer.rendering.renderer import Renderer
 
     check_size(size)
     settings = combined(own(of_file), own(flags))
     warn_about(options.scene, scene, settings)
-    renderer = shared_renderer(options.backend, options.device)
+    renderer = Renderer(shared_device(options.backend, options.device))
     try:
         with about(options.scene):
             found = tune(
