@@ -9,7 +9,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from raytracer.analysis.reflectance.measure import COMPLETE
 from raytracer.analysis.reflectance.pictures import picture
-from raytracer.core.output import check_output, written_whole
+from raytracer.core.output import Writer, check_output, written_whole
 from raytracer.core.progress import Progress
 from raytracer.core.validation import number
 from raytracer.formats.material_library import published, tables
@@ -56,6 +56,7 @@ def write_gallery(
     merl: str | None,
     renderer: Renderer,
     progress: Progress | None,
+    write: Writer = written_whole,
 ) -> None:
     """Write the picture, whole or not at all: with the file `merl`, of a measured material besides."""
     output = check_output(path, (".png",))
@@ -78,7 +79,7 @@ def write_gallery(
     draw.text((_GAP + 2, sheet.height - _CAPTION + 4), _CAPTION_TEXT, _FAINT, small_font)
     if progress:
         progress(len(cells), len(cells))
-    with written_whole(output) as file:
+    with write(output) as file:
         sheet.save(file, "png", optimize=True)
 
 

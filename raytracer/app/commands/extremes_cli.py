@@ -34,6 +34,7 @@ def run(options: argparse.Namespace) -> int:
 
     folder = Path(options.output)
     check_folder(folder, *FILES)
+    renderer = shared_renderer(options.backend, options.device)
     with progress_bar("measuring") as progress:
-        kept = report(shared_renderer(options.backend, options.device), folder, options.short, options.fuzz, progress)
+        kept = report(renderer, folder, options.short, options.fuzz, progress, options.write)
     return 0 if kept else 1
