@@ -39,9 +39,9 @@ def report(
             say(f"{at}: {finding.measure}: {shown(finding.found)}, bound {shown(finding.bound)}")
     broken = sum(not finding.kept for finding in findings)
     say(f"{len(findings)} measurements, {broken or 'none'} beyond their bounds")
-    if 64 not in renderer.limits.precisions:
+    if 64 not in renderer.device.limits.precisions:
         say("nothing is measured with 64 bits: that needs OpenGL 4.0")
-    info = renderer.context.info
+    info = renderer.device.context.info
     form = "in the short form" if short else "in full"
     measured = (
         f"Measured {form}, with {scenes} fuzzed scenes, by raytracer {__version__} "

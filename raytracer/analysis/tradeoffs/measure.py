@@ -190,7 +190,7 @@ def _judge(trade: Trade) -> None:
 
 def machine(renderer: Renderer) -> dict[str, str]:
     """What times depend on."""
-    info = renderer.context.info
+    info = renderer.device.context.info
     return {
         "device": f"{info['GL_RENDERER']}, {info['GL_VERSION']}",
         "processor": f"{os.cpu_count()} cores, {platform.machine()}",

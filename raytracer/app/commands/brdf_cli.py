@@ -104,14 +104,14 @@ def _list(options: argparse.Namespace) -> int:
     from raytracer.analysis.reflectance import report
     from raytracer.analysis.reflectance.measure import COMPLETE
     from raytracer.analysis.reflectance.verification import check_all
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
 
     if options.markdown:
         say(*report.markdown().splitlines())
         return 0
     with progress_bar("measuring") as progress:
         checks = check_all(
-            [m for m in models if m in COMPLETE], shared_renderer(options.backend, options.device), progress
+            [m for m in models if m in COMPLETE], shared_device(options.backend, options.device), progress
         )
     measured = {model: [check for check in checks if check.name == model] for model in models}
     if options.json:
@@ -126,7 +126,7 @@ def _check(options: argparse.Namespace) -> int:
     from raytracer.analysis.reflectance.measure import COMPLETE
     from raytracer.analysis.reflectance.report import checks_json, print_checks
     from raytracer.analysis.reflectance.verification import check, check_all, material_of
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
 
     names = options.models or COMPLETE
     whole = [name for name in names if name in MODELS and not options.set]
@@ -135,10 +135,10 @@ def _check(options: argparse.Namespace) -> int:
         material_of(name, settings)
     if missing := [name for name in whole if name not in COMPLETE]:
         raise InputError("expected a file to measure: --set file=...", file=missing[0])
-    renderer = shared_renderer(options.backend, options.device)
+    device = shared_device(options.backend, options.device)
     with progress_bar("measuring") as progress:
-        checks = check_all(whole, renderer, progress)
-        checks += [check(name, settings, renderer) for name, settings in single]
+        checks = check_all(whole, device, progress)
+        checks += [check(name, settings, device) for name, settings in single]
     if options.json:
         say_json(checks_json(checks))
     else:
@@ -149,18 +149,19 @@ def _check(options: argparse.Namespace) -> int:
 def _plot(options: argparse.Namespace) -> int:
     from raytracer.analysis.reflectance.plots import plot_lecture, plot_materials
     from raytracer.core.output import check_output
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
+    from raytracer.rendering.renderer import Renderer
 
     output = check_output(options.output, (".png",))
     if options.lecture == bool(options.materials):
         raise InputError("expected materials to plot, or --lecture (see raytracer brdf plot --help)", "MATERIAL")
     if options.lecture:
         h = _number_of(options.set, "h")
-        plot_lecture(output, h, shared_renderer(options.backend, options.device), options.write)
+        plot_lecture(output, h, shared_device(options.backend, options.device), options.write)
     else:
         materials = labelled_materials(options.materials, options.set)
         with progress_bar(f"plotting {output.name}") as progress:
-            renderer = shared_renderer(options.backend, options.device)
+            renderer = Renderer(shared_device(options.backend, options.device))
             plot_materials(output, materials, renderer, progress, options.write)
     say(f"wrote {output}")
     return 0
@@ -168,7 +169,8 @@ def _plot(options: argparse.Namespace) -> int:
 
 def _gallery(options: argparse.Namespace) -> int:
     from raytracer.analysis.reflectance.gallery import write_gallery
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
+    from raytracer.rendering.renderer import Renderer
 
     with progress_bar("rendering") as progress:
         write_gallery(
@@ -176,7 +178,7 @@ def _gallery(options: argparse.Namespace) -> int:
             options.cell,
             options.samples,
             options.merl,
-            shared_renderer(options.backend, options.device),
+            Renderer(shared_device(options.backend, options.device)),
             progress,
             options.write,
         )
@@ -186,13 +188,13 @@ def _gallery(options: argparse.Namespace) -> int:
 
 def _bake(options: argparse.Namespace) -> int:
     from raytracer.core.output import check_output
+    from raytracer.gpu.device import shared_device
     from raytracer.rendering import brdf
-    from raytracer.rendering.renderer import shared_renderer
     from raytracer.scene.materials import merl
 
     output = check_output(options.output, (".binary",))
     [(_, material)] = labelled_materials([options.material], options.set)
-    table = brdf.bake(material, renderer=shared_renderer(options.backend, options.device))
+    table = brdf.bake(material, device=shared_device(options.backend, options.device))
     with options.write(output) as file:
         merl.write(table, file)
     say(f"wrote {output}: {options.material}, for a material of the model merl")

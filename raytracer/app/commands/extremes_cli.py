@@ -30,11 +30,12 @@ def run(options: argparse.Namespace) -> int:
     """Run `extremes`; the exit status, 1 if a bound is not kept."""
     from raytracer.analysis.numerics.report import FILES, report
     from raytracer.core.output import check_folder
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
+    from raytracer.rendering.renderer import Renderer
 
     folder = Path(options.output)
     check_folder(folder, *FILES)
-    renderer = shared_renderer(options.backend, options.device)
+    renderer = Renderer(shared_device(options.backend, options.device))
     with progress_bar("measuring") as progress:
         kept = report(renderer, folder, options.short, options.fuzz, progress, options.write)
     return 0 if kept else 1
