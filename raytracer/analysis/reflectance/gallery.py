@@ -12,7 +12,7 @@ from raytracer.analysis.reflectance.pictures import picture
 from raytracer.core.output import Writer, check_output, written_whole
 from raytracer.core.progress import Progress
 from raytracer.core.validation import number
-from raytracer.formats.material_library import published, tables
+from raytracer.formats.material_library import published, read_collection
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials.material import Material
 
@@ -25,7 +25,8 @@ _CAPTION_TEXT = (
 )
 _RUST = (0.78, 0.3, 0.12)
 # At 650, 550 and 450 nm (Johnson and Christy 1972; assets/materials/conductors.toml has it too).
-_COPPER: dict[str, Any] = {"fresnel": "conductor", **{key: tables("conductors")["copper"][key] for key in ("n", "k")}}
+_COPPER_TABLE = read_collection("conductors")["copper"]
+_COPPER: dict[str, Any] = {"fresnel": "conductor", "n": _COPPER_TABLE["n"], "k": _COPPER_TABLE["k"]}
 # What shows what a model is for, and the label's second line.
 _SHOWN: dict[str, tuple[Material, str]] = {
     "phong": (Material("phong", ka=0.0, kd=_RUST), "h 32"),
