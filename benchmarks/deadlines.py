@@ -15,7 +15,8 @@ from rich.progress import track
 import raytracer as rt
 from raytracer.formats.estimate import Estimate
 from raytracer.rendering.renderer import Renderer, shared_renderer
-from raytracer.scene.settings import ASKED_SAMPLES, Settings
+from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import ASKED_SAMPLES
 from tests.processes import output_of
 
 SIZE = (1280, 720)

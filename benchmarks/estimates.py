@@ -21,7 +21,8 @@ from rich.progress import track
 from benchmarks.unseen import SIZE, unseen
 from raytracer.formats.image import Image
 from raytracer.rendering.renderer import Renderer, shared_renderer
-from raytracer.scene.settings import ASKED_SAMPLES, Settings
+from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import ASKED_SAMPLES
 
 SAMPLES = 2, 4, 8, 16, 32, 64
 # What was asked: estimates within 25 % of the true error, and errors at most 1.1 times those asked for, of 95 %.

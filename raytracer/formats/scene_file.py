@@ -20,13 +20,14 @@ from raytracer.core.validation import InputError, check_choice, check_path, chec
 from raytracer.formats import csg_expression
 from raytracer.formats.edited_text import with_positions
 from raytracer.formats.instance_file import Room, is_plain, read_instances
-from raytracer.formats.settings_section import DEFAULT_SIZE, settings_table
+from raytracer.formats.settings_section import DEFAULT_SIZE, SettingsSection, settings_section
 from raytracer.formats.toml_tables import any_list, any_table, build, check_table, toml
+from raytracer.scene.camera import Camera
 from raytracer.scene.instances import Instances
+from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
-from raytracer.scene.presets import Fields, combined
-from raytracer.scene.scene import Camera, PointLight, Scene
+from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 from raytracer.scene.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves
 
@@ -83,11 +84,11 @@ def load_all(path: str | os.PathLike[str]) -> SceneFile:
 
     Warns and raises as `load`, and for wrong settings.
     """
-    scene, fields = _read_all(path)
-    return SceneFile(scene, fields.get("size", DEFAULT_SIZE), combined(fields))
+    scene, section = _read_all(path)
+    return SceneFile(scene, section.size or DEFAULT_SIZE, section.settings.resolve())
 
 
-def _read_all(path: str | os.PathLike[str]) -> tuple[Scene, Fields]:
+def _read_all(path: str | os.PathLike[str]) -> tuple[Scene, SettingsSection]:
     return parse_all(*read(path))
 
 
@@ -100,7 +101,7 @@ def load_settings(path: str | os.PathLike[str]) -> Settings:
     """
     path, text = read(path)
     with _located(path, text):
-        return combined(settings_table(toml(text).get("settings", {})))
+        return settings_section(toml(text).get("settings", {})).settings.resolve()
 
 
 def read(path: str | os.PathLike[str]) -> tuple[Path, str]:
@@ -133,13 +134,13 @@ def parse(path: Path, text: str) -> Scene:
     return parse_all(path, text)[0]
 
 
-def parse_all(path: Path, text: str) -> tuple[Scene, Fields]:
-    """As parse(), and what the file's [settings] give, for presets.combined()."""
+def parse_all(path: Path, text: str) -> tuple[Scene, SettingsSection]:
+    """As parse(), and the file's [settings]."""
     with _located(path, text):
-        scene, given, unused = _scene(text, path.stem.encode(errors="replace").decode(), path.parent)
+        scene, section, unused = _scene(text, path.stem.encode(errors="replace").decode(), path.parent)
     if unused:
         warnings.warn(f"{path}: {unused}", stacklevel=4)
-    return scene, given
+    return scene, section
 
 
 @contextmanager
@@ -187,8 +188,8 @@ def moved(text: str, scene: Scene, folder: Path | None = None) -> str:
     return result
 
 
-def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, Fields, str]:
-    """The scene, its file's settings, and a warning or "".
+def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, SettingsSection, str]:
+    """The scene, its file's [settings], and a warning or "".
 
     `folder`: where its files of instances are; None if it can have none.
     """
@@ -211,7 +212,7 @@ def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, Fields, st
         name=name,
         **{key: table[key] for key in ("ambient", "background") if key in table},
     )
-    return scene, settings_table(table.get("settings", {})), _unused(shapes, solids.values())
+    return scene, settings_section(table.get("settings", {})), _unused(shapes, solids.values())
 
 
 def _named(table: dict[str, Any], key: str, make: Callable[[Any, str], T]) -> dict[str, T]:

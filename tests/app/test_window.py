@@ -25,6 +25,7 @@ from raytracer.app.viewer.orbit import scale_camera, scale_light, turn_camera, t
 from raytracer.app.viewer.window import _LOOK, Viewer
 from raytracer.ground_truth import ray_tracer
 from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import SettingsPatch
 from tests.displays import SIZE, TIMEOUT, Window, environment, shown, window, x_server
 from tests.processes import finished, output_of
 from tests.scenes import ASSIGNMENT, CHECKOUT, assignment, copy_checkout
@@ -276,8 +277,8 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opened]]:
         for name, value in environment(DISPLAY=display).items():
             monkeypatch.setenv(name, value)
         monkeypatch.setattr(glfw, "swap_buffers", swap)
-        monkeypatch.setattr(raytracer.viewer, "_TOGETHER", 0.0)
-        monkeypatch.setattr(raytracer.viewer, "_HINT", FOREVER)
+        monkeypatch.setattr(raytracer.app.viewer.window, "_TOGETHER", 0.0)
+        monkeypatch.setattr(raytracer.app.viewer.window, "_HINT", FOREVER)
 
         def open_one(
             scene: Path = ASSIGNMENT,
@@ -285,8 +286,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opened]]:
             samples: int = 4,
             budget: float = 1e9,
         ) -> Opened:
-            given = {"samples": samples, "size": size}
-            viewer = raytracer.viewer.opened(scene, given, budget)
+            viewer = raytracer.app.viewer.window.opened(scene, SettingsPatch(samples=samples), size, budget)
             found.append(Opened(windows.enter_context(viewer)))
             return found[0]
 
@@ -306,14 +306,14 @@ AT_ONCE, FOREVER = 1e-9, 1e9
 def test_a_moving_picture_has_one_sample_a_frame_with_enlarged_pixels_and_then_sharpens(
     opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    monkeypatch.setattr(raytracer.app.viewer.window, "_STILL", FOREVER)
     one = opened(samples=400, budget=AT_ONCE)
     live = one.viewer.live
     one.frame(Press("left"))
     for k in range(1, 5):
         one.frame(Cursor(0.1 * k, 0.5))
         assert live.samples == 1 and live.enlarged > 1
-    monkeypatch.setattr(raytracer.viewer, "_STILL", 0.0)
+    monkeypatch.setattr(raytracer.app.viewer.window, "_STILL", 0.0)
     one.frame()
     assert live.samples == 1 and live.enlarged == 1
     for k in range(2, 5):
@@ -325,7 +325,7 @@ def test_a_moving_picture_has_one_sample_a_frame_with_enlarged_pixels_and_then_s
 def test_a_picture_that_may_move_again_waits_and_a_still_one_gets_as_many_samples_a_frame_as_there_is_time_for(
     opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    monkeypatch.setattr(raytracer.app.viewer.window, "_STILL", FOREVER)
     one = opened(samples=400, size=(16, 9), budget=FOREVER)
     live = one.viewer.live
     one.frame(Press("left"))
@@ -335,7 +335,7 @@ def test_a_picture_that_may_move_again_waits_and_a_still_one_gets_as_many_sample
         assert one.frame() > 1.0 and (live.samples, live.rmse(), one.swaps) == (1, None, swaps)
     one.frame(Key("H"))
     assert live.samples == 1 and one.swaps == swaps + 1, "the same picture under an overlay"
-    monkeypatch.setattr(raytracer.viewer, "_STILL", 0.0)
+    monkeypatch.setattr(raytracer.app.viewer.window, "_STILL", 0.0)
     one.frame()
     assert live.samples == 1 and not live.done
     one.frame()
@@ -433,7 +433,7 @@ def test_the_window_says_for_a_while_how_to_get_help_and_a_screenshot_does_not(
     one.viewer.handle(Hinted("H: help"))
     one.until_idle()
     assert difference(one.shown()) > 50 and difference(as_written("assignment-1.png")) <= 1
-    monkeypatch.setattr(raytracer.viewer, "_HINT", 0.0)
+    monkeypatch.setattr(raytracer.app.viewer.window, "_HINT", 0.0)
     one.until_idle()
     assert one.viewer.state.hint == ""
     one.until_shows(lambda shown: difference(shown) <= 1)
@@ -443,7 +443,7 @@ def test_the_window_says_for_a_while_how_to_get_help_and_a_screenshot_does_not(
 def test_keys_in_a_row_count_all_and_only_the_last_ones_programs_are_compiled_which_the_title_says_before(
     opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(raytracer.viewer, "_TOGETHER", FOREVER)
+    monkeypatch.setattr(raytracer.app.viewer.window, "_TOGETHER", FOREVER)
     pictures = rendered(assignment(), samples=4), rendered(assignment(), samples=4, shading="minnaert")
     half = slice(SIZE[1] // 3, 2 * SIZE[1] // 3)  # without marker and text
     one = opened(samples=4)
@@ -459,12 +459,12 @@ def test_keys_in_a_row_count_all_and_only_the_last_ones_programs_are_compiled_wh
         one.until_shows(lambda shown: np.abs(shown - pictures[0])[half].max() <= 1)
         assert np.abs(one.shown() - pictures[0]).max() > 50, "over the last picture it says so, too"
     assert len(programs) == compiled
-    monkeypatch.setattr(raytracer.viewer, "_TOGETHER", 0.0)
+    monkeypatch.setattr(raytracer.app.viewer.window, "_TOGETHER", 0.0)
     one.until_idle()
     once = len(programs) - compiled
     assert "minnaert, hard shadows" in title() and "compiling" not in title()
     one.until_shows(lambda shown: np.abs(shown - pictures[1]).max() <= 1)
-    monkeypatch.setattr(raytracer.viewer, "_TOGETHER", FOREVER)
+    monkeypatch.setattr(raytracer.app.viewer.window, "_TOGETHER", FOREVER)
     one.frame(Key("V"))
     assert "compiling lambert, " in title()
     one.frame(Key("B"))
@@ -483,13 +483,13 @@ def test_a_screenshot_has_all_samples_or_those_there_were_when_the_picture_chang
     opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    monkeypatch.setattr(raytracer.app.viewer.window, "_STILL", FOREVER)
     pictures = rendered(assignment(), samples=4), rendered(assignment(), samples=2, shadows="diluted")
     one = opened(samples=4)
     one.frame()
     one.frame(Key("P"))
     assert "4 samples" in one.viewer.state.notice and list(tmp_path.iterdir()) == []
-    monkeypatch.setattr(raytracer.viewer, "_STILL", 0.0)
+    monkeypatch.setattr(raytracer.app.viewer.window, "_STILL", 0.0)
     one.until_idle()
     monkeypatch.setattr(one.viewer, "_budget", 0.0)  # a sample a frame
     for key in ("S", "", ""):  # a new picture, still, and its second sample
@@ -515,7 +515,7 @@ def test_a_screenshot_of_a_picture_with_one_sample_is_what_render_renders(
     opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, samples: int, budget: float
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    monkeypatch.setattr(raytracer.app.viewer.window, "_STILL", FOREVER)
     pictures = rendered(assignment()), rendered(turn_light(assignment(), 0, half_turns(0.1 * SIZE[1]), 0.0))
     one = opened(samples=samples, budget=budget)
     live = one.viewer.live
@@ -527,7 +527,7 @@ def test_a_screenshot_of_a_picture_with_one_sample_is_what_render_renders(
     one.frame(Cursor(0.1, 0.5))
     assert live.samples == 1 and (live.enlarged > 1) == (budget == AT_ONCE)
     if samples > 1:  # a still picture's first
-        monkeypatch.setattr(raytracer.viewer, "_STILL", 0.0)
+        monkeypatch.setattr(raytracer.app.viewer.window, "_STILL", 0.0)
         one.frame(Key("P"))
         assert live.samples == 1 and live.enlarged == 1
     else:
@@ -544,7 +544,7 @@ def test_a_screenshot_is_of_what_a_file_held_before_it_was_saved(
     opened: Callable[..., Opened], shaders: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    monkeypatch.setattr(raytracer.app.viewer.window, "_STILL", FOREVER)
     picture = rendered(assignment())
     one = opened()
     one.frame()
@@ -610,7 +610,7 @@ def test_a_file_that_is_saved_as_the_window_opens_is_shown_as_it_was_saved(
         file.write_text(BALL.replace("radius = 2", "radius = 1"))
         return Files(path)
 
-    monkeypatch.setattr(raytracer.viewer, "Files", save)
+    monkeypatch.setattr(raytracer.app.viewer.window, "Files", save)
     assert opened(scene=file).viewer.state.scene == rt.load(file)
 
 

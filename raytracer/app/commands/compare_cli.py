@@ -12,14 +12,21 @@ from typing import Any
 import msgspec
 
 from raytracer.analysis.image_difference import SCALE, THRESHOLD, Comparison, Rows, difference, measure, size_of
-from raytracer.app.options import add_own, add_scene, add_size, given, warn_about, whole
+from raytracer.app.options import (
+    add_compile_options,
+    add_scene,
+    add_size,
+    chosen_settings,
+    chosen_size,
+    warn_about,
+    whole,
+)
 from raytracer.core.output import check_output
 from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import complain, say, say_json
 from raytracer.core.validation import InputError, about, check_size, number
 from raytracer.formats.image_reader import SUFFIXES, load_radiance, size_in
 from raytracer.formats.scene_file import parse_all, read
-from raytracer.scene.presets import combined, own
 
 # Pixels of a picture that is read in no time.
 _SMALL = 1 << 16
@@ -49,7 +56,7 @@ def reference_arguments(parser: argparse.ArgumentParser) -> None:
         help="more samples where a pixel's error is estimated to be above T, in linear radiance "
         f"(default: {TOLERANCE:g})",
     )
-    add_own(parser, "shading", "shadows", "bounces")
+    add_compile_options(parser, ("shading", "shadows", "bounces"))
     parser.add_argument(
         "--no-cache",
         action="store_true",
@@ -92,13 +99,13 @@ def _reference(options: argparse.Namespace) -> int:
     from raytracer.ground_truth.cost import check_cost, cost
     from raytracer.ground_truth.picture import REFERENCE_SIZE, WORTH_MENTION
 
-    flags = given(options)
-    combined(own(flags))
-    size = flags.get("size", REFERENCE_SIZE)
+    chosen = chosen_settings(options).without_sampling()  # --samples is the reference's own
+    chosen.resolve()
+    size = chosen_size(options) or REFERENCE_SIZE
     check_size(size)
     output = check_output(options.output, (".npz",))
-    scene, of_file = parse_all(*read(options.scene))
-    settings = combined(own(of_file), own(flags))
+    scene, section = parse_all(*read(options.scene))
+    settings = (section.settings.without_sampling() | chosen).resolve()
     with about(options.scene):
         for material in scene.materials:
             settings.shaded(material)

@@ -7,7 +7,7 @@ import gc
 import time
 from typing import TYPE_CHECKING
 
-from raytracer.app.options import add_backend, add_scene, add_settings, given, warn_about
+from raytracer.app.options import add_backend, add_scene, add_settings, chosen_settings, chosen_size, warn_about
 from raytracer.core.interrupts import STATUS
 from raytracer.core.memory import check_memory
 from raytracer.core.progress import progress_bar
@@ -15,9 +15,9 @@ from raytracer.core.terminal import complain, say
 from raytracer.core.validation import about, check_size, number
 from raytracer.formats.scene_file import parse_all, read
 from raytracer.formats.settings_section import DEFAULT_SIZE
-from raytracer.scene.presets import Fields, combined
 from raytracer.scene.sequences import PROGRESSIVE
 from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import UNSET, SettingsPatch
 
 if TYPE_CHECKING:
     from raytracer.formats.image import Image
@@ -59,12 +59,12 @@ def view_arguments(parser: argparse.ArgumentParser) -> None:
 def render(options: argparse.Namespace) -> int:
     """Run `render`; the exit status."""
     # What is wrong is found as early as it can be: most of it before NumPy and OpenGL are loaded.
-    flags = given(options)
-    combined(flags)
-    scene, of_file = parse_all(*read(options.scene))
+    chosen = chosen_settings(options)
+    chosen.resolve()
+    scene, section = parse_all(*read(options.scene))
     with about(f"{options.scene}: [settings] and the options given"):  # that exclude each other
-        settings = combined(of_file, flags)
-    size = flags.get("size") or of_file.get("size") or DEFAULT_SIZE
+        settings = (section.settings | chosen).resolve()
+    size = chosen_size(options) or section.size or DEFAULT_SIZE
 
     # Next to nothing of what an import makes is garbage: it is not looked for, now or when all ends.
     gc.disable()
@@ -90,7 +90,7 @@ def render(options: argparse.Namespace) -> int:
     took = time.monotonic() - start
     say(f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {took:.1f} s", str(image.estimate))
     if missed := _missed(image, settings):
-        if _by_number(of_file, flags):
+        if _is_error_chosen(section.settings, chosen):
             complain(f"{output}: {missed}")
             return 1
         say(missed)  # the samples are as many as the user wants: no mistake
@@ -124,24 +124,25 @@ def _missed(image: Image, settings: Settings) -> str:
     return f"{found} and was to be below {settings.max_error:g}; {remedy}"
 
 
-def _by_number(of_file: Fields, flags: Fields) -> bool:
-    """Whether the error was asked for by a number. By a quality's name it is asked for with so many samples at most."""
-    places = (flags,) if "quality" in flags else (of_file, flags)
-    return any(place.get("max_error") is not None for place in places)
+def _is_error_chosen(of_file: SettingsPatch, chosen: SettingsPatch) -> bool:
+    """Whether a user gave max_error as a number. A quality gives it with so many samples at most."""
+    patches = (of_file, chosen) if chosen.quality is UNSET else (chosen,)
+    return any(patch.max_error not in (UNSET, None) for patch in patches)
 
 
 def view(options: argparse.Namespace) -> int:
     """Run `view`; the exit status."""
     budget = number(options.budget, "--budget", 0.001, 1e6, "milliseconds in [0.001, 1e6]") / 1000.0
-    flags = given(options)
-    combined(flags)
+    chosen = chosen_settings(options)
+    chosen.resolve()
 
     from raytracer.app.viewer.window import view as show
 
-    if "size" in flags:
-        check_size(flags["size"])
+    size = chosen_size(options)
+    if size:
+        check_size(size)
     try:
-        show(options.scene, flags, budget)
+        show(options.scene, chosen, size, budget)
     except KeyboardInterrupt:  # one of the ways to close the window
         return STATUS
     return 0

@@ -8,18 +8,24 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import msgspec
-
-from raytracer.app.options import add_backend, add_own, add_scene, add_size, given, warn_about, whole
+from raytracer.app.options import (
+    add_backend,
+    add_compile_options,
+    add_scene,
+    add_size,
+    chosen_settings,
+    chosen_size,
+    warn_about,
+    whole,
+)
 from raytracer.core.interrupts import STATUS
 from raytracer.core.progress import step_bar, tell_step
 from raytracer.core.terminal import complain, note, say
 from raytracer.core.validation import InputError, about, check_size, number
 from raytracer.formats.scene_file import parse_all, read
-from raytracer.formats.settings_section import DEFAULT_SIZE
-from raytracer.scene.presets import OWN, Fields, combined, over, own
-from raytracer.scene.presets import flags as as_flags
+from raytracer.formats.settings_section import DEFAULT_SIZE, SettingsSection
 from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import fewest, flags
 
 if TYPE_CHECKING:
     from raytracer.analysis.tradeoffs.tune import Tuned
@@ -60,7 +66,7 @@ def trade_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _trade(options: argparse.Namespace) -> int:
     """Measure, and write what there is; STATUS if that is not all of it."""
-    scene, of_file = parse_all(*read(options.scene))
+    scene, section = parse_all(*read(options.scene))
     if options.rounds is not None and options.rounds < 1:
         raise InputError("expected at least 1, got 0", "--rounds")
     from raytracer.analysis.tradeoffs.approximations import add_approximations
@@ -72,7 +78,7 @@ def _trade(options: argparse.Namespace) -> int:
     from raytracer.rendering.renderer import shared_renderer
 
     check_matplotlib()  # not found out when all is measured
-    size = given(options).get("size") or (_QUICK_SIZE if options.quick else _SIZE)
+    size = chosen_size(options) or (_QUICK_SIZE if options.quick else _SIZE)
     check_size(size)
     folder = Path(options.output)
     if os.path.lexists(folder):
@@ -81,10 +87,9 @@ def _trade(options: argparse.Namespace) -> int:
         check_folder(folder.parent, folder.name)
     extent = QUICK if options.quick else FULL
     renderer = shared_renderer(options.backend, options.device)
-    warn_about(
-        options.scene, scene, msgspec.structs.replace(combined(own(of_file)), shadows="hard")
-    )  # as plan() has it
-    planned = plan(scene, extent, of_file)
+    base = section.settings.without_sampling().resolve()
+    warn_about(options.scene, scene, base.replace(shadows="hard"))  # as plan() has it
+    planned = plan(scene, extent, section.settings)
     add_approximations(planned, scene, extent, renderer)
     with about(options.scene):
         found = measure(
@@ -126,7 +131,7 @@ def tune_arguments(parser: argparse.ArgumentParser) -> None:
         "--time", metavar="T", type=float, help="find those with the least error whose picture takes at most T seconds"
     )
     add_size(parser)
-    add_own(parser, *OWN)
+    add_compile_options(parser)
     add_backend(parser)
     parser.set_defaults(run=_tune)
 
@@ -139,15 +144,15 @@ def _tune(options: argparse.Namespace) -> int:
     ):
         if value is not None:
             number(value, name, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
-    flags = given(options)
-    combined(own(flags))
-    scene, of_file = parse_all(*read(options.scene))
-    size = flags.get("size") or of_file.get("size") or DEFAULT_SIZE
+    chosen = chosen_settings(options).without_sampling()  # --max-error and --time are targets
+    chosen.resolve()
+    scene, section = parse_all(*read(options.scene))
+    size = chosen_size(options) or section.size or DEFAULT_SIZE
     from raytracer.analysis.tradeoffs.tune import tune
     from raytracer.rendering.renderer import shared_renderer
 
     check_size(size)
-    settings = combined(own(of_file), own(flags))
+    settings = (section.settings.without_sampling() | chosen).resolve()
     warn_about(options.scene, scene, settings)
     renderer = shared_renderer(options.backend, options.device)
     try:
@@ -164,25 +169,26 @@ def _tune(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         complain("interrupted before any picture of the full size was measured")
         return STATUS
-    _report(found, size, of_file)
+    _report(found, size, section)
     if not found.complete:
         return STATUS
     return 0 if found.pick else 1
 
 
-def _report(found: Tuned, size: tuple[int, int], of_file: Fields) -> None:
+def _report(found: Tuned, size: tuple[int, int], section: SettingsSection) -> None:
     """Print what was found."""
     best = found.best
-    # What says nothing that the file does not say is said all the same.
-    named = over(of_file, best.settings) or over({}, best.settings) or {"samples": best.settings.samples}
+    # Flags are told also where the file or the defaults give the same.
+    options = flags(fewest(best.settings, section.settings)) or flags(fewest(best.settings))
+    options = options or f"--samples {best.settings.samples}"
     says = (
-        f"{as_flags(named)}: {best.seconds:.3g} s, error {best.error:.2g} (RMSE, linear radiance), "
+        f"{options}: {best.seconds:.3g} s, error {best.error:.2g} (RMSE, linear radiance), "
         f"{best.samples:.3g} samples a pixel at {size[0]}x{size[1]}"
     )
     if not found.complete:
         say(f"interrupted: the best of {found.tried} that were measured by then:")
     if found.pick:
-        say(says, "", *settings_table(best.settings, of_file.get("size")).splitlines())
+        say(says, "", *settings_table(best.settings, section.size).splitlines())
     else:
         why = ", and that tells that no other will" if found.hopeless else ""
         say(f"of {found.tried} tried nothing meets that{why}; the closest is {says}")
@@ -193,6 +199,6 @@ def settings_table(settings: Settings, size: tuple[int, int] | None = None) -> s
     lines = [f"size = [{size[0]}, {size[1]}]"] if size else []
     lines += [
         f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value}"
-        for name, value in over({}, settings).items()
+        for name, value in fewest(settings).fields().items()
     ]
     return "\n".join(["[settings]", *lines]) + "\n"
