@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from raytracer.core.files import packaged, read_bounded
-from raytracer.core.record import made_public
+from raytracer.core.record import public
 from raytracer.core.suggest import did_you_mean, did_you_mean_file, known
 from raytracer.core.validation import InputError, check_choice, check_path, check_text, shown, within
 from raytracer.formats import csg_expression
 from raytracer.formats.edited_text import with_positions
 from raytracer.formats.instance_file import Room, is_plain, read_instances
-from raytracer.formats.settings_section import DEFAULT_SIZE, SettingsSection, settings_section
+from raytracer.formats.settings_section import DEFAULT_SIZE, SettingsSection, parse_section
 from raytracer.formats.toml_tables import any_list, any_table, build, check_table, toml
 from raytracer.scene.camera import Camera
 from raytracer.scene.instances import Instances
@@ -66,7 +66,7 @@ def load(path: str | os.PathLike[str]) -> Scene:
     return _read_all(path)[0]
 
 
-@made_public
+@public
 class SceneFile(NamedTuple):
     """All that a scene file says, in the order in which `render` takes it: `rt.render(*rt.load_all("scene.toml"))`.
 
@@ -101,7 +101,7 @@ def load_settings(path: str | os.PathLike[str]) -> Settings:
     """
     path, text = read(path)
     with _located(path, text):
-        return settings_section(toml(text).get("settings", {})).settings.resolve()
+        return parse_section(toml(text).get("settings", {})).settings.resolve()
 
 
 def read(path: str | os.PathLike[str]) -> tuple[Path, str]:
@@ -212,7 +212,7 @@ def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, SettingsSe
         name=name,
         **{key: table[key] for key in ("ambient", "background") if key in table},
     )
-    return scene, settings_section(table.get("settings", {})), _unused(shapes, solids.values())
+    return scene, parse_section(table.get("settings", {})), _unused(shapes, solids.values())
 
 
 def _named(table: dict[str, Any], key: str, make: Callable[[Any, str], T]) -> dict[str, T]:

@@ -9,7 +9,7 @@ import msgspec
 from raytracer.core.validation import check_size, within
 from raytracer.formats.toml_tables import check_table
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import EMPTY, SettingsPatch
+from raytracer.scene.settings_patch import EMPTY, SettingsPatch, fewest
 
 # Width and height in pixels of a picture, where nobody says otherwise.
 DEFAULT_SIZE = 1280, 720
@@ -23,7 +23,7 @@ class SettingsSection(msgspec.Struct, frozen=True):
     size: tuple[int, int] | None = None
 
 
-def settings_section(value: Any) -> SettingsSection:
+def parse_section(value: Any) -> SettingsSection:
     """Check the table [settings]. Errors have the path of keys."""
     with within("settings"):
         fields = dict(check_table(value, _KEYS))
@@ -31,3 +31,13 @@ def settings_section(value: Any) -> SettingsSection:
         settings = SettingsPatch(**fields)
         settings.resolve()
     return SettingsSection(settings, size)
+
+
+def section_text(settings: Settings, size: tuple[int, int] | None = None) -> str:
+    """Write the table [settings] that makes `settings`, with `size` if there is one."""
+    lines = [f"size = [{size[0]}, {size[1]}]"] if size else []
+    lines += [
+        f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value}"
+        for name, value in fewest(settings).fields().items()
+    ]
+    return "\n".join(["[settings]", *lines]) + "\n"

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from raytracer.core.record import Record
+from raytracer.core.record import Record, public
 from raytracer.core.validation import InputError, Vec3, direction, number, point, set_fields
 from raytracer.core.vectors import cross, divided, dot, scaled, sub
 
@@ -16,6 +16,7 @@ from raytracer.core.vectors import cross, divided, dot, scaled, sub
 MIN_UP_ANGLE = 1e-8
 
 
+@public
 class Camera(Record, frozen=True):
     """A pinhole camera. `vertical_fov` is in degrees, in (0, 180); `up` need not be a unit vector."""
 

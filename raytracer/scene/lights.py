@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import Literal, get_args
 
-from raytracer.core.record import Record
+from raytracer.core.record import Record, public
 from raytracer.core.validation import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -28,6 +28,7 @@ Falloff = Literal["none", "inverse_square"]
 FALLOFFS: tuple[Falloff, ...] = get_args(Falloff)
 
 
+@public
 class PointLight(Record, frozen=True, repr_omit_defaults=True):
     """A light at `position`: a point, or under soft shadows a sphere of `radius`, which nobody sees itself.
 

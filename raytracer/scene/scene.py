@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from types import UnionType
 from typing import Any, TypeVar
 
-from raytracer.core.record import Record
+from raytracer.core.record import Record, public
 from raytracer.core.validation import InputError, Vec3, check_text, color, items, set_fields, shown
 from raytracer.scene.camera import Camera
 from raytracer.scene.instances import Instances
@@ -50,6 +50,7 @@ class SceneObjects(tuple[Solid | Instances, ...]):
         return tuple, (list(self),)
 
 
+@public
 class Scene(Record, frozen=True):
     """Solids, lights and a camera.
 

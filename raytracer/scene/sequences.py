@@ -100,7 +100,7 @@ def scrambled_sobol(k: int, x_seed: int, y_seed: int) -> tuple[int, int]:
     return (x >> 8) ^ 1 << 23, (y >> 8) ^ 1 << 23
 
 
-# As in shaders/sobol.glsl, which explains them.
+# As in shaders/sampling/sobol.glsl, which explains them.
 
 
 def _reversed(x: int) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from raytracer.core.record import Record
+from raytracer.core.record import Record, public
 from raytracer.core.validation import InputError, set_fields, shown
 from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
@@ -12,6 +12,7 @@ from raytracer.scene.options import CompileOptions, Evaluator, Precision, Sampli
 from raytracer.scene.sequences import SampleSequence
 
 
+@public
 class Settings(Record, frozen=True):
     """How to render.
 

@@ -16,9 +16,9 @@ from raytracer.analysis.tradeoffs import tune as tune_module
 from raytracer.analysis.tradeoffs.trials import Measured, Stage
 from raytracer.analysis.tradeoffs.tune import LADDER, asked, grid, tune
 from raytracer.app.cli import main
-from raytracer.app.commands.trade_cli import settings_table
 from raytracer.app.options import add_settings, chosen_settings
 from raytracer.formats.scene_file import load_settings, parse_all
+from raytracer.formats.settings_section import section_text
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
@@ -107,7 +107,7 @@ def test_the_table_holds_what_is_not_by_default() -> None:
         Settings(samples=4096, max_error=0.002, precision=64),
         Settings(samples=6),
     ):
-        table = tomllib.loads(settings_table(settings))["settings"]
+        table = tomllib.loads(section_text(settings))["settings"]
         if settings.sampling.has_stopping_rule:
             assert "samples" not in table, "the default is another one then"
             table["samples"] = settings.samples

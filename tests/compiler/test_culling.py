@@ -38,7 +38,7 @@ def check(
     cells = renderer.render(scene, size, settings, geometry=False, tile=tile).radiance
     walk = msgspec.structs.replace(settings, evaluator="walk")
     expected = renderer.render(scene, size, walk, geometry=False).radiance
-    if "llvmpipe" in renderer.context.info["GL_RENDERER"]:
+    if "llvmpipe" in renderer.device.limits.driver:
         np.testing.assert_array_equal(cells, expected)
         only = renderer.render(scene, size, settings, geometry=False, tile=tile, only=True).radiance
         np.testing.assert_array_equal(only, expected)
@@ -88,7 +88,7 @@ def test_the_assignment_is_the_same_in_any_setting(renderer: Renderer, shadows: 
 def test_the_assignment_is_the_same_in_doubles_and_in_tiles(renderer: Renderer) -> None:
     for tile in (48, 37):
         check(renderer, scenes.assignment(), (201, 113), Settings(samples=3), tile=tile)
-    if 64 in renderer.limits.precisions:
+    if 64 in renderer.device.limits.precisions:
         check(renderer, scenes.assignment(), SIZE, Settings(samples=2, precision=64))
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from raytracer.core.record import made_public
+from raytracer.core.record import public
 from raytracer.core.suggest import did_you_mean
 from raytracer.core.validation import (
     InputError,
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 MAX_LOBES = 16
 
 
-@made_public
+@public
 class Material:
     """How a surface reflects: `model`, a name of `models.MODELS`, and parameters that this model has.
 

@@ -1,0 +1,104 @@
+"""`raytracer tune`: arguments, and the settings that meet an error or a time."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import TYPE_CHECKING
+
+from raytracer.app.options import (
+    add_backend,
+    add_compile_options,
+    add_scene,
+    add_size,
+    chosen_settings,
+    chosen_size,
+    warn_about,
+)
+from raytracer.core.interrupts import STATUS
+from raytracer.core.terminal import complain, note, say
+from raytracer.core.validation import about, check_size, number
+from raytracer.formats.scene_file import parse_all, read
+from raytracer.formats.settings_section import DEFAULT_SIZE, SettingsSection, section_text
+from raytracer.scene.settings_patch import fewest, flags
+
+if TYPE_CHECKING:
+    from raytracer.analysis.tradeoffs.tune import Tuned
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `tune`."""
+    add_scene(parser)
+    targets = parser.add_mutually_exclusive_group(required=True)
+    targets.add_argument(
+        "--max-error",
+        metavar="E",
+        type=float,
+        help="find the fastest settings whose picture has at most this root mean square error, in linear radiance",
+    )
+    targets.add_argument(
+        "--time", metavar="T", type=float, help="find those with the least error whose picture takes at most T seconds"
+    )
+    add_size(parser)
+    add_compile_options(parser)
+    add_backend(parser)
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run `tune`; the exit status, 1 also if nothing meets the target, STATUS after Ctrl-C."""
+    for value, name, unit in (
+        (options.max_error, "--max-error", "linear radiance"),
+        (options.time, "--time", "seconds"),
+    ):
+        if value is not None:
+            number(value, name, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
+    chosen = chosen_settings(options).without_sampling()  # --max-error and --time are targets
+    chosen.resolve()
+    scene, section = parse_all(*read(options.scene))
+    size = chosen_size(options) or section.size or DEFAULT_SIZE
+    from raytracer.analysis.tradeoffs.tune import tune
+    from raytracer.gpu.device import shared_device
+    from raytracer.rendering.renderer import Renderer
+
+    check_size(size)
+    settings = (section.settings.without_sampling() | chosen).resolve()
+    warn_about(options.scene, scene, settings)
+    renderer = Renderer(shared_device(options.backend, options.device))
+    try:
+        with about(options.scene):
+            found = tune(
+                renderer,
+                scene,
+                size,
+                settings,
+                max_error=options.max_error,
+                time=options.time,
+                progress=lambda what: note(f"measuring {what}"),
+            )
+    except KeyboardInterrupt:
+        complain("interrupted before any picture of the full size was measured")
+        return STATUS
+    _report(found, size, section)
+    if not found.complete:
+        return STATUS
+    return 0 if found.pick else 1
+
+
+def _report(found: Tuned, size: tuple[int, int], section: SettingsSection) -> None:
+    """Print what was found."""
+    best = found.best
+    # There are flags also where the file, or the defaults, give the same settings.
+    options = flags(fewest(best.settings, section.settings)) or flags(fewest(best.settings))
+    options = options or f"--samples {best.settings.samples}"
+    says = (
+        f"{options}: {best.seconds:.3g} s, error {best.error:.2g} (RMSE, linear radiance), "
+        f"{best.samples:.3g} samples a pixel at {size[0]}x{size[1]}"
+    )
+    if not found.complete:
+        say(f"interrupted: the best of {found.tried} that were measured by then:")
+    if found.pick:
+        say(says, "", *section_text(best.settings, section.size).splitlines())
+    else:
+        why = ", and that tells that no other will" if found.hopeless else ""
+        say(f"of {found.tried} tried nothing meets that{why}; the closest is {says}")

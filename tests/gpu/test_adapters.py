@@ -1,0 +1,199 @@
+"""Which EGL device draws: one by its index, one by a part of its name, or hardware before software."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.app.cli import main
+from raytracer.gpu import adapters, context, context_report
+from raytracer.gpu.adapters import open_adapter, wanted_adapter
+from raytracer.gpu.context import chosen
+from raytracer.gpu.device import shared_device
+from raytracer.rendering.renderer import Renderer
+from tests import scenes
+
+LLVMPIPE = "llvmpipe (LLVM 15.0.6, 256 bits)", "Mesa/X.org"
+NVIDIA = "NVIDIA H200/PCIe/SSE2", "NVIDIA Corporation"
+RADEON = "AMD Radeon RX 6800 (radeonsi, navi21)", "AMD"
+BROKEN = "eglInitialize failed (0x3001)"
+
+
+class FakeContext:
+    """A context on a device that this machine need not have."""
+
+    current: FakeContext | None = None
+
+    def __init__(self, name: tuple[str, str]) -> None:
+        self.info = {"GL_RENDERER": name[0], "GL_VENDOR": name[1], "GL_VERSION": "4.6"}
+        self.info |= {"GL_MAX_TEXTURE_SIZE": 16384, "GL_MAX_UNIFORM_BLOCK_SIZE": 65536}  # pyright: ignore
+        self.released = False
+        FakeContext.current = self
+
+    def __enter__(self) -> None:
+        FakeContext.current = self
+
+    def __exit__(self, *_: object) -> None:
+        FakeContext.current = None
+
+    def release(self) -> None:
+        assert FakeContext.current is not self, "a released context that is current keeps the next from opening"
+        self.released = True
+
+
+def machine(monkeypatch: pytest.MonkeyPatch, *names: Any) -> list[FakeContext]:
+    """Have these devices, a text being one that fails; the contexts as they are opened."""
+    opened: list[FakeContext] = []
+
+    def open_one(index: int) -> FakeContext:
+        if index >= len(names):
+            raise Exception(f"requested device index {index}, but found {len(names)} devices")
+        if isinstance(names[index], str):
+            raise Exception(names[index])
+        opened.append(FakeContext(names[index]))
+        return opened[-1]
+
+    monkeypatch.setattr(adapters, "_open", open_one)
+    return opened
+
+
+@pytest.mark.parametrize(
+    ("names", "device", "expected", "opens"),
+    [
+        ([LLVMPIPE], None, LLVMPIPE, 1),
+        ([NVIDIA, LLVMPIPE], None, NVIDIA, 1),
+        ([LLVMPIPE, NVIDIA, RADEON], None, NVIDIA, 2),
+        ([("softpipe", "Mesa"), LLVMPIPE], None, ("softpipe", "Mesa"), 2),
+        ([BROKEN, LLVMPIPE, BROKEN], None, LLVMPIPE, 1),
+        ([LLVMPIPE, NVIDIA, RADEON], 0, LLVMPIPE, 1),
+        ([LLVMPIPE, NVIDIA, RADEON], "2", RADEON, 1),
+        ([LLVMPIPE, NVIDIA, RADEON], np.int64(1), NVIDIA, 1),
+        ([LLVMPIPE, NVIDIA, RADEON], " radeon rx", RADEON, 3),
+        ([NVIDIA, BROKEN, LLVMPIPE], "LLVMpipe", LLVMPIPE, 2),
+        ([LLVMPIPE, NVIDIA], "corporation", NVIDIA, 2),
+    ],
+)
+def test_the_device_that_is_meant_is_current_and_no_other_stays_open(
+    monkeypatch: pytest.MonkeyPatch, names: list[Any], device: Any, expected: tuple[str, str], opens: int
+) -> None:
+    opened = machine(monkeypatch, *names)
+    context: Any = open_adapter(wanted_adapter(device))
+    assert (context.info["GL_RENDERER"], context.info["GL_VENDOR"]) == expected
+    assert FakeContext.current is context
+    assert [each for each in opened if not each.released] == [context]
+    assert len(opened) == opens, "none is opened twice, nor one that need not be"
+
+
+@pytest.mark.parametrize("device", [2, "matrox", "-1"])
+def test_a_device_that_is_not_there_is_an_error_that_names_those_that_are(
+    monkeypatch: pytest.MonkeyPatch, device: int | str
+) -> None:
+    opened = machine(monkeypatch, LLVMPIPE, BROKEN)
+    with pytest.raises(rt.InputError, match=r"^device: expected .* 0 \(llvmpipe .*\); 1 \(eglInit.*\); got ") as error:
+        open_adapter(wanted_adapter(device))
+    assert str(error.value).endswith(repr(device)) and "\n" not in str(error.value)
+    assert all(each.released for each in opened)
+
+
+def test_a_device_that_is_not_there_is_an_error_about_where_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    machine(monkeypatch, LLVMPIPE)
+    monkeypatch.delenv("RAYTRACER_BACKEND", raising=False)
+    monkeypatch.setenv("RAYTRACER_DEVICE", "matrox")
+    with pytest.raises(rt.InputError, match=r"^RAYTRACER_DEVICE: expected the index"):
+        shared_device()
+    with pytest.raises(rt.InputError, match=r"^device: expected the index"):
+        shared_device(adapter="matrox")
+
+
+def test_a_device_that_does_not_open_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    machine(monkeypatch, LLVMPIPE, BROKEN)
+    with pytest.raises(RuntimeError, match=r"^device 1: eglInitialize failed \(0x3001\)$"):
+        open_adapter(1)
+    machine(monkeypatch)
+    for device in (None, 0, "nvidia"):
+        with pytest.raises(RuntimeError, match=r"^no EGL device$"):
+            open_adapter(device)
+
+
+@pytest.mark.parametrize("device", [-1, True, 1.5, "", "  ", [0], np.bool_(True)])
+def test_what_is_no_device_is_refused(device: Any) -> None:
+    with pytest.raises(rt.InputError, match=r"^device: expected the index of an EGL device, or a part of its name"):
+        wanted_adapter(device)
+
+
+def test_the_variable_counts_for_egl_and_the_argument_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("RAYTRACER_BACKEND", raising=False)
+    monkeypatch.setenv("RAYTRACER_DEVICE", "NVIDIA")
+    assert chosen() == chosen("egl") == ("egl", "nvidia")
+    assert chosen(adapter=1) == ("egl", 1)
+    assert chosen("osmesa") == ("osmesa", None)
+    with pytest.raises(
+        rt.InputError, match=r"^device: expected the backend egl, which alone has devices, got .* osmesa"
+    ):
+        chosen("osmesa", 1)
+    monkeypatch.setenv("RAYTRACER_DEVICE", "")
+    assert chosen() == ("auto", None)
+
+
+def test_doctor_says_why_a_backend_does_not_open_in_the_words_of_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> NoReturn:
+        raise RuntimeError("window: no screen\nand no hope")
+
+    monkeypatch.setitem(context._OPENERS, "window", fail)
+    monkeypatch.setattr(context_report, "BACKENDS", ("window",))
+    [report] = context_report.examine_contexts()
+    assert not report.opens and report.problem == "window: no screen\nand no hope"
+    with pytest.raises(rt.ContextError, match=r"^no OpenGL") as failed:
+        context.open_context("window")
+    assert failed.value.problems == {"window": report.problem}
+
+
+def test_doctor_lists_every_device(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    opened = machine(monkeypatch, LLVMPIPE, BROKEN, NVIDIA)
+    monkeypatch.setattr(context_report, "BACKENDS", ("egl",))
+    assert main(["doctor", "--json"]) == 0
+    assert all(each.released for each in opened)
+    reports_read = json.loads(capsys.readouterr().out)
+    assert [(r["backend"], r["device"], r["opens"]) for r in reports_read] == [
+        ("egl", 0, True),
+        ("egl", 1, False),
+        ("egl", 2, True),
+    ]
+    assert [r["renderer"] for r in reports_read] == [LLVMPIPE[0], "", NVIDIA[0]] and reports_read[1][
+        "problem"
+    ] == BROKEN
+    assert main(["doctor"]) == 0
+    table = capsys.readouterr().out
+    assert all(word in table for word in ("egl 0", "egl 1", "egl 2", "H200")) and "apt-get" not in table
+
+
+@pytest.mark.gl
+def test_a_picture_is_made_on_the_device_that_is_named(renderer: Renderer) -> None:
+    environment = os.environ | {"RAYTRACER_BACKEND": "egl"}
+    own = [sys.executable, "-m", "raytracer"]
+    done = subprocess.run([*own, "doctor", "--json"], cwd=scenes.CHECKOUT, env=environment, stdout=-1, check=True)
+    found = [r for r in json.loads(done.stdout) if r["backend"] == "egl" and r["opens"]]
+    if not found:
+        pytest.skip("no EGL device")
+    for device in (found[-1]["device"], found[-1]["renderer"].upper()):
+        image = rt.render(scenes.of(rt.Sphere((0, 0, 0), 1)), (16, 9), backend="egl", device=device)
+        assert image.radiance.any()
+        assert shared_device("egl", device).limits.driver == found[-1]["renderer"]
+    with pytest.raises(rt.InputError, match=r"^device: expected .*; got 63$"):
+        rt.render(scenes.of(rt.Sphere((0, 0, 0), 1)), (16, 9), backend="egl", device=63)
+
+
+@pytest.mark.gl
+def test_the_command_line_takes_a_device(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "a.png"
+    command = ["render", str(scenes.ASSIGNMENT), "-o", str(out), "--size", "8x8", "--device", "63"]
+    assert main(command) == 2
+    assert capsys.readouterr().err.startswith("raytracer: device: expected ") and not out.exists()
