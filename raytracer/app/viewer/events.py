@@ -48,7 +48,7 @@ class State(msgspec.Struct, frozen=True):
     scene: Scene
     settings: Settings  # its samples are those to which a still picture is refined
     limit: int  # those at first, which A offers besides 1, 4 and 16
-    of_file: SettingsPatch = EMPTY  # the settings that the file gives
+    file_settings: SettingsPatch = EMPTY  # the settings that the file gives
     show: Show = "picture"
     light: int = 0  # the selected one
     marker: bool = True
@@ -108,7 +108,7 @@ class Loaded(msgspec.Struct, frozen=True):
 
     text: str
     scene: Scene
-    of_file: SettingsPatch = EMPTY  # its settings
+    file_settings: SettingsPatch = EMPTY  # its settings
 
 
 class Failed(msgspec.Struct, frozen=True):
@@ -132,13 +132,13 @@ class Hinted(msgspec.Struct, frozen=True):
 Event = Key | Press | Release | Cursor | Wheel | Loaded | Failed | Told | Hinted
 
 
-def start(text: str, scene: Scene, of_file: SettingsPatch, chosen: SettingsPatch) -> State:
+def start(text: str, scene: Scene, file_settings: SettingsPatch, chosen: SettingsPatch) -> State:
     """The state of a window that opens on `scene`, which is in a file of this text and these settings.
 
     The settings `chosen` by the user are in place of the file's. Raises InputError for those that no window can have.
     """
-    settings = _window_settings(_DEFAULTS | of_file | chosen)
-    return State(text, scene, scene, settings, settings.samples, of_file)
+    settings = _window_settings(_DEFAULTS | file_settings | chosen)
+    return State(text, scene, scene, settings, settings.samples, file_settings)
 
 
 def step(state: State, event: Event) -> tuple[State, Redo]:
@@ -168,8 +168,8 @@ def step(state: State, event: Event) -> tuple[State, Redo]:
                 new = _set(new, scene=orbit.scale_camera(state.scene, factor))
             else:
                 new = _set(new, scene=orbit.scale_light(state.scene, state.light, factor))
-        case Loaded(text, scene, of_file):
-            new = _set(_resettled(_reloaded(new, scene), of_file), text=text, error="")
+        case Loaded(text, scene, file_settings):
+            new = _set(_resettled(_reloaded(new, scene), file_settings), text=text, error="")
         case Failed(error):
             new = _set(new, error=error)
         case Told(notice):
@@ -183,7 +183,7 @@ def reverted(state: State, good: State) -> State:
     """`state` with the picture of `good`, because its own cannot be drawn."""
     light = min(state.light, max(0, len(good.scene.lights) - 1))
     picture = {
-        name: getattr(good, name) for name in ("text", "loaded", "scene", "settings", "limit", "of_file", "show")
+        name: getattr(good, name) for name in ("text", "loaded", "scene", "settings", "limit", "file_settings", "show")
     }
     return _set(state, **picture, light=light)
 
@@ -223,16 +223,16 @@ def _window_settings(patch: SettingsPatch) -> Settings:
     return settings
 
 
-def _resettled(state: State, of_file: SettingsPatch) -> State:
+def _resettled(state: State, file_settings: SettingsPatch) -> State:
     """With the file's settings in place of those before: what differs is taken up, all else stays as it is."""
-    before, now = ((_DEFAULTS | patch).resolve() for patch in (state.of_file, of_file))
+    before, now = ((_DEFAULTS | patch).resolve() for patch in (state.file_settings, file_settings))
     changed = changes(before, now)
     keeps_samples = changed.samples is UNSET
     if keeps_samples:
         changed = changed.replace(samples=state.settings.samples)
     settings = _window_settings(checked_patch(state.settings) | changed)
     limit = state.limit if keeps_samples else settings.samples
-    return _set(state, settings=settings, limit=limit, of_file=of_file)
+    return _set(state, settings=settings, limit=limit, file_settings=file_settings)
 
 
 def _next(choices: Sequence[T], now: T, by: int = 1) -> T:
@@ -318,4 +318,4 @@ def command(state: State, size: tuple[int, int], path: str) -> str:
     """The command line that renders a file of the state's scene to its picture in the window."""
     output = path.removesuffix(".toml") + "-rendered.png"  # not a name of P's
     parts = "raytracer render", shlex.quote(path), "-o", shlex.quote(output), f"--size {size[0]}x{size[1]}"
-    return " ".join(filter(None, (*parts, flags(fewest(state.settings, state.of_file)))))
+    return " ".join(filter(None, (*parts, flags(fewest(state.settings, state.file_settings)))))
