@@ -11,7 +11,10 @@ import pytest
 
 from raytracer.app.viewer import file_watcher
 from raytracer.compiler.glsl import preprocessor
+from raytracer.compiler.glsl import shaders as shader_module
 from raytracer.rendering.renderer import Renderer, _shared, shared_renderer
+
+pytest.register_assert_rewrite("tests.pictures")  # so that an assertion that fails there shows its values
 
 
 def pytest_configure() -> None:
@@ -66,6 +69,12 @@ def shaders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for module in (preprocessor, file_watcher):
         monkeypatch.setattr(module, "shaders_folder", lambda: folder)
     return folder
+
+
+@pytest.fixture
+def always_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So that the walk, whose text grows with a scene, can be compared."""
+    monkeypatch.setattr(shader_module, "FEW", 0)
 
 
 @pytest.fixture(autouse=True)

@@ -23,8 +23,8 @@ from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Evaluator, Precision, Settings, precision_warning
 from tests import scenes
+from tests.pictures import assert_agrees, check_truth
 from tests.processes import finished
-from tests.rendering.test_picture import assert_agrees, check
 
 BALL = rt.Sphere((0, 0, 0), 1, scenes.COLORS[0])
 
@@ -171,7 +171,7 @@ def test_where_32_bits_end_64_go_on(renderer: Renderer) -> None:
     assert "--precision 64" in str(precision_warning(scene, Settings()))
     assert precision_warning(scene, Settings(precision=64)) is None
     assert resolution(scene, (32, 32), 32).doubtful.mean() > 0.2
-    check(renderer, scene, (32, 32), Settings(precision=64))
+    check_truth(renderer, scene, (32, 32), Settings(precision=64))
 
 
 def test_a_warning_comes_where_the_smallest_radius_is_lost_and_not_before() -> None:
