@@ -21,7 +21,8 @@ from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Exten
 from raytracer.analysis.tradeoffs.measure import Result, Trade, measure
 from raytracer.analysis.tradeoffs.report import as_csv, differences, slopes
 from raytracer.core.progress import progress_bar
-from raytracer.rendering.renderer import shared_renderer
+from raytracer.gpu.device import shared_device
+from raytracer.rendering.renderer import Renderer
 from raytracer.scene.presets import flags, over
 from raytracer.scene.sequences import SEQUENCES, sample_points
 
@@ -152,7 +153,7 @@ def results() -> dict[str, str]:
 
 def measured(name: str, size: tuple[int, int], rounds: int, extent: Extent, folder: Path) -> dict[str, str]:
     """The other tables; plots and all that was tried go into a folder."""
-    scene, renderer = rt.load(name), shared_renderer()
+    scene, renderer = rt.load(name), Renderer(shared_device())
     planned = plan(scene, extent)
     add_approximations(planned, scene, extent, renderer)
     trade = measure(scene, planned, renderer, size, rounds, progress_bar, source="gpu")

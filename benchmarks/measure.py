@@ -68,7 +68,7 @@ class Bench:
     """One renderer, one size of the pictures, and how often to measure."""
 
     def __init__(self, renderer: Renderer, size: Size, rounds: int) -> None:
-        self.context: moderngl.Context = renderer.context
+        self.context: moderngl.Context = renderer.device.context
         self.software = any(name in self.context.info["GL_RENDERER"] for name in ("llvmpipe", "softpipe"))
         self.size, self.rounds = size, rounds
         self._renderer = renderer

@@ -75,13 +75,13 @@ class Live:
         self._renderer = renderer
         self._budget = budget
         self._pace = Pace(budget)
-        self._context = renderer.context
+        self._device = renderer.device
+        self._context = self._device.context
         self._passes: Passes | None = None
         self._structure: tuple[object, ...] = ()
         self._programs: tuple[Programs | None, dict[str, moderngl.Program]] = None, {}
         self._arrays: dict[str, moderngl.VertexArray] = {}
-        self._held: set[moderngl.Program] = set()  # all programs that are in use
-        renderer.held[self] = self._held
+        self._held = self._device.held_by(self)  # all programs that are in use
         self._panels: list[tuple[moderngl.Texture, tuple[int, int]]] = []
         self._label: moderngl.Texture | None = None
         self._reread = False
@@ -108,7 +108,7 @@ class Live:
         InputError for a scene or size beyond this driver's limits and ShaderError for a mistake in
         `shaders/`; the picture before can then be started again.
         """
-        limit = self._renderer.limits.target
+        limit = self._device.limits.target
         if max(size) > limit:
             raise InputError(
                 f"expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}", "size"
@@ -145,9 +145,9 @@ class Live:
             self._held |= {*filter(None, programs), *on_screen.values()}
         if reread:  # programs of the files as they were are not needed any more
             self._mistaken = False
-            self._renderer.forget(self._held)
+            self._device.forget()
         elif not known:
-            self._renderer.trim()
+            self._device.trim()
 
     def has_structure(self, scene: Scene, settings: Settings, show: Show) -> bool:
         """Whether the programs of the picture before draw this one."""
@@ -155,14 +155,14 @@ class Live:
 
     def is_compiled(self, scene: Scene, settings: Settings, show: Show) -> bool:
         """Whether `start` compiles nothing for this picture. Raises InputError and ShaderError as `start`."""
-        self._renderer.limits.check(scene, settings)
+        self._device.limits.check(scene, settings)
         return self._renderer.has_programs(scene, settings, show)
 
     def _find_programs(
         self, scene: Scene, settings: Settings, show: Show
     ) -> tuple[Programs, dict[str, moderngl.Program]]:
-        self._renderer.limits.check(scene, settings)
-        on_screen = {name: self._renderer.program(assemble(f"window/{name}.frag")) for name in _ON_SCREEN}
+        self._device.limits.check(scene, settings)
+        on_screen = {name: self._device.program(assemble(f"window/{name}.frag")) for name in _ON_SCREEN}
         programs = self._renderer.programs(scene, settings, show)
         for name, uniforms in _ON_SCREEN.items():
             set_uniforms(on_screen[name], **uniforms)
@@ -201,7 +201,7 @@ class Live:
             self._enough |= is_surely_below(settings.max_error, partial(self._error.rmse, n), n)
 
     def _error_program(self, source: Source) -> moderngl.Program:
-        program = self._renderer.program(source, plain_vertex_source())
+        program = self._device.program(source, plain_vertex_source())
         self._held.add(program)
         return program
 

@@ -20,9 +20,10 @@ from raytracer.analysis.reflectance.expectations import NOT_RECIPROCAL, VERDICTS
 from raytracer.analysis.reflectance.quadrature import NORMAL, Fineness, about_all, facing, halfway, polar
 from raytracer.analysis.reflectance.verification import Check, _differences, check, check_all
 from raytracer.app.cli import main
-from raytracer.app.commands.brdf_cli import settings_of as parsed
+from raytracer.app.commands.material_arguments import parse_parameters as parsed
 from raytracer.core.validation import InputError
 from raytracer.formats.material_library import published
+from raytracer.gpu.device import shared_device
 from raytracer.ground_truth import reflectance
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
@@ -416,10 +417,10 @@ def test_list_shows_what_is_measured_and_what_a_model_takes(capsys: pytest.Captu
     assert status == 0 and found["parameters"][1]["name"] == "rho" and len(found["measured"]) == 3
 
 
-def test_other_commands_do_not_load_the_bench() -> None:
+def test_other_commands_do_not_load_the_analysis_of_reflectance() -> None:
     code = (
         "import sys; from raytracer.app.cli import _parser; _parser().parse_args(['doctor']);"
-        "print([name for name in sys.modules if 'brdf' in name or 'bench' in name])"
+        "print([name for name in sys.modules if 'brdf' in name or 'raytracer.analysis' in name])"
     )
     assert output_of(sys.executable, "-c", code) == "[]\n"
 
@@ -454,9 +455,9 @@ def test_without_matplotlib_the_extra_is_named(
 def test_the_gallery_has_a_labelled_cell_for_each_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gallery, "COMPLETE", ["phong", "lambert"])
     out = tmp_path / "g.png"
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.rendering.renderer import Renderer
 
-    gallery.write_gallery(out, 64, 1, None, shared_renderer(), None)
+    gallery.write_gallery(out, 64, 1, None, Renderer(shared_device()), None)
     with Image.open(out) as picture:
         sheet = np.asarray(picture.convert("RGB")).astype(int)
     phong, lambert, nothing = (sheet[6:70, x : x + 64] for x in (6, 76, 146))

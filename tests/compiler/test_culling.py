@@ -40,7 +40,7 @@ def test_the_assignment_is_the_same_in_any_setting(renderer: Renderer, shadows: 
 def test_the_assignment_is_the_same_in_doubles_and_in_tiles(renderer: Renderer) -> None:
     for tile in (48, 37):
         check_cells(renderer, scenes.assignment(), (201, 113), Settings(samples=3), tile=tile)
-    if 64 in renderer.limits.precisions:
+    if 64 in renderer.device.limits.precisions:
         check_cells(renderer, scenes.assignment(), SIZE, Settings(samples=2, precision=64))
 
 

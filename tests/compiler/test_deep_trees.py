@@ -238,7 +238,7 @@ def test_the_window_shows_nothing_of_what_the_driver_does_not_end(
     renderer: Renderer, show: Show, has_round_limit: bool
 ) -> None:
     live = Live(renderer, 1e9)
-    with renderer.context:
+    with renderer.device.context:
         if has_round_limit:
             with pytest.raises(rt.InputError, match="at most 65535 steps"):
                 live.start(row(400), Settings(), show, SIZE, moving=False)
@@ -250,7 +250,7 @@ def test_more_lights_without_shadows_take_more_steps(renderer: Renderer, has_rou
     one, many = (split([facets], rt.PointLight((0, 30, 0)), count, AHEAD) for count in (1, 200))
     settings = Settings(shadows="off")
     live = Live(renderer, 1e9)
-    with renderer.context:
+    with renderer.device.context:
         live.start(one, settings, "picture", SIZE, moving=False)
         if has_round_limit:
             with pytest.raises(rt.InputError, match="at most 65535 steps"):

@@ -13,6 +13,7 @@ from raytracer.compiler.batches import groups
 from raytracer.compiler.glsl.preprocessor import Source
 from raytracer.compiler.glsl.shaders import is_listed, kinds_source, vertex_source
 from raytracer.gpu import gl
+from raytracer.gpu.device import Device
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
@@ -94,8 +95,8 @@ def test_with_more_room_all_is_handed_on() -> None:
 
 @pytest.mark.gl
 def test_the_driver_says_how_many_varyings_it_has(renderer: Renderer) -> None:
-    with renderer.context:
-        assert gl.varying_components(renderer.context) == renderer.limits.varyings >= PROMISED
+    with renderer.device.context:
+        assert gl.varying_components(renderer.device.context) == renderer.device.limits.varyings >= PROMISED
 
 
 @pytest.mark.gl
@@ -114,11 +115,11 @@ def test_the_driver_says_how_many_varyings_it_has(renderer: Renderer) -> None:
     ],
 )
 def test_with_few_varyings_pictures_have_the_same_bits(renderer: Renderer, name: str, keys: tuple[str, ...]) -> None:
-    few = Renderer(renderer.context)
-    few.limits.varyings = PROMISED
+    few = Renderer(Device(renderer.device.context))
+    few.device.limits = msgspec.structs.replace(few.device.limits, varyings=PROMISED)
     for key in keys:
         settings = SETTINGS[key]
-        if settings.precision not in renderer.limits.precisions:
+        if settings.precision not in renderer.device.limits.precisions:
             continue
         scene = lit(SCENES[name], settings)
         own, other = (each.render(scene, SIZE, settings) for each in (renderer, few))
@@ -126,5 +127,5 @@ def test_with_few_varyings_pictures_have_the_same_bits(renderer: Renderer, name:
         np.testing.assert_array_equal(other.depth, own.depth, err_msg=key)
         np.testing.assert_array_equal(other.normal, own.normal, err_msg=key)
         np.testing.assert_array_equal(other.material, own.material, err_msg=key)
-    with renderer.context:
-        few.forget(())
+    with renderer.device.context:
+        few.device.forget()

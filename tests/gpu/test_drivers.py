@@ -32,7 +32,7 @@ many = rt.Scene([*balls, rt.Plane((0, 1, 0), -1)], [rt.PointLight((4, 7, 4))], r
 
 def test_softpipe_makes_the_same_pictures(renderer: Renderer, tmp_path: Path) -> None:
     # Mesa's plain software driver: it has buffer textures of 65,536 texels, what OpenGL 3.3 promises and no more.
-    if "llvmpipe" not in renderer.context.info["GL_RENDERER"]:
+    if "llvmpipe" not in renderer.device.limits.driver:
         pytest.skip("another driver than Mesa's")
     code = f"{SCENE}\nfor n, s in dict(few=few, many=many).items(): rt.render(s, {SIZE}).save(f'{tmp_path}/{{n}}.npz')"
     environment = os.environ | {"GALLIUM_DRIVER": "softpipe", "RAYTRACER_BACKEND": "egl"}
@@ -54,8 +54,8 @@ def test_what_a_driver_has_no_room_for_is_refused_again_when_tried_again(
     # All around the first light, so that however few cells that has, they list many.
     around = [(4 + math.cos(i), 7 + math.sin(3 * i), 4 + math.sin(i)) for i in range(20)]
     scene, settings = scenes.of(*(rt.Sphere(place, 0.8) for place in around)), Settings()
-    with renderer.context:
-        passes = Passes(renderer.context, SIZE)
+    with renderer.device.context:
+        passes = Passes(renderer.device.context, SIZE)
         for most in (10, 70, 90):
             monkeypatch.setattr(BufferTexture, "most", staticmethod(lambda context, most=most: most))
             for _ in range(2):

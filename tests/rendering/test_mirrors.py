@@ -46,7 +46,7 @@ def hall(*more: rt.Solid) -> rt.Scene:
     ids=str,
 )
 def test_pictures_in_mirrors_are_float64s(renderer: Renderer, settings: Settings) -> None:
-    if settings.precision not in renderer.limits.precisions:
+    if settings.precision not in renderer.device.limits.precisions:
         pytest.skip("this driver has no doubles")
     image = renderer.render(hall(), SIZE, settings)
     expected = ray_tracer.render(hall(), SIZE, settings).radiance

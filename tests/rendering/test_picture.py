@@ -9,6 +9,7 @@ import raytracer as rt
 from raytracer.analysis.pixel_doubt import Resolution, resolution
 from raytracer.compiler.glsl.shaders import roth_loops
 from raytracer.formats.image import Image
+from raytracer.gpu.device import Device
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Evaluator, Settings, Shading, Shadows
@@ -158,12 +159,12 @@ def test_one_render_after_another_gives_the_same_bytes(renderer: Renderer) -> No
 
 
 def test_numbers_are_data_and_structure_is_compiled(renderer: Renderer) -> None:
-    fresh = Renderer(renderer.context)
+    fresh = Renderer(Device(renderer.device.context))
 
     def programs_for(scene: rt.Scene) -> int:
-        before = len(fresh._programs)
+        before = len(fresh.device._programs)
         fresh.render(scene, (8, 8), Settings())
-        return len(fresh._programs) - before
+        return len(fresh.device._programs) - before
 
     ball, other = rt.Sphere((0, 0, 0), 1), rt.Sphere((0.5, 0, 0), 1)
     programs_for(scenes.of(ball - other))

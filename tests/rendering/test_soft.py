@@ -53,7 +53,7 @@ def test_rays_are_unit_end_on_the_side_towards_them_and_stay_within_the_cone(ren
     start["surface"] = 1
     point = (rng.integers(0, 2**24, (count, 2)) * 2.0**-24).astype(np.float32)
     point[:4] = (0, 0), (0, 1 - u), (1 - u, 0), (1 - u, 1 - u)
-    ray = glsl.call("lightRay", light, P, start, point, defines=defines, renderer=renderer)
+    ray = glsl.call("lightRay", light, P, start, point, defines=defines, device=renderer.device)
     L, t, n = (ray[name].astype(float) for name in ("L", "distance", "weight"))
     n = ray["end"]["n"].astype(float)
     to_center, r = light["position"].astype(float) - P, light["radius"].astype(float)

@@ -61,16 +61,16 @@ def test_cells_are_where_rusinkiewiczs_angles_say() -> None:
 def test_in_the_middle_of_cells_a_baked_model_is_the_model(renderer: Renderer, baked: merl.Measured) -> None:
     wi, wo = (part.reshape(-1, 3)[::101] for part in merl.directions())
     above = (wi[:, 2] > 0.02) & (wo[:, 2] > 0.02)
-    found = rt.brdf.evaluate(rt.Material("merl", file=baked), wi[above], wo[above], renderer=renderer)
-    expected = rt.brdf.evaluate(ROUGH, wi[above], wo[above], renderer=renderer)
+    found = rt.brdf.evaluate(rt.Material("merl", file=baked), wi[above], wo[above], device=renderer.device)
+    expected = rt.brdf.evaluate(ROUGH, wi[above], wo[above], device=renderer.device)
     np.testing.assert_allclose(found, expected, rtol=1e-4)
 
 
 def test_a_baked_lambert_is_lambert_everywhere(renderer: Renderer) -> None:
-    table = rt.brdf.bake(rt.Material("lambert"), renderer=renderer)
+    table = rt.brdf.bake(rt.Material("lambert"), device=renderer.device)
     wi, wo = pairs(2000)
     a, b = (
-        rt.brdf.evaluate(m, wi, wo, renderer=renderer)
+        rt.brdf.evaluate(m, wi, wo, device=renderer.device)
         for m in (rt.Material("lambert"), rt.Material("merl", file=table))
     )
     np.testing.assert_allclose(b, a, rtol=1e-6)
@@ -79,7 +79,7 @@ def test_a_baked_lambert_is_lambert_everywhere(renderer: Renderer) -> None:
 def test_between_cells_it_is_between_their_values(renderer: Renderer, baked: merl.Measured) -> None:
     # The table's resolution: f changes by no more than among the cells around.
     wi, wo = pairs(3000, least=0.05)
-    found = rt.brdf.evaluate(rt.Material("merl", file=baked), wi, wo, renderer=renderer)[:, 0] / wi[:, 2]
+    found = rt.brdf.evaluate(rt.Material("merl", file=baked), wi, wo, device=renderer.device)[:, 0] / wi[:, 2]
     half = wi.astype(float) + wo
     half /= np.linalg.norm(half, axis=1, keepdims=True)
     h = 90 * np.sqrt(np.arccos(half[:, 2]) / (np.pi / 2)) - 0.5
@@ -104,7 +104,7 @@ def test_a_picture_with_it_is_the_models_within_the_tables_resolution(renderer: 
 
 
 def test_two_tables_are_told_apart_and_one_given_twice_is_one(renderer: Renderer, baked: merl.Measured) -> None:
-    white = rt.brdf.bake(rt.Material("lambert", rho=1), renderer=renderer)
+    white = rt.brdf.bake(rt.Material("lambert", rho=1), device=renderer.device)
     materials = [
         rt.Material("merl", file=table, name=name) for table, name in ((baked, "a"), (white, "b"), (baked, "c"))
     ]
@@ -151,14 +151,14 @@ def test_tables_that_do_not_fit_leave_those_of_the_scene_before(
 ) -> None:
     ball = rt.Sphere((0, 0, 0), 1, rt.Material("merl", file=baked))
     good = rt.Scene([ball], [rt.PointLight((0, 0, 9))], rt.Camera((0, 0, 4), (0, 0, 0)))
-    white = rt.Material("merl", file=rt.brdf.bake(rt.Material("lambert"), renderer=renderer))
+    white = rt.Material("merl", file=rt.brdf.bake(rt.Material("lambert"), device=renderer.device))
     two = rt.Scene([ball, rt.Sphere((2, 0, 0), 1, white)], good.lights, good.camera)
     size, settings = (32, 32), Settings()
-    with renderer.context:
-        passes = Passes(renderer.context, size)
+    with renderer.device.context:
+        passes = Passes(renderer.device.context, size)
         passes.load(renderer.programs(good, settings), good, settings, size)
         with monkeypatch.context() as patch:  # as if there were room for one table only
-            patch.setitem(renderer.context.info, "GL_MAX_3D_TEXTURE_SIZE", 179)
+            patch.setitem(renderer.device.context.info, "GL_MAX_3D_TEXTURE_SIZE", 179)
             with pytest.raises(rt.InputError, match="materials: expected at most 1 measured"):
                 passes.load(renderer.programs(two, settings), two, settings, size)
         passes.load(renderer.programs(good, settings), good, settings, size)

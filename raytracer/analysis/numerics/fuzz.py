@@ -131,7 +131,7 @@ def run(renderer: Renderer, count: int, start: int = 0, progress: Callable[[int]
 def _settings(renderer: Renderer, drawn: Scene, seed: int) -> list[Settings]:
     """How to render a scene: always by cells in float32, now and then also otherwise."""
     found = [Settings()]
-    if seed % 4 == 0 and 64 in renderer.limits.precisions:
+    if seed % 4 == 0 and 64 in renderer.device.limits.precisions:
         found.append(Settings(precision=64))
     if seed % 8 == 2:
         found.append(Settings(evaluator="walk"))

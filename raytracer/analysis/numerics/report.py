@@ -5,13 +5,13 @@ from __future__ import annotations
 import platform
 from pathlib import Path
 
-from raytracer import __version__
 from raytracer.analysis.numerics import measure
 from raytracer.analysis.numerics.ledger import HEADING, as_csv, as_markdown, shown, summary
 from raytracer.core.output import written_whole
 from raytracer.core.progress import Progress, tell_step
 from raytracer.core.terminal import cell, say, say_table
 from raytracer.rendering.renderer import Renderer
+from raytracer.version import __version__
 
 FILES = "extremes.csv", "extremes.md"
 
@@ -32,9 +32,9 @@ def report(renderer: Renderer, folder: Path, short: bool, scenes: int, progress:
             say(f"{at}: {finding.measure}: {shown(finding.found)}, bound {shown(finding.bound)}")
     broken = sum(not finding.kept for finding in findings)
     say(f"{len(findings)} measurements, {broken or 'none'} beyond their bounds")
-    if 64 not in renderer.limits.precisions:
+    if 64 not in renderer.device.limits.precisions:
         say("nothing is measured with 64 bits: that needs OpenGL 4.0")
-    info = renderer.context.info
+    info = renderer.device.context.info
     form = "in the short form" if short else "in full"
     measured = (
         f"Measured {form}, with {scenes} fuzzed scenes, by raytracer {__version__} "

@@ -13,7 +13,7 @@ from raytracer.analysis.reflectance.expectations import Settings, Verdict, expec
 from raytracer.analysis.reflectance.measure import DEGREES, RESOLVED, Measured, measure
 from raytracer.core.progress import Progress
 from raytracer.formats.material_library import material_named
-from raytracer.rendering.renderer import Renderer
+from raytracer.gpu.device import Device
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 
@@ -37,9 +37,9 @@ class Check(msgspec.Struct, frozen=True):
     differs: list[str]
 
 
-def check(name: str, settings: Settings, renderer: Renderer | None = None, degrees: Sequence[float] = DEGREES) -> Check:
+def check(name: str, settings: Settings, device: Device | None = None, degrees: Sequence[float] = DEGREES) -> Check:
     """Measure a model, or a published material, with some settings, and compare. InputError for wrong settings."""
-    measured = measure(material_of(name, settings), degrees, renderer)
+    measured = measure(material_of(name, settings), degrees, device)
     verdict = expected(measured.material) if name in MODELS else None
     return Check(name, settings, measured, verdict, list(_differences(measured, verdict)))
 
@@ -49,14 +49,14 @@ def material_of(name: str, settings: Settings) -> Material:
     return Material(name, **settings) if name in MODELS else material_named(name).replace(**settings)
 
 
-def check_all(models: Sequence[str], renderer: Renderer | None = None, progress: Progress | None = None) -> list[Check]:
+def check_all(models: Sequence[str], device: Device | None = None, progress: Progress | None = None) -> list[Check]:
     """Each of these models, which need no file, with each of its settings."""
     todo = [(model, settings) for model in models for settings in settings_of(model)]
     found = []
     for i, (model, settings) in enumerate(todo):
         if progress:
             progress(i, len(todo))
-        found.append(check(model, settings, renderer))
+        found.append(check(model, settings, device))
     if progress:
         progress(len(todo), len(todo))
     return found

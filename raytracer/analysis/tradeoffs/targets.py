@@ -95,7 +95,7 @@ def _by_gpu(
     """
     settings = msgspec.structs.replace(target.settings, samples=samples, evaluator="cells", precision=64)
     try:
-        renderer.limits.check(target.scene, settings)
+        renderer.device.limits.check(target.scene, settings)
     except InputError:
         settings = msgspec.structs.replace(settings, precision=32)
     first, second = (

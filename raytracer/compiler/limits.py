@@ -1,14 +1,12 @@
-"""What cannot be rendered: by this driver, by an evaluator, or at all."""
+"""The limits of a driver as a plain value, and the scenes that are beyond them or beyond an evaluator."""
 
 from __future__ import annotations
 
-import moderngl
+import msgspec
 
 from raytracer.compiler.glsl.shaders import is_listed, roth_loops
 from raytracer.compiler.surfaces import table
 from raytracer.core.validation import InputError
-from raytracer.gpu.cell_draw import MARGIN
-from raytracer.gpu.gl import varying_components
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Precision, Settings
 
@@ -18,25 +16,26 @@ MAX_ROTH_LOOPS = 14
 MAX_PRIMITIVES = 512
 
 
-def host_memory(size: tuple[int, int], geometry: bool, refines: bool = False) -> int:
-    """Bytes of host memory that rendering and saving a picture take at most, beside the program itself."""
-    # radiance 12; depth 4, normal 12, material 4 and its index 4, error 4; the number of samples 4
-    return size[0] * size[1] * (12 + 28 * geometry + 4 * refines)
+class DriverLimits(msgspec.Struct, frozen=True):
+    """The limits of one driver: gpu.device asks the driver for them."""
 
+    driver: str  # GL_RENDERER
+    version: int  # of OpenGL, such as 330
+    target: int  # pixels of the largest side of a target, whose viewport has margins
+    varyings: int  # components that a vertex shader can hand on
+    uniform_block: int  # bytes
+    buffer_texels: int  # of a buffer texture
+    volume_layers: int  # of a 3D texture
 
-class Limits:
-    """Those of a driver."""
+    @property
+    def is_llvmpipe(self) -> bool:
+        """Whether Mesa's llvmpipe draws, which leaves long loops early (cut_short.glsl)."""
+        return "llvmpipe" in self.driver
 
-    def __init__(self, context: moderngl.Context) -> None:
-        info = context.info
-        self._version: int = context.version_code
-        self._driver: str = info["GL_RENDERER"]
-        self._block: int = info["GL_MAX_UNIFORM_BLOCK_SIZE"]
-        # The largest side of a target in pixels; viewports have margins.
-        self.target: int = min(info["GL_MAX_TEXTURE_SIZE"], min(info["GL_MAX_VIEWPORT_DIMS"][:2]) - 2 * MARGIN)
-        self.varyings: int = varying_components(context)
-        # Doubles came with OpenGL 4.0.
-        self.precisions: tuple[Precision, ...] = (32, 64) if self._version >= 400 else (32,)
+    @property
+    def precisions(self) -> tuple[Precision, ...]:
+        """The precisions in bits. Doubles came with OpenGL 4.0."""
+        return (32, 64) if self.version >= 400 else (32,)
 
     def check(self, scene: Scene, settings: Settings) -> None:
         """Raise InputError if the scene needs more than this driver or the evaluator has."""
@@ -47,10 +46,9 @@ class Limits:
                 "evaluator",
             )
         if settings.precision not in self.precisions:
-            version = self._version
             raise InputError(
-                f"64 needs OpenGL 4.0 or later, got {version // 100}.{version // 10 % 10} "
-                f"({self._driver}); 32 needs no more than 3.3",
+                f"64 needs OpenGL 4.0 or later, got {self.version // 100}.{self.version // 10 % 10} "
+                f"({self.driver}); 32 needs no more than 3.3",
                 "precision",
             )
         primitives = table(scene).size
@@ -61,10 +59,10 @@ class Limits:
                 f"expected at most {MAX_PRIMITIVES} primitives for {way}, got {primitives}; "
                 "the evaluator cells with 32 bits has no such limit"
             )
-        for what, count, size in (
+        for things, count, size in (
             *([("primitives of 64 bits", primitives, 64)] if settings.precision == 64 else []),
             ("lights", len(scene.lights), 48 * settings.precision // 32),
         ):
-            if count * size > self._block:
-                limit = self._block // size
-                raise InputError(f"expected at most {limit} {what} (this driver's uniform block), got {count}")
+            if count * size > self.uniform_block:
+                limit = self.uniform_block // size
+                raise InputError(f"expected at most {limit} {things} (this driver's uniform block), got {count}")
