@@ -36,6 +36,7 @@ def test_the_bounds_of_the_ledger_are_kept(renderer: Renderer, row: Callable[...
     assert findings and [f for f in findings if not f.kept] == []
 
 
+@pytest.mark.slow
 @pytest.mark.gl
 def test_random_scenes_over_all_ranges_have_no_fault(renderer: Renderer) -> None:
     assert [f for f in fuzz.run(renderer, 200) if not f.kept] == []

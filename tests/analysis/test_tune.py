@@ -40,6 +40,7 @@ def test_candidates_are_all_different_and_keep_what_is_given() -> None:
     assert {settings.samples for settings in found if settings.adaptive is None} >= {*LADDER}
 
 
+@pytest.mark.slow
 @pytest.mark.gl
 @pytest.mark.usefixtures("few_rounds")
 def test_the_pick_meets_the_error_against_many_random_samples(renderer: Renderer) -> None:

@@ -275,6 +275,7 @@ def test_a_control_character_in_a_name_does_not_reach_the_terminal(tmp_path: Pat
     assert status == 2 and errors.count("\n") == 1 and "\x1b" not in errors
 
 
+@pytest.mark.slow
 def test_two_thousand_mutated_scene_files_end_in_status_0_or_2(tmp_path: Path) -> None:
     rng = random.Random(2)
     path = tmp_path / "scene.toml"
