@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from raytracer.app.viewer import file_watcher
+from raytracer.compiler import compiled_scene
 from raytracer.compiler.glsl import preprocessor
-from raytracer.compiler.glsl import shaders as shader_module
 from raytracer.gpu.device import _shared, shared_device
 from raytracer.rendering.renderer import Renderer
 
@@ -75,7 +75,7 @@ def shaders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def always_listed(monkeypatch: pytest.MonkeyPatch) -> None:
     """So that the walk, whose text grows with a scene, can be compared."""
-    monkeypatch.setattr(shader_module, "FEW", 0)
+    monkeypatch.setattr(compiled_scene, "FEW", 0)
 
 
 @pytest.fixture(autouse=True)

@@ -5,11 +5,11 @@ import numpy as np
 
 import raytracer as rt
 from raytracer.analysis.pixel_doubt import Resolution, resolution
-from raytracer.compiler.glsl.shaders import is_listed
 from raytracer.formats.image import Image
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import TILE, Renderer
 from raytracer.scene.settings import Settings
+from tests.compiled import compiled
 
 
 def assert_same(renderer: Renderer, one: Image, other: Image) -> None:
@@ -48,7 +48,7 @@ def check_truth(renderer: Renderer, scene: rt.Scene, size: tuple[int, int], sett
 def check_lists(renderer: Renderer, scene: rt.Scene, size: tuple[int, int] = (128, 72), **settings: object) -> None:
     """Lists of what the rays of each cell may meet make the picture that the walk makes."""
     chosen = Settings(**settings)  # pyright: ignore[reportArgumentType]
-    assert is_listed(scene, chosen)
+    assert compiled(scene, chosen).has_lists
     cells = renderer.render(scene, size, chosen)
     walk = renderer.render(scene, size, msgspec.structs.replace(chosen, evaluator="walk"))
     assert_same(renderer, cells, walk)
