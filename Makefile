@@ -6,8 +6,8 @@ GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
 # libatomic1: Dr.Jit, on which Mitsuba is built, loads it.
 TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 libatomic1 xvfb xdotool ?povray
 
-# Tests that make test runs again on OSMesa: how OpenGL is reached, and what is drawn with it. make check: all.
-ON_OSMESA := tests/gpu tests/rendering
+# The tests that make test runs again on OSMesa: of OpenGL itself, and of pictures. make check runs all again.
+ON_OSMESA := tests/gpu tests/rendering/test_picture.py
 
 .PHONY: demo test view check extremes bench clean help
 .DELETE_ON_ERROR:
@@ -17,7 +17,7 @@ demo: .venv/core ## render the assignment to assignment.png (the default)
 	@tools/system-packages $(GL_PACKAGES)
 	$(BIN)/raytracer render $(SCENE) -o assignment.png --samples 16
 
-test: .venv/dev ## run the tests but the slow ones: on EGL, then some again on OSMesa
+test: .venv/dev ## run all tests but the slow ones on EGL, then some again on OSMesa
 	$(call run_tests,-m 'not slow',-m 'gl and not slow' $(ON_OSMESA))
 
 # $(call run_tests,SELECTION ON EGL,SELECTION ON OSMESA)

@@ -12,8 +12,6 @@ LONGEST = 340  # lines of a file
 
 # The functions whose values are kept for as long as the process runs, and why these values stay right and few.
 CACHED = {
-    ("formats/material_library.py", "material_named"): "of files of the package, which never change",
-    ("formats/material_library.py", "tables"): "of files of the package, which never change",
     ("gpu/glsl_call.py", "_definitions"): "of files of the package: a function's file never changes",
     ("analysis/reflectance/measure.py", "_known_rule"): "of numbers alone, and at most 64",
 }

@@ -102,6 +102,7 @@ def end_of_8k(bits: int) -> bytes:
     return chunk(b"IDAT", data) + chunk(b"IEND")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bits", [8, 16])
 def test_two_pictures_of_8k_take_little_more_memory_than_their_pixels(tmp_path: Path, bits: int) -> None:
     path = tmp_path / "a.png"

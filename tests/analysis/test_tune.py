@@ -145,6 +145,7 @@ def test_what_the_command_prints_makes_what_it_measured_as_flags_over_the_file_a
 
 
 @pytest.mark.gl
+@pytest.mark.usefixtures("few_rounds")
 @pytest.mark.parametrize("target", [("--time", "1e-6"), ("--max-error", "1e-9")])
 def test_what_cannot_be_met_is_status_1_with_the_closest_and_no_search_through_all(
     target: tuple[str, str], capsys: pytest.CaptureFixture[str]
@@ -156,6 +157,7 @@ def test_what_cannot_be_met_is_status_1_with_the_closest_and_no_search_through_a
 
 
 @pytest.mark.gl
+@pytest.mark.usefixtures("few_rounds")
 @pytest.mark.parametrize("measured", [0, 3])
 def test_ctrl_c_prints_the_best_of_what_was_measured(
     measured: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -164,6 +164,7 @@ def crowd() -> rt.Instances:
     return rt.Instances(lens - rt.Sphere((0, 0.032, 0), 0.028, RED), places)
 
 
+@pytest.mark.slow
 def test_a_horizon_behind_many_objects_changes_nothing_of_their_shadows(renderer: Renderer) -> None:
     # The ground blocks no ray from above it to the light. Rays from the horizon come from beyond the light's reach.
     lights, camera = [rt.PointLight((4, 12, 8))], rt.Camera((0, 3, 6), (0, 2.95, 0), vertical_fov=4)

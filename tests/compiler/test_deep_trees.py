@@ -258,6 +258,7 @@ def test_more_lights_without_shadows_take_more_steps(renderer: Renderer, has_rou
         live.close()
 
 
+@pytest.mark.slow
 def test_many_spheres_have_many_lights(renderer: Renderer) -> None:
     spheres = rt.Instances(BALL, np.random.default_rng(1).uniform(-3, 3, (100_000, 3)), 0.02)
     scene = split([spheres], rt.PointLight((4, 7, 4)), 43, AHEAD)
