@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing
 from functools import partial
 
@@ -13,6 +14,7 @@ import numpy as np
 from raytracer.compiler.batches import groups
 from raytracer.compiler.culling import has_quiet
 from raytracer.compiler.direction_cells import CELL
+from raytracer.compiler.draws import SUMMED, sample_at
 from raytracer.compiler.glsl.preprocessor import Source, assemble
 from raytracer.compiler.glsl.shaders import (
     Show,
@@ -25,23 +27,29 @@ from raytracer.compiler.glsl.shaders import (
     vertex_source,
     visibility_source,
 )
+from raytracer.compiler.meshes import EMPTY, PLANE_ONLY, SEE, SHADE, SHAPES, Rectangle
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
-from raytracer.rendering.error_estimate import Moved, estimated
-from raytracer.rendering.passes import Passes, Programs, Rectangle
-from raytracer.rendering.sampler import Sampler
+from raytracer.gpu.gl import Program
+from raytracer.rendering.accumulation import Accumulation, is_measured, margin
+from raytracer.rendering.block_measurements import BlockMeasurements
+from raytracer.rendering.estimator import TileStatistics, estimate
+from raytracer.rendering.tile_renderer import TileRenderer
+from raytracer.scene.options import SamplingOptions
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 
 # Side of a tile in pixels. A tile's targets take up to 60 bytes a pixel, 252 MB at this size.
 TILE = 2048
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
-# quiet cells than it takes to compile.
-_WORTH_QUIET = 2**20
+# plane-only cells than it takes to compile.
+_WORTH_PLANE_ONLY = 2**20
 # Pixels of a tile of a picture with 1 sample: rows of cells in the processor's cache.
 _STRIP = 2**18
+# The time that reading a tile takes is taken longer than it was, as what comes after it takes some, too.
+_READING = 1.25
 
 
 def metadata(
@@ -92,13 +100,14 @@ class Renderer:
         `only`: it is the process's only one, so programs that take longer to compile than they save are done without.
         Without `estimates` it is not told how wrong it is, unless that is what samples are taken for.
         """
-        estimates |= settings.asks
-        moved: list[Moved] = []
+        options = settings.sampling
+        estimates |= options.has_stopping_rule
+        statistics: list[TileStatistics] = []
         pixels, count = 0, 0.0
         self.device.limits.check(scene, settings)
         width, height = size
-        margin = Sampler.margin(settings)
-        tile = min(tile, self.device.limits.target - 2 * margin)
+        around = margin(options)
+        tile = min(tile, self.device.limits.target - 2 * around)
         if tile > CELL:
             tile = tile // CELL * CELL
         image = Image(
@@ -106,50 +115,54 @@ class Renderer:
             depth=np.empty((height, width), np.float32) if geometry else None,
             normal=np.empty((height, width, 3), np.float32) if geometry else None,
             material=np.empty((height, width), np.int32) if geometry else None,
-            samples=np.empty((height, width), np.int32) if settings.refines else None,
+            samples=np.empty((height, width), np.int32) if options.is_adaptive else None,
             error=np.empty((height, width), np.float32) if geometry and estimates else None,
         )
         # What is drawn only once costs less than the memory that it is drawn into, the first time that is used.
         rows = tile if settings.samples > 1 else max(CELL, _STRIP // min(width, tile) // CELL * CELL)
         shape = min(width, tile), min(height, tile, rows)
         tiles = list(_tiles(size, shape))
-        target = min(width, shape[0] + 2 * margin), min(height, shape[1] + 2 * margin)
+        target = min(width, shape[0] + 2 * around), min(height, shape[1] + 2 * around)
         with self.device.turn(), ExitStack() as stack:
             if geometry:
                 self._find_geometry(image, scene, settings, tiles, shape)
-            passes = stack.enter_context(closing(Passes(self.device.context, target, once=True)))
-            quiet = not only or width * height * settings.samples >= _WORTH_QUIET
-            passes.load(self.programs(scene, settings, quiet=quiet), scene, settings, size)
-            sampler = stack.enter_context(closing(self.sampler(settings, target, estimates=estimates)))
-            if settings.time is not None:
-                sampler.warm(passes)
+            tile_renderer = stack.enter_context(closing(TileRenderer(self.device, target, one_shot=True)))
+            plane_only = not only or width * height * settings.samples >= _WORTH_PLANE_ONLY
+            tile_renderer.load(self.programs(scene, settings, plane_only=plane_only), scene, settings, size)
+            measurements = None
+            if is_measured(options, estimates=estimates):
+                measurements = BlockMeasurements(self.device, tile_renderer.player, target)
+            if options.time is not None:
+                tile_renderer.warm()
+                if measurements:
+                    measurements.warm()
             begin = time.perf_counter()
             for i, rectangle in enumerate(tiles):
+                accumulation = Accumulation(tile_renderer, measurements, options, rectangle, size, estimates=estimates)
                 done = partial(_add_progress, progress, i * settings.samples, len(tiles) * settings.samples)
                 # Until when this tile's share, and those of all before it, is over.
                 pixels += rectangle[2] * rectangle[3]
-                seconds = None
-                if settings.time is not None:
-                    seconds = begin + settings.time * pixels / (width * height) - time.perf_counter()
-                summed = sampler.sum(
-                    passes, rectangle, size, seconds=seconds, errors=image.error is not None, progress=done
-                )
+                until = math.inf
+                if options.time is not None:
+                    until = begin + options.time * pixels / (width * height)
+                _draw_samples(accumulation, options, until, done)
+                result = accumulation.result(errors=image.error is not None)
                 where = _place(rectangle, size)
-                image.radiance[where] = summed.mean
-                count += np.mean(summed.samples) * rectangle[2] * rectangle[3]
-                if summed.moved:
-                    moved.append(summed.moved)
+                image.radiance[where] = result.mean
+                count += np.mean(result.samples) * rectangle[2] * rectangle[3]
+                if result.statistics:
+                    statistics.append(result.statistics)
                 if image.samples is not None:
-                    image.samples[where] = summed.samples
+                    image.samples[where] = result.samples
                 if image.error is not None:
-                    image.error[where] = np.nan if summed.error is None else summed.error
+                    image.error[where] = np.nan if result.error is None else result.error
             took = time.perf_counter() - begin
         samples = float(count) / (width * height)
-        if len(moved) == len(tiles):
-            estimate = estimated(moved, size, samples, took)
+        if len(statistics) == len(tiles):
+            error = estimate(statistics, size, samples, took)
         else:
-            estimate = Estimate(samples, took, unknown=_why_unknown(settings, estimates))
-        return msgspec.structs.replace(image, estimate=estimate, metadata=metadata(scene, size, settings, estimate))
+            error = Estimate(samples, took, unknown=_why_unknown(settings, estimates))
+        return msgspec.structs.replace(image, estimate=error, metadata=metadata(scene, size, settings, error))
 
     def _find_geometry(
         self,
@@ -162,50 +175,66 @@ class Renderer:
         """Fill in what the centre rays of an image's pixels see."""
         size = image.radiance.shape[1], image.radiance.shape[0]
         settings = msgspec.structs.replace(settings, samples=1, sequence="sobol")  # that sample is the centre
-        with closing(Passes(self.device.context, target, geometry=True)) as passes:
-            passes.load(self.programs(scene, settings, None), scene, settings, size)
+        with closing(TileRenderer(self.device, target, geometry=True)) as tile_renderer:
+            tile_renderer.load(self.programs(scene, settings, None), scene, settings, size)
             for rectangle in tiles:
-                passes.draw(rectangle, 0, anew=True)
-                passes.read_geometry(image, _place(rectangle, size))
-
-    def sampler(self, settings: Settings, target: tuple[int, int], *, estimates: bool = True) -> Sampler:
-        """What draws samples into targets of that size; else as Sampler's. The device's context must be current."""
-        program = partial(self.device.program, vertex=plain_vertex_source())
-        return Sampler(self.device.context, program, settings, target, estimates=estimates)
+                tile_renderer.draw(rectangle, sample_at(0, settings.sampling))
+                tile_renderer.read_geometry(image, _place(rectangle, size))
 
     def programs(
-        self, scene: Scene, settings: Settings, show: Show | None = "picture", *, quiet: bool = True
-    ) -> Programs:
-        """What draws `scene`; with `show` None only what each pixel sees. The device's context must be current.
+        self, scene: Scene, settings: Settings, show: Show | None = "picture", *, plane_only: bool = True
+    ) -> dict[str, Program]:
+        """The programs that draw `scene`, by their names (compiler/meshes.py). The device's context must be current.
 
-        Without `quiet`, quiet cells that are not empty are drawn as all others are.
+        With `show` None they draw only what each pixel sees. Without `plane_only`, plane-only cells that are not empty
+        are drawn as all others are.
         """
-        sources = _sources(scene, settings, show, self.device.limits.varyings, quiet=quiet)
-        return Programs(**{"see": None} | {name: self.device.program(*source) for name, source in sources.items()})
+        sources = _sources(scene, settings, show, self.device.limits.varyings, plane_only=plane_only)
+        return {name: self.device.program(*source) for name, source in sources.items()}
 
     def has_programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> bool:
         """Whether programs() compiles nothing. Raises ShaderError as that does."""
-        sources = _sources(scene, settings, show, self.device.limits.varyings, quiet=True).values()
+        sources = _sources(scene, settings, show, self.device.limits.varyings, plane_only=True).values()
         return all(self.device.has_program(*source) for source in sources)
 
 
+def _draw_samples(
+    accumulation: Accumulation, options: SamplingOptions, until: float, done: Callable[[int], None]
+) -> None:
+    """Draw all samples of a tile, within the time `until` which it must be read. `done` is told how many there are."""
+    reading = 0.0
+    while True:
+        # A second part of the sum is read besides, and added in float64.
+        end = until - (reading if accumulation.samples < SUMMED else 2.0 * reading)
+        accumulation.step(end - time.perf_counter())
+        if accumulation.samples == 1 and until < math.inf and not accumulation.is_done(until - time.perf_counter()):
+            begin = time.perf_counter()
+            accumulation.result(errors=True)
+            reading = _READING * (time.perf_counter() - begin)
+            end = until - reading
+        if accumulation.is_done(end - time.perf_counter()):
+            break
+        done(accumulation.samples)
+    done(options.samples)
+
+
 def _sources(
-    scene: Scene, settings: Settings, show: Show | None, varyings: int, *, quiet: bool
+    scene: Scene, settings: Settings, show: Show | None, varyings: int, *, plane_only: bool
 ) -> dict[str, tuple[Source, Source]]:
-    """The fragment and the vertex shader of each of the programs that draw `scene`, by its name in Programs."""
+    """The fragment and the vertex shader of each of the programs that draw `scene`, by its name."""
     sources: dict[str, tuple[Source, Source]] = {}
     cells = vertex_source(scene, settings, varyings)
     if show != "picture" or not is_over_planes(scene, settings):
-        sources["see"] = visibility_source(scene, settings, varyings, geometry=show != "picture"), cells
+        sources[SEE] = visibility_source(scene, settings, varyings, geometry=show != "picture"), cells
     if show:
-        sources["shade"] = show_source(scene, settings, show, varyings), cells
+        sources[SHADE] = show_source(scene, settings, show, varyings), cells
     if is_listed(scene, settings) and groups(scene).kinds:
         vertex, fragment = kinds_source(scene, settings, varyings, geometry=show != "picture")
-        sources["kinds"] = fragment, vertex
+        sources[SHAPES] = fragment, vertex
     if show == "picture" and has_quiet(scene, settings):
-        if quiet and groups(scene).planes:
-            sources["quiet"] = quiet_source(scene, settings, varyings), cells
-        sources["empty"] = assemble("passes/empty.frag"), plain_vertex_source()
+        if plane_only and groups(scene).planes:
+            sources[PLANE_ONLY] = quiet_source(scene, settings, varyings), cells
+        sources[EMPTY] = assemble("passes/empty.frag"), plain_vertex_source()
     return sources
 
 
