@@ -14,7 +14,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.app.cli import main
-from raytracer.app.commands.render_cli import render_arguments
+from raytracer.app.commands.render_cli import add_arguments as render_arguments
 from raytracer.app.options import given as given_by
 from raytracer.app.viewer.events import (
     CONTROLS,
