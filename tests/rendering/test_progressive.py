@@ -13,10 +13,12 @@ import raytracer as rt
 from raytracer.app.viewer.canvas import MARKER_RADIUS, Canvas
 from raytracer.app.viewer.orbit import turn_camera, turn_light
 from raytracer.compiler.glsl.shaders import Show
+from raytracer.compiler.meshes import Rectangle
 from raytracer.compiler.view_space import in_picture
 from raytracer.core.vectors import add
 from raytracer.gpu.device import Device
-from raytracer.gpu.gl import release
+from raytracer.gpu.draw_player import DrawPlayer
+from raytracer.gpu.gl import BufferTexture, release
 from raytracer.rendering.progressive import Pace, ProgressivePicture
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Evaluator, Settings
@@ -388,3 +390,58 @@ def test_moved_lights_materials_and_cameras_reach_the_picture_one_by_one(live: L
     for change in changes:
         scene = msgspec.structs.replace(scene, **change)
         assert np.abs(drawn(live, renderer, scene, ONE) - renderer.render(scene, SIZE, ONE).srgb8()).max() <= 1
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        Settings(samples=600),
+        Settings(samples=600, adaptive=0.05),
+        Settings(samples=16, adaptive=0.01),
+        Settings(samples=4096, max_error=0.004),
+    ],
+)
+def test_the_window_stops_where_render_does_and_has_its_bits(
+    live: Live, renderer: Renderer, settings: Settings
+) -> None:
+    scene = scenes.random_scene(3)
+    image = renderer.render(scene, SIZE, settings)
+    assert image.estimate and image.estimate.rmse
+    with renderer.device.context:
+        refined(live, scene, settings)
+        np.testing.assert_array_equal(live.image({}).radiance, image.radiance)
+        estimate = live.estimate()
+    assert estimate and estimate.samples == pytest.approx(image.estimate.samples)
+    assert estimate.rmse == pytest.approx(image.estimate.rmse)
+    assert live.samples == settings.samples or live.samples < 4096
+    assert np.abs(shown(live, renderer) - image.srgb8()).max() <= 1, "it is shown by the samples of each block"
+
+
+def test_a_change_of_samples_brings_nothing_to_the_gpu(
+    live: Live, renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = scenes.random_scene(3)
+    drawn(live, renderer, scene, Settings(samples=16))
+
+    def never(*_: object) -> None:
+        raise AssertionError("texels were written")
+
+    monkeypatch.setattr(BufferTexture, "write", never)
+    for samples in (1, 4, 1):
+        drawn(live, renderer, scene, Settings(samples=samples))
+
+
+def test_frames_between_decisions_read_nothing_back(
+    live: Live, renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[tuple[int, str]] = []
+    original = DrawPlayer.read
+
+    def noted(self: DrawPlayer, name: str, area: Rectangle, components: int) -> np.ndarray:
+        read.append((live.samples, name))
+        return original(self, name, area, components)
+
+    monkeypatch.setattr(DrawPlayer, "read", noted)
+    with renderer.device.context:
+        refined(live, scenes.assignment(), Settings(samples=40))
+    assert read == [(n, "blocks") for n in (2, 4, 8, 16, 32)]
