@@ -14,6 +14,7 @@ from benchmarks import povray
 from raytracer.formats.image import Image, srgb8
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.passes import Passes
+from raytracer.rendering.programs import find_programs
 from raytracer.rendering.progressive import Live
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.solids import leaves
@@ -105,7 +106,7 @@ class Bench:
         area = (0, 0, *self.size)
         with ExitStack() as stack:
             passes = stack.enter_context(closing(Passes(self.context, self.size)))
-            passes.load(self._renderer.programs(scene, settings), scene, settings, self.size)
+            passes.load(find_programs(self._renderer.device, scene, settings), scene, settings, self.size)
             sampler = stack.enter_context(closing(self._renderer.sampler(settings, self.size)))
             sampler.sum(passes, area, self.size)  # memory is new the first time
             begin = time.perf_counter()

@@ -18,7 +18,7 @@ from raytracer.compiler.direction_cells import BLOCK, CELL
 from raytracer.compiler.rounds import MAX_ROUNDS
 from raytracer.compiler.surfaces import table
 from raytracer.core.validation import InputError
-from raytracer.formats.image import Image
+from raytracer.formats.image import Geometry
 from raytracer.gpu.cell_draw import Rectangle, Squares, runs, squares, viewport
 from raytracer.gpu.gl import clear_integers, release, set_uniforms
 from raytracer.gpu.rectangle_draw import Over, Rectangles, touching, which_touch
@@ -322,17 +322,15 @@ class Passes:
         squares = np.einsum("ijk,ijk->ij", sums[..., :3], sums[..., :3])
         return np.maximum(sums[..., 3] - squares / samples, 0.0) / np.maximum(samples - 1, 1).astype(np.float32)
 
-    def read_geometry(self, image: Image, where: tuple[slice, slice]) -> None:
-        """Put what the sample just drawn sees into the other arrays of `image`."""
-        assert image.depth is not None and image.normal is not None and image.material is not None
-        height, width = image.depth[where].shape
+    def read_geometry(self, size: tuple[int, int]) -> Geometry:
+        """The surfaces that the sample just drawn sees, in the lower left part of that size."""
+        width, height = size
         area = (0, 0, width, height)
         data = np.frombuffer(self._seen.read(area, components=4, attachment=1, dtype="f4"), np.float32)
         seen = data.reshape(height, width, 4)[::-1]
         surface = self._read_surface((width, height))
-        image.normal[where] = seen[..., :3] @ self._to_world
-        image.depth[where] = np.where(surface == 0, np.float32(np.inf), seen[..., 3])
-        image.material[where] = self._material_index[np.abs(surface) - 1]
+        depth = np.where(surface == 0, np.float32(np.inf), seen[..., 3])
+        return Geometry(depth, seen[..., :3] @ self._to_world, self._material_index[np.abs(surface) - 1])
 
     def _read_surface(self, size: tuple[int, int]) -> NDArray[np.int32]:
         """(H, W), top row first: what the lower left part of that size sees. Raises InputError as read_sum()."""

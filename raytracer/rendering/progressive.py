@@ -21,6 +21,7 @@ from raytracer.formats.image import Image
 from raytracer.gpu.gl import release, set_uniforms
 from raytracer.rendering.error_estimate import is_surely_below
 from raytracer.rendering.passes import Passes, Programs
+from raytracer.rendering.programs import are_compiled, find_programs
 from raytracer.rendering.renderer import Renderer
 from raytracer.rendering.still_error import StillError
 from raytracer.scene.scene import Camera, PointLight, Scene
@@ -72,7 +73,6 @@ class Live:
 
     def __init__(self, renderer: Renderer, budget: float) -> None:
         """`budget`: seconds that a sample of a moving picture may take."""
-        self._renderer = renderer
         self._budget = budget
         self._pace = Pace(budget)
         self._device = renderer.device
@@ -156,14 +156,14 @@ class Live:
     def is_compiled(self, scene: Scene, settings: Settings, show: Show) -> bool:
         """Whether `start` compiles nothing for this picture. Raises InputError and ShaderError as `start`."""
         self._device.limits.check(scene, settings)
-        return self._renderer.has_programs(scene, settings, show)
+        return are_compiled(self._device, scene, settings, show)
 
     def _find_programs(
         self, scene: Scene, settings: Settings, show: Show
     ) -> tuple[Programs, dict[str, moderngl.Program]]:
         self._device.limits.check(scene, settings)
         on_screen = {name: self._device.program(assemble(f"{name}.frag")) for name in _ON_SCREEN}
-        programs = self._renderer.programs(scene, settings, show)
+        programs = find_programs(self._device, scene, settings, show)
         for name, uniforms in _ON_SCREEN.items():
             set_uniforms(on_screen[name], **uniforms)
         return programs, on_screen

@@ -3,45 +3,30 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
 from functools import partial
+from typing import Any
 
 import msgspec
 import numpy as np
 
-from raytracer.compiler.batches import groups
-from raytracer.compiler.culling import has_quiet
-from raytracer.compiler.direction_cells import CELL
-from raytracer.compiler.glsl.preprocessor import Source, assemble
-from raytracer.compiler.glsl.shaders import (
-    Show,
-    is_listed,
-    is_over_planes,
-    kinds_source,
-    plain_vertex_source,
-    quiet_source,
-    show_source,
-    vertex_source,
-    visibility_source,
-)
+from raytracer.compiler.glsl.shaders import plain_vertex_source
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
 from raytracer.rendering.error_estimate import Moved, estimated
-from raytracer.rendering.passes import Passes, Programs, Rectangle
+from raytracer.rendering.geometry import DrawnGeometry, View
+from raytracer.rendering.passes import Passes
+from raytracer.rendering.programs import find_programs
 from raytracer.rendering.sampler import Sampler
+from raytracer.rendering.tiles import TILE, place, split, tile_size
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 
-# Side of a tile in pixels. A tile's targets take up to 60 bytes a pixel, 252 MB at this size.
-TILE = 2048
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
 # quiet cells than it takes to compile.
 _WORTH_QUIET = 2**20
-# Pixels of a tile of a picture with 1 sample: rows of cells in the processor's cache.
-_STRIP = 2**18
 
 
 def metadata(
@@ -99,27 +84,22 @@ class Renderer:
         width, height = size
         margin = Sampler.margin(settings)
         tile = min(tile, self.device.limits.target - 2 * margin)
-        if tile > CELL:
-            tile = tile // CELL * CELL
+        source: Any = DrawnGeometry(self.device, View(scene, settings, size, tile)) if geometry else None
         image = Image(
             radiance=np.empty((height, width, 3), np.float32),
-            depth=np.empty((height, width), np.float32) if geometry else None,
-            normal=np.empty((height, width, 3), np.float32) if geometry else None,
-            material=np.empty((height, width), np.int32) if geometry else None,
+            depth=source,
+            normal=source,
+            material=source,
             samples=np.empty((height, width), np.int32) if settings.refines else None,
             error=np.empty((height, width), np.float32) if geometry and estimates else None,
         )
-        # What is drawn only once costs less than the memory that it is drawn into, the first time that is used.
-        rows = tile if settings.samples > 1 else max(CELL, _STRIP // min(width, tile) // CELL * CELL)
-        shape = min(width, tile), min(height, tile, rows)
-        tiles = list(_tiles(size, shape))
+        shape = tile_size(size, tile, is_drawn_once=settings.samples == 1)
+        tiles = list(split(size, shape))
         target = min(width, shape[0] + 2 * margin), min(height, shape[1] + 2 * margin)
         with self.device.turn(), ExitStack() as stack:
-            if geometry:
-                self._find_geometry(image, scene, settings, tiles, shape)
             passes = stack.enter_context(closing(Passes(self.device.context, target, once=True)))
             quiet = not only or width * height * settings.samples >= _WORTH_QUIET
-            passes.load(self.programs(scene, settings, quiet=quiet), scene, settings, size)
+            passes.load(find_programs(self.device, scene, settings, quiet=quiet), scene, settings, size)
             sampler = stack.enter_context(closing(self.sampler(settings, target, estimates=estimates)))
             if settings.time is not None:
                 sampler.warm(passes)
@@ -134,7 +114,7 @@ class Renderer:
                 summed = sampler.sum(
                     passes, rectangle, size, seconds=seconds, errors=image.error is not None, progress=done
                 )
-                where = _place(rectangle, size)
+                where = place(rectangle, height)
                 image.radiance[where] = summed.mean
                 count += np.mean(summed.samples) * rectangle[2] * rectangle[3]
                 if summed.moved:
@@ -151,79 +131,12 @@ class Renderer:
             estimate = Estimate(samples, took, unknown=_why_unknown(settings, estimates))
         return msgspec.structs.replace(image, estimate=estimate, metadata=metadata(scene, size, settings, estimate))
 
-    def _find_geometry(
-        self,
-        image: Image,
-        scene: Scene,
-        settings: Settings,
-        tiles: Sequence[Rectangle],
-        target: tuple[int, int],
-    ) -> None:
-        """Fill in what the centre rays of an image's pixels see."""
-        size = image.radiance.shape[1], image.radiance.shape[0]
-        settings = msgspec.structs.replace(settings, samples=1, sequence="sobol")  # that sample is the centre
-        with closing(Passes(self.device.context, target, geometry=True)) as passes:
-            passes.load(self.programs(scene, settings, None), scene, settings, size)
-            for rectangle in tiles:
-                passes.draw(rectangle, 0, anew=True)
-                passes.read_geometry(image, _place(rectangle, size))
-
     def sampler(self, settings: Settings, target: tuple[int, int], *, estimates: bool = True) -> Sampler:
         """What draws samples into targets of that size; else as Sampler's. The device's context must be current."""
         program = partial(self.device.program, vertex=plain_vertex_source())
         return Sampler(self.device.context, program, settings, target, estimates=estimates)
 
-    def programs(
-        self, scene: Scene, settings: Settings, show: Show | None = "picture", *, quiet: bool = True
-    ) -> Programs:
-        """What draws `scene`; with `show` None only what each pixel sees. The device's context must be current.
-
-        Without `quiet`, quiet cells that are not empty are drawn as all others are.
-        """
-        sources = _sources(scene, settings, show, self.device.limits.varyings, quiet=quiet)
-        return Programs(**{"see": None} | {name: self.device.program(*source) for name, source in sources.items()})
-
-    def has_programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> bool:
-        """Whether programs() compiles nothing. Raises ShaderError as that does."""
-        sources = _sources(scene, settings, show, self.device.limits.varyings, quiet=True).values()
-        return all(self.device.has_program(*source) for source in sources)
-
-
-def _sources(
-    scene: Scene, settings: Settings, show: Show | None, varyings: int, *, quiet: bool
-) -> dict[str, tuple[Source, Source]]:
-    """The fragment and the vertex shader of each of the programs that draw `scene`, by its name in Programs."""
-    sources: dict[str, tuple[Source, Source]] = {}
-    cells = vertex_source(scene, settings, varyings)
-    if show != "picture" or not is_over_planes(scene, settings):
-        sources["see"] = visibility_source(scene, settings, varyings, geometry=show != "picture"), cells
-    if show:
-        sources["shade"] = show_source(scene, settings, show, varyings), cells
-    if is_listed(scene, settings) and groups(scene).kinds:
-        vertex, fragment = kinds_source(scene, settings, varyings, geometry=show != "picture")
-        sources["kinds"] = fragment, vertex
-    if show == "picture" and has_quiet(scene, settings):
-        if quiet and groups(scene).planes:
-            sources["quiet"] = quiet_source(scene, settings, varyings), cells
-        sources["empty"] = assemble("empty.frag"), plain_vertex_source()
-    return sources
-
 
 def _add_progress(progress: Progress | None, before: int, total: int, done: int) -> None:
     if progress:
         progress(before + done, total)
-
-
-def _place(tile: Rectangle, size: tuple[int, int]) -> tuple[slice, slice]:
-    """A tile's rows and columns in arrays with the top row first."""
-    x, y, width, height = tile
-    return slice(size[1] - y - height, size[1] - y), slice(x, x + width)
-
-
-def _tiles(size: tuple[int, int], tile: tuple[int, int]) -> Iterator[Rectangle]:
-    """The tiles of a picture, from the top row down; `tile` is the size of the largest."""
-    width, height = size
-    # Counted from the lowest row, as the cells and blocks are that they consist of.
-    for y in reversed(range(0, height, tile[1])):
-        for x in range(0, width, tile[0]):
-            yield x, y, min(tile[0], width - x), min(tile[1], height - y)

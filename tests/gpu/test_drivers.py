@@ -13,6 +13,7 @@ import pytest
 import raytracer as rt
 from raytracer.gpu.gl import BufferTexture
 from raytracer.rendering.passes import Passes
+from raytracer.rendering.programs import find_programs
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
@@ -60,9 +61,9 @@ def test_what_a_driver_has_no_room_for_is_refused_again_when_tried_again(
             monkeypatch.setattr(BufferTexture, "most", staticmethod(lambda context, most=most: most))
             for _ in range(2):
                 with pytest.raises(rt.InputError, match=rf"^objects: expected at most {most} .*buffer textures\), got"):
-                    passes.load(renderer.programs(scene, settings), scene, settings, SIZE)
+                    passes.load(find_programs(renderer.device, scene, settings), scene, settings, SIZE)
         monkeypatch.undo()
-        passes.load(renderer.programs(scene, settings), scene, settings, SIZE)
+        passes.load(find_programs(renderer.device, scene, settings), scene, settings, SIZE)
         passes.draw((0, 0, *SIZE), 0, anew=True)
         radiance = passes.read_sum((0, 0, *SIZE))
         passes.close()

@@ -10,6 +10,7 @@ import pytest
 import raytracer as rt
 from raytracer.formats.scene_file import load, named_files
 from raytracer.rendering.passes import Passes
+from raytracer.rendering.programs import find_programs
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials import merl
 from raytracer.scene.settings import Settings
@@ -156,12 +157,12 @@ def test_tables_that_do_not_fit_leave_those_of_the_scene_before(
     size, settings = (32, 32), Settings()
     with renderer.device.context:
         passes = Passes(renderer.device.context, size)
-        passes.load(renderer.programs(good, settings), good, settings, size)
+        passes.load(find_programs(renderer.device, good, settings), good, settings, size)
         with monkeypatch.context() as patch:  # as if there were room for one table only
             patch.setitem(renderer.device.context.info, "GL_MAX_3D_TEXTURE_SIZE", 179)
             with pytest.raises(rt.InputError, match="materials: expected at most 1 measured"):
-                passes.load(renderer.programs(two, settings), two, settings, size)
-        passes.load(renderer.programs(good, settings), good, settings, size)
+                passes.load(find_programs(renderer.device, two, settings), two, settings, size)
+        passes.load(find_programs(renderer.device, good, settings), good, settings, size)
         passes.draw((0, 0, *size), 0, anew=True)
         picture = passes.read_sum((0, 0, *size))
         passes.close()
