@@ -1,5 +1,7 @@
-"""The command line: `raytracer render` and `view` (in `render_cli.py`), `extremes`, `brdf` (`brdf_cli.py`),
-`reference` and `compare` (`compare_cli.py`), `trade` and `tune` (`trade_cli.py`), `doctor`.
+"""The command line: which commands there are, how their arguments are read, and what an error or Ctrl-C prints.
+
+`raytracer NAME` is in `commands/NAME_cli.py`, which is imported when its command is the one given. The file has two
+functions: `add_arguments(parser)`, and `run(options)`, whose result is the exit status.
 
 Exit status: 0 done; 2 the input is wrong, with one line on standard error that says what and
 where, and nothing written; 1 anything else, such as a picture less accurate than `--max-error`; 130 after Ctrl-C.
@@ -12,19 +14,28 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Sequence
-from pathlib import Path
+from functools import partial
+from importlib import import_module
 from typing import Any, NoReturn
 
-from raytracer import __version__
-from raytracer.app.commands.render_cli import render, render_arguments, view, view_arguments
-from raytracer.app.options import add_backend, whole
 from raytracer.core.interrupts import STATUS
 from raytracer.core.output import written
-from raytracer.core.progress import progress_bar
 from raytracer.core.suggest import did_you_mean
 from raytracer.core.terminal import complain, drop_output, tolerant_output
 from raytracer.core.validation import InputError, shown
+from raytracer.version import __version__
 
+_COMMANDS = {
+    "render": "render a scene to a file",
+    "view": "show a scene in a window",
+    "extremes": "measure how wrong pictures are where numbers get extreme",
+    "brdf": "measure and show the reflectance models",
+    "reference": "what a scene's picture converges to, in float64",
+    "compare": "how far a picture is from a reference",
+    "trade": "measure what each knob costs on a scene, and what error it leaves",
+    "tune": "find the fastest settings that meet an error, or the best within a time",
+    "doctor": "which OpenGL contexts open here, and what to install if none does",
+}
 _EXAMPLES = """\
 examples:
   raytracer render assets/scenes/assignment.toml -o assignment.png
@@ -142,96 +153,19 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"raytracer {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Command)
-    for name, summary, arguments, run in (
-        ("render", "render a scene to a file", render_arguments, render),
-        ("view", "show a scene in a window", view_arguments, view),
-        ("extremes", "measure how wrong pictures are where numbers get extreme", _extremes_arguments, _extremes),
-        ("brdf", "measure and show the reflectance models", _brdf_arguments, None),
-        ("reference", "what a scene's picture converges to, in float64", _reference_arguments, None),
-        ("compare", "how far a picture is from a reference", _compare_arguments, None),
-        ("trade", "measure what each knob costs on a scene, and what error it leaves", _trade_arguments, None),
-        ("tune", "find the fastest settings that meet an error, or the best within a time", _tune_arguments, None),
-        ("doctor", "which OpenGL contexts open here, and what to install if none does", _doctor_arguments, _doctor),
-    ):
+    for name, summary in _COMMANDS.items():
         examples = [line for line in _EXAMPLES.splitlines()[1:] if f"raytracer {name}" in line]
-        command = commands.add_parser(
+        commands.add_parser(
             name,
             help=summary,
             description=summary[0].upper() + summary[1:] + ".",
             epilog="\n".join(["examples:", *examples]),
             formatter_class=argparse.RawDescriptionHelpFormatter,
-            arguments=arguments,
+            arguments=partial(_add_arguments, name),
         )
-        command.set_defaults(run=run)
     return parser
 
 
-def _extremes_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="FOLDER",
-        default=".",
-        help="gets extremes.csv and extremes.md, over those that are there (default: here)",
-    )
-    parser.add_argument("--short", action="store_true", help="only the ends of the ranges, as in the tests")
-    parser.add_argument(
-        "--fuzz", metavar="N", type=whole, default=1000, help="random scenes over all ranges together (default: 1000)"
-    )
-    add_backend(parser)
-
-
-def _brdf_arguments(parser: argparse.ArgumentParser) -> None:
-    from raytracer.app.commands.brdf_cli import add_commands
-
-    add_commands(parser)
-
-
-def _reference_arguments(parser: argparse.ArgumentParser) -> None:
-    from raytracer.app.commands.compare_cli import reference_arguments
-
-    reference_arguments(parser)
-
-
-def _compare_arguments(parser: argparse.ArgumentParser) -> None:
-    from raytracer.app.commands.compare_cli import compare_arguments
-
-    compare_arguments(parser)
-
-
-def _trade_arguments(parser: argparse.ArgumentParser) -> None:
-    from raytracer.app.commands.trade_cli import trade_arguments
-
-    trade_arguments(parser)
-
-
-def _tune_arguments(parser: argparse.ArgumentParser) -> None:
-    from raytracer.app.commands.trade_cli import tune_arguments
-
-    tune_arguments(parser)
-
-
-def _doctor_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
-
-
-def _extremes(options: argparse.Namespace) -> int:
-    from raytracer.analysis.numerics.report import FILES, report
-    from raytracer.core.output import check_folder
-    from raytracer.gpu.device import shared_device
-    from raytracer.rendering.renderer import Renderer
-
-    folder = Path(options.output)
-    check_folder(folder, *FILES)
-    with progress_bar("measuring") as progress:
-        renderer = Renderer(shared_device(options.backend, options.device))
-        kept = report(renderer, folder, options.short, options.fuzz, progress)
-    return 0 if kept else 1
-
-
-def _doctor(options: argparse.Namespace) -> int:
-    from raytracer.app.doctor import examine, print_report
-
-    reports = examine()
-    print_report(reports, as_json=options.json)
-    return 0 if any(report.opens for report in reports) else 1
+def _add_arguments(name: str, parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of a command, and its function `run` as a default."""
+    import_module(f"raytracer.app.commands.{name}_cli").add_arguments(parser)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from raytracer.core.output import check_output, written_whole
-from raytracer.core.record import Record
+from raytracer.core.record import Record, public
 from raytracer.core.validation import InputError, check_text, shown
 from raytracer.formats.estimate import Estimate
 
@@ -95,6 +95,7 @@ class GeometrySource(ABC):
         """The arrays, made at the first call."""
 
 
+@public
 class Image(Record, frozen=True, eq=False):
     """A rendered picture. All arrays have the top row first.
 

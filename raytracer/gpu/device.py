@@ -119,7 +119,7 @@ class Device:
 
         Raises ShaderError with files and lines.
         """
-        vertex = vertex or assemble("screen.vert")
+        vertex = vertex or assemble("passes/screen.vert")
         key = vertex.text, source.text
         program = self._programs.pop(key, None)
         if program is None:

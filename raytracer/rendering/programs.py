@@ -55,5 +55,5 @@ def _sources(
     if show == "picture" and has_quiet(scene, settings):
         if quiet and groups(scene).planes:
             sources["quiet"] = quiet_source(scene, settings, varyings), cells
-        sources["empty"] = assemble("empty.frag"), plain_vertex_source()
+        sources["empty"] = assemble("passes/empty.frag"), plain_vertex_source()
     return sources

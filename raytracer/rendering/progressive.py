@@ -162,7 +162,7 @@ class Live:
         self, scene: Scene, settings: Settings, show: Show
     ) -> tuple[Programs, dict[str, moderngl.Program]]:
         self._device.limits.check(scene, settings)
-        on_screen = {name: self._device.program(assemble(f"{name}.frag")) for name in _ON_SCREEN}
+        on_screen = {name: self._device.program(assemble(f"window/{name}.frag")) for name in _ON_SCREEN}
         programs = find_programs(self._device, scene, settings, show)
         for name, uniforms in _ON_SCREEN.items():
             set_uniforms(on_screen[name], **uniforms)

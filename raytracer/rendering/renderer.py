@@ -33,7 +33,7 @@ def metadata(
     scene: Scene, size: tuple[int, int], settings: Settings, estimate: Estimate | None = None
 ) -> dict[str, str]:
     """What a picture's file says of it."""
-    from raytracer import __version__
+    from raytracer.version import __version__
 
     text = {
         "Title": scene.name,

@@ -20,7 +20,7 @@ from raytracer.analysis.reflectance.expectations import NOT_RECIPROCAL, VERDICTS
 from raytracer.analysis.reflectance.quadrature import NORMAL, Fineness, about_all, facing, halfway, polar
 from raytracer.analysis.reflectance.verification import Check, _differences, check, check_all
 from raytracer.app.cli import main
-from raytracer.app.commands.brdf_cli import settings_of as parsed
+from raytracer.app.commands.material_arguments import parse_parameters as parsed
 from raytracer.core.validation import InputError
 from raytracer.formats.material_library import published
 from raytracer.gpu.device import shared_device
@@ -417,10 +417,10 @@ def test_list_shows_what_is_measured_and_what_a_model_takes(capsys: pytest.Captu
     assert status == 0 and found["parameters"][1]["name"] == "rho" and len(found["measured"]) == 3
 
 
-def test_other_commands_do_not_load_the_bench() -> None:
+def test_other_commands_do_not_load_the_analysis_of_reflectance() -> None:
     code = (
         "import sys; from raytracer.app.cli import _parser; _parser().parse_args(['doctor']);"
-        "print([name for name in sys.modules if 'brdf' in name or 'bench' in name])"
+        "print([name for name in sys.modules if 'brdf' in name or 'raytracer.analysis' in name])"
     )
     assert output_of(sys.executable, "-c", code) == "[]\n"
 

@@ -16,7 +16,7 @@ from raytracer.analysis.tradeoffs import tune as tune_module
 from raytracer.analysis.tradeoffs.trials import Measured, Stage
 from raytracer.analysis.tradeoffs.tune import LADDER, asked, grid, tune
 from raytracer.app.cli import main
-from raytracer.app.commands.trade_cli import settings_table
+from raytracer.app.commands.tune_cli import settings_section
 from raytracer.app.options import add_settings, given
 from raytracer.formats.scene_file import load_settings, parse_all
 from raytracer.rendering.renderer import Renderer
@@ -108,7 +108,7 @@ def test_the_table_holds_what_is_not_by_default() -> None:
         Settings(samples=4096, max_error=0.002, precision=64),
         Settings(samples=6),
     ):
-        table = tomllib.loads(settings_table(settings))["settings"]
+        table = tomllib.loads(settings_section(settings))["settings"]
         if settings.asks:
             assert "samples" not in table, "the default is another one then"
             table["samples"] = settings.samples

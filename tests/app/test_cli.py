@@ -226,8 +226,8 @@ def test_render_imports_no_more_than_it_needs(tmp_path: Path) -> None:
     assert not modules & {"rich", "glfw", "tomlkit", "PIL", "asyncio", "logging", "tempfile", "ctypes.util"}
     assert not ours & {
         "analysis",
-        "app.commands.doctor",
-        "app.doctor",
+        "app.commands.doctor_cli",
+        "gpu.context_report",
         "app.viewer.events",
         "app.viewer.overlay",
         "app.viewer.window",

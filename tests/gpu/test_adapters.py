@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.app import doctor
 from raytracer.app.cli import main
-from raytracer.gpu import adapters, context
+from raytracer.gpu import adapters, context, context_report
 from raytracer.gpu.adapters import open_adapter, wanted_adapter
 from raytracer.gpu.context import chosen
 from raytracer.gpu.device import shared_device
@@ -149,8 +148,8 @@ def test_doctor_says_why_a_backend_does_not_open_in_the_words_of_its_error(monke
         raise RuntimeError("window: no screen\nand no hope")
 
     monkeypatch.setitem(context._OPENERS, "window", fail)
-    monkeypatch.setattr(doctor, "BACKENDS", ("window",))
-    [report] = doctor.examine()
+    monkeypatch.setattr(context_report, "BACKENDS", ("window",))
+    [report] = context_report.examine_contexts()
     assert not report.opens and report.problem == "window: no screen\nand no hope"
     with pytest.raises(rt.ContextError, match=r"^no OpenGL") as failed:
         context.open_context("window")
@@ -159,10 +158,9 @@ def test_doctor_says_why_a_backend_does_not_open_in_the_words_of_its_error(monke
 
 def test_doctor_lists_every_device(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     opened = machine(monkeypatch, LLVMPIPE, BROKEN, NVIDIA)
-    monkeypatch.setattr(doctor, "BACKENDS", ("egl",))
-    reports = doctor.examine()
+    monkeypatch.setattr(context_report, "BACKENDS", ("egl",))
+    assert main(["doctor", "--json"]) == 0
     assert all(each.released for each in opened)
-    doctor.print_report(reports, as_json=True)
     reports_read = json.loads(capsys.readouterr().out)
     assert [(r["backend"], r["device"], r["opens"]) for r in reports_read] == [
         ("egl", 0, True),
@@ -172,7 +170,7 @@ def test_doctor_lists_every_device(monkeypatch: pytest.MonkeyPatch, capsys: pyte
     assert [r["renderer"] for r in reports_read] == [LLVMPIPE[0], "", NVIDIA[0]] and reports_read[1][
         "problem"
     ] == BROKEN
-    doctor.print_report(reports)
+    assert main(["doctor"]) == 0
     table = capsys.readouterr().out
     assert all(word in table for word in ("egl 0", "egl 1", "egl 2", "H200")) and "apt-get" not in table
 

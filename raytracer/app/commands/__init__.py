@@ -1,1 +1,1 @@
-"""Commands of the command line, a module for each group."""
+"""Commands of the command line: `raytracer NAME` is in NAME_cli.py."""

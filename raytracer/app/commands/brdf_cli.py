@@ -1,28 +1,21 @@
-"""`raytracer brdf`: list, check, plot, gallery, bake. Exit status as in `cli.py`; of check 1 if a verdict differs."""
+"""`raytracer brdf`: its commands list, check, plot, gallery and bake."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
+from raytracer.app.commands.material_arguments import labelled_materials, model_parameters, parse_parameters
 from raytracer.app.options import add_backend
 from raytracer.core.progress import progress_bar
-from raytracer.core.suggest import did_you_mean
 from raytracer.core.terminal import say, say_json
 from raytracer.core.validation import InputError
-from raytracer.formats.toml_tables import toml
-from raytracer.scene.materials.models import MODELS, Parameter
-
-if TYPE_CHECKING:
-    from raytracer.scene.materials.material import Material
-
-# Characters of what was given that an error shows.
-_SHOWN = 80
+from raytracer.scene.materials.models import MODELS
 
 
-def add_commands(parser: argparse.ArgumentParser) -> None:
-    """The commands, each of which sets `run`."""
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the commands of `brdf`, each of which sets `run`."""
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for name, summary, arguments, run in (
         ("list", "the models, their parameters, and what is measured of them", _list_arguments, _list),
@@ -129,6 +122,7 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
+    """Run `brdf check`; the exit status, 1 if a measurement is not what is expected."""
     from raytracer.analysis.reflectance.measure import COMPLETE
     from raytracer.analysis.reflectance.report import checks_json, print_checks
     from raytracer.analysis.reflectance.verification import check, check_all, material_of
@@ -136,7 +130,7 @@ def _check(options: argparse.Namespace) -> int:
 
     names = options.models or COMPLETE
     whole = [name for name in names if name in MODELS and not options.set]
-    single = [(name, settings_of(name, options.set)) for name in names if name not in whole]
+    single = [(name, parse_parameters(name, options.set)) for name in names if name not in whole]
     for name, settings in single:
         material_of(name, settings)
     if missing := [name for name in whole if name not in COMPLETE]:
@@ -164,7 +158,7 @@ def _plot(options: argparse.Namespace) -> int:
     if options.lecture:
         plot_lecture(output, _number_of(options.set, "h"), shared_device(options.backend, options.device))
     else:
-        materials = _labelled(options.materials, options.set)
+        materials = labelled_materials(options.materials, options.set)
         with progress_bar(f"plotting {output.name}") as progress:
             renderer = Renderer(shared_device(options.backend, options.device))
             plot_materials(output, materials, renderer, progress)
@@ -197,7 +191,7 @@ def _bake(options: argparse.Namespace) -> int:
     from raytracer.scene.materials import merl
 
     output = check_output(options.output, (".binary",))
-    [(_, material)] = _labelled([options.material], options.set)
+    [(_, material)] = labelled_materials([options.material], options.set)
     table = brdf.bake(material, device=shared_device(options.backend, options.device))
     with written_whole(output) as file:
         merl.write(table, file)
@@ -207,103 +201,13 @@ def _bake(options: argparse.Namespace) -> int:
 
 def _models(names: Sequence[str]) -> list[str]:
     for name in names:
-        _known(name, name)
+        model_parameters(name)
     return list(names) or [*MODELS]
 
 
-def _known(name: str, shown: str) -> dict[str, Parameter]:
-    if name not in MODELS:
-        raise InputError(f"expected one of {', '.join(MODELS)}{did_you_mean(name, MODELS)}", file=shown)
-    return MODELS[name].parameters
-
-
-def _labelled(texts: Sequence[str], common: Sequence[str]) -> list[tuple[str, Material]]:
-    """Labels and materials, of MODEL[:NAME=VALUE...] and what is set for all that have it."""
-    from raytracer.analysis.reflectance.verification import material_of
-
-    parts = [text.split(":") for text in texts]
-    known = [_parameters(name) for name, *_ in parts]
-    for item in common:
-        key = _name_of(item, "--set ")
-        if not any(key in parameters for parameters in known):
-            raise InputError(f"none of the materials has a parameter {_short(key)}", file=_short(f"--set {item}"))
-    found = []
-    for text, (name, *own), parameters in zip(texts, parts, known, strict=True):
-        shared = settings_of(name, [item for item in common if _name_of(item, "--set ") in parameters])
-        settings = {**shared, **settings_of(name, own, f"{name}:")}
-        try:
-            found.append((text, material_of(name, settings)))
-        except InputError as error:
-            raise error.at(_short(text)) from None
-    return found
-
-
-def _parameters(name: str) -> dict[str, Parameter]:
-    """What a model, or that of a published material, takes."""
-    if "/" in name:
-        from raytracer.formats.material_library import material_named
-
-        name = material_named(name).model
-    return _known(name, name)
-
-
-def settings_of(name: str, items: Sequence[str], prefix: str = "--set ") -> dict[str, Any]:
-    """The settings of a model, or of a published material, in NAME=VALUE texts: as the table types them.
-
-    `prefix` is what is before such a text on the command line.
-    """
-    known = _parameters(name)
-    found = {}
-    for item in items:
-        key = _name_of(item, prefix)
-        if key not in known:
-            near = did_you_mean(key, known)
-            raise InputError(
-                f"{name} has no parameter {_short(key)} (known: {', '.join(known)}){near}", file=_short(prefix + item)
-            )
-        found[key] = _value(known[key], item.partition("=")[2], prefix + item)
-    return found
-
-
-def _name_of(item: str, prefix: str) -> str:
-    name, equals, _ = item.partition("=")
-    if not equals:
-        raise InputError("expected NAME=VALUE, such as alpha=0.1", file=_short(prefix + item))
-    return name
-
-
-def _value(parameter: Parameter, text: str, given: str) -> Any:
-    parse: dict[str, tuple[Callable[[str], Any], str]] = {
-        "number": (float, "a number"),
-        "whole": (float, "a whole number"),
-        "color": (_numbers, "a number, or three with commas between: 1,0.8,0.3"),
-        "direction": (_numbers, "three numbers with commas between: 1,0,0"),
-        "lobes": (
-            lambda text: toml(f"x = {text}")["x"],
-            "lobes as in a scene file: [{ cx = -1, cz = 1, n = 20 }]",
-        ),
-    }
-    if parameter.kind not in parse:
-        return text
-    convert, expected = parse[parameter.kind]
-    try:
-        return convert(text)
-    except ValueError:  # InputError is one
-        raise InputError(f"expected {expected}", file=_short(given)) from None
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
-
-
-def _numbers(text: str) -> Any:
-    parts = [float(part) for part in text.split(",")]
-    return parts[0] if len(parts) == 1 else parts
-
-
 def _number_of(items: Sequence[str], name: str) -> float | None:
-    """The only parameter that may be set here."""
-    found = settings_of("phong", items)
-    if other := [key for key in found if key != name]:
+    """The value of the only parameter that may be set, or None."""
+    parameters = parse_parameters("phong", items)
+    if other := [key for key in parameters if key != name]:
         raise InputError(f"expected only {name}", file=f"--set {other[0]}")
-    return found.get(name)
+    return parameters.get(name)

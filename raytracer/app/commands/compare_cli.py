@@ -1,66 +1,25 @@
-"""`raytracer reference` and `raytracer compare`. Exit status as in `cli.py`; of compare 1 above the tolerance, too."""
+"""`raytracer compare`: arguments, and how far a picture is from a reference."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import math
-import time
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from raytracer.analysis.image_difference import SCALE, THRESHOLD, Comparison, Rows, difference, measure, size_of
-from raytracer.app.options import add_own, add_scene, add_size, given, warn_about, whole
 from raytracer.core.output import check_output
-from raytracer.core.progress import progress_bar
-from raytracer.core.terminal import complain, say, say_json
-from raytracer.core.validation import InputError, about, check_size, number
+from raytracer.core.terminal import say, say_json
+from raytracer.core.validation import InputError, number
 from raytracer.formats.image_reader import SUFFIXES, load_radiance, size_in
-from raytracer.formats.scene_file import parse_all, read
-from raytracer.scene.presets import combined, own
 
 # Pixels of a picture that is read in no time.
 _SMALL = 1 << 16
 
 
-def reference_arguments(parser: argparse.ArgumentParser) -> None:
-    """What `raytracer reference` takes."""
-    from raytracer.ground_truth.converged import FIRST, SAMPLES, TOLERANCE
-    from raytracer.ground_truth.disk_cache import MOST_BYTES
-    from raytracer.ground_truth.picture import REFERENCE_SIZE
-
-    add_scene(parser)
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".npz (float64 arrays)")
-    add_size(parser, f"{REFERENCE_SIZE[0]}x{REFERENCE_SIZE[1]}, as this takes long")
-    parser.add_argument(
-        "--samples",
-        metavar="N",
-        type=whole,
-        default=SAMPLES,
-        help=f"rays a pixel at most, {FIRST} at least: {FIRST}, doubled as often as it takes (default: {SAMPLES})",
-    )
-    parser.add_argument(
-        "--tolerance",
-        metavar="T",
-        type=float,
-        default=TOLERANCE,
-        help="more samples where a pixel's error is estimated to be above T, in linear radiance "
-        f"(default: {TOLERANCE:g})",
-    )
-    add_own(parser, "shading", "shadows", "bounces")
-    parser.add_argument(
-        "--no-cache",
-        action="store_true",
-        help="make it anew, and do not keep it (default: keep it in the folder that the variable RAYTRACER_CACHE "
-        f"names, or the user's cache, which has the last {MOST_BYTES / 1e9:.0f} GB of them)",
-    )
-    parser.set_defaults(run=_reference)
-
-
-def compare_arguments(parser: argparse.ArgumentParser) -> None:
-    """What `raytracer compare` takes."""
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `compare`."""
     kinds = " or ".join(SUFFIXES)
     parser.add_argument("a", metavar="A", help=f"a picture: {kinds}")
     parser.add_argument(
@@ -82,58 +41,11 @@ def compare_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("-o", "--output", metavar="OUT", help=f"a .png of {SCALE}")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table; an infinite PSNR is null")
-    parser.set_defaults(run=_compare)
+    parser.set_defaults(run=run)
 
 
-def _reference(options: argparse.Namespace) -> int:
-    import numpy as np
-
-    from raytracer.ground_truth.converged import Job, truth
-    from raytracer.ground_truth.cost import check_cost, cost
-    from raytracer.ground_truth.picture import REFERENCE_SIZE, WORTH_MENTION
-
-    flags = given(options)
-    combined(own(flags))
-    size = flags.get("size", REFERENCE_SIZE)
-    check_size(size)
-    output = check_output(options.output, (".npz",))
-    scene, of_file = parse_all(*read(options.scene))
-    settings = combined(own(of_file), own(flags))
-    with about(options.scene):
-        for material in scene.materials:
-            settings.shaded(material)
-        check_cost(scene, size)
-    warn_about(options.scene, scene, msgspec.structs.replace(settings, precision=64))
-    start = time.monotonic()
-    traced = False
-
-    def before(job: Job) -> None:
-        nonlocal traced
-        traced = True
-        if (takes := cost(job, options.samples)).seconds > WORTH_MENTION:
-            complain(f"this takes {takes}")
-
-    with progress_bar(f"tracing {output.name}") as progress:
-        image = truth(
-            scene,
-            size,
-            settings,
-            samples=options.samples,
-            tolerance=options.tolerance,
-            cache=not options.no_cache,
-            progress=progress,
-            before=before,
-        )
-    image.save(output)
-    assert image.samples is not None and image.error is not None
-    n, rmse = image.samples, math.sqrt(np.mean(image.error**2))
-    took = f"{time.monotonic() - start:.1f} s" if traced else "from the cache"
-    samples = f"{n.min()} to {n.max()} samples a pixel, {n.mean():.1f} on average"
-    say(f"wrote {output}: {size_of(image.radiance)}, {samples}, RMSE about {rmse:.1e}, {took}")
-    return 0
-
-
-def _compare(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
+    """Run `compare`; the exit status, 1 also if the pictures are further apart than the tolerance."""
     import numpy as np
 
     if options.tolerance is not None:

@@ -1,28 +1,20 @@
-"""`raytracer trade` and `raytracer tune`: arguments, and what they do. Exit status as in `cli.py`."""
+"""`raytracer trade`: arguments, and what each knob costs in a folder."""
 
 from __future__ import annotations
 
 import argparse
-import math
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import msgspec
 
-from raytracer.app.options import add_backend, add_own, add_scene, add_size, given, warn_about, whole
+from raytracer.app.options import add_backend, add_scene, add_size, given, warn_about, whole
 from raytracer.core.interrupts import STATUS
 from raytracer.core.progress import step_bar, tell_step
-from raytracer.core.terminal import complain, note, say
-from raytracer.core.validation import InputError, about, check_size, number
+from raytracer.core.terminal import say
+from raytracer.core.validation import InputError, about, check_size
 from raytracer.formats.scene_file import parse_all, read
-from raytracer.formats.settings_section import DEFAULT_SIZE
-from raytracer.scene.presets import OWN, Fields, combined, over, own
-from raytracer.scene.presets import flags as as_flags
-from raytracer.scene.settings import Settings
-
-if TYPE_CHECKING:
-    from raytracer.analysis.tradeoffs.tune import Tuned
+from raytracer.scene.presets import combined, own
 
 # Small, for a truth takes its time; quick is for tests.
 _SIZE, _QUICK_SIZE = (320, 180), (64, 36)
@@ -30,8 +22,8 @@ _ROUNDS, _QUICK_ROUNDS = 5, 2
 _QUICK_GPU_SAMPLES = 256
 
 
-def trade_arguments(parser: argparse.ArgumentParser) -> None:
-    """Those of `raytracer trade`."""
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `trade`."""
     add_scene(parser)
     parser.add_argument(
         "-o",
@@ -55,11 +47,11 @@ def trade_arguments(parser: argparse.ArgumentParser) -> None:
         "--quick", action="store_true", help="a tiny picture, few of all configurations, a truth by the GPU"
     )
     add_backend(parser)
-    parser.set_defaults(run=_trade)
+    parser.set_defaults(run=run)
 
 
-def _trade(options: argparse.Namespace) -> int:
-    """Measure, and write what there is; STATUS if that is not all of it."""
+def run(options: argparse.Namespace) -> int:
+    """Run `trade`; the exit status, STATUS if Ctrl-C ended it before all was measured."""
     scene, of_file = parse_all(*read(options.scene))
     if options.rounds is not None and options.rounds < 1:
         raise InputError("expected at least 1, got 0", "--rounds")
@@ -111,90 +103,3 @@ def _trade(options: argparse.Namespace) -> int:
     if not found.complete:
         say("interrupted: this is what was measured by then")
     return 0 if found.complete else STATUS
-
-
-def tune_arguments(parser: argparse.ArgumentParser) -> None:
-    """What `raytracer tune` takes."""
-    add_scene(parser)
-    targets = parser.add_mutually_exclusive_group(required=True)
-    targets.add_argument(
-        "--max-error",
-        metavar="E",
-        type=float,
-        help="find the fastest settings whose picture has at most this root mean square error, in linear radiance",
-    )
-    targets.add_argument(
-        "--time", metavar="T", type=float, help="find those with the least error whose picture takes at most T seconds"
-    )
-    add_size(parser)
-    add_own(parser, *OWN)
-    add_backend(parser)
-    parser.set_defaults(run=_tune)
-
-
-def _tune(options: argparse.Namespace) -> int:
-    """Search, and print the settings; 1 if nothing meets the target, STATUS after Ctrl-C."""
-    for value, name, unit in (
-        (options.max_error, "--max-error", "linear radiance"),
-        (options.time, "--time", "seconds"),
-    ):
-        if value is not None:
-            number(value, name, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
-    flags = given(options)
-    combined(own(flags))
-    scene, of_file = parse_all(*read(options.scene))
-    size = flags.get("size") or of_file.get("size") or DEFAULT_SIZE
-    from raytracer.analysis.tradeoffs.tune import tune
-    from raytracer.gpu.device import shared_device
-    from raytracer.rendering.renderer import Renderer
-
-    check_size(size)
-    settings = combined(own(of_file), own(flags))
-    warn_about(options.scene, scene, settings)
-    renderer = Renderer(shared_device(options.backend, options.device))
-    try:
-        with about(options.scene):
-            found = tune(
-                renderer,
-                scene,
-                size,
-                settings,
-                max_error=options.max_error,
-                time=options.time,
-                progress=lambda what: note(f"measuring {what}"),
-            )
-    except KeyboardInterrupt:
-        complain("interrupted before any picture of the full size was measured")
-        return STATUS
-    _report(found, size, of_file)
-    if not found.complete:
-        return STATUS
-    return 0 if found.pick else 1
-
-
-def _report(found: Tuned, size: tuple[int, int], of_file: Fields) -> None:
-    """Print what was found."""
-    best = found.best
-    # What says nothing that the file does not say is said all the same.
-    named = over(of_file, best.settings) or over({}, best.settings) or {"samples": best.settings.samples}
-    says = (
-        f"{as_flags(named)}: {best.seconds:.3g} s, error {best.error:.2g} (RMSE, linear radiance), "
-        f"{best.samples:.3g} samples a pixel at {size[0]}x{size[1]}"
-    )
-    if not found.complete:
-        say(f"interrupted: the best of {found.tried} that were measured by then:")
-    if found.pick:
-        say(says, "", *settings_table(best.settings, of_file.get("size")).splitlines())
-    else:
-        why = ", and that tells that no other will" if found.hopeless else ""
-        say(f"of {found.tried} tried nothing meets that{why}; the closest is {says}")
-
-
-def settings_table(settings: Settings, size: tuple[int, int] | None = None) -> str:
-    """The table `[settings]` of a scene file, of what is not by default; `size`: one that the file has already."""
-    lines = [f"size = [{size[0]}, {size[1]}]"] if size else []
-    lines += [
-        f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value}"
-        for name, value in over({}, settings).items()
-    ]
-    return "\n".join(["[settings]", *lines]) + "\n"

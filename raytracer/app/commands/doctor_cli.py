@@ -1,0 +1,55 @@
+"""`raytracer doctor`: which OpenGL contexts open here, on what device, and what to install if none does."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from typing import TYPE_CHECKING
+
+from raytracer.core.terminal import cell, say, say_json, say_table
+
+if TYPE_CHECKING:
+    from raytracer.gpu.context_report import ContextReport
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `doctor`."""
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run `doctor`; the exit status, 1 if no context opens."""
+    import msgspec
+
+    from raytracer.gpu.context_report import examine_contexts
+
+    reports = examine_contexts()
+    if options.json:
+        say_json(json.dumps(msgspec.to_builtins(reports), indent=2))
+    else:
+        _print_table(reports)
+    return 0 if any(report.opens for report in reports) else 1
+
+
+def _print_table(reports: list[ContextReport]) -> None:
+    """Print a table of contexts, and which packages to install for those that do not open."""
+    from rich.table import Table
+
+    from raytracer.gpu.context import PACKAGES
+
+    table = Table("backend", *(cell(report.name) for report in reports))
+    table.add_row("opens", *("yes" if report.opens else f"no: {cell(report.problem)}" for report in reports))
+    for name in ("renderer", "vendor", "version"):
+        table.add_row(name, *(cell(getattr(report, name)) for report in reports))
+    table.add_row("largest texture", *(f"{r.max_texture_size}" if r.opens else "" for r in reports))
+    table.add_row("uniform block", *(f"{r.max_uniform_block // 1024} KiB" if r.opens else "" for r in reports))
+    say_table(table)
+    if sys.platform != "linux":
+        return
+    for backend in dict.fromkeys(report.backend for report in reports):
+        if not any(report.opens for report in reports if report.backend == backend):
+            without_screen = " and, without a screen, run under xvfb-run" if backend == "window" else ""
+            packages = PACKAGES[backend]
+            say(f"For {backend} on Debian or Ubuntu: apt-get install {packages}{without_screen}")

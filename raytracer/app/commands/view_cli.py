@@ -1,0 +1,47 @@
+"""`raytracer view`: arguments, and the window."""
+
+from __future__ import annotations
+
+import argparse
+
+from raytracer.app.options import add_scene, add_settings, given
+from raytracer.core.interrupts import STATUS
+from raytracer.core.validation import check_size, number
+from raytracer.scene.presets import combined
+from raytracer.scene.sequences import PROGRESSIVE
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `view`."""
+    from raytracer.app.viewer.events import CONTROLS, DEFAULT_SAMPLES
+
+    add_scene(parser)
+    add_settings(parser, DEFAULT_SAMPLES, PROGRESSIVE, adaptive=False)
+    parser.add_argument(
+        "--budget",
+        metavar="MS",
+        type=float,
+        default=33.0,
+        help="milliseconds that a moving picture's sample may take; above, its pixels are enlarged (default: 33)",
+    )
+    width = max(len(control.key) for control in CONTROLS)
+    controls = "".join(f"  {control.key:{width}}  {control.does}\n" for control in CONTROLS)
+    parser.epilog = f"mouse and keys:\n{controls}\n{parser.epilog}"
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run `view`; the exit status."""
+    budget = number(options.budget, "--budget", 0.001, 1e6, "milliseconds in [0.001, 1e6]") / 1000.0
+    flags = given(options)
+    combined(flags)
+
+    from raytracer.app.viewer.window import view
+
+    if "size" in flags:
+        check_size(flags["size"])
+    try:
+        view(options.scene, flags, budget)
+    except KeyboardInterrupt:  # one of the ways to close the window
+        return STATUS
+    return 0

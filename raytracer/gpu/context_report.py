@@ -1,0 +1,78 @@
+"""Reports of which OpenGL contexts open on this machine, on which device, with which driver."""
+
+from __future__ import annotations
+
+import moderngl
+import msgspec
+
+from raytracer.gpu.adapters import closed_adapters, leave
+from raytracer.gpu.context import BACKENDS, open_context
+from raytracer.gpu.turns import ContextError, begin
+
+
+class ContextReport(msgspec.Struct, frozen=True):
+    """The driver's own words and limits for one way to reach OpenGL, or why no context opened."""
+
+    backend: str
+    opens: bool
+    device: int | None = None
+    vendor: str = ""
+    renderer: str = ""
+    version: str = ""
+    max_texture_size: int = 0
+    max_uniform_block: int = 0
+    problem: str = ""
+
+    @property
+    def name(self) -> str:
+        """The backend, and the device's number if there are several."""
+        return self.backend if self.device is None else f"{self.backend} {self.device}"
+
+
+def examine_contexts() -> list[ContextReport]:
+    """Open and close a context of each kind, for EGL on each device."""
+    return [
+        report
+        for backend in BACKENDS
+        for report in (_device_reports() if backend == "egl" else [_backend_report(backend)])
+    ]
+
+
+def _device_reports() -> list[ContextReport]:
+    begin()
+    reports = [
+        _report("egl", each.context, each.number)
+        if each.context
+        else ContextReport("egl", False, each.number, problem=each.problem)
+        for each in closed_adapters()
+    ]
+    if len(reports) > 1 or any(report.opens for report in reports):
+        return reports
+    # EGL itself is not there: no device is to blame.
+    problem = "; ".join(report.problem for report in reports) or "no EGL device"
+    return [ContextReport("egl", False, problem=problem)]
+
+
+def _backend_report(backend: str) -> ContextReport:
+    try:
+        context = open_context(backend)
+    except ContextError as error:
+        return ContextReport(backend, False, problem=error.problems[backend])
+    report = _report(backend, context)
+    leave(context)  # a released one that is current keeps the next from opening
+    context.release()
+    return report
+
+
+def _report(backend: str, context: moderngl.Context, device: int | None = None) -> ContextReport:
+    info = context.info
+    return ContextReport(
+        backend,
+        True,
+        device,
+        vendor=info["GL_VENDOR"],
+        renderer=info["GL_RENDERER"],
+        version=info["GL_VERSION"],
+        max_texture_size=info["GL_MAX_TEXTURE_SIZE"],
+        max_uniform_block=info["GL_MAX_UNIFORM_BLOCK_SIZE"],
+    )
