@@ -15,6 +15,7 @@ from raytracer.formats.image import Image, srgb8
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.accumulation import Accumulation, is_measured
 from raytracer.rendering.block_measurements import BlockMeasurements
+from raytracer.rendering.programs import find_programs
 from raytracer.rendering.progressive import ProgressivePicture
 from raytracer.rendering.renderer import Renderer
 from raytracer.rendering.tile_renderer import TileRenderer
@@ -74,14 +75,14 @@ class Bench:
         self.software = any(name in self.context.info["GL_RENDERER"] for name in ("llvmpipe", "softpipe"))
         self.size, self.rounds = size, rounds
         self._renderer = renderer
-        self._picture = ProgressivePicture(renderer, budget=1.0)
+        self._picture = ProgressivePicture(renderer.device, budget=1.0)
         self._traced: dict[tuple[str, int], tuple[Picture, float]] = {}
 
     def frame(self, scene: rt.Scene, settings: rt.Settings, size: Size | None = None) -> float:
         """The seconds that all samples of a frame take, with everything about its scene on the GPU already."""
         self.start(scene, settings, size)
         begin = time.perf_counter()
-        for _ in range(settings.samples):
+        while not self._picture.is_done:
             self._picture.step()
         return time.perf_counter() - begin
 
@@ -89,7 +90,7 @@ class Bench:
         """The seconds from making a scene to the end of its frame."""
         begin = time.perf_counter()
         self.start(scene(), settings)
-        for _ in range(settings.samples):
+        while not self._picture.is_done:
             self._picture.step()
         return time.perf_counter() - begin
 
@@ -103,10 +104,10 @@ class Bench:
         return self._picture.image({}).radiance
 
     def summed(self, scene: rt.Scene, settings: rt.Settings) -> float:
-        """The seconds in which render() draws all samples and reads their sum: a window has no adaptive ones."""
+        """The seconds in which render() draws all samples and reads their sum."""
         device, options, area = self._renderer.device, settings.sampling, (0, 0, *self.size)
         with closing(TileRenderer(device, self.size)) as tiles:
-            tiles.load(self._renderer.programs(scene, settings), scene, settings, self.size)
+            tiles.load(find_programs(device, scene, settings), scene, settings, self.size)
             is_needed = is_measured(options, estimates=True)
             measurements = BlockMeasurements(device, tiles.player, self.size) if is_needed else None
 

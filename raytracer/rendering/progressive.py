@@ -16,11 +16,12 @@ from raytracer.compiler.glsl.shaders import Show, light_defines
 from raytracer.core.validation import InputError
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
+from raytracer.gpu.device import Device
 from raytracer.gpu.gl import Program, Texture
 from raytracer.rendering.accumulation import Accumulation, is_measured
 from raytracer.rendering.block_measurements import BlockMeasurements
 from raytracer.rendering.estimator import estimate
-from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.programs import are_compiled, find_programs
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
@@ -57,9 +58,9 @@ class ProgressivePicture:
     The device's context must be current in all calls.
     """
 
-    def __init__(self, renderer: Renderer, budget: float) -> None:
+    def __init__(self, device: Device, budget: float) -> None:
         """`budget`: seconds that a sample of a moving picture may take."""
-        self._renderer, self._device = renderer, renderer.device
+        self._device = device
         self._budget = budget
         self._pace = Pace(budget)
         self._tiles: TileRenderer | None = None
@@ -100,7 +101,7 @@ class ProgressivePicture:
             programs = self._programs
         else:
             self._device.limits.check(scene, settings)
-            programs = self._renderer.programs(scene, settings, show)
+            programs = find_programs(self._device, scene, settings, show)
         enlarged = self._pace.enlarged(size[0] * size[1]) if moving else 1
         drawn_size = _enlarged(size, enlarged)
         tiles = self._tiles_for(size, geometry=show != "picture")
@@ -144,7 +145,7 @@ class ProgressivePicture:
     def is_compiled(self, scene: Scene, settings: Settings, show: Show) -> bool:
         """Whether `start` compiles nothing for this picture. Raises InputError and ShaderError as `start`."""
         self._device.limits.check(scene, settings)
-        return self._renderer.has_programs(scene, settings, show)
+        return are_compiled(self._device, scene, settings, show)
 
     def step(self) -> None:
         """Draw one more sample and wait for it.

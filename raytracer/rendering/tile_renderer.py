@@ -28,7 +28,7 @@ from raytracer.compiler.meshes import (
 from raytracer.compiler.rounds import MAX_ROUNDS
 from raytracer.compiler.surfaces import table
 from raytracer.core.validation import InputError
-from raytracer.formats.image import Image
+from raytracer.formats.image import Geometry
 from raytracer.gpu.device import Device
 from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.gpu.gl import Program, set_uniforms
@@ -180,15 +180,12 @@ class TileRenderer:
             self.player.add_texture("summedBefore", self.target, 3)
         self.player.write("summedBefore", total[::-1].astype(np.float32))
 
-    def read_geometry(self, image: Image, where: tuple[slice, slice]) -> None:
-        """Put what the sample just drawn sees into the other arrays of `image`."""
-        assert image.depth is not None and image.normal is not None and image.material is not None
-        height, width = image.depth[where].shape
-        seen = self.player.read("normalDepth", (0, 0, width, height), 4)[::-1]
-        surface = self._read_surface((width, height))
-        image.normal[where] = seen[..., :3] @ self._to_world
-        image.depth[where] = np.where(surface == 0, np.float32(np.inf), seen[..., 3])
-        image.material[where] = self._material_index[np.abs(surface) - 1]
+    def read_geometry(self, size: tuple[int, int]) -> Geometry:
+        """The surfaces that the sample just drawn sees, in the lower left part of that size."""
+        seen = self.player.read("normalDepth", (0, 0, *size), 4)[::-1]
+        surface = self._read_surface(size)
+        depth = np.where(surface == 0, np.float32(np.inf), seen[..., 3])
+        return Geometry(depth, seen[..., :3] @ self._to_world, self._material_index[np.abs(surface) - 1])
 
     def _read_surface(self, size: tuple[int, int]) -> NDArray[np.int32]:
         """(H, W), top row first: what the lower left part of that size sees. Raises InputError as read_sums()."""

@@ -237,7 +237,7 @@ def test_loops_of_every_sort_that_the_driver_does_not_end_are_refused(
 def test_the_window_shows_nothing_of_what_the_driver_does_not_end(
     renderer: Renderer, show: Show, has_round_limit: bool
 ) -> None:
-    picture = ProgressivePicture(renderer, 1e9)
+    picture = ProgressivePicture(renderer.device, 1e9)
     with renderer.device.context:
         if has_round_limit:
             with pytest.raises(rt.InputError, match="at most 65535 steps"):
@@ -250,7 +250,7 @@ def test_more_lights_without_shadows_take_more_steps(renderer: Renderer, has_rou
     facets = rt.Instances(rt.Sphere((0, 0, 0), 1, FACETS), [(0, 0, -3.0 * i) for i in range(20)])
     one, many = (split([facets], rt.PointLight((0, 30, 0)), count, AHEAD) for count in (1, 200))
     settings = Settings(shadows="off")
-    picture = ProgressivePicture(renderer, 1e9)
+    picture = ProgressivePicture(renderer.device, 1e9)
     with renderer.device.context:
         picture.start(one, settings, "picture", SIZE, moving=False)
         picture.step()

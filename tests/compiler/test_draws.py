@@ -10,6 +10,7 @@ import raytracer as rt
 from raytracer.compiler.draws import MARGIN, SUMMED, Clear, Draw, Step, sample_at, sample_draws
 from raytracer.compiler.meshes import EMPTY, PLANE_ONLY, SEE, SHADE, SHAPES, Cells, Coverage, tile_meshes
 from raytracer.gpu.draw_player import DrawPlayer
+from raytracer.rendering.programs import find_programs
 from raytracer.rendering.renderer import Renderer
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.options import SamplingOptions
@@ -144,7 +145,7 @@ def test_another_player_is_given_values_only(
     settings = Settings(samples=2)
     with renderer.device.turn():
         tiles = TileRenderer(renderer.device, SIZE)
-        tiles.load(renderer.programs(scene, settings), scene, settings, SIZE)
+        tiles.load(find_programs(renderer.device, scene, settings), scene, settings, SIZE)
         for number in range(2):
             tiles.draw(TILE, sample_at(number, settings.sampling))
         tiles.close()

@@ -200,9 +200,9 @@ def test_a_compilers_error_names_the_file_and_line(renderer: Renderer, mistake: 
     lines = (shaders_folder() / "geometry/camera.glsl").read_text().splitlines()
     where = next(i for i, line in enumerate(lines) if line.startswith("real2 halfPixels()")) + 1
     lines[where - 1] += mistake
-    top = '#include "ray.glsl"\n#include "camera.glsl"\nvoid main() {}'
-    broken = assemble("top", generated={"top": top, "camera.glsl": "\n".join(lines)})
-    with pytest.raises(ShaderError, match=rf"camera\.glsl:{where}\b"), renderer.device.context:
+    top = '#include "geometry/ray.glsl"\n#include "geometry/camera.glsl"\nvoid main() {}'
+    broken = assemble("top", generated={"top": top, "geometry/camera.glsl": "\n".join(lines)})
+    with pytest.raises(ShaderError, match=rf"geometry/camera\.glsl:{where}\b"), renderer.device.context:
         renderer.device.program(broken)
 
 

@@ -13,6 +13,7 @@ import pytest
 import raytracer as rt
 from raytracer.compiler.draws import sample_at
 from raytracer.gpu.gl import BufferTexture
+from raytracer.rendering.programs import find_programs
 from raytracer.rendering.renderer import Renderer
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.settings import Settings
@@ -61,9 +62,9 @@ def test_what_a_driver_has_no_room_for_is_refused_again_when_tried_again(
             monkeypatch.setattr(BufferTexture, "most", staticmethod(lambda context, most=most: most))
             for _ in range(2):
                 with pytest.raises(rt.InputError, match=rf"^objects: expected at most {most} .*buffer textures\), got"):
-                    tiles.load(renderer.programs(scene, settings), scene, settings, SIZE)
+                    tiles.load(find_programs(renderer.device, scene, settings), scene, settings, SIZE)
         monkeypatch.undo()
-        tiles.load(renderer.programs(scene, settings), scene, settings, SIZE)
+        tiles.load(find_programs(renderer.device, scene, settings), scene, settings, SIZE)
         tiles.draw((0, 0, *SIZE), sample_at(0, settings.sampling))
         radiance = tiles.read_sums((0, 0, *SIZE), 3)
         tiles.close()

@@ -74,7 +74,7 @@ def test_the_window_keeps_what_it_draws_with(renderer: Renderer, monkeypatch: py
     monkeypatch.setattr(device, "KEPT_TEXT", 0)
     own, settings = Renderer(Device(renderer.device.context)), Settings(samples=4)
     with renderer.device.context:
-        live, canvas = ProgressivePicture(own, budget=1.0), Canvas(own.device)
+        live, canvas = ProgressivePicture(own.device, budget=1.0), Canvas(own.device)
         screen = own.device.context.framebuffer([own.device.context.texture(SIZE, 4)])
         for spheres in (2, 3, 4):
             live.start(scene_with(spheres), settings, "picture", SIZE, moving=False)

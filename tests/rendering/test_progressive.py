@@ -35,7 +35,7 @@ class Live(ProgressivePicture):
     """A picture, and the canvas on which it is shown."""
 
     def __init__(self, renderer: Renderer, budget: float) -> None:
-        super().__init__(renderer, budget)
+        super().__init__(renderer.device, budget)
         with renderer.device.context:
             self.canvas = Canvas(renderer.device)
 

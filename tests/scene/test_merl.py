@@ -10,6 +10,7 @@ import pytest
 import raytracer as rt
 from raytracer.compiler.draws import sample_at
 from raytracer.formats.scene_file import load, named_files
+from raytracer.rendering.programs import find_programs
 from raytracer.rendering.renderer import Renderer
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.materials import merl
@@ -157,12 +158,12 @@ def test_tables_that_do_not_fit_leave_those_of_the_scene_before(
     size, settings = (32, 32), Settings()
     with renderer.device.context:
         tiles = TileRenderer(renderer.device, size)
-        tiles.load(renderer.programs(good, settings), good, settings, size)
+        tiles.load(find_programs(renderer.device, good, settings), good, settings, size)
         with monkeypatch.context() as patch:  # as if there were room for one table only
             patch.setitem(renderer.device.context.info, "GL_MAX_3D_TEXTURE_SIZE", 179)
             with pytest.raises(rt.InputError, match="materials: expected at most 1 measured"):
-                tiles.load(renderer.programs(two, settings), two, settings, size)
-        tiles.load(renderer.programs(good, settings), good, settings, size)
+                tiles.load(find_programs(renderer.device, two, settings), two, settings, size)
+        tiles.load(find_programs(renderer.device, good, settings), good, settings, size)
         tiles.draw((0, 0, *size), sample_at(0, settings.sampling))
         picture = tiles.read_sums((0, 0, *size), 3)
         tiles.close()

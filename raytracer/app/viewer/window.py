@@ -46,7 +46,7 @@ from raytracer.gpu.context import open_window
 from raytracer.gpu.device import Device
 from raytracer.gpu.gl import Context
 from raytracer.rendering.progressive import ProgressivePicture
-from raytracer.rendering.renderer import Renderer, metadata
+from raytracer.rendering.renderer import metadata
 from raytracer.scene.presets import Fields
 
 # Seconds. How often files are looked at; also, Python notices Ctrl+C only between two waits for events.
@@ -105,10 +105,10 @@ class Viewer:
 
     def __init__(self, context: Context, window: Any, files: Files, state: State, budget: float) -> None:
         self.state = state
-        renderer = Renderer(Device(context))
+        device = Device(context)
         context.__enter__()  # the window's context is current as long as the window is open
-        self.picture = ProgressivePicture(renderer, budget)
-        self.canvas = Canvas(renderer.device)
+        self.picture = ProgressivePicture(device, budget)
+        self.canvas = Canvas(device)
         self.context, self.window = context, window
         self._files, self._budget = files, budget
         self._redo = Redo.SAMPLES
