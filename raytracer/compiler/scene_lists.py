@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.batches import Batches
 from raytracer.compiler.candidate_lists import Lister, Lists
-from raytracer.compiler.culling import OccupiedCells, cells_under
+from raytracer.compiler.culling import OccupiedCells
 from raytracer.compiler.direction_cells import CELL
+from raytracer.compiler.meshes import cells_under
 from raytracer.compiler.program_rows import check_listed
 from raytracer.compiler.rounds import OF_ENTRY
 from raytracer.compiler.view_space import View
