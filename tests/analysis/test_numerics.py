@@ -21,7 +21,9 @@ from raytracer.analysis.rounding_bounds import UNIT
 from raytracer.app.cli import main
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.settings import Evaluator, Precision, Settings, precision_warning
+from raytracer.scene.options import Evaluator, Precision
+from raytracer.scene.settings import Settings
+from raytracer.scene.warnings import precision_warning
 from tests import scenes
 from tests.processes import finished
 from tests.rendering.test_picture import assert_agrees, check

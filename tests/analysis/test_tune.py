@@ -16,11 +16,10 @@ from raytracer.analysis.tradeoffs import tune as tune_module
 from raytracer.analysis.tradeoffs.trials import Measured, Stage
 from raytracer.analysis.tradeoffs.tune import LADDER, asked, grid, tune
 from raytracer.app.cli import main
-from raytracer.app.commands.tune_cli import settings_section
-from raytracer.app.options import add_settings, given
-from raytracer.formats.scene_file import load_settings, parse_all
+from raytracer.app.options import add_settings, chosen_settings
+from raytracer.formats.scene_file import load_settings, parse_document
+from raytracer.formats.settings_section import section_text
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.presets import combined
 from raytracer.scene.settings import Settings
 from tests import scenes
 
@@ -108,8 +107,8 @@ def test_the_table_holds_what_is_not_by_default() -> None:
         Settings(samples=4096, max_error=0.002, precision=64),
         Settings(samples=6),
     ):
-        table = tomllib.loads(settings_section(settings))["settings"]
-        if settings.asks:
+        table = tomllib.loads(section_text(settings))["settings"]
+        if settings.sampling.has_stopping_rule:
             assert "samples" not in table, "the default is another one then"
             table["samples"] = settings.samples
         assert Settings(**table) == settings
@@ -137,10 +136,10 @@ def test_what_the_command_prints_makes_what_it_measured_as_flags_over_the_file_a
     assert (measured.shadows, measured.bounces) == ("diluted", 3) and "at 96x54" in line
     parser = argparse.ArgumentParser()
     add_settings(parser, 1, adaptive=True)
-    flags = given(parser.parse_args(line.partition(":")[0].split()))
-    assert combined(parse_all(file, file.read_text())[1], flags) == measured
+    flags = chosen_settings(parser.parse_args(line.partition(":")[0].split()))
+    assert (parse_document(file, file.read_text()).section.settings | flags).resolve() == measured
     file.write_text(f"{scenes.ASSIGNMENT.read_text()}\n{table}")
-    assert load_settings(file) == measured and parse_all(file, file.read_text())[1]["size"] == (96, 54)
+    assert load_settings(file) == measured and parse_document(file, file.read_text()).section.size == (96, 54)
 
 
 @pytest.mark.gl

@@ -6,7 +6,8 @@ import argparse
 import itertools
 import math
 import shlex
-from typing import Literal, get_args
+from pathlib import Path
+from typing import Any, Literal, get_args
 
 import msgspec
 import numpy as np
@@ -15,7 +16,7 @@ import pytest
 import raytracer as rt
 from raytracer.app.cli import main
 from raytracer.app.commands.render_cli import add_arguments as render_arguments
-from raytracer.app.options import given as given_by
+from raytracer.app.options import chosen_settings
 from raytracer.app.viewer.events import (
     CONTROLS,
     Control,
@@ -39,15 +40,26 @@ from raytracer.app.viewer.events import (
 from raytracer.app.viewer.orbit import turn_camera, turn_light
 from raytracer.app.viewer.overlay import _box, panels
 from raytracer.app.viewer.titles import compiling, compiling_title, title
-from raytracer.scene.presets import Fields, combined
-from raytracer.scene.settings import Shading, Shadows
+from raytracer.formats.scene_file import SceneDocument
+from raytracer.formats.settings_section import SettingsSection
+from raytracer.scene.materials.models import SHADINGS
+from raytracer.scene.options import Shadows
+from raytracer.scene.settings_patch import EMPTY, SettingsPatch
 from tests import scenes
 
 TEXT = scenes.ASSIGNMENT.read_text()
 
 
-def opened(scene: rt.Scene | None = None, of_file: Fields | None = None, **given: object) -> State:
-    return start(TEXT, scene or scenes.assignment(), of_file or {}, given)
+def opened(scene: rt.Scene | None = None, of_file: SettingsPatch = EMPTY, **chosen: Any) -> State:
+    return start(document(TEXT, scene or scenes.assignment(), of_file), SettingsPatch(**chosen))
+
+
+def document(text: str, scene: rt.Scene, of_file: SettingsPatch = EMPTY) -> SceneDocument:
+    return SceneDocument(Path("assignment.toml"), text, scene, SettingsSection(of_file))
+
+
+def loaded(text: str, scene: rt.Scene, of_file: SettingsPatch = EMPTY) -> Loaded:
+    return Loaded(document(text, scene, of_file))
 
 
 def after(state: State, *events: Event) -> State:
@@ -79,7 +91,7 @@ def test_dragging_along_the_height_of_the_window_turns_by_half_a_circle_with_eit
         other: Literal["left", "right"] = "right" if button == "left" else "left"
         assert redo(after(state, Release(other)), Cursor(0.9, 0.9)) == Redo.SAMPLES
         assert redo(after(state, Release(button)), Cursor(0.9, 0.9)) == Redo.NOTHING
-        assert state.loaded == scenes.assignment(), "what the file says is kept"
+        assert state.document.scene == scenes.assignment(), "what the file says is kept"
 
 
 def test_the_wheel_changes_the_lights_distance_and_with_shift_the_cameras() -> None:
@@ -98,18 +110,21 @@ def test_the_wheel_changes_the_lights_distance_and_with_shift_the_cameras() -> N
 def test_tab_selects_the_light_that_moves_and_home_and_r_put_things_back() -> None:
     state = after(opened(two_lights()), Key("Tab"), Wheel(1.0, False), Wheel(1.0, True))
     assert state.light == 1 and redo(state, Key("Tab")) == Redo.PRESENT
-    assert state.scene.lights[0] == state.loaded.lights[0] and state.scene.lights[1] != state.loaded.lights[1]
+    assert (
+        state.scene.lights[0] == state.document.scene.lights[0]
+        and state.scene.lights[1] != state.document.scene.lights[1]
+    )
     assert after(state, Key("Tab")).light == 0
     home = after(state, Key("Home"))
-    assert home.scene.camera == state.loaded.camera and home.scene.lights == state.scene.lights
-    assert after(home, Key("R")).scene == state.loaded
+    assert home.scene.camera == state.document.scene.camera and home.scene.lights == state.scene.lights
+    assert after(home, Key("R")).scene == state.document.scene
     dark = msgspec.structs.replace(scenes.assignment(), lights=())
     assert after(opened(dark), Key("Tab"), Key("R"), Wheel(1.0, False)).scene == dark
 
 
 @pytest.mark.parametrize(
     ("key", "presses"),
-    [("B", len(get_args(Shading))), ("S", len(get_args(Shadows))), ("A", 4), ("N", 2), ("Z", 2), ("M", 2)],
+    [("B", len(SHADINGS)), ("S", len(get_args(Shadows))), ("A", 4), ("N", 2), ("Z", 2), ("M", 2)],
 )
 def test_a_toggle_makes_a_new_picture_at_each_press_and_comes_back(key: str, presses: int) -> None:
     state, seen = opened(), []
@@ -134,14 +149,14 @@ def test_each_of_the_shadings_and_shadows_there_are_is_reached_by_its_key() -> N
         state = after(state, Key("S"), Key("B"))
         seen |= {state.settings.shadows, state.settings.shading}
     # None, the scene's own shading, is phong here.
-    assert seen == {*get_args(Shadows), None, *get_args(Shading)} - {"phong"}
+    assert seen == {*get_args(Shadows), None, *SHADINGS} - {"phong"}
 
     mixed = rt.Sphere((0, 0, 0), 1, rt.Material()) | rt.Sphere((1, 0, 0), 1, rt.Material(model="blinn"))
     state, order = opened(scenes.of(mixed)), []
     for key in "BBVVVB":
         state = after(state, Key(key))
         order.append(state.settings.shading)
-    assert order == ["phong", "blinn", "phong", None, get_args(Shading)[-1], None]
+    assert order == ["phong", "blinn", "phong", None, SHADINGS[-1], None]
     given = opened(shading="phong")
     assert after(given, Key("B")).settings.shading == "blinn", "no key press without effect"
 
@@ -149,27 +164,37 @@ def test_each_of_the_shadings_and_shadows_there_are_is_reached_by_its_key() -> N
 def test_saving_the_file_keeps_what_the_user_moved_unless_the_file_moves_it_too() -> None:
     state = after(opened(two_lights()), Key("Tab"), Wheel(1.0, False), Wheel(1.0, True), Failed("oh"))
     brighter = msgspec.structs.replace(two_lights(), ambient=(2, 2, 2))
-    kept = after(state, Loaded("new", brighter))
+    kept = after(state, loaded("new", brighter))
     assert (kept.scene.camera, kept.scene.lights) == (state.scene.camera, state.scene.lights)
-    assert kept.scene.ambient == (2, 2, 2) and kept.loaded == brighter and kept.text == "new" and kept.error == ""
+    assert (
+        kept.scene.ambient == (2, 2, 2)
+        and kept.document.scene == brighter
+        and kept.document.text == "new"
+        and kept.error == ""
+    )
     wider = msgspec.structs.replace(scenes.assignment().camera, vertical_fov=70)
     other = (rt.PointLight((4, 7, 4), (1, 0, 0)), rt.PointLight((9, 9, 9)), rt.PointLight((1, 1, 1)))
-    partly = after(state, Loaded("new", msgspec.structs.replace(two_lights(), camera=wider, lights=other))).scene
+    partly = after(state, loaded("new", msgspec.structs.replace(two_lights(), camera=wider, lights=other))).scene
     assert partly.camera == msgspec.structs.replace(wider, position=state.scene.camera.position)
     assert partly.lights == (other[0], other[1], other[2]), "the one that the user moved, the file has moved too"
     colored = (two_lights().lights[0], rt.PointLight((-3, 5, 2), (1, 0, 0)))
-    kept = after(state, Loaded("new", msgspec.structs.replace(two_lights(), lights=colored))).scene
+    kept = after(state, loaded("new", msgspec.structs.replace(two_lights(), lights=colored))).scene
     assert kept.lights == (colored[0], rt.PointLight(state.scene.lights[1].position, (1, 0, 0)))
     moved = msgspec.structs.replace(scenes.assignment(), camera=rt.Camera((0, 9, 9), (0, 0, 0)))
-    taken = after(state, Loaded("new", moved))
+    taken = after(state, loaded("new", moved))
     assert taken.scene == moved and taken.light == 0
 
 
 def test_what_cannot_be_drawn_is_taken_back_and_nothing_else() -> None:
     good = opened(two_lights())
-    state = after(good, Key("L"), Key("Tab"), Cursor(0.3, 0.3), Key("B"), Loaded("new", scenes.assignment()))
+    state = after(good, Key("L"), Key("Tab"), Cursor(0.3, 0.3), Key("B"), loaded("new", scenes.assignment()))
     back = reverted(state, good)
-    assert (back.text, back.loaded, back.scene, back.settings) == (TEXT, good.loaded, good.scene, good.settings)
+    assert (back.document.text, back.document.scene, back.scene, back.settings) == (
+        TEXT,
+        good.document.scene,
+        good.scene,
+        good.settings,
+    )
     assert not back.marker and back.cursor == (0.3, 0.3)
 
 
@@ -178,7 +203,7 @@ def test_an_error_stays_until_the_file_is_right_and_a_notice_until_the_next_key(
     assert (state.error, state.notice) == ("line 3", "wrote it")
     state = after(state, Key("H"), Wheel(1.0, False))
     assert (state.error, state.notice) == ("line 3", "")
-    assert after(state, Loaded(TEXT, scenes.assignment())).error == ""
+    assert after(state, loaded(TEXT, scenes.assignment())).error == ""
 
 
 def test_other_keys_do_nothing() -> None:
@@ -263,37 +288,38 @@ def test_the_command_renders_the_picture_that_is_shown() -> None:
 
 
 def test_the_command_renders_with_what_the_window_has_whatever_the_file_says() -> None:
-    files: list[Fields] = [
-        {},
-        {"samples": 16, "shading": "ggx"},
-        {"max_error": 0.01},
-        {"time": 2.0, "samples": 8},
-        {"adaptive": 0.1, "samples": 16},
-        {"quality": "high", "shadows": "off"},
+    files = [
+        EMPTY,
+        SettingsPatch(samples=16, shading="ggx"),
+        SettingsPatch(max_error=0.01),
+        SettingsPatch(time=2.0, samples=8),
+        SettingsPatch(adaptive=0.1, samples=16),
+        SettingsPatch(quality="high", shadows="off"),
     ]
-    flags: list[Fields] = [{}, {"max_error": 0.001}, {"time": 1.0, "max_error": None}, {"quality": "draft"}]
-    for of_file, given, keys in itertools.product(files, flags, ("", "A", "BS", "V")):
-        state = after(opened(of_file=of_file, **given), *map(Key, keys))
+    flags = [{}, {"max_error": 0.001}, {"time": 1.0, "max_error": None}, {"quality": "draft"}]
+    for of_file, chosen, keys in itertools.product(files, flags, ("", "A", "BS", "V")):
+        state = after(opened(of_file=of_file, **chosen), *map(Key, keys))
         words = shlex.split(command(state, (640, 360), "a.toml"))
         options = argparse.ArgumentParser()
         render_arguments(options)
-        assert combined(of_file, given_by(options.parse_args(["a.toml", *words[3:]]))) == state.settings
+        chosen_again = chosen_settings(options.parse_args(["a.toml", *words[3:]]))
+        assert (of_file | chosen_again).resolve() == state.settings
     assert "--max-error 0.001 " in command(opened(max_error=0.001), (8, 8), "a.toml") + " "
 
 
 def test_saved_settings_are_taken_up_where_the_file_has_changed_them() -> None:
-    state = after(opened(of_file={"samples": 16, "shadows": "soft"}, bounces=3), Key("B"))
+    state = after(opened(of_file=SettingsPatch(samples=16, shadows="soft"), bounces=3), Key("B"))
     assert (state.settings.samples, state.limit) == (16, 16)
-    same = after(state, Loaded(TEXT, scenes.assignment(), {"shadows": "soft", "samples": 16}))
+    same = after(state, loaded(TEXT, scenes.assignment(), SettingsPatch(shadows="soft", samples=16)))
     assert same.settings == state.settings
-    other = after(state, Loaded(TEXT, scenes.assignment(), {"samples": 16, "max_error": 0.01, "bounces": 8}))
+    other = after(state, loaded(TEXT, scenes.assignment(), SettingsPatch(samples=16, max_error=0.01, bounces=8)))
     assert other.settings == msgspec.structs.replace(state.settings, shadows="hard", max_error=0.01)
     assert other.settings.bounces == 3 and other.settings.shading == "blinn"
-    gone = after(other, Loaded(TEXT, scenes.assignment()))
+    gone = after(other, loaded(TEXT, scenes.assignment()))
     assert (gone.settings.samples, gone.limit, gone.settings.max_error) == (256, 256, None)
     with pytest.raises(rt.InputError, match=r"^settings.sequence: expected one of sobol, r2, random for a window"):
-        after(state, Loaded(TEXT, scenes.assignment(), {"sequence": "grid"}))
-    assert opened(of_file={"sequence": "grid"}, sequence="r2").settings.sequence == "r2"
+        after(state, loaded(TEXT, scenes.assignment(), SettingsPatch(sequence="grid")))
+    assert opened(of_file=SettingsPatch(sequence="grid"), sequence="r2").settings.sequence == "r2"
 
 
 def test_the_overlay_is_twice_as_large_at_display_scale_2_and_fits_into_any_window() -> None:

@@ -8,10 +8,11 @@ from typing import Any, NamedTuple, get_args
 
 import msgspec
 
-from raytracer.scene.presets import Fields, combined, own
+from raytracer.scene.options import Evaluator, Shadows
 from raytracer.scene.scene import Scene
 from raytracer.scene.sequences import SEQUENCES
-from raytracer.scene.settings import Evaluator, Settings, Shadows
+from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import EMPTY, SettingsPatch
 
 # Lights of a scene none of which has a radius get one for soft shadows: this share of their distance from what the
 # camera looks at, so penumbras are seen as wide everywhere. The sun's is 0.005, a bulb's over a table 0.05.
@@ -56,7 +57,7 @@ class Plan(msgspec.Struct):
     targets: dict[str, Target]
     configurations: list[Configuration]
     left_out: list[tuple[str, str]]
-    of_file: Fields = {}
+    of_file: SettingsPatch = EMPTY
 
 
 class Extent(NamedTuple):
@@ -103,13 +104,12 @@ QUICK = Extent(
 MAIN = "hard shadows"
 
 
-def plan(scene: Scene, extent: Extent = FULL, of_file: Fields | None = None) -> Plan:
+def plan(scene: Scene, extent: Extent = FULL, of_file: SettingsPatch = EMPTY) -> Plan:
     """What is tried on `scene`, apart from shading (approximations.py).
 
     What is no knob, and what knobs are turned from, is as the scene file's [settings] have it; but for the shadows.
     """
-    of_file = of_file or {}
-    base = msgspec.structs.replace(combined(own(of_file)), shadows="hard")
+    base = of_file.without_sampling().resolve().replace(shadows="hard")
     round_scene, note = with_round_lights(scene)
     kinds = {"hard": scene, "off": scene, "diluted": scene, "soft": round_scene}
     targets = [

@@ -40,13 +40,13 @@ from raytracer.core.output import write_numbered
 from raytracer.core.terminal import complain, say
 from raytracer.core.validation import InputError, about
 from raytracer.formats.companion_files import copied
-from raytracer.formats.scene_file import moved, named_files, parse_all, read
+from raytracer.formats.scene_file import companion_paths, edit_positions, find_scene, parse_document, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.gpu.context import open_window
 from raytracer.gpu.device import Device
 from raytracer.rendering.progressive import Live
 from raytracer.rendering.renderer import Renderer, metadata
-from raytracer.scene.presets import Fields
+from raytracer.scene.settings_patch import SettingsPatch
 
 # Seconds. How often files are looked at; also, Python notices Ctrl+C only between two waits for events.
 _LOOK = 0.05
@@ -61,9 +61,9 @@ _NAMES = {glfw.KEY_TAB: "Tab", glfw.KEY_HOME: "Home", glfw.KEY_ESCAPE: "Escape"}
 _OTHER_MODIFIERS = glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER
 
 
-def view(scene: str, given: Fields, budget: float) -> None:
+def view(scene: str, chosen: SettingsPatch, size: tuple[int, int] | None, budget: float) -> None:
     """Show a scene until the user closes its window. Arguments and errors are those of `opened`."""
-    with opened(scene, given, budget) as viewer:
+    with opened(scene, chosen, size, budget) as viewer:
         while not glfw.window_should_close(viewer.window):
             wait = viewer.frame()
             if wait > 0.0:
@@ -74,23 +74,22 @@ def view(scene: str, given: Fields, budget: float) -> None:
 
 
 @contextmanager
-def opened(scene: str | os.PathLike[str], given: Fields, budget: float) -> Iterator[Viewer]:
+def opened(
+    scene: str | os.PathLike[str], chosen: SettingsPatch, size: tuple[int, int] | None, budget: float
+) -> Iterator[Viewer]:
     """A window with the scene that `load` takes for `scene`, closed after the block.
 
-    The settings `given` (see presets.combined()) are in place of those of its file: `samples` are those to which a
-    still picture is refined at most, "size" is in screen coordinates. `budget` is the seconds that a sample of a moving
-    picture may take before its pixels are enlarged. Raises ContextError if no window opens, InputError for a wrong
-    scene file; drawing raises InputError for a scene beyond this driver's limits.
+    The settings `chosen` by the user are in place of those of its file: `samples` are those to which a still picture is
+    refined at most. `size` is in screen coordinates, or None for the file's. `budget` is the seconds that a sample of a
+    moving picture may take before its pixels are enlarged. Raises ContextError if no window opens, InputError for a
+    wrong scene file; drawing raises InputError for a scene beyond this driver's limits.
     """
-    path, text = read(scene)
+    path = find_scene(scene)
     files = Files(path)
-    if files.has_scene:  # it may have been saved before changes were looked for
-        path, text = read(path)
-    loaded, of_file = parse_all(path, text)
+    document = read_document(path)
     with about(path):
-        state = start(text, loaded, of_file, given)
-    size = given.get("size") or of_file.get("size") or DEFAULT_SIZE
-    context, window = open_window(size, compiling_title(state))
+        state = start(document, chosen)
+    context, window = open_window(size or document.section.size or DEFAULT_SIZE, compiling_title(state))
     try:
         viewer = Viewer(context, window, files, state, budget)
         yield viewer
@@ -264,10 +263,11 @@ class Viewer:
             return
         path = self._files.scene
         try:
-            text = read(path)[1] if self._files.has_scene else self.state.text
-            loaded, of_file = parse_all(path, text)
+            # A pipe is not read twice.
+            again = self._files.has_scene
+            document = read_document(path) if again else parse_document(path, self.state.document.text)
             with about(path):
-                self.handle(Loaded(text, loaded, of_file))
+                self.handle(Loaded(document))
         except InputError as error:
             complain(*str(error).splitlines())
             self.handle(Failed(str(error)))
@@ -304,8 +304,7 @@ class Viewer:
 
     def _screenshot(self) -> str:
         state, live = self._drawn or self.state, self.live
-        drawn: Fields = {"samples": live.samples, "adaptive": None, "max_error": None, "time": None}
-        settings = msgspec.structs.replace(state.settings, **drawn)
+        settings = state.settings.replace(samples=live.samples, adaptive=None, max_error=None, time=None)
         text = metadata(state.scene, live.size, settings, live.estimate())
         text["Description"] += f", showing {state.show}" if state.show != "picture" else ""
         path = write_numbered(state.scene.name, ".png", live.image(text).write_png)
@@ -313,10 +312,10 @@ class Viewer:
 
     def _export(self) -> str:
         try:
-            text = moved(self.state.text, self.state.scene, self._files.scene.parent)
+            text = edit_positions(self.state.document.text, self.state.scene, self._files.scene.parent)
         except RuntimeError as error:
             raise RuntimeError(f"{self._files.scene}: {error}") from None
-        with copied(named_files(self._files.scene, text), Path()):
+        with copied(companion_paths(self._files.scene, text), Path()):
             path = write_numbered(self.state.scene.name, ".toml", lambda file: file.write(text.encode()))
         return f"wrote {path}; to render its picture: {command(self.state, self.live.size, str(path))}"
 

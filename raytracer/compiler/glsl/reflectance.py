@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from raytracer.scene.materials.lobe import peak
 from raytracer.scene.materials.material import Material
-from raytracer.scene.materials.models import FUNCTIONS, MODELS, Parameter
+from raytracer.scene.materials.models import MODELS, Parameter
 
 if TYPE_CHECKING:
     from raytracer.scene.materials.merl import Measured
@@ -26,6 +26,21 @@ _OFTEN_ZERO = ("ka", "le")
 # A lone material of so many texels is handed on by the vertex shader.
 _FEW_TEXELS = 4
 _LOBE = ("cx", "cy", "cz", "n", "scale")
+# Parts of models: a scene's shader has only the forms that its materials choose. Each function has a type, a name, and
+# parameters besides the Material. With "fresnel", fresnel() calls schlickFresnel() of brdf/fresnel_schlick.glsl, or
+# the function of another form.
+Function = tuple[str, str, str]
+FUNCTIONS: dict[str, tuple[Function, ...]] = {
+    "fresnel": (("vec3", "fresnel", "float VoH"),),
+    "masking": (("float", "masking", "float l, float v, float NoL, float NoV"),),
+    "smith": (("float", "smith", "float mu"),),
+    "distribution": (
+        ("float", "D", "vec3 N, vec3 S"),
+        ("float", "slope", "float mu"),
+        ("vec2", "extent", "float alpha"),
+    ),
+    "form": (("vec3", "form", "vec3 N, vec3 L, vec3 V"),),
+}
 
 
 class Layout(msgspec.Struct, frozen=True):
