@@ -50,16 +50,16 @@ from tests import scenes
 TEXT = scenes.ASSIGNMENT.read_text()
 
 
-def opened(scene: rt.Scene | None = None, of_file: SettingsPatch = EMPTY, **chosen: Any) -> State:
-    return start(document(TEXT, scene or scenes.assignment(), of_file), SettingsPatch(**chosen))
+def opened(scene: rt.Scene | None = None, file_settings: SettingsPatch = EMPTY, **chosen: Any) -> State:
+    return start(document(TEXT, scene or scenes.assignment(), file_settings), SettingsPatch(**chosen))
 
 
-def document(text: str, scene: rt.Scene, of_file: SettingsPatch = EMPTY) -> SceneDocument:
-    return SceneDocument(Path("assignment.toml"), text, scene, SettingsSection(of_file))
+def document(text: str, scene: rt.Scene, file_settings: SettingsPatch = EMPTY) -> SceneDocument:
+    return SceneDocument(Path("assignment.toml"), text, scene, SettingsSection(file_settings))
 
 
-def loaded(text: str, scene: rt.Scene, of_file: SettingsPatch = EMPTY) -> Loaded:
-    return Loaded(document(text, scene, of_file))
+def loaded(text: str, scene: rt.Scene, file_settings: SettingsPatch = EMPTY) -> Loaded:
+    return Loaded(document(text, scene, file_settings))
 
 
 def after(state: State, *events: Event) -> State:
@@ -297,18 +297,18 @@ def test_the_command_renders_with_what_the_window_has_whatever_the_file_says() -
         SettingsPatch(quality="high", shadows="off"),
     ]
     flags = [{}, {"max_error": 0.001}, {"time": 1.0, "max_error": None}, {"quality": "draft"}]
-    for of_file, chosen, keys in itertools.product(files, flags, ("", "A", "BS", "V")):
-        state = after(opened(of_file=of_file, **chosen), *map(Key, keys))
+    for file_settings, chosen, keys in itertools.product(files, flags, ("", "A", "BS", "V")):
+        state = after(opened(file_settings=file_settings, **chosen), *map(Key, keys))
         words = shlex.split(command(state, (640, 360), "a.toml"))
         options = argparse.ArgumentParser()
         render_arguments(options)
         chosen_again = chosen_settings(options.parse_args(["a.toml", *words[3:]]))
-        assert (of_file | chosen_again).resolve() == state.settings
+        assert (file_settings | chosen_again).resolve() == state.settings
     assert "--max-error 0.001 " in command(opened(max_error=0.001), (8, 8), "a.toml") + " "
 
 
 def test_saved_settings_are_taken_up_where_the_file_has_changed_them() -> None:
-    state = after(opened(of_file=SettingsPatch(samples=16, shadows="soft"), bounces=3), Key("B"))
+    state = after(opened(file_settings=SettingsPatch(samples=16, shadows="soft"), bounces=3), Key("B"))
     assert (state.settings.samples, state.limit) == (16, 16)
     same = after(state, loaded(TEXT, scenes.assignment(), SettingsPatch(shadows="soft", samples=16)))
     assert same.settings == state.settings
@@ -319,7 +319,7 @@ def test_saved_settings_are_taken_up_where_the_file_has_changed_them() -> None:
     assert (gone.settings.samples, gone.limit, gone.settings.max_error) == (256, 256, None)
     with pytest.raises(rt.InputError, match=r"^settings.sequence: expected one of sobol, r2, random for a window"):
         after(state, loaded(TEXT, scenes.assignment(), SettingsPatch(sequence="grid")))
-    assert opened(of_file=SettingsPatch(sequence="grid"), sequence="r2").settings.sequence == "r2"
+    assert opened(file_settings=SettingsPatch(sequence="grid"), sequence="r2").settings.sequence == "r2"
 
 
 def test_the_overlay_is_twice_as_large_at_display_scale_2_and_fits_into_any_window() -> None:

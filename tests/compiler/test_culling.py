@@ -2,78 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import msgspec
 import numpy as np
 import pytest
 
 import raytracer as rt
 from raytracer.analysis.numerics.comparison import enlarged, moved
-from raytracer.compiler.culling import has_quiet, quiet_cells
 from raytracer.compiler.direction_cells import CELL
 from raytracer.gpu.cell_draw import runs
 from raytracer.ground_truth.ray_tracer import Tracer, camera_rays
-from raytracer.rendering.renderer import TILE, Renderer
+from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Plane, Solid, leaves
 from tests import scenes
+from tests.compiled import cells, compiled
+from tests.pictures import check_cells
+from tests.scenes import BALL, FLOOR, LAMP, SUN, some_light, still_life, with_lights
 
 SIZE = (160, 90)
-FLOOR = rt.Plane((0, 1, 0), 0, scenes.COLORS[3])
-BALL = rt.Sphere((0, 1, 0), 1, scenes.COLORS[0]) - rt.Sphere((0.6, 1.6, 0.5), 0.7, scenes.COLORS[1])
-SUN, LAMP, THIRD = rt.PointLight((4, 7, 4)), rt.PointLight((-3, 2, 3), (0.5, 0.4, 0.3)), rt.PointLight((1, 5, -6))
-
-
-def check(
-    renderer: Renderer,
-    scene: rt.Scene,
-    size: tuple[int, int] = SIZE,
-    settings: Settings | None = None,
-    tile: int = TILE,
-) -> None:
-    """`cells` makes the radiance that `walk` makes."""
-    settings = settings or Settings()
-    assert settings.evaluator == "cells", "the default"
-    cells = renderer.render(scene, size, settings, geometry=False, tile=tile).radiance
-    walk = msgspec.structs.replace(settings, evaluator="walk")
-    expected = renderer.render(scene, size, walk, geometry=False).radiance
-    if "llvmpipe" in renderer.device.limits.driver:
-        np.testing.assert_array_equal(cells, expected)
-        only = renderer.render(scene, size, settings, geometry=False, tile=tile, only=True).radiance
-        np.testing.assert_array_equal(only, expected)
-    else:  # other compilers may contract a product and a sum in one of two programs, and not in the other
-        np.testing.assert_allclose(cells, expected, rtol=0, atol=1e-6)
-
-
-def still_life(
-    *more: rt.Solid,
-    lights: Sequence[rt.PointLight] = (SUN,),
-    eye: tuple[float, float, float] = (0, 3, 6),
-    at: tuple[float, float, float] = (0, 1, 0),
-    fov: float = 53.13,
-) -> rt.Scene:
-    """A cut ball on the ground."""
-    return rt.Scene([BALL, FLOOR, *more], lights, rt.Camera(eye, at, vertical_fov=fov))
-
-
-def with_lights(scene: rt.Scene, *lights: rt.PointLight) -> rt.Scene:
-    return msgspec.structs.replace(scene, lights=lights)
-
-
-def some_light(rng: np.random.Generator, low: float, high: float) -> rt.PointLight:
-    """One in any direction, mostly from above, 10^low to 10^high away."""
-    place = rng.normal(size=3)
-    place *= 10.0 ** rng.uniform(low, high) / np.linalg.norm(place)
-    if rng.random() < 0.8:
-        place[1] = abs(place[1])
-    return rt.PointLight(tuple(place.tolist()), tuple(rng.uniform(0, 1, 3).tolist()))
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("size", [(1280, 720), (321, 181), (17, 5), (16, 16), (5, 200), (1, 1)])
 def test_the_assignment_is_the_same_in_any_size(renderer: Renderer, size: tuple[int, int]) -> None:
-    check(renderer, scenes.assignment(), size)
+    check_cells(renderer, scenes.assignment(), size)
 
 
 @pytest.mark.gl
@@ -81,18 +33,18 @@ def test_the_assignment_is_the_same_in_any_size(renderer: Renderer, size: tuple[
 @pytest.mark.parametrize("shading", [None, "phong", "blinn"])
 def test_the_assignment_is_the_same_in_any_setting(renderer: Renderer, shadows: str, shading: str | None) -> None:
     settings = Settings(samples=3, shadows=shadows, shading=shading)  # pyright: ignore[reportArgumentType]
-    check(renderer, scenes.assignment(), SIZE, settings)
+    check_cells(renderer, scenes.assignment(), SIZE, settings)
 
 
 @pytest.mark.gl
 def test_the_assignment_is_the_same_in_doubles_and_in_tiles(renderer: Renderer) -> None:
     for tile in (48, 37):
-        check(renderer, scenes.assignment(), (201, 113), Settings(samples=3), tile=tile)
+        check_cells(renderer, scenes.assignment(), (201, 113), Settings(samples=3), tile=tile)
     if 64 in renderer.device.limits.precisions:
-        check(renderer, scenes.assignment(), SIZE, Settings(samples=2, precision=64))
+        check_cells(renderer, scenes.assignment(), SIZE, Settings(samples=2, precision=64))
 
 
-# Of few primitives, so that they compile soon, and not unbounded, so that there are quiet cells.
+# Of few primitives, so that they compile soon, and not unbounded, so that there are plane-only cells.
 SEEDS = [11, 14, 21, 30, 35, 54]
 
 
@@ -102,11 +54,11 @@ SEEDS = [11, 14, 21, 30, 35, 54]
 def test_a_random_scene_is_the_same(renderer: Renderer, seed: int, lights: int) -> None:
     scene = scenes.random_scene(seed)
     rng = np.random.default_rng((seed, lights))
-    assert has_quiet(scene, Settings())
+    assert compiled(scene).has_plane_only_cells
     for k in range(4):
         scene = with_lights(scene, *(some_light(rng, -0.5, 1.5) for _ in range(lights)))
         shadows = "diluted" if k % 2 else "hard"
-        check(renderer, scene, (128, 72), Settings(shadows=shadows, samples=1 + 2 * (k % 3 == 0)))
+        check_cells(renderer, scene, (128, 72), Settings(shadows=shadows, samples=1 + 2 * (k % 3 == 0)))
 
 
 @pytest.mark.gl
@@ -116,8 +68,8 @@ def test_lights_anywhere_give_the_same(renderer: Renderer) -> None:
         (-1.001, 1, 0), (0, 2.05, 0), (0, 3, 6), (0, 1e-3, 3), (0, 1e-3, 0), (3, 1e3, 1), (6e5, 8e5, 1e5), (1e6, 1, 0),
     ]  # fmt: skip
     for place in places:
-        check(renderer, still_life(lights=[rt.PointLight(place)]))
-        check(renderer, still_life(lights=[SUN, rt.PointLight(place)]))
+        check_cells(renderer, still_life(lights=[rt.PointLight(place)]))
+        check_cells(renderer, still_life(lights=[SUN, rt.PointLight(place)]))
 
 
 @pytest.mark.gl
@@ -129,9 +81,9 @@ def test_cameras_anywhere_see_the_same(renderer: Renderer) -> None:
     for eye in eyes:
         for at in ((0.1, 0.8, 0.2), (2.0, 0.0, -30.0)):
             distance = np.linalg.norm(np.subtract(eye, at))
-            check(renderer, still_life(lights=[SUN, LAMP], eye=eye, at=at))
+            check_cells(renderer, still_life(lights=[SUN, LAMP], eye=eye, at=at))
             close = float(np.degrees(2.0 * np.arctan(4.0 / distance)))
-            check(renderer, still_life(lights=[SUN, LAMP], eye=eye, at=at, fov=close))
+            check_cells(renderer, still_life(lights=[SUN, LAMP], eye=eye, at=at, fov=close))
 
 
 @pytest.mark.gl
@@ -149,7 +101,7 @@ def test_a_ball_near_its_light_seen_from_afar_is_the_same(renderer: Renderer, aw
         eye = at + back / np.linalg.norm(back) * away
         fov = float(np.degrees(2.0 * np.arctan(1.5 * height / away)))
         camera = rt.Camera(tuple(eye.tolist()), tuple(at.tolist()), vertical_fov=min(fov, 120.0))
-        check(renderer, rt.Scene([ball, FLOOR], [rt.PointLight((0, height, 0))], camera), (320, 180))
+        check_cells(renderer, rt.Scene([ball, FLOOR], [rt.PointLight((0, height, 0))], camera), (320, 180))
 
 
 @pytest.mark.gl
@@ -157,26 +109,26 @@ def test_a_ball_near_its_light_seen_from_afar_is_the_same(renderer: Renderer, aw
 def test_any_field_of_view_is_the_same(renderer: Renderer, fov: float) -> None:
     # At an outline, at the ground's horizon, at the edge of the shadow, and at nothing.
     for at in ((0.0, 1.0, 0.0), (-0.951, 1.01, 0.31), (0.0, 3.0, -1e6), (-1.2, 0.0, -1.0), (1.0, 9.0, -3.0)):
-        check(renderer, still_life(lights=[SUN, LAMP], at=at, fov=fov))
+        check_cells(renderer, still_life(lights=[SUN, LAMP], at=at, fov=fov))
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
 def test_any_scale_and_place_is_the_same(renderer: Renderer, scale: float) -> None:
     scene = enlarged(still_life(lights=[SUN, LAMP]), scale)
-    check(renderer, scene)
-    check(renderer, moved(scene, (0.61e6 * scale, 0.37e6 * scale, -0.7e6 * scale)))
+    check_cells(renderer, scene)
+    check_cells(renderer, moved(scene, (0.61e6 * scale, 0.37e6 * scale, -0.7e6 * scale)))
 
 
 @pytest.mark.gl
 def test_several_half_spaces_shade_each_other_the_same(renderer: Renderer) -> None:
     wall, slope = rt.Plane((0, 0, 1), -3, scenes.COLORS[1]), rt.Plane((-1, 0.2, 0.1), -4, scenes.COLORS[2])
     twin, ceiling = rt.Plane((0, -2, 0), 0, scenes.COLORS[0]), rt.Plane((0, -1, 0), -6, scenes.COLORS[3])
-    behind = rt.PointLight((-1, 2, -5))
+    behind, third = rt.PointLight((-1, 2, -5)), rt.PointLight((1, 5, -6))
     for more in ((wall,), (wall, slope), (wall, slope, ceiling), (twin,)):
-        for lights in ((SUN,), (LAMP, behind), (SUN, LAMP, THIRD)):
+        for lights in ((SUN,), (LAMP, behind), (SUN, LAMP, third)):
             for eye in ((0, 3, 6), (2.0, 1.0, -2.9), (0, 0.05, 3)):
-                check(renderer, still_life(*more, lights=lights, eye=eye), SIZE, Settings(shadows="diluted"))
+                check_cells(renderer, still_life(*more, lights=lights, eye=eye), SIZE, Settings(shadows="diluted"))
 
 
 @pytest.mark.gl
@@ -190,42 +142,42 @@ def test_scenes_without_balls_or_without_half_spaces_are_the_same(renderer: Rend
         [rt.Instances(rt.Sphere((0, 0, 0), 0.3), [(x, 0.3, z) for x in range(3) for z in range(3)]), FLOOR],
     ):
         for lights in ([], [SUN], [SUN, LAMP]):
-            check(renderer, rt.Scene(objects, lights, camera))
+            check_cells(renderer, rt.Scene(objects, lights, camera))
 
 
-def test_a_scene_may_have_quiet_cells_unless_an_object_reaches_far() -> None:
+def test_a_scene_may_have_plane_only_cells_unless_an_object_reaches_far() -> None:
     a, b = rt.Sphere((0, 0, 0), 1), rt.Sphere((1, 0, 0), 1)
     bounded: list[Solid] = [FLOOR, a, a | b, a - b, a & ~b, FLOOR & a, a - FLOOR, (a | b) - ~FLOOR]
     unbounded: list[Solid] = [~a, a | FLOOR, FLOOR - a, ~a & ~b, FLOOR & rt.Plane((1, 0, 0), 0), ~FLOOR]
     for solid in bounded:
-        assert has_quiet(scenes.of(a, solid), Settings())
-        assert not has_quiet(scenes.of(a, solid), Settings(evaluator="walk"))
+        assert compiled(scenes.of(a, solid)).has_plane_only_cells
+        assert not compiled(scenes.of(a, solid), Settings(evaluator="walk")).has_plane_only_cells
     for solid in unbounded:
-        assert not has_quiet(scenes.of(a, solid), Settings())
+        assert not compiled(scenes.of(a, solid)).has_plane_only_cells
 
 
-def test_most_of_the_assignment_is_quiet() -> None:
-    quiet, empty = quiet_cells(scenes.assignment(), (1280, 720), Settings())
-    assert quiet.shape == empty.shape == (45, 80)
-    assert quiet.mean() >= 0.85
-    assert not (empty & ~quiet).any() and 0.1 < empty.mean() < 0.5
-    lit, _ = quiet_cells(scenes.assignment(), (1280, 720), Settings(shadows="off"))
-    assert (lit | ~quiet).all(), "without shadows, more is quiet"
+def test_most_cells_of_the_assignment_are_plane_only() -> None:
+    plane_only, empty = cells(scenes.assignment(), (1280, 720))
+    assert plane_only.shape == empty.shape == (45, 80)
+    assert plane_only.mean() >= 0.85
+    assert not (empty & ~plane_only).any() and 0.1 < empty.mean() < 0.5
+    lit, _ = cells(scenes.assignment(), (1280, 720), Settings(shadows="off"))
+    assert (lit | ~plane_only).all(), "without shadows, more is plane-only"
 
 
 def test_runs_are_the_cells_of_each_row() -> None:
     rng = np.random.default_rng(1)
-    for cells in (rng.random((9, 14)) < 0.5, np.ones((3, 4), bool), np.zeros((3, 4), bool)):
-        again = np.zeros_like(cells)
-        for column, row, length in runs(cells):
+    for mask in (rng.random((9, 14)) < 0.5, np.ones((3, 4), bool), np.zeros((3, 4), bool)):
+        again = np.zeros_like(mask)
+        for column, row, length in runs(mask):
             assert length > 0 and not again[row, column : column + length].any()
             again[row, column : column + length] = True
-        np.testing.assert_array_equal(again, cells)
+        np.testing.assert_array_equal(again, mask)
 
 
-def assert_quiet_is_quiet(scene: rt.Scene, size: tuple[int, int]) -> float:
-    """By brute force, in float64; the share of the cells that are quiet."""
-    quiet, empty = quiet_cells(scene, size, Settings())
+def assert_plane_only(scene: rt.Scene, size: tuple[int, int]) -> float:
+    """By brute force, in float64; the share of the cells that are plane-only."""
+    plane_only, empty = cells(scene, size)
     tracer = Tracer(scene)
     trees = scene.solids()
     owner = [tree for tree in trees for _ in leaves(tree)]
@@ -235,15 +187,15 @@ def assert_quiet_is_quiet(scene: rt.Scene, size: tuple[int, int]) -> float:
     cell = (size[1] - 1 - row.ravel()) // CELL, column.ravel() // CELL  # the lowest row of cells first
     for point in ((0.5, 0.5), (0.0, 0.0), (0.999, 0.999), (0.0, 0.999), (0.999, 0.0)):
         rd = camera_rays(scene.camera, size, point).reshape(-1, 3)
-        in_quiet = quiet[cell]
+        is_plane_only = plane_only[cell]
         t, surface = tracer.first(np.zeros(rd.shape), rd)
-        assert single[surface][in_quiet].all(), "only half-spaces or nothing are to be seen"
+        assert single[surface][is_plane_only].all(), "only half-spaces or nothing are to be seen"
         assert (surface[empty[cell]] == -1).all(), "nothing is to be seen"
         if not others:
             continue
-        for plane in set(np.unique(surface[in_quiet])) - {-1}:
+        for plane in set(np.unique(surface[is_plane_only])) - {-1}:
             # A half-space alone never blocks what lies on it: whatever blocks is another object.
-            here = in_quiet & (surface == plane)
+            here = is_plane_only & (surface == plane)
             alone = Tracer(msgspec.structs.replace(scene, objects=[*others, owner[plane]]))
             P = t[here, None] * rd[here]
             n = np.broadcast_to(owner[plane].unit()[0], P.shape)
@@ -256,18 +208,18 @@ def assert_quiet_is_quiet(scene: rt.Scene, size: tuple[int, int]) -> float:
                 # What faces away from the light is dark, however many objects are between.
                 faces = np.sum(toward * n, axis=1) * np.sum(-rd[here] * n, axis=1) > 0.0
                 assert not (faces & (blocked_at < distance)).any(), "no other object casts a shadow"
-    return float(quiet.mean())
+    return float(plane_only.mean())
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_what_is_quiet_has_no_other_object_and_no_shadow_of_one(seed: int) -> None:
+def test_a_plane_only_cell_has_no_other_object_and_no_shadow_of_one(seed: int) -> None:
     rng = np.random.default_rng((3, seed))
     trees: list[Solid] = []
     while len(trees) < 1 + seed % 3:
         tree = scenes.random_tree(rng, int(rng.integers(1, 5)))
         place, scale = rng.normal(size=3) * 2.0, 10.0 ** rng.uniform(-1.5, 0.5)
         placed = next(iter(rt.Instances(tree, [tuple(place.tolist())], scale).solids()))
-        if has_quiet(scenes.of(placed), Settings()):
+        if compiled(scenes.of(placed)).has_plane_only_cells:
             trees.append(placed)
     planes = [rt.Plane((0, 1, 0), float(rng.uniform(-4, 0)))]
     planes += [rt.Plane(tuple(rng.normal(size=3).tolist()), float(rng.uniform(-6, 0))) for _ in range(seed % 2)]
@@ -277,23 +229,23 @@ def test_what_is_quiet_has_no_other_object_and_no_shadow_of_one(seed: int) -> No
     fov = float(rng.choice([2.0, 20.0, 60.0, 60.0, 110.0, 170.0]))
     camera = rt.Camera(tuple(eye.tolist()), tuple(rng.normal(size=3).tolist()), vertical_fov=fov)
     lights = [some_light(rng, -0.5, 1.5) for _ in range(2)]
-    assert_quiet_is_quiet(rt.Scene([*trees, *planes], lights, camera), (96, 64))
+    assert_plane_only(rt.Scene([*trees, *planes], lights, camera), (96, 64))
 
 
-def test_brute_force_finds_what_is_not_quiet(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_brute_force_finds_cells_that_are_not_plane_only(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = still_life()
-    assert assert_quiet_is_quiet(scene, (160, 96)) > 0.4
+    assert assert_plane_only(scene, (160, 96)) > 0.4
     none = np.zeros((6, 10), bool)
-    monkeypatch.setattr("tests.compiler.test_culling.quiet_cells", lambda *_: (~none, none))
+    seen, _ = cells(scene, (160, 96), Settings(shadows="off"))
+    monkeypatch.setattr("tests.compiler.test_culling.cells", lambda *_: (~none, none))
     with pytest.raises(AssertionError, match="only half-spaces"):
-        assert_quiet_is_quiet(scene, (160, 96))
-    seen, _ = quiet_of(scene, "off")
-    monkeypatch.setattr("tests.compiler.test_culling.quiet_cells", lambda *_: (seen, none))
+        assert_plane_only(scene, (160, 96))
+    monkeypatch.setattr("tests.compiler.test_culling.cells", lambda *_: (seen, none))
     with pytest.raises(AssertionError, match="casts a shadow"):
-        assert_quiet_is_quiet(scene, (160, 96))
+        assert_plane_only(scene, (160, 96))
 
 
-def test_a_cell_in_which_a_ball_is_seen_is_not_quiet_in_any_view() -> None:
+def test_a_cell_in_which_a_ball_is_seen_is_not_plane_only_in_any_view() -> None:
     rng = np.random.default_rng(5)
     sizes = [(1, 1), (2, 3), (16, 9), (40, 30), (1, 300), (300, 1), (33, 17), (5, 90), (64, 64)]
     shown = 0
@@ -313,17 +265,11 @@ def test_a_cell_in_which_a_ball_is_seen_is_not_quiet_in_any_view() -> None:
             radius = min(radius, np.radians(fov) / size[1] * 10.0 ** rng.uniform(-1, 3))
         center = toward + beside * radius * rng.choice([0.0, 0.9, 1.0])
         scene = rt.Scene([rt.Sphere(tuple(center.tolist()), radius)], [], camera)
-        quiet, _ = quiet_cells(scene, size, Settings(shadows="off"))
+        plane_only, _ = cells(scene, size, Settings(shadows="off"))
         passed = np.linalg.norm(np.cross(center, rays), axis=1) / np.linalg.norm(rays, axis=1)
         hit = ((passed < radius) & (rays @ center > 0.0)) | (np.linalg.norm(center) < radius)
         row, column = np.indices((size[1], size[0]))
-        in_quiet = quiet[(size[1] - 1 - row.ravel()) // CELL, column.ravel() // CELL]
-        assert not (hit & np.tile(in_quiet, 3)).any()
+        is_plane_only = plane_only[(size[1] - 1 - row.ravel()) // CELL, column.ravel() // CELL]
+        assert not (hit & np.tile(is_plane_only, 3)).any()
         shown += hit.any() and not hit.all()
     assert shown > 300
-
-
-def quiet_of(scene: rt.Scene, shadows: str) -> tuple[np.ndarray, np.ndarray]:
-    from raytracer.compiler import culling
-
-    return culling.quiet_cells(scene, (160, 96), Settings(shadows=shadows))  # pyright: ignore[reportArgumentType]

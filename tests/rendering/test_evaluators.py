@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.compiler.glsl import shaders as shader_module
+from raytracer.compiler import compiled_scene
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings, Shadows
 from raytracer.scene.solids import leaves, with_leaves
@@ -27,13 +27,15 @@ RED, BLUE, _, GREY = scenes.COLORS
 def check(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch, scene: rt.Scene, size: tuple[int, int], settings: Settings
 ) -> int:
-    """`cells` makes what `walk` makes, with a program for quiet cells, without, and by lists; how many pixels show an
-    object."""
+    """`cells` makes what `walk` makes, with a program for plane-only cells, without, and by lists.
+
+    Returns how many pixels show an object.
+    """
     walk = renderer.render(scene, size, msgspec.structs.replace(settings, evaluator="walk"), estimates=False)
     images = [renderer.render(scene, size, settings, only=only, estimates=False) for only in (False, True)]
     if settings.precision == 32:
         with monkeypatch.context() as patch:
-            patch.setattr(shader_module, "FEW", 0)
+            patch.setattr(compiled_scene, "FEW", 0)
             images.append(renderer.render(scene, size, settings, estimates=False))
     for image in images:
         assert_same(renderer, image, walk)
@@ -124,8 +126,12 @@ SIZES = [(1, 1), (2, 3), (16, 9), (40, 30), (1, 300), (300, 1), (33, 17), (5, 90
 
 
 # Of forty primitives the walk takes long to compile, the more so with shadows.
+CASES = [("forty", "off"), *itertools.product(STRUCTURES, get_args(Shadows))]
+
+
 @pytest.mark.parametrize(
-    ("structure", "shadows"), [("forty", "off"), *itertools.product(STRUCTURES, get_args(Shadows))]
+    ("structure", "shadows"),
+    [pytest.param(*case, marks=[] if case[1] == "hard" else pytest.mark.slow) for case in CASES],
 )
 def test_random_scenes_are_the_same(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch, structure: str, shadows: Shadows
@@ -181,6 +187,7 @@ def test_a_mirror_inside_of_an_unbounded_object_shows_the_object(
             check(renderer, monkeypatch, scene, (64, 36), Settings(bounces=bounces))
 
 
+@pytest.mark.slow
 def test_random_scenes_with_mirrors_are_the_same(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     mirror = rt.Material("mirror")
     for k, structure in enumerate(["a ball and a half-space", "bounded trees", "unbounded trees", "unbounded trees"]):

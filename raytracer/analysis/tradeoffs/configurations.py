@@ -51,13 +51,13 @@ class Configuration(msgspec.Struct, frozen=True):
 class Plan(msgspec.Struct):
     """All that is to be measured; `left_out` says of which knobs there is nothing, and why.
 
-    `of_file`: what the scene file's [settings] give.
+    `file_settings`: what the scene file's [settings] give.
     """
 
     targets: dict[str, Target]
     configurations: list[Configuration]
     left_out: list[tuple[str, str]]
-    of_file: SettingsPatch = EMPTY
+    file_settings: SettingsPatch = EMPTY
 
 
 class Extent(NamedTuple):
@@ -104,12 +104,12 @@ QUICK = Extent(
 MAIN = "hard shadows"
 
 
-def plan(scene: Scene, extent: Extent = FULL, of_file: SettingsPatch = EMPTY) -> Plan:
+def plan(scene: Scene, extent: Extent = FULL, file_settings: SettingsPatch = EMPTY) -> Plan:
     """What is tried on `scene`, apart from shading (approximations.py).
 
     What is no knob, and what knobs are turned from, is as the scene file's [settings] have it; but for the shadows.
     """
-    base = of_file.without_sampling().resolve().replace(shadows="hard")
+    base = file_settings.without_sampling().resolve().replace(shadows="hard")
     round_scene, note = with_round_lights(scene)
     kinds = {"hard": scene, "off": scene, "diluted": scene, "soft": round_scene}
     targets = [
@@ -119,7 +119,7 @@ def plan(scene: Scene, extent: Extent = FULL, of_file: SettingsPatch = EMPTY) ->
     if not scene.lights:
         targets = targets[:1]
         left_out = [("shadows", "the scene has no lights")]
-    found = Plan({target.name: target for target in targets}, [], left_out, of_file)
+    found = Plan({target.name: target for target in targets}, [], left_out, file_settings)
     merged: dict[object, Configuration] = {}
     for made in _configurations(extent, base):
         if made.target in found.targets:

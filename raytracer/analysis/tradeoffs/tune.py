@@ -163,7 +163,7 @@ def _descended(
 
 def _beside(settings: Settings) -> list[Settings]:
     """Candidates with a step more or fewer samples, a threshold a step away, or both."""
-    if settings.asks:
+    if settings.sampling.has_stopping_rule:
         return []
     k = LADDER.index(settings.samples)
     thresholds: list[float | None] = [None]

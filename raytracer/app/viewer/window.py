@@ -140,7 +140,7 @@ class Viewer:
         if Redo.SCREENSHOT in redo:
             self._screenshot_due = True
             settings = self.state.settings
-            most = f"{'up to ' if settings.asks else ''}{settings.samples} samples a pixel"
+            most = f"{'up to ' if settings.sampling.has_stopping_rule else ''}{settings.samples} samples a pixel"
             self.handle(Told(f"a screenshot will be written with {most}"))
         if Redo.EXPORT in redo:
             self._write(self._export)
