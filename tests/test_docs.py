@@ -67,3 +67,10 @@ def test_the_glossary_is_in_alphabetical_order_and_explains_each_term_once() -> 
     terms = terms[terms.index("word") + 1 :]
     terms = [term for term in terms if set(term) != {"-"}]
     assert len(terms) > 20 and terms == sorted(set(terms))
+
+
+def test_the_shaders_readme_prints_the_text_of_a_program(capsys: pytest.CaptureFixture[str]) -> None:
+    (script,) = re.findall(r'python -c "(.+?)"', (CHECKOUT / "shaders/README.md").read_text(), re.S)
+    exec(script, {})
+    text = capsys.readouterr().out
+    assert text.startswith("#version") and "#define MAX_HITS" in text and text.rstrip().endswith("}")
