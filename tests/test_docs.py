@@ -24,12 +24,11 @@ def may_import(contracts: list[dict[str, Any]]) -> dict[str, set[str]]:
     (layers,) = (contract["layers"] for contract in contracts if contract["type"] == "layers")
     allowed: dict[str, set[str]] = {}
     for layer in reversed(layers):
-        allowed |= dict.fromkeys(layer.split(" | "), {*allowed})
+        allowed |= {package: {*allowed} for package in layer.split(" | ")}
     for contract in contracts:
         if contract["type"] == "forbidden":
             for source in contract["source_modules"]:
-                package = source.removeprefix("raytracer.")
-                allowed[package] = allowed[package] - {
+                allowed[source.removeprefix("raytracer.")] -= {
                     name.removeprefix("raytracer.") for name in contract["forbidden_modules"]
                 }
     return allowed
