@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler import view_space
+from raytracer.compiler.compiled_scene import CompiledScene, compile
+from raytracer.compiler.frame import Frame, make_frame
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble
-from raytracer.compiler.glsl.shaders import Show, light_defines, plain_vertex_source
+from raytracer.compiler.glsl.shaders import Show, plain_vertex_source
 from raytracer.core.validation import InputError
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
@@ -79,6 +81,7 @@ class Live:
         self._context = self._device.context
         self._passes: Passes | None = None
         self._structure: tuple[object, ...] = ()
+        self._frame: Frame | None = None
         self._programs: tuple[Programs | None, dict[str, moderngl.Program]] = None, {}
         self._arrays: dict[str, moderngl.VertexArray] = {}
         self._held = self._device.held_by(self)  # all programs that are in use
@@ -113,10 +116,11 @@ class Live:
             raise InputError(
                 f"expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}", "size"
             )
-        structure = _structure(scene, settings, show)
+        compiled = self._compile(scene, settings)
+        structure = compiled.structure, show
         reread, self._reread = self._reread, False
         known = not reread and structure == self._structure
-        programs, on_screen = self._programs if known else self._find_programs(scene, settings, show)
+        programs, on_screen = self._programs if known else self._find_programs(compiled, show)
         enlarged = self._pace.enlarged(size[0] * size[1]) if moving else 1
         geometry = show != "picture"
         if size != self.size or self._passes is None or self._passes.geometry != geometry:
@@ -126,9 +130,10 @@ class Live:
             self._passes = Passes(self._context, size, geometry=geometry)
             self.size = size
         assert programs
+        self._frame = make_frame(compiled, _enlarged(size, enlarged), self._device.limits, self._frame)
         # A moving picture's only sample is that of a picture of one: the pixel's centre, unless samples are random.
-        drawn = msgspec.structs.replace(settings, samples=1) if moving else settings
-        self._passes.load(programs, scene, drawn, _enlarged(size, enlarged))
+        drawn = msgspec.structs.replace(settings.sampling, samples=1) if moving else settings.sampling
+        self._passes.load(programs, self._frame, drawn)
         self._passes.try_out()
         self.enlarged, self.samples, self.moving = enlarged, 0, moving and (enlarged > 1 or settings.samples > 1)
         self._settings, self._seconds, self._enough = settings, 0.0, False
@@ -151,19 +156,21 @@ class Live:
 
     def has_structure(self, scene: Scene, settings: Settings, show: Show) -> bool:
         """Whether the programs of the picture before draw this one."""
-        return self._structure == _structure(scene, settings, show)
+        return self._structure == (self._compile(scene, settings).structure, show)
 
     def is_compiled(self, scene: Scene, settings: Settings, show: Show) -> bool:
         """Whether `start` compiles nothing for this picture. Raises InputError and ShaderError as `start`."""
-        self._device.limits.check(scene, settings)
-        return self._renderer.has_programs(scene, settings, show)
+        compiled = self._compile(scene, settings)
+        self._device.limits.check(compiled)
+        return self._renderer.has_programs(compiled, show)
 
-    def _find_programs(
-        self, scene: Scene, settings: Settings, show: Show
-    ) -> tuple[Programs, dict[str, moderngl.Program]]:
-        self._device.limits.check(scene, settings)
+    def _compile(self, scene: Scene, settings: Settings) -> CompiledScene:
+        return compile(scene, settings.compile_options, self._frame.compiled if self._frame else None)
+
+    def _find_programs(self, compiled: CompiledScene, show: Show) -> tuple[Programs, dict[str, moderngl.Program]]:
+        self._device.limits.check(compiled)
         on_screen = {name: self._device.program(assemble(f"window/{name}.frag")) for name in _ON_SCREEN}
-        programs = self._renderer.programs(scene, settings, show)
+        programs = self._renderer.programs(compiled, show)
         for name, uniforms in _ON_SCREEN.items():
             set_uniforms(on_screen[name], **uniforms)
         return programs, on_screen
@@ -284,12 +291,6 @@ class Live:
         if self._passes:
             self._passes.close()
         self._held.clear()
-
-
-def _structure(scene: Scene, settings: Settings, show: Show) -> tuple[object, ...]:
-    """Everything that decides the text of a picture's programs."""
-    compiled = msgspec.structs.replace(settings, samples=1, adaptive=None, max_error=None, time=None)
-    return scene.objects, light_defines(scene, settings), compiled, show
 
 
 def _beside(

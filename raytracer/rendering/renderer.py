@@ -10,21 +10,10 @@ from functools import partial
 import msgspec
 import numpy as np
 
-from raytracer.compiler.batches import groups
-from raytracer.compiler.culling import has_quiet
+from raytracer.compiler.compiled_scene import CompiledScene, compile
 from raytracer.compiler.direction_cells import CELL
-from raytracer.compiler.glsl.preprocessor import Source, assemble
-from raytracer.compiler.glsl.shaders import (
-    Show,
-    is_listed,
-    is_over_planes,
-    kinds_source,
-    plain_vertex_source,
-    quiet_source,
-    show_source,
-    vertex_source,
-    visibility_source,
-)
+from raytracer.compiler.frame import Frame, make_frame
+from raytracer.compiler.glsl.shaders import Show, plain_vertex_source, program_sources
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
@@ -32,14 +21,15 @@ from raytracer.gpu.device import Device
 from raytracer.rendering.error_estimate import Moved, estimated
 from raytracer.rendering.passes import Passes, Programs, Rectangle
 from raytracer.rendering.sampler import Sampler
+from raytracer.scene.options import SamplingOptions
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 
 # Side of a tile in pixels. A tile's targets take up to 60 bytes a pixel, 252 MB at this size.
 TILE = 2048
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
-# quiet cells than it takes to compile.
-_WORTH_QUIET = 2**20
+# plane-only cells than it takes to compile.
+_WORTH_PLANE_ONLY = 2**20
 # Pixels of a tile of a picture with 1 sample: rows of cells in the processor's cache.
 _STRIP = 2**18
 
@@ -95,7 +85,8 @@ class Renderer:
         estimates |= settings.asks
         moved: list[Moved] = []
         pixels, count = 0, 0.0
-        self.device.limits.check(scene, settings)
+        compiled = compile(scene, settings.compile_options)
+        self.device.limits.check(compiled)
         width, height = size
         margin = Sampler.margin(settings)
         tile = min(tile, self.device.limits.target - 2 * margin)
@@ -115,11 +106,12 @@ class Renderer:
         tiles = list(_tiles(size, shape))
         target = min(width, shape[0] + 2 * margin), min(height, shape[1] + 2 * margin)
         with self.device.turn(), ExitStack() as stack:
+            plane_only = not only or width * height * settings.samples >= _WORTH_PLANE_ONLY
+            frame = make_frame(compiled, size, self.device.limits, plane_only=plane_only)
             if geometry:
-                self._find_geometry(image, scene, settings, tiles, shape)
+                self._find_geometry(image, frame, tiles, shape)
             passes = stack.enter_context(closing(Passes(self.device.context, target, once=True)))
-            quiet = not only or width * height * settings.samples >= _WORTH_QUIET
-            passes.load(self.programs(scene, settings, quiet=quiet), scene, settings, size)
+            passes.load(self.programs(compiled, plane_only=plane_only), frame, settings.sampling)
             sampler = stack.enter_context(closing(self.sampler(settings, target, estimates=estimates)))
             if settings.time is not None:
                 sampler.warm(passes)
@@ -154,59 +146,35 @@ class Renderer:
     def _find_geometry(
         self,
         image: Image,
-        scene: Scene,
-        settings: Settings,
+        frame: Frame,
         tiles: Sequence[Rectangle],
         target: tuple[int, int],
     ) -> None:
         """Fill in what the centre rays of an image's pixels see."""
-        size = image.radiance.shape[1], image.radiance.shape[0]
-        settings = msgspec.structs.replace(settings, samples=1, sequence="sobol")  # that sample is the centre
         with closing(Passes(self.device.context, target, geometry=True)) as passes:
-            passes.load(self.programs(scene, settings, None), scene, settings, size)
+            passes.load(self.programs(frame.compiled, None), frame, SamplingOptions())  # its sample is the centre
             for rectangle in tiles:
                 passes.draw(rectangle, 0, anew=True)
-                passes.read_geometry(image, _place(rectangle, size))
+                passes.read_geometry(image, _place(rectangle, frame.size))
 
     def sampler(self, settings: Settings, target: tuple[int, int], *, estimates: bool = True) -> Sampler:
         """What draws samples into targets of that size; else as Sampler's. The device's context must be current."""
         program = partial(self.device.program, vertex=plain_vertex_source())
         return Sampler(self.device.context, program, settings, target, estimates=estimates)
 
-    def programs(
-        self, scene: Scene, settings: Settings, show: Show | None = "picture", *, quiet: bool = True
-    ) -> Programs:
-        """What draws `scene`; with `show` None only what each pixel sees. The device's context must be current.
+    def programs(self, compiled: CompiledScene, show: Show | None = "picture", *, plane_only: bool = True) -> Programs:
+        """What draws a scene; with `show` None only what each pixel sees. The device's context must be current.
 
-        Without `quiet`, quiet cells that are not empty are drawn as all others are.
+        Without `plane_only`, plane-only cells that are not empty are drawn as all others are.
         """
-        sources = _sources(scene, settings, show, self.device.limits.varyings, quiet=quiet)
-        return Programs(**{"see": None} | {name: self.device.program(*source) for name, source in sources.items()})
+        sources = program_sources(compiled, show, self.device.limits.varyings, plane_only=plane_only)
+        programs = {name: self.device.program(source.fragment, source.vertex) for name, source in sources.items()}
+        return Programs(**{"see": None} | programs)
 
-    def has_programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> bool:
+    def has_programs(self, compiled: CompiledScene, show: Show | None = "picture") -> bool:
         """Whether programs() compiles nothing. Raises ShaderError as that does."""
-        sources = _sources(scene, settings, show, self.device.limits.varyings, quiet=True).values()
-        return all(self.device.has_program(*source) for source in sources)
-
-
-def _sources(
-    scene: Scene, settings: Settings, show: Show | None, varyings: int, *, quiet: bool
-) -> dict[str, tuple[Source, Source]]:
-    """The fragment and the vertex shader of each of the programs that draw `scene`, by its name in Programs."""
-    sources: dict[str, tuple[Source, Source]] = {}
-    cells = vertex_source(scene, settings, varyings)
-    if show != "picture" or not is_over_planes(scene, settings):
-        sources["see"] = visibility_source(scene, settings, varyings, geometry=show != "picture"), cells
-    if show:
-        sources["shade"] = show_source(scene, settings, show, varyings), cells
-    if is_listed(scene, settings) and groups(scene).kinds:
-        vertex, fragment = kinds_source(scene, settings, varyings, geometry=show != "picture")
-        sources["kinds"] = fragment, vertex
-    if show == "picture" and has_quiet(scene, settings):
-        if quiet and groups(scene).planes:
-            sources["quiet"] = quiet_source(scene, settings, varyings), cells
-        sources["empty"] = assemble("passes/empty.frag"), plain_vertex_source()
-    return sources
+        sources = program_sources(compiled, show, self.device.limits.varyings).values()
+        return all(self.device.has_program(source.fragment, source.vertex) for source in sources)
 
 
 def _add_progress(progress: Progress | None, before: int, total: int, done: int) -> None:

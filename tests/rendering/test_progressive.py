@@ -109,7 +109,7 @@ def test_a_picture_that_moves_or_shows_something_else_is_not_looked_at(renderer:
 
 def test_a_mistake_in_the_shader_that_finds_the_error_leaves_the_picture(renderer: Renderer, shaders: Path) -> None:
     own, settings = Renderer(Device(renderer.device.context)), Settings(samples=8)
-    live, file = Live(own, 1e9), shaders / "movement.frag"
+    live, file = Live(own, 1e9), shaders / "sampling/movement.frag"
     good = file.read_text()
     file.write_text(good.replace("vec3 moved =", "vec2 moved ="))
     with renderer.device.context:

@@ -10,7 +10,7 @@ import pytest
 
 from raytracer.analysis.reflectance.report import markdown
 from raytracer.app.cli import main
-from raytracer.compiler.glsl.reflectance import FUNCTIONS
+from raytracer.compiler.glsl.materials import FUNCTIONS
 from raytracer.core.validation import InputError
 from raytracer.formats.material_library import collections, tables
 from raytracer.formats.material_schema import materials_schema
