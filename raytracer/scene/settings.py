@@ -8,7 +8,8 @@ from raytracer.core.record import Record, public
 from raytracer.core.validation import InputError, set_fields, shown
 from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
-from raytracer.scene.options import CompileOptions, Evaluator, Precision, SamplingOptions, Shading, Shadows
+from raytracer.scene.materials.models import Shading
+from raytracer.scene.options import CompileOptions, Evaluator, Precision, SamplingOptions, Shadows
 from raytracer.scene.sequences import SampleSequence
 
 

@@ -10,7 +10,8 @@ from msgspec import UNSET, UnsetType
 
 from raytracer.core.record import Record
 from raytracer.core.validation import InputError, check_choice, shown
-from raytracer.scene.options import CompileOptions, Evaluator, Precision, SamplingOptions, Shading, Shadows
+from raytracer.scene.materials.models import Shading
+from raytracer.scene.options import CompileOptions, Evaluator, Precision, SamplingOptions, Shadows
 from raytracer.scene.sequences import SampleSequence
 from raytracer.scene.settings import Settings
 
