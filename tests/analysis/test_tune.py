@@ -39,6 +39,7 @@ def test_candidates_are_all_different_and_keep_what_is_given() -> None:
     assert {settings.samples for settings in found if settings.adaptive is None} >= {*LADDER}
 
 
+@pytest.mark.slow
 @pytest.mark.gl
 @pytest.mark.usefixtures("few_rounds")
 def test_the_pick_meets_the_error_against_many_random_samples(renderer: Renderer) -> None:
@@ -143,6 +144,7 @@ def test_what_the_command_prints_makes_what_it_measured_as_flags_over_the_file_a
 
 
 @pytest.mark.gl
+@pytest.mark.usefixtures("few_rounds")
 @pytest.mark.parametrize("target", [("--time", "1e-6"), ("--max-error", "1e-9")])
 def test_what_cannot_be_met_is_status_1_with_the_closest_and_no_search_through_all(
     target: tuple[str, str], capsys: pytest.CaptureFixture[str]
@@ -154,6 +156,7 @@ def test_what_cannot_be_met_is_status_1_with_the_closest_and_no_search_through_a
 
 
 @pytest.mark.gl
+@pytest.mark.usefixtures("few_rounds")
 @pytest.mark.parametrize("measured", [0, 3])
 def test_ctrl_c_prints_the_best_of_what_was_measured(
     measured: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -616,6 +616,7 @@ def test_a_file_that_is_saved_as_the_window_opens_is_shown_as_it_was_saved(
     assert opened(scene=file).viewer.state.scene == rt.load(file)
 
 
+@pytest.mark.slow
 @pytest.mark.window
 def test_two_thousand_frames_with_toggles_and_resizes_leave_nothing_behind(opened: Callable[..., Opened]) -> None:
     one = opened(size=(96, 54), budget=0.033)
