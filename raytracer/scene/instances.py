@@ -146,7 +146,7 @@ class Instances(Record, frozen=True, eq=False):
             yield with_leaves(self.solid, lambda leaf, p=position, s=scale: _placed(leaf, p, s))
 
     def spheres(self) -> tuple[Array, Array]:
-        """Centers (N, S, 3) and radii (N, S) of the placed spheres, S to an instance, to the bit as solids() has them."""
+        """Centers (N, S, 3) and radii (N, S) of the placed spheres, S to an instance, to the bit as in solids()."""
         import numpy as np
 
         spheres = [leaf for leaf in leaves(self.solid) if isinstance(leaf, Sphere)]
