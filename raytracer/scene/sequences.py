@@ -11,9 +11,10 @@ from typing import Any, Literal, NamedTuple
 
 SampleSequence = Literal["sobol", "r2", "random", "grid", "rotated", "corners"]
 
-# Seeds that scramble Sobol's two dimensions: of 1500 random pairs the one whose first 2, 3, 4, 8, 16, 32 and 64 points
-# were least wrong about which share of a pixel an edge cuts off. Among 1500 others (benchmarks/sequences.py) it is second,
-# and with 16 half as wrong as "r2". Over pixels that exchange digits it is like most, 2 % worse than the best.
+# Seeds that scramble the two dimensions of Sobol: of 1500 random pairs the one whose first 2, 3, 4, 8, 16, 32 and 64
+# points were least wrong about which share of a pixel an edge cuts off. Among 1500 others (benchmarks/sequences.py) it
+# is second, and with 16 half as wrong as "r2". Over pixels that exchange digits it is like most, 2 % worse than the
+# best.
 _SCRAMBLES = 0xE7DAAF3E, 0xBB162E79
 # 1/p and 1/p^2 with p the plastic number, the real root of p^3 = p + 1.
 _ALPHA = (0.7548776662466927, 0.5698402909980532)
