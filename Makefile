@@ -8,7 +8,7 @@ TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 libatomic1 xvfb xdotool
 
 # Tests of what shaders compute, which does not depend on how OpenGL is reached: run on EGL only.
 ONCE := analysis ground_truth/test_rough_surfaces.py ground_truth/test_converged.py scene/test_merl.py \
-	$(patsubst %,rendering/test_%.py,article brdf error_estimate mirrors peers soft soft_cells)
+	$(patsubst %,rendering/test_%.py,article brdf estimator mirrors peers soft soft_cells)
 
 .PHONY: demo test view check extremes bench clean help
 .DELETE_ON_ERROR:

@@ -9,11 +9,11 @@ from weakref import WeakKeyDictionary
 
 import moderngl
 
+from raytracer.compiler.draws import MARGIN
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble
 from raytracer.compiler.limits import DriverLimits
 from raytracer.core.interrupts import deferred
 from raytracer.gpu.adapters import Adapter, leave
-from raytracer.gpu.cell_draw import MARGIN
 from raytracer.gpu.context import chosen, open_context
 from raytracer.gpu.gl import BufferTexture, Context, Program, varying_components
 from raytracer.gpu.turns import alone, check_process, turn

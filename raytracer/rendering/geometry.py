@@ -11,12 +11,13 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from raytracer.compiler.draws import sample_at
 from raytracer.formats.image import Geometry, GeometrySource
 from raytracer.gpu.adapters import Adapter
 from raytracer.gpu.device import Device, shared_device
 from raytracer.gpu.turns import ContextError, exclusive, is_cut_off
-from raytracer.rendering.passes import Passes
 from raytracer.rendering.programs import find_programs
+from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import place, split, tile_size
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
@@ -45,11 +46,11 @@ def draw_geometry(device: Device, view: View) -> Geometry:
         np.empty((height, width), np.int32),
     )
     tile = tile_size(view.size, view.tile, is_drawn_once=True)
-    with closing(Passes(device.context, tile, geometry=True)) as passes:
-        passes.load(find_programs(device, scene, settings, None), scene, settings, view.size)
+    with closing(TileRenderer(device, tile, geometry=True)) as tiles:
+        tiles.load(find_programs(device, scene, settings, None), scene, settings, view.size)
         for rectangle in split(view.size, tile):
-            passes.draw(rectangle, 0, anew=True)
-            part = passes.read_geometry(rectangle[2:])
+            tiles.draw(rectangle, sample_at(0, settings.sampling))
+            part = tiles.read_geometry(rectangle[2:])
             for array, values in zip(geometry, part, strict=True):
                 array[place(rectangle, height)] = values
     return geometry

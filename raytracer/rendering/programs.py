@@ -16,44 +16,46 @@ from raytracer.compiler.glsl.shaders import (
     vertex_source,
     visibility_source,
 )
+from raytracer.compiler.meshes import EMPTY, PLANE_ONLY, SEE, SHADE, SHAPES
 from raytracer.gpu.device import Device
-from raytracer.rendering.passes import Programs
+from raytracer.gpu.gl import Program
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 
 
 def find_programs(
-    device: Device, scene: Scene, settings: Settings, show: Show | None = "picture", *, quiet: bool = True
-) -> Programs:
-    """The programs that draw `scene`; with `show` None only what each pixel sees. The context must be current.
+    device: Device, scene: Scene, settings: Settings, show: Show | None = "picture", *, plane_only: bool = True
+) -> dict[str, Program]:
+    """The programs that draw `scene`, by their names (compiler/meshes.py). The context must be current.
 
-    Without `quiet`, quiet cells that are not empty are drawn as all others are.
+    With `show` None they draw only the surfaces that pixels see. Without `plane_only`, plane-only cells that are not
+    empty are drawn as all others are.
     """
-    sources = _sources(scene, settings, show, device.limits.varyings, quiet=quiet)
-    return Programs(**{"see": None} | {name: device.program(*source) for name, source in sources.items()})
+    sources = _sources(scene, settings, show, device.limits.varyings, plane_only=plane_only)
+    return {name: device.program(*source) for name, source in sources.items()}
 
 
 def are_compiled(device: Device, scene: Scene, settings: Settings, show: Show | None = "picture") -> bool:
     """Whether find_programs() compiles nothing. Raises ShaderError as find_programs()."""
-    sources = _sources(scene, settings, show, device.limits.varyings, quiet=True).values()
+    sources = _sources(scene, settings, show, device.limits.varyings, plane_only=True).values()
     return all(device.has_program(*source) for source in sources)
 
 
 def _sources(
-    scene: Scene, settings: Settings, show: Show | None, varyings: int, *, quiet: bool
+    scene: Scene, settings: Settings, show: Show | None, varyings: int, *, plane_only: bool
 ) -> dict[str, tuple[Source, Source]]:
-    """The fragment and the vertex shader of each of the programs that draw `scene`, by its name in Programs."""
+    """The fragment and the vertex shader of each of the programs that draw `scene`, by its name."""
     sources: dict[str, tuple[Source, Source]] = {}
     cells = vertex_source(scene, settings, varyings)
     if show != "picture" or not is_over_planes(scene, settings):
-        sources["see"] = visibility_source(scene, settings, varyings, geometry=show != "picture"), cells
+        sources[SEE] = visibility_source(scene, settings, varyings, geometry=show != "picture"), cells
     if show:
-        sources["shade"] = show_source(scene, settings, show, varyings), cells
+        sources[SHADE] = show_source(scene, settings, show, varyings), cells
     if is_listed(scene, settings) and groups(scene).kinds:
         vertex, fragment = kinds_source(scene, settings, varyings, geometry=show != "picture")
-        sources["kinds"] = fragment, vertex
+        sources[SHAPES] = fragment, vertex
     if show == "picture" and has_quiet(scene, settings):
-        if quiet and groups(scene).planes:
-            sources["quiet"] = quiet_source(scene, settings, varyings), cells
-        sources["empty"] = assemble("passes/empty.frag"), plain_vertex_source()
+        if plane_only and groups(scene).planes:
+            sources[PLANE_ONLY] = quiet_source(scene, settings, varyings), cells
+        sources[EMPTY] = assemble("passes/empty.frag"), plain_vertex_source()
     return sources

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import time
+from collections.abc import Callable
 from contextlib import ExitStack, closing
 from functools import partial
 from typing import Any
@@ -10,23 +12,27 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from raytracer.compiler.glsl.shaders import plain_vertex_source
+from raytracer.compiler.draws import SUMMED
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
-from raytracer.rendering.error_estimate import Moved, estimated
+from raytracer.rendering.accumulation import Accumulation, is_measured, margin
+from raytracer.rendering.block_measurements import BlockMeasurements
+from raytracer.rendering.estimator import TileStatistics, estimate
 from raytracer.rendering.geometry import DrawnGeometry, View
-from raytracer.rendering.passes import Passes
 from raytracer.rendering.programs import find_programs
-from raytracer.rendering.sampler import Sampler
+from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import TILE, place, split, tile_size
+from raytracer.scene.options import SamplingOptions
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
-# quiet cells than it takes to compile.
-_WORTH_QUIET = 2**20
+# plane-only cells than it takes to compile.
+_WORTH_PLANE_ONLY = 2**20
+# The time that reading a tile takes is taken longer than it was, as what comes after it takes some, too.
+_READING = 1.25
 
 
 def metadata(
@@ -77,64 +83,85 @@ class Renderer:
         `only`: it is the process's only one, so programs that take longer to compile than they save are done without.
         Without `estimates` it is not told how wrong it is, unless that is what samples are taken for.
         """
-        estimates |= settings.asks
-        moved: list[Moved] = []
+        options = settings.sampling
+        estimates |= options.has_stopping_rule
+        statistics: list[TileStatistics] = []
         pixels, count = 0, 0.0
         self.device.limits.check(scene, settings)
         width, height = size
-        margin = Sampler.margin(settings)
-        tile = min(tile, self.device.limits.target - 2 * margin)
+        around = margin(options)
+        tile = min(tile, self.device.limits.target - 2 * around)
         source: Any = DrawnGeometry(self.device, View(scene, settings, size, tile)) if geometry else None
         image = Image(
             radiance=np.empty((height, width, 3), np.float32),
             depth=source,
             normal=source,
             material=source,
-            samples=np.empty((height, width), np.int32) if settings.refines else None,
+            samples=np.empty((height, width), np.int32) if options.is_adaptive else None,
             error=np.empty((height, width), np.float32) if geometry and estimates else None,
         )
         shape = tile_size(size, tile, is_drawn_once=settings.samples == 1)
         tiles = list(split(size, shape))
-        target = min(width, shape[0] + 2 * margin), min(height, shape[1] + 2 * margin)
+        target = min(width, shape[0] + 2 * around), min(height, shape[1] + 2 * around)
         with self.device.turn(), ExitStack() as stack:
-            passes = stack.enter_context(closing(Passes(self.device.context, target, once=True)))
-            quiet = not only or width * height * settings.samples >= _WORTH_QUIET
-            passes.load(find_programs(self.device, scene, settings, quiet=quiet), scene, settings, size)
-            sampler = stack.enter_context(closing(self.sampler(settings, target, estimates=estimates)))
-            if settings.time is not None:
-                sampler.warm(passes)
+            tile_renderer = stack.enter_context(closing(TileRenderer(self.device, target, one_shot=True)))
+            plane_only = not only or width * height * settings.samples >= _WORTH_PLANE_ONLY
+            programs = find_programs(self.device, scene, settings, plane_only=plane_only)
+            tile_renderer.load(programs, scene, settings, size)
+            measurements = None
+            if is_measured(options, estimates=estimates):
+                measurements = BlockMeasurements(self.device, tile_renderer.player, target)
+            if options.time is not None:
+                tile_renderer.warm()
+                if measurements:
+                    measurements.warm()
             begin = time.perf_counter()
             for i, rectangle in enumerate(tiles):
+                accumulation = Accumulation(tile_renderer, measurements, options, rectangle, size, estimates=estimates)
                 done = partial(_add_progress, progress, i * settings.samples, len(tiles) * settings.samples)
                 # Until when this tile's share, and those of all before it, is over.
                 pixels += rectangle[2] * rectangle[3]
-                seconds = None
-                if settings.time is not None:
-                    seconds = begin + settings.time * pixels / (width * height) - time.perf_counter()
-                summed = sampler.sum(
-                    passes, rectangle, size, seconds=seconds, errors=image.error is not None, progress=done
-                )
+                until = math.inf
+                if options.time is not None:
+                    until = begin + options.time * pixels / (width * height)
+                _draw_samples(accumulation, options, until, done)
+                result = accumulation.result(errors=image.error is not None)
                 where = place(rectangle, height)
-                image.radiance[where] = summed.mean
-                count += np.mean(summed.samples) * rectangle[2] * rectangle[3]
-                if summed.moved:
-                    moved.append(summed.moved)
+                image.radiance[where] = result.mean
+                count += np.mean(result.samples) * rectangle[2] * rectangle[3]
+                if result.statistics:
+                    statistics.append(result.statistics)
                 if image.samples is not None:
-                    image.samples[where] = summed.samples
+                    image.samples[where] = result.samples
                 if image.error is not None:
-                    image.error[where] = np.nan if summed.error is None else summed.error
+                    image.error[where] = np.nan if result.error is None else result.error
             took = time.perf_counter() - begin
         samples = float(count) / (width * height)
-        if len(moved) == len(tiles):
-            estimate = estimated(moved, size, samples, took)
+        if len(statistics) == len(tiles):
+            error = estimate(statistics, size, samples, took)
         else:
-            estimate = Estimate(samples, took, unknown=_why_unknown(settings, estimates))
-        return msgspec.structs.replace(image, estimate=estimate, metadata=metadata(scene, size, settings, estimate))
+            error = Estimate(samples, took, unknown=_why_unknown(settings, estimates))
+        return msgspec.structs.replace(image, estimate=error, metadata=metadata(scene, size, settings, error))
 
-    def sampler(self, settings: Settings, target: tuple[int, int], *, estimates: bool = True) -> Sampler:
-        """What draws samples into targets of that size; else as Sampler's. The device's context must be current."""
-        program = partial(self.device.program, vertex=plain_vertex_source())
-        return Sampler(self.device.context, program, settings, target, estimates=estimates)
+
+def _draw_samples(
+    accumulation: Accumulation, options: SamplingOptions, until: float, done: Callable[[int], None]
+) -> None:
+    """Draw all samples of a tile, within the time `until` which it must be read. `done` is told how many there are."""
+    reading = 0.0
+    while True:
+        # A second part of the sum is read besides, and added in float64.
+        end = until - (reading if accumulation.samples < SUMMED else 2.0 * reading)
+        accumulation.step(end - time.perf_counter())
+        if accumulation.samples == 1 and until < math.inf and not accumulation.is_done(until - time.perf_counter()):
+            begin = time.perf_counter()
+            accumulation.result(errors=True)
+            reading = _READING * (time.perf_counter() - begin)
+            end = until - reading
+        if accumulation.is_done(end - time.perf_counter()):
+            break
+        done(accumulation.samples)
+    done(options.samples)
 
 
 def _add_progress(progress: Progress | None, before: int, total: int, done: int) -> None:

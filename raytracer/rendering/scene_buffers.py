@@ -21,19 +21,20 @@ from raytracer.compiler.glsl.shaders import (
     rounds_of_ray,
     shaded_materials,
 )
+from raytracer.compiler.meshes import cells_under
 from raytracer.compiler.program_rows import check_listed
 from raytracer.compiler.rounds import OF_ENTRY
 from raytracer.compiler.surfaces import table
 from raytracer.core.validation import InputError
 from raytracer.gpu.gl import BufferTexture, set_sampler, volume_texture
-from raytracer.gpu.rectangle_draw import cells_under
+from raytracer.gpu.texture_units import SCENE_UNITS
 from raytracer.scene.scene import PointLight, Scene
 from raytracer.scene.settings import Settings
 
 if TYPE_CHECKING:
     from raytracer.scene.materials.merl import Measured
 
-# Binding points of uniform blocks, and texture units; 0 and 1 are those of passes.py.
+# Binding points of uniform blocks.
 _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2}
 # Cells of a side of a cube's face around a light: in a picture of many objects, one of the first covers about a
 # quarter of a cell. The coarse ones are for large lights.
@@ -49,7 +50,6 @@ _MOST_FROM_AFAR = 4096
 # Spheres times lights: to find in which cells each is seen takes 0.7 microseconds, and up to 2.6 where the cells have
 # to be made larger several times: 20 seconds.
 _MAX_SEEN = 2**23
-_UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7, "measured": 8}
 
 
 class Numbers:
@@ -82,7 +82,7 @@ class Numbers:
         listed = is_listed(scene, settings)
         self._write("Lights", view_space.lights_block(scene, settings))
         # Lights move, and then all else is as it was. Equal tuples of the same things are quickly compared.
-        of = scene.objects, scene.camera, scene.materials, settings, size
+        of = scene.objects, scene.camera, scene.materials, settings.compile_options, size
         new, self._of = of != self._of, None  # until all is there
         if new:
             self._lister, self._of_camera = candidate_lists.Lister(scene) if listed else None, None
@@ -212,10 +212,9 @@ class Numbers:
                     raise
         raise AssertionError
 
-    def camera_lists(self) -> NDArray[np.int32]:
-        """(cells, 2): where the list of each cell of the picture begins and ends, in a scene that has them."""
-        assert self._of_camera
-        return self._of_camera.ends + np.int32(self._first)
+    def camera_lists(self) -> NDArray[np.int32] | None:
+        """(cells, 2): where the list of each cell of the picture begins and ends; None in a scene without lists."""
+        return None if self._of_camera is None else self._of_camera.ends + np.int32(self._first)
 
     def met(self) -> Met | None:
         """In which cells there are lists."""
@@ -230,7 +229,7 @@ class Numbers:
         for name in self._blocks:
             if name in program:
                 program[name].binding = _BLOCKS[name]  # pyright: ignore[reportAttributeAccessIssue]
-        for name, unit in _UNITS.items():
+        for name, unit in SCENE_UNITS.items():
             if name in program:
                 set_sampler(self._context, program, name, unit)
 
@@ -239,9 +238,9 @@ class Numbers:
         for name, buffer in self._blocks.items():
             buffer.bind_to_uniform_block(_BLOCKS[name])
         for name, texture in self._textures.items():
-            texture.use(_UNITS[name])
+            texture.use(SCENE_UNITS[name])
         if self._measured:
-            self._measured.use(_UNITS["measured"])
+            self._measured.use(SCENE_UNITS["measured"])
 
     def _write(self, name: str, data: bytes) -> None:
         """Bring a uniform block to the GPU, into the buffer that is there if that has the size."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from raytracer.compiler.direction_cells import CELL
-from raytracer.gpu.cell_draw import Rectangle
+from raytracer.compiler.meshes import Rectangle
 
 # Side of a tile in pixels. A tile's targets take up to 60 bytes a pixel, 252 MB at this size.
 TILE = 2048

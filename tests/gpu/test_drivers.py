@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 import raytracer as rt
+from raytracer.compiler.draws import sample_at
 from raytracer.gpu.gl import BufferTexture
-from raytracer.rendering.passes import Passes
 from raytracer.rendering.programs import find_programs
 from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.processes import output_of
@@ -56,15 +57,15 @@ def test_what_a_driver_has_no_room_for_is_refused_again_when_tried_again(
     around = [(4 + math.cos(i), 7 + math.sin(3 * i), 4 + math.sin(i)) for i in range(20)]
     scene, settings = scenes.of(*(rt.Sphere(place, 0.8) for place in around)), Settings()
     with renderer.device.context:
-        passes = Passes(renderer.device.context, SIZE)
+        tiles = TileRenderer(renderer.device, SIZE)
         for most in (10, 70, 90):
             monkeypatch.setattr(BufferTexture, "most", staticmethod(lambda context, most=most: most))
             for _ in range(2):
                 with pytest.raises(rt.InputError, match=rf"^objects: expected at most {most} .*buffer textures\), got"):
-                    passes.load(find_programs(renderer.device, scene, settings), scene, settings, SIZE)
+                    tiles.load(find_programs(renderer.device, scene, settings), scene, settings, SIZE)
         monkeypatch.undo()
-        passes.load(find_programs(renderer.device, scene, settings), scene, settings, SIZE)
-        passes.draw((0, 0, *SIZE), 0, anew=True)
-        radiance = passes.read_sum((0, 0, *SIZE))
-        passes.close()
+        tiles.load(find_programs(renderer.device, scene, settings), scene, settings, SIZE)
+        tiles.draw((0, 0, *SIZE), sample_at(0, settings.sampling))
+        radiance = tiles.read_sums((0, 0, *SIZE), 3)
+        tiles.close()
     np.testing.assert_array_equal(radiance, renderer.render(scene, SIZE, settings).radiance)

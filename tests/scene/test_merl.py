@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import raytracer as rt
+from raytracer.compiler.draws import sample_at
 from raytracer.formats.scene_file import load, named_files
-from raytracer.rendering.passes import Passes
 from raytracer.rendering.programs import find_programs
 from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.materials import merl
 from raytracer.scene.settings import Settings
 from tests import scenes
@@ -156,16 +157,16 @@ def test_tables_that_do_not_fit_leave_those_of_the_scene_before(
     two = rt.Scene([ball, rt.Sphere((2, 0, 0), 1, white)], good.lights, good.camera)
     size, settings = (32, 32), Settings()
     with renderer.device.context:
-        passes = Passes(renderer.device.context, size)
-        passes.load(find_programs(renderer.device, good, settings), good, settings, size)
+        tiles = TileRenderer(renderer.device, size)
+        tiles.load(find_programs(renderer.device, good, settings), good, settings, size)
         with monkeypatch.context() as patch:  # as if there were room for one table only
             patch.setitem(renderer.device.context.info, "GL_MAX_3D_TEXTURE_SIZE", 179)
             with pytest.raises(rt.InputError, match="materials: expected at most 1 measured"):
-                passes.load(find_programs(renderer.device, two, settings), two, settings, size)
-        passes.load(find_programs(renderer.device, good, settings), good, settings, size)
-        passes.draw((0, 0, *size), 0, anew=True)
-        picture = passes.read_sum((0, 0, *size))
-        passes.close()
+                tiles.load(find_programs(renderer.device, two, settings), two, settings, size)
+        tiles.load(find_programs(renderer.device, good, settings), good, settings, size)
+        tiles.draw((0, 0, *size), sample_at(0, settings.sampling))
+        picture = tiles.read_sums((0, 0, *size), 3)
+        tiles.close()
     np.testing.assert_array_equal(picture, renderer.render(good, size, settings).radiance)
 
 

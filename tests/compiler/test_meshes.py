@@ -6,7 +6,7 @@ import numpy as np
 
 import raytracer as rt
 from raytracer.compiler.candidate_lists import Lister
-from raytracer.gpu.rectangle_draw import cells_under, touching, which_touch
+from raytracer.compiler.meshes import cells_under, touching, which_touch
 
 ROWS, COLUMNS, SIDE = 9, 13, 4
 
