@@ -82,7 +82,7 @@ class Bench:
         """The seconds that all samples of a frame take, with everything about its scene on the GPU already."""
         self.start(scene, settings, size)
         begin = time.perf_counter()
-        for _ in range(settings.samples):
+        while not self._picture.is_done:
             self._picture.step()
         return time.perf_counter() - begin
 
@@ -90,7 +90,7 @@ class Bench:
         """The seconds from making a scene to the end of its frame."""
         begin = time.perf_counter()
         self.start(scene(), settings)
-        for _ in range(settings.samples):
+        while not self._picture.is_done:
             self._picture.step()
         return time.perf_counter() - begin
 
@@ -104,7 +104,7 @@ class Bench:
         return self._picture.image({}).radiance
 
     def summed(self, scene: rt.Scene, settings: rt.Settings) -> float:
-        """The seconds in which render() draws all samples and reads their sum: a window has no adaptive ones."""
+        """The seconds in which render() draws all samples and reads their sum."""
         device, options, area = self._renderer.device, settings.sampling, (0, 0, *self.size)
         with closing(TileRenderer(device, self.size)) as tiles:
             tiles.load(find_programs(device, scene, settings), scene, settings, self.size)

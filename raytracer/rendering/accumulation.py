@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,6 +26,9 @@ from raytracer.rendering.estimator import (
 from raytracer.rendering.pixel_blocks import MARGIN, Blocks, surrounded
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.options import SamplingOptions
+
+# The time that reading a tile takes is taken longer than it was, as what comes after it takes some, too.
+_READING = 1.25
 
 
 def is_measured(options: SamplingOptions, *, estimates: bool) -> bool:
@@ -82,6 +86,11 @@ class Accumulation:
         self._looking_seconds = 0.0  # that the last look took
         self.drawing_seconds = 0.0  # that the last sample took
         self.samples = 0
+
+    @property
+    def options(self) -> SamplingOptions:
+        """The options of the samples."""
+        return self._options
 
     @property
     def blocks(self) -> Blocks:
@@ -211,3 +220,21 @@ class Accumulation:
             return self._variance
         area = self._blocks.area
         return sample_variance(self._tiles.read_sums((0, 0, *area[2:]), 4), self._blocks.samples_in(area))
+
+
+def complete(accumulation: Accumulation, until: float, progress: Callable[[int], None]) -> None:
+    """Draw all samples of a tile, which is to be read by the time `until`. `progress` is told how many there are."""
+    reading = 0.0
+    while True:
+        # A second part of the sum is read besides, and added in float64.
+        end = until - (reading if accumulation.samples < SUMMED else 2.0 * reading)
+        accumulation.step(end - time.perf_counter())
+        if accumulation.samples == 1 and until < math.inf and not accumulation.is_done(until - time.perf_counter()):
+            begin = time.perf_counter()
+            accumulation.result(errors=True)
+            reading = _READING * (time.perf_counter() - begin)
+            end = until - reading
+        if accumulation.is_done(end - time.perf_counter()):
+            break
+        progress(accumulation.samples)
+    progress(accumulation.options.samples)

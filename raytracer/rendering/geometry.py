@@ -46,11 +46,11 @@ def draw_geometry(device: Device, view: View) -> Geometry:
         np.empty((height, width), np.int32),
     )
     tile = tile_size(view.size, view.tile, is_drawn_once=True)
-    with closing(TileRenderer(device, tile, geometry=True)) as tiles:
-        tiles.load(find_programs(device, scene, settings, None), scene, settings, view.size)
+    with closing(TileRenderer(device, tile, geometry=True)) as renderer:
+        renderer.load(find_programs(device, scene, settings, None), scene, settings, view.size)
         for rectangle in split(view.size, tile):
-            tiles.draw(rectangle, sample_at(0, settings.sampling))
-            part = tiles.read_geometry(rectangle[2:])
+            renderer.draw(rectangle, sample_at(0, settings.sampling))
+            part = renderer.read_geometry(rectangle[2:])
             for array, values in zip(geometry, part, strict=True):
                 array[place(rectangle, height)] = values
     return geometry

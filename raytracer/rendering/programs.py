@@ -26,10 +26,9 @@ from raytracer.scene.settings import Settings
 def find_programs(
     device: Device, scene: Scene, settings: Settings, show: Show | None = "picture", *, plane_only: bool = True
 ) -> dict[str, Program]:
-    """The programs that draw `scene`, by their names (compiler/meshes.py). The context must be current.
+    """The programs that draw `scene`, by name; with `show` None they draw only what each pixel sees.
 
-    With `show` None they draw only the surfaces that pixels see. Without `plane_only`, plane-only cells that are not
-    empty are drawn as all others are.
+    Without `plane_only`, cells with nothing but half-spaces are drawn as all others are. The context must be current.
     """
     sources = _sources(scene, settings, show, device.limits.varyings, plane_only=plane_only)
     return {name: device.program(*source) for name, source in sources.items()}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from contextlib import ExitStack, closing
 from functools import partial
 from typing import Any
@@ -12,27 +11,23 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from raytracer.compiler.draws import SUMMED
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
-from raytracer.rendering.accumulation import Accumulation, is_measured, margin
+from raytracer.rendering.accumulation import Accumulation, complete, is_measured, margin
 from raytracer.rendering.block_measurements import BlockMeasurements
 from raytracer.rendering.estimator import TileStatistics, estimate
 from raytracer.rendering.geometry import DrawnGeometry, View
 from raytracer.rendering.programs import find_programs
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import TILE, place, split, tile_size
-from raytracer.scene.options import SamplingOptions
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
 # plane-only cells than it takes to compile.
 _WORTH_PLANE_ONLY = 2**20
-# The time that reading a tile takes is taken longer than it was, as what comes after it takes some, too.
-_READING = 1.25
 
 
 def metadata(
@@ -104,27 +99,26 @@ class Renderer:
         tiles = list(split(size, shape))
         target = min(width, shape[0] + 2 * around), min(height, shape[1] + 2 * around)
         with self.device.turn(), ExitStack() as stack:
-            tile_renderer = stack.enter_context(closing(TileRenderer(self.device, target, one_shot=True)))
+            renderer = stack.enter_context(closing(TileRenderer(self.device, target, one_shot=True)))
             plane_only = not only or width * height * settings.samples >= _WORTH_PLANE_ONLY
-            programs = find_programs(self.device, scene, settings, plane_only=plane_only)
-            tile_renderer.load(programs, scene, settings, size)
+            renderer.load(find_programs(self.device, scene, settings, plane_only=plane_only), scene, settings, size)
             measurements = None
             if is_measured(options, estimates=estimates):
-                measurements = BlockMeasurements(self.device, tile_renderer.player, target)
+                measurements = BlockMeasurements(self.device, renderer.player, target)
             if options.time is not None:
-                tile_renderer.warm()
+                renderer.warm()
                 if measurements:
                     measurements.warm()
             begin = time.perf_counter()
             for i, rectangle in enumerate(tiles):
-                accumulation = Accumulation(tile_renderer, measurements, options, rectangle, size, estimates=estimates)
+                accumulation = Accumulation(renderer, measurements, options, rectangle, size, estimates=estimates)
                 done = partial(_add_progress, progress, i * settings.samples, len(tiles) * settings.samples)
                 # Until when this tile's share, and those of all before it, is over.
                 pixels += rectangle[2] * rectangle[3]
                 until = math.inf
                 if options.time is not None:
                     until = begin + options.time * pixels / (width * height)
-                _draw_samples(accumulation, options, until, done)
+                complete(accumulation, until, done)
                 result = accumulation.result(errors=image.error is not None)
                 where = place(rectangle, height)
                 image.radiance[where] = result.mean
@@ -142,26 +136,6 @@ class Renderer:
         else:
             error = Estimate(samples, took, unknown=_why_unknown(settings, estimates))
         return msgspec.structs.replace(image, estimate=error, metadata=metadata(scene, size, settings, error))
-
-
-def _draw_samples(
-    accumulation: Accumulation, options: SamplingOptions, until: float, done: Callable[[int], None]
-) -> None:
-    """Draw all samples of a tile, within the time `until` which it must be read. `done` is told how many there are."""
-    reading = 0.0
-    while True:
-        # A second part of the sum is read besides, and added in float64.
-        end = until - (reading if accumulation.samples < SUMMED else 2.0 * reading)
-        accumulation.step(end - time.perf_counter())
-        if accumulation.samples == 1 and until < math.inf and not accumulation.is_done(until - time.perf_counter()):
-            begin = time.perf_counter()
-            accumulation.result(errors=True)
-            reading = _READING * (time.perf_counter() - begin)
-            end = until - reading
-        if accumulation.is_done(end - time.perf_counter()):
-            break
-        done(accumulation.samples)
-    done(options.samples)
 
 
 def _add_progress(progress: Progress | None, before: int, total: int, done: int) -> None:

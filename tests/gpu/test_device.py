@@ -69,7 +69,7 @@ def test_a_window_that_reads_its_shaders_again_leaves_another_window_its_program
     own = Renderer(Device(renderer.device.context))
     expected = renderer.render(other, SIZE, settings).radiance
     with own.device.context:
-        first, second = (ProgressivePicture(own.device, budget=1.0) for _ in range(2))
+        first, second = ProgressivePicture(own.device, budget=1.0), ProgressivePicture(own.device, budget=1.0)
         second.start(other, settings, "picture", SIZE, moving=False)
         second.step()
         first.start(scene, settings, "picture", SIZE, moving=False)

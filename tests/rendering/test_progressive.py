@@ -34,10 +34,10 @@ ONE = Settings()
 class Live(ProgressivePicture):
     """A picture, and the canvas on which it is shown."""
 
-    def __init__(self, device: Device, budget: float) -> None:
-        super().__init__(device, budget)
-        with device.context:
-            self.canvas = Canvas(device)
+    def __init__(self, renderer: Renderer, budget: float) -> None:
+        super().__init__(renderer.device, budget)
+        with renderer.device.context:
+            self.canvas = Canvas(renderer.device)
 
     def close(self) -> None:
         super().close()
