@@ -46,7 +46,7 @@ class Live(ProgressivePicture):
 
 @pytest.fixture
 def live(renderer: Renderer) -> Iterator[Live]:
-    live = Live(renderer.device, 1e9)
+    live = Live(renderer, 1e9)
     yield live
     with renderer.device.context:
         live.close()
@@ -104,7 +104,7 @@ def test_a_still_picture_stops_at_the_error_or_time_that_is_asked_for(live: Live
 
 
 def test_a_picture_that_moves_or_shows_something_else_is_not_looked_at(renderer: Renderer) -> None:
-    live, settings, scene = Live(renderer.device, 1e-9), Settings(samples=16), scenes.assignment()
+    live, settings, scene = Live(renderer, 1e-9), Settings(samples=16), scenes.assignment()
     centers = renderer.render(scene, SIZE, Settings(), geometry=False).radiance
     with renderer.device.context:
         live.start(scene, settings, "picture", SIZE, moving=True)
@@ -122,7 +122,7 @@ def test_a_picture_that_moves_or_shows_something_else_is_not_looked_at(renderer:
 
 def test_a_mistake_in_the_shader_that_finds_the_error_leaves_the_picture(renderer: Renderer, shaders: Path) -> None:
     own, settings = Renderer(Device(renderer.device.context)), Settings(samples=8)
-    live, file = Live(own.device, 1e9), shaders / "sampling/movement.frag"
+    live, file = Live(own, 1e9), shaders / "sampling/movement.frag"
     good = file.read_text()
     file.write_text(good.replace("vec3 moved =", "vec2 moved ="))
     with renderer.device.context:
@@ -226,7 +226,7 @@ def test_moving_and_recoloring_anything_compiles_nothing(renderer: Renderer, eva
     settings = Settings(evaluator=evaluator)
     scene = scenes.assignment()
     own = Renderer(Device(renderer.device.context))
-    live = Live(own.device, 1e9)
+    live = Live(own, 1e9)
     drawn(live, own, scene, settings)
     own.render(scene, SIZE, settings)
     before = dict(own.device._programs)
@@ -243,7 +243,7 @@ def test_moving_and_recoloring_anything_compiles_nothing(renderer: Renderer, eva
 
 def test_enlarged_pixels_show_a_smaller_picture_and_a_resize_a_larger_one(renderer: Renderer) -> None:
     scene = scenes.assignment()
-    live = Live(renderer.device, budget=1e-9)
+    live = Live(renderer, budget=1e-9)
     with renderer.device.context:
         live.start(scene, ONE, "picture", SIZE, moving=True)
         assert live.enlarged == 1, "no sample's time is known yet"
@@ -312,7 +312,7 @@ def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
     scene = scenes.assignment()
     show: Show = "depth" if "depth" in name else "picture"
     own = Renderer(Device(renderer.device.context))
-    live = Live(own.device, 1e9)
+    live = Live(own, 1e9)
     before = drawn(live, own, scene, ONE, show)
     file = shaders / name
     good = file.read_text()
@@ -344,7 +344,7 @@ def test_a_changed_shader_is_taken_when_told_and_not_before(live: Live, renderer
 
 def test_toggling_between_two_shadings_compiles_each_once(renderer: Renderer) -> None:
     own = Renderer(Device(renderer.device.context))
-    live = Live(own.device, 1e9)
+    live = Live(own, 1e9)
     counts = []
     for shading in (None, "ggx", None, "ggx", "mirror", "ggx", "mirror"):
         drawn(live, own, scenes.assignment(), Settings(shading=shading))
