@@ -60,6 +60,7 @@ class DrawnGeometry(GeometrySource):
     """The geometry of `view`, which `device` draws at the first access. Images share it with their copies."""
 
     def __init__(self, device: Device, view: View) -> None:
+        self.shape = view.size[1], view.size[0]
         self._device = device
         self._view: View | None = view  # until it is drawn
         self._geometry: Geometry | None = None
@@ -85,10 +86,13 @@ class DrawnGeometry(GeometrySource):
 
 # A new Python has the modules' paths before it unpickles what imports them.
 _DRAW = """
-import pickle, sys
+import os, pickle, sys
+output = os.fdopen(os.dup(1), "wb")
+os.dup2(2, 1)  # nothing else is written there
 sys.path[:], task = pickle.load(sys.stdin.buffer)
 from raytracer.rendering.geometry import answer
-answer(task, sys.stdout.buffer)
+with output:
+    answer(task, output)
 """
 
 
