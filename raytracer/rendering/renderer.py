@@ -70,13 +70,13 @@ class Renderer:
         geometry: bool = True,
         progress: Progress | None = None,
         tile: int = TILE,
-        only: bool = False,
+        single_picture: bool = False,
         estimates: bool = True,
     ) -> Image:
-        """An image of `scene`; `tile` is the side of the largest target in pixels. Else as `render()`.
+        """Render `scene` as `rt.render()` does. `tile` is the side of the largest target in pixels.
 
-        `only`: it is the process's only one, so programs that take longer to compile than they save are done without.
-        Without `estimates` it is not told how wrong it is, unless that is what samples are taken for.
+        A `single_picture` is the process's only one: programs that take longer to compile than they save are left out.
+        Without `estimates` the image has no estimate of its error, unless samples are taken by the estimate.
         """
         options = settings.sampling
         estimates |= options.has_stopping_rule
@@ -100,7 +100,7 @@ class Renderer:
         target = min(width, shape[0] + 2 * around), min(height, shape[1] + 2 * around)
         with self.device.turn(), ExitStack() as stack:
             renderer = stack.enter_context(closing(TileRenderer(self.device, target, one_shot=True)))
-            plane_only = not only or width * height * settings.samples >= _WORTH_PLANE_ONLY
+            plane_only = not single_picture or width * height * settings.samples >= _WORTH_PLANE_ONLY
             renderer.load(find_programs(self.device, scene, settings, plane_only=plane_only), scene, settings, size)
             measurements = None
             if is_measured(options, estimates=estimates):

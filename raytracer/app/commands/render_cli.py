@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
     start = time.monotonic()
     # Beyond the driver's limits is the scene.
     with about(options.scene), progress_bar(f"rendering {output.name}") as progress:
-        image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, only=True)
+        image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, single_picture=True)
     image.save(output)
     took = time.monotonic() - start
     say(f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {took:.1f} s", str(image.estimate))
