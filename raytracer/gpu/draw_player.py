@@ -35,7 +35,7 @@ _BLENDING = {"replace": None, "copy": None, "add": ADD, "over": OVER}
 
 
 class ScreenDraw:
-    """What one program draws of a triangle that covers the viewport. On the GPU until released."""
+    """A triangle that covers the viewport, for one program to draw. On the GPU until released."""
 
     def __init__(self, context: Context, program: Program) -> None:
         self._array = context.vertex_array(program, [])
@@ -216,8 +216,8 @@ class DrawPlayer:
     def close(self) -> None:
         """Give back everything on the GPU but the programs."""
         release(self._context, *self._framebuffers.values(), *self._meshes.values(), *self._textures.values())
-        for things in (self._framebuffers, self._meshes, self._textures, self._programs, self._held):
-            things.clear()
+        for kept in (self._framebuffers, self._meshes, self._textures, self._programs, self._held):
+            kept.clear()
 
 
 def _part(step: Step) -> tuple[tuple[str, ...], Rectangle] | None:
