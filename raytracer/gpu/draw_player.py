@@ -74,9 +74,9 @@ class DrawPlayer:
         self._framebuffers: dict[tuple[str, ...], Framebuffer] = {}  # by textures, the one of depths last
         self._long_draws: dict[str, int] = {}  # by program: how many pixels take _SHORT_DRAW
 
-    def use(self, programs: Mapping[str, Program], instead_of: Collection[str] = ()) -> None:
-        """Take programs by their names, in place of those that have the names, and drop those `instead_of` which."""
-        for name in {*programs, *instead_of} & self._programs.keys():
+    def use(self, programs: Mapping[str, Program], replaced: Collection[str] = ()) -> None:
+        """Take programs by name. The programs with the names `replaced` are dropped if no new one has the name."""
+        for name in {*programs, *replaced} & self._programs.keys():
             if self._programs[name] is not programs.get(name):
                 if mesh := self._meshes.pop(name, None):
                     release(self._context, mesh)

@@ -46,7 +46,7 @@ class BlockMeasurements:
         """`target` is the size of the largest area in pixels."""
         self._device, self._player, self._target = device, player, target
         columns, rows = (-(-side // CELL) * PER_CELL for side in target)
-        player.use({}, instead_of=_SOURCES)
+        player.use({}, replaced=_SOURCES)
         player.add_texture("blocks", (columns, rows), 4)
         player.add_texture("earlierSum", target, 4)
 

@@ -75,7 +75,7 @@ class TileRenderer:
         self._to_world = view_space.rotation(scene.camera).astype(np.float32)
         self._numbers.load(scene, settings, size)
         self._material_index = np.append(table(scene).material, np.int32(-1))  # so also at index -1
-        self.player.use(programs, instead_of=_PROGRAMS)
+        self.player.use(programs, replaced=_PROGRAMS)
         self._meshes = None
         self._coverage = self._find_coverage(programs, scene, settings, size)
         self._list_readers = [name for name, program in programs.items() if "list" in program]
