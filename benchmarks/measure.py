@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 import raytracer as rt
 from benchmarks import povray
-from raytracer.formats.image import Image, srgb8
+from raytracer.compiler.compiled_scene import compile
+from raytracer.compiler.frame import make_frame
+from raytracer.formats.image import Image
+from raytracer.formats.srgb import encode_srgb8
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.accumulation import Accumulation, is_measured
 from raytracer.rendering.block_measurements import BlockMeasurements
@@ -107,7 +110,8 @@ class Bench:
         """The seconds in which render() draws all samples and reads their sum."""
         device, options, area = self._renderer.device, settings.sampling, (0, 0, *self.size)
         with closing(TileRenderer(device, self.size)) as tiles:
-            tiles.load(find_programs(device, scene, settings), scene, settings, self.size)
+            compiled = compile(scene, settings.compile_options)
+            tiles.load(find_programs(device, compiled), make_frame(compiled, self.size, device.limits))
             is_needed = is_measured(options, estimates=True)
             measurements = BlockMeasurements(device, tiles.player, self.size) if is_needed else None
 
@@ -138,7 +142,7 @@ class Bench:
     def agreement(self, scene: rt.Scene, samples: int = 1) -> Agreement:
         """How our picture compares with POV-Ray's where that is installed, and the reference's where that is quick."""
         found, settings = Agreement(), rt.Settings(samples=samples)
-        picture = srgb8(self.radiance(scene, settings))
+        picture = encode_srgb8(self.radiance(scene, settings))
         if povray.version():
             share = SAME_RAYS if samples == 1 else OTHER_RAYS
             found.compare(picture, self.traced(scene, samples)[0], "POV-Ray's", share)
@@ -147,7 +151,7 @@ class Bench:
             width, height = self.size
             size = _SMALL if count > _FEW else self.size if samples == 1 else (width // 4, height // 4)
             truth = ray_tracer.render(scene, size, settings).srgb8()
-            found.compare(srgb8(self.radiance(scene, settings, size)), truth, f"float64's, {size[0]}x{size[1]}")
+            found.compare(encode_srgb8(self.radiance(scene, settings, size)), truth, f"float64's, {size[0]}x{size[1]}")
         if not found.findings:
             found.findings.append("not compared: that takes povray")
         return found

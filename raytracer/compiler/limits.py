@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import msgspec
 
-from raytracer.compiler.glsl.shaders import is_listed, roth_loops
-from raytracer.compiler.surfaces import table
+from raytracer.compiler.compiled_scene import CompiledScene
+from raytracer.compiler.rounds import roth_loops
 from raytracer.core.validation import InputError
-from raytracer.scene.scene import Scene
-from raytracer.scene.settings import Precision, Settings
+from raytracer.scene.options import Precision
 
 # llvmpipe's compile time triples with every two loops in a row: 2 s for 11, 5 s for 13, 16 s for 15.
 MAX_ROTH_LOOPS = 14
@@ -37,32 +36,31 @@ class DriverLimits(msgspec.Struct, frozen=True):
         """The precisions in bits. Doubles came with OpenGL 4.0."""
         return (32, 64) if self.version >= 400 else (32,)
 
-    def check(self, scene: Scene, settings: Settings) -> None:
+    def check(self, compiled: CompiledScene) -> None:
         """Raise InputError if the scene needs more than this driver or the evaluator has."""
-        if settings.evaluator == "roth" and (loops := roth_loops(scene)) > MAX_ROTH_LOOPS:
+        options, primitives = compiled.options, compiled.surfaces.size
+        if options.evaluator == "roth" and (loops := roth_loops(compiled.scene)) > MAX_ROTH_LOOPS:
             raise InputError(
                 f"expected at most {MAX_ROTH_LOOPS} loops for roth (1 an object, |, & or ~, 2 a -), got "
                 f"{loops}; the others have no such limit",
                 "evaluator",
             )
-        if settings.precision not in self.precisions:
+        if options.precision not in self.precisions:
             raise InputError(
                 f"64 needs OpenGL 4.0 or later, got {self.version // 100}.{self.version // 10 % 10} "
                 f"({self.driver}); 32 needs no more than 3.3",
                 "precision",
             )
-        primitives = table(scene).size
-        listed = is_listed(scene, settings)
-        if not listed and primitives > MAX_PRIMITIVES:
-            way = "64 bits" if settings.precision == 64 else f"the evaluator {settings.evaluator}"
+        if not compiled.has_lists and primitives > MAX_PRIMITIVES:
+            way = "64 bits" if options.precision == 64 else f"the evaluator {options.evaluator}"
             raise InputError(
                 f"expected at most {MAX_PRIMITIVES} primitives for {way}, got {primitives}; "
                 "the evaluator cells with 32 bits has no such limit"
             )
-        for things, count, size in (
-            *([("primitives of 64 bits", primitives, 64)] if settings.precision == 64 else []),
-            ("lights", len(scene.lights), 48 * settings.precision // 32),
+        for elements, count, size in (
+            *([("primitives of 64 bits", primitives, 64)] if options.precision == 64 else []),
+            ("lights", len(compiled.lights), 48 * options.precision // 32),
         ):
             if count * size > self.uniform_block:
                 limit = self.uniform_block // size
-                raise InputError(f"expected at most {limit} {things} (this driver's uniform block), got {count}")
+                raise InputError(f"expected at most {limit} {elements} (this driver's uniform block), got {count}")

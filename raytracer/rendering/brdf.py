@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from raytracer.compiler.glsl import reflectance
+from raytracer.compiler.glsl import materials
+from raytracer.compiler.material_layout import make_layout, struct
 from raytracer.core.arrays import number_array
 from raytracer.core.validation import InputError, Keys, check_text, is_number, number, shown, vector
 from raytracer.gpu import glsl_call
@@ -43,10 +44,10 @@ def call(function: str, material: Material, *arguments: ArrayLike, device: Devic
     """
     _check(material, device)
     check_text(function, "function")
-    found = reflectance.layout([material])
-    lines = ['#include "materials.glsl"', *reflectance.reflected_text(found), *_EVALUATE]
-    generated = {"materials.glsl": reflectance.material_text(found), _TOP: "\n".join(lines)}
-    data = reflectance.struct(found, material, glsl_call.struct_dtype("Material", _TOP, generated))
+    layout = make_layout([material])
+    lines = ['#include "materials.glsl"', *materials.reflected_text(layout), *_EVALUATE]
+    generated = {"materials.glsl": materials.material_text(layout), _TOP: "\n".join(lines)}
+    data = struct(layout, material, glsl_call.struct_dtype("Material", _TOP, generated))
     table = material.get("file")
     volumes = {"measured": table.values} if table else {}
     return glsl_call.call(function, data, *arguments, device=device, generated=generated, file=_TOP, volumes=volumes)
@@ -59,7 +60,7 @@ def bake(material: Material, *, device: Device | None = None) -> Measured:
     for an anisotropic material.
     """
     _check(material, device)
-    if reflectance.layout([material]).turned:
+    if make_layout([material]).is_anisotropic:
         raise InputError("expected cx and cy to be the same: MERL's format is for isotropic materials", "lobes")
     wi, wo = (_above(part.reshape(-1, 3)) for part in directions())
     # In slices: the Material goes to the GPU with each of its directions.

@@ -11,7 +11,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from raytracer.compiler.compiled_scene import compile
 from raytracer.compiler.draws import sample_at
+from raytracer.compiler.frame import make_frame
 from raytracer.formats.image import Geometry, GeometrySource
 from raytracer.gpu.adapters import Adapter
 from raytracer.gpu.device import Device, shared_device
@@ -19,15 +21,15 @@ from raytracer.gpu.turns import ContextError, exclusive, is_cut_off
 from raytracer.rendering.programs import find_programs
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import place, split, tile_size
+from raytracer.scene.options import CompileOptions, SamplingOptions
 from raytracer.scene.scene import Scene
-from raytracer.scene.settings import Settings
 
 
 class View(msgspec.Struct, frozen=True):
     """All that decides the geometry of a picture."""
 
     scene: Scene
-    settings: Settings
+    options: CompileOptions
     size: tuple[int, int]
     tile: int  # the side of the largest target in pixels
 
@@ -37,9 +39,10 @@ def draw_geometry(device: Device, view: View) -> Geometry:
 
     Raises InputError if shaders do not come to an end, ShaderError for a mistake in `shaders/`.
     """
-    scene, (width, height) = view.scene, view.size
-    # The only sample of a pixel is at the centre. Surfaces that no ray reaches by shadows or mirrors need no lists.
-    settings = msgspec.structs.replace(view.settings, samples=1, sequence="sobol", shadows="off", bounces=0)
+    width, height = view.size
+    # Surfaces that no ray reaches by shadows or mirrors need no lists.
+    compiled = compile(view.scene, view.options.replace(shadows="off", bounces=0))
+    frame = make_frame(compiled, view.size, device.limits, plane_only=False)
     geometry = Geometry(
         np.empty((height, width), np.float32),
         np.empty((height, width, 3), np.float32),
@@ -47,9 +50,9 @@ def draw_geometry(device: Device, view: View) -> Geometry:
     )
     tile = tile_size(view.size, view.tile, is_drawn_once=True)
     with closing(TileRenderer(device, tile, geometry=True)) as renderer:
-        renderer.load(find_programs(device, scene, settings, None), scene, settings, view.size)
+        renderer.load(find_programs(device, compiled, None), frame)
         for rectangle in split(view.size, tile):
-            renderer.draw(rectangle, sample_at(0, settings.sampling))
+            renderer.draw(rectangle, sample_at(0, SamplingOptions()))  # at the centre of each pixel
             part = renderer.read_geometry(rectangle[2:])
             for array, values in zip(geometry, part, strict=True):
                 array[place(rectangle, height)] = values

@@ -10,9 +10,11 @@ from collections.abc import Mapping
 import msgspec
 import numpy as np
 
+from raytracer.compiler.compiled_scene import CompiledScene, compile
 from raytracer.compiler.draws import SUMMED
+from raytracer.compiler.frame import Frame, make_frame
 from raytracer.compiler.glsl.preprocessor import ShaderError
-from raytracer.compiler.glsl.shaders import Show, light_defines
+from raytracer.compiler.glsl.shaders import Show
 from raytracer.core.validation import InputError
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
@@ -67,6 +69,7 @@ class ProgressivePicture:
         self._measurements: BlockMeasurements | None = None
         self._accumulation: Accumulation | None = None
         self._structure: tuple[object, ...] = ()
+        self._frame: Frame | None = None
         self._programs: Mapping[str, Program] = {}
         self._rereads = False
         self._is_mistaken = False  # whether the shaders of measurements have a mistake
@@ -94,18 +97,20 @@ class ProgressivePicture:
             raise InputError(
                 f"expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}", "size"
             )
-        structure = _structure(scene, settings, show)
+        compiled = self._compile(scene, settings)
+        structure = compiled.structure, show
         rereads, self._rereads = self._rereads, False
         is_known = not rereads and structure == self._structure
         if is_known:
             programs = self._programs
         else:
-            self._device.limits.check(scene, settings)
-            programs = find_programs(self._device, scene, settings, show)
+            self._device.limits.check(compiled)
+            programs = find_programs(self._device, compiled, show)
         enlarged = self._pace.enlarged(size[0] * size[1]) if moving else 1
         drawn_size = _enlarged(size, enlarged)
         tiles = self._tiles_for(size, geometry=show != "picture")
-        tiles.load(programs, scene, settings, drawn_size)
+        self._frame = make_frame(compiled, drawn_size, self._device.limits, self._frame)
+        tiles.load(programs, self._frame)
         self._programs, self._structure = programs, structure
         if not is_known:
             self._pace = Pace(self._budget)
@@ -140,12 +145,16 @@ class ProgressivePicture:
 
     def has_structure(self, scene: Scene, settings: Settings, show: Show) -> bool:
         """Whether the programs of the picture before draw this one."""
-        return self._structure == _structure(scene, settings, show)
+        return self._structure == (self._compile(scene, settings).structure, show)
 
     def is_compiled(self, scene: Scene, settings: Settings, show: Show) -> bool:
         """Whether `start` compiles nothing for this picture. Raises InputError and ShaderError as `start`."""
-        self._device.limits.check(scene, settings)
-        return are_compiled(self._device, scene, settings, show)
+        compiled = self._compile(scene, settings)
+        self._device.limits.check(compiled)
+        return are_compiled(self._device, compiled, show)
+
+    def _compile(self, scene: Scene, settings: Settings) -> CompiledScene:
+        return compile(scene, settings.compile_options, self._frame.compiled if self._frame else None)
 
     def step(self) -> None:
         """Draw one more sample and wait for it.
@@ -224,11 +233,6 @@ class ProgressivePicture:
         if self._tiles:
             self._tiles.close()
         self._tiles = self._measurements = self._accumulation = None
-
-
-def _structure(scene: Scene, settings: Settings, show: Show) -> tuple[object, ...]:
-    """Everything that decides the text of a picture's programs."""
-    return scene.objects, light_defines(scene, settings), settings.compile_options, show
 
 
 def _enlarged(size: tuple[int, int], by: int) -> tuple[int, int]:

@@ -11,6 +11,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from raytracer.compiler.compiled_scene import compile
+from raytracer.compiler.frame import make_frame
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
@@ -82,11 +84,14 @@ class Renderer:
         estimates |= options.has_stopping_rule
         statistics: list[TileStatistics] = []
         pixels, count = 0, 0.0
-        self.device.limits.check(scene, settings)
+        compiled = compile(scene, settings.compile_options)
+        self.device.limits.check(compiled)
         width, height = size
         around = margin(options)
         tile = min(tile, self.device.limits.target - 2 * around)
-        source: Any = DrawnGeometry(self.device, View(scene, settings, size, tile)) if geometry else None
+        source: Any = (
+            DrawnGeometry(self.device, View(scene, settings.compile_options, size, tile)) if geometry else None
+        )
         image = Image(
             radiance=np.empty((height, width, 3), np.float32),
             depth=source,
@@ -101,7 +106,8 @@ class Renderer:
         with self.device.turn(), ExitStack() as stack:
             renderer = stack.enter_context(closing(TileRenderer(self.device, target, one_shot=True)))
             plane_only = not only or width * height * settings.samples >= _WORTH_PLANE_ONLY
-            renderer.load(find_programs(self.device, scene, settings, plane_only=plane_only), scene, settings, size)
+            frame = make_frame(compiled, size, self.device.limits, plane_only=plane_only)
+            renderer.load(find_programs(self.device, compiled, plane_only=plane_only), frame)
             measurements = None
             if is_measured(options, estimates=estimates):
                 measurements = BlockMeasurements(self.device, renderer.player, target)

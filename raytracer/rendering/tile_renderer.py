@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler import view_space
-from raytracer.compiler.culling import quiet_cells
 from raytracer.compiler.direction_cells import CELL
 from raytracer.compiler.draws import Sample, sample_at, sample_draws
+from raytracer.compiler.frame import Frame
 from raytracer.compiler.meshes import (
     EMPTY,
     PLANE_ONLY,
@@ -26,16 +23,13 @@ from raytracer.compiler.meshes import (
     tile_meshes,
 )
 from raytracer.compiler.rounds import MAX_ROUNDS
-from raytracer.compiler.surfaces import table
 from raytracer.core.validation import InputError
 from raytracer.formats.image import Geometry
 from raytracer.gpu.device import Device
 from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.gpu.gl import Program, set_uniforms
-from raytracer.rendering.scene_buffers import Numbers
+from raytracer.gpu.scene_buffers import SceneBuffers
 from raytracer.scene.options import SamplingOptions
-from raytracer.scene.scene import Scene
-from raytracer.scene.settings import Settings
 
 # The constant CUT_SHORT of cut_short.glsl.
 _CUT_SHORT = -(2**31)
@@ -59,7 +53,7 @@ class TileRenderer:
         self.has_geometry = geometry
         self._one_shot = one_shot
         self._is_software = device.limits.is_llvmpipe
-        self._numbers = Numbers(device.context)
+        self._buffers = SceneBuffers(device.context)
         self._meshes: tuple[Rectangle, Mask | None, Meshes] | None = None  # those drawn last
         self.player.add_texture("surface", target, 1, "i4")
         if geometry:
@@ -67,56 +61,24 @@ class TileRenderer:
         # The sums of the samples, and in a of their squared lengths.
         self.player.add_texture("radiance", target, 4)
 
-    def load(self, programs: Mapping[str, Program], scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
-        """Take the numbers of `scene` for a picture of `size`. `programs` draw its structure, by their names.
+    def load(self, programs: Mapping[str, Program], frame: Frame) -> None:
+        """Take the numbers of a frame. `programs` draw its structure, by their names.
 
         Raises ShaderError if a program has a uniform of another type than it should have.
         """
-        self._to_world = view_space.rotation(scene.camera).astype(np.float32)
-        self._numbers.load(scene, settings, size)
-        self._material_index = np.append(table(scene).material, np.int32(-1))  # so also at index -1
+        self._to_world = frame.view.rotation.astype(np.float32)
+        self._rounds = frame.rounds
+        self._buffers.upload(frame)
+        self._material_index = np.append(frame.compiled.surfaces.material, np.int32(-1))  # so also at index -1
         self.player.use(programs, replaced=_PROGRAMS)
         self._meshes = None
-        self._coverage = self._find_coverage(programs, scene, settings, size)
+        self._coverage = _coverage(programs, frame)
         self._list_readers = [name for name, program in programs.items() if "list" in program]
         self._seen = self._find_seen(programs)
         self._shades = SHADE in programs
         for program in programs.values():
-            set_uniforms(
-                program,
-                **{
-                    "draw.resolution": size,
-                    "draw.pixelScale": view_space.pixel_scale(scene.camera, size[1]),
-                    "draw.ambient": scene.ambient,
-                    "draw.background": scene.background,
-                    "draw.firstPlane": len(table(scene).radii),
-                    "draw.grid": self._numbers.grid,
-                    "draw.depthScale": 2.0 ** -math.frexp(self._numbers.farthest)[1],
-                },
-                toWorld=tuple(self._to_world.ravel().tolist()),  # rows of the way there are columns of the way back
-                focus=math.dist(scene.camera.position, scene.camera.look_at),
-                everything=self._numbers.everything,
-                two=2,
-            )
-            self._numbers.attach(program)
-
-    def _find_coverage(
-        self, programs: Collection[str], scene: Scene, settings: Settings, size: tuple[int, int]
-    ) -> Coverage:
-        """Find which program draws which cells."""
-        busy = np.ones((-(-size[1] // CELL), -(-size[0] // CELL)), bool)
-        cells = {}
-        if EMPTY in programs:
-            if PLANE_ONLY not in programs:  # then only empty cells are looked for, and no shadow is seen in these
-                settings = msgspec.structs.replace(settings, shadows="off")
-            plane_only, empty = quiet_cells(scene, size, settings, self._numbers.met())
-            cells[EMPTY] = empty
-            if PLANE_ONLY in programs:
-                cells[PLANE_ONLY] = plane_only & ~empty
-            busy = ~(plane_only if PLANE_ONLY in programs else empty)
-        cells |= {name: busy for name in (SEE, SHADE) if name in programs}
-        lists = self._numbers.camera_lists()
-        return Coverage(size, cells, lists, self._numbers.rectangles if SHAPES in programs else None, scene.background)
+            set_uniforms(program, **frame.uniforms, two=2)
+            self._buffers.attach(program)
 
     def _find_seen(self, programs: Mapping[str, Program]) -> tuple[str, ...]:
         """Have the textures that SEE and SHAPES draw into, and name them."""
@@ -141,14 +103,14 @@ class TileRenderer:
         if self._meshes is None or self._meshes[0] != tile or self._meshes[1] is not mask:
             self._meshes = tile, mask, tile_meshes(self._coverage, tile, mask, self._list_readers)
         self._play(self._meshes[2], tile, sample)
-        if sample.starts_sum and self._is_software and self._numbers.rounds > MAX_ROUNDS:
+        if sample.starts_sum and self._is_software and self._rounds > MAX_ROUNDS:
             if self._shades:
                 self.read_sums((0, 0, *tile[2:]), 3)
             if self.has_geometry:  # no light tells it
                 self._read_surface(tile[2:])
 
     def _play(self, meshes: Meshes, tile: Rectangle, sample: Sample) -> None:
-        self._numbers.bind()
+        self._buffers.bind()
         background, seen = self._coverage.background, self._seen
         self.player.play(
             sample_draws(meshes, tile, sample, background, seen, shades=self._shades, one_shot=self._one_shot)
@@ -196,7 +158,21 @@ class TileRenderer:
     def close(self) -> None:
         """Give back everything on the GPU."""
         self.player.close()
-        self._numbers.close()
+        self._buffers.close()
+
+
+def _coverage(programs: Collection[str], frame: Frame) -> Coverage:
+    """Find which program draws which cells."""
+    masks = frame.cells
+    cells = {}
+    if EMPTY in programs:
+        cells[EMPTY] = masks.empty
+        if PLANE_ONLY in programs:
+            cells[PLANE_ONLY] = masks.plane_only
+    others = masks.others if EMPTY in programs else np.ones_like(masks.others)
+    cells |= {name: others for name in (SEE, SHADE) if name in programs}
+    rectangles = frame.rectangles if SHAPES in programs else None
+    return Coverage(frame.size, cells, frame.camera_lists, rectangles, frame.compiled.scene.background)
 
 
 def _check_rounds(cut_short: bool) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.compiler.draws import MARGIN, SUMMED, Clear, Draw, Step, sample_at, sample_draws
+from raytracer.compiler.frame import make_frame
 from raytracer.compiler.meshes import EMPTY, PLANE_ONLY, SEE, SHADE, SHAPES, Cells, Coverage, tile_meshes
 from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.rendering.programs import find_programs
@@ -16,6 +17,7 @@ from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.options import SamplingOptions
 from raytracer.scene.settings import Settings
 from tests import scenes
+from tests.compiled import compiled
 
 SIZE = 48, 32
 TILE = 0, 0, *SIZE
@@ -145,7 +147,8 @@ def test_another_player_is_given_values_only(
     settings = Settings(samples=2)
     with renderer.device.turn():
         tiles = TileRenderer(renderer.device, SIZE)
-        tiles.load(find_programs(renderer.device, scene, settings), scene, settings, SIZE)
+        drawn = make_frame(compiled(scene, settings), SIZE, renderer.device.limits)
+        tiles.load(find_programs(renderer.device, drawn.compiled), drawn)
         for number in range(2):
             tiles.draw(TILE, sample_at(number, settings.sampling))
         tiles.close()

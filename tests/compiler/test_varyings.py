@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.compiler.batches import groups
 from raytracer.compiler.glsl.preprocessor import Source
-from raytracer.compiler.glsl.shaders import is_listed, kinds_source, vertex_source
 from raytracer.gpu import gl
 from raytracer.gpu.device import Device
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
+from tests.compiled import sources
 from tests.compiler.test_shaders import code
 
 SIZE = (40, 24)
@@ -33,9 +32,9 @@ SCENES = {
     "few": scenes.of(*BALLS[:2], GROUND),
     "six surfaces": scenes.of(*BALLS[:2], BALLS[6] - BALLS[7], GROUND, WALL),
     "many planes": scenes.of(BALLS[0], *(rt.Plane((0.1 * k, 1, 0), -1 - 0.1 * k) for k in range(6))),
-    "kinds": scenes.of(*BALLS, GROUND, WALL),
-    "kinds of four": scenes.of(*QUADS, GROUND, WALL),
-    "kinds and a tree": scenes.of(*BALLS, scenes.random_scene(4).objects[0], GROUND),
+    "shapes": scenes.of(*BALLS, GROUND, WALL),
+    "shapes of four": scenes.of(*QUADS, GROUND, WALL),
+    "shapes and a tree": scenes.of(*BALLS, scenes.random_scene(4).objects[0], GROUND),
     "mirrors": scenes.of(*BALLS[:3], MIRROR, GROUND),
     "mirrors in lists": scenes.of(*BALLS, MIRROR, GROUND),
     "no lights": msgspec.structs.replace(scenes.of(*BALLS[:2], GROUND), lights=(), ambient=(1, 1, 1)),
@@ -76,21 +75,19 @@ def test_no_text_declares_more_varyings_than_there_are(name: str) -> None:
     for settings in SETTINGS.values():
         scene = lit(SCENES[name], settings)
         for limit in (PROMISED, USUAL):
-            vertices = [vertex_source(scene, settings, limit)]
-            if is_listed(scene, settings) and groups(scene).kinds:
-                vertices.append(kinds_source(scene, settings, limit)[0])
-            for vertex in vertices:
+            programs = sources(scene, settings, varyings=limit)
+            for vertex in {source.vertex for name, source in programs.items() if name != "empty"}:
                 assert components(vertex) <= limit
 
 
 def test_with_more_room_all_is_handed_on() -> None:
     most = max(
-        components(vertex_source(lit(scene, settings), settings))
+        components(sources(lit(scene, settings), settings)["shade"].vertex)
         for scene in SCENES.values()
         for settings in SETTINGS.values()
     )
     assert PROMISED < most <= 128
-    assert components(kinds_source(SCENES["kinds of four"], Settings())[0]) > PROMISED
+    assert components(sources(SCENES["shapes of four"])["shapes"].vertex) > PROMISED
 
 
 @pytest.mark.gl
@@ -106,9 +103,9 @@ def test_the_driver_says_how_many_varyings_it_has(renderer: Renderer) -> None:
         ("few", ("walk", "roth", "64 bits", "diluted", "soft")),
         ("six surfaces", ("hard", "64 bits", "soft")),
         ("many planes", ("hard",)),
-        ("kinds", ("hard",)),
-        ("kinds of four", ("hard", "64 bits")),
-        ("kinds and a tree", ("hard", "soft")),
+        ("shapes", ("hard",)),
+        ("shapes of four", ("hard", "64 bits")),
+        ("shapes and a tree", ("hard", "soft")),
         ("mirrors", ("hard",)),
         ("mirrors in lists", ("hard",)),
         ("no lights", ("hard",)),

@@ -7,17 +7,19 @@ import os
 import sys
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 import raytracer as rt
 from raytracer.compiler.draws import sample_at
-from raytracer.gpu.gl import BufferTexture
+from raytracer.compiler.frame import make_frame
 from raytracer.rendering.programs import find_programs
 from raytracer.rendering.renderer import Renderer
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.settings import Settings
 from tests import scenes
+from tests.compiled import compiled
 from tests.processes import output_of
 
 pytestmark = pytest.mark.gl
@@ -51,20 +53,20 @@ def test_softpipe_makes_the_same_pictures(renderer: Renderer, tmp_path: Path) ->
 
 
 def test_what_a_driver_has_no_room_for_is_refused_again_when_tried_again(
-    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+    renderer: Renderer,
 ) -> None:
     # All around the first light, so that however few cells that has, they list many.
     around = [(4 + math.cos(i), 7 + math.sin(3 * i), 4 + math.sin(i)) for i in range(20)]
     scene, settings = scenes.of(*(rt.Sphere(place, 0.8) for place in around)), Settings()
+    for most in (10, 70, 90):
+        limits = msgspec.structs.replace(renderer.device.limits, buffer_texels=most)
+        for _ in range(2):
+            with pytest.raises(rt.InputError, match=rf"^objects: expected at most {most} .*buffer textures\), got"):
+                make_frame(compiled(scene), SIZE, limits)
     with renderer.device.context:
         tiles = TileRenderer(renderer.device, SIZE)
-        for most in (10, 70, 90):
-            monkeypatch.setattr(BufferTexture, "most", staticmethod(lambda context, most=most: most))
-            for _ in range(2):
-                with pytest.raises(rt.InputError, match=rf"^objects: expected at most {most} .*buffer textures\), got"):
-                    tiles.load(find_programs(renderer.device, scene, settings), scene, settings, SIZE)
-        monkeypatch.undo()
-        tiles.load(find_programs(renderer.device, scene, settings), scene, settings, SIZE)
+        frame = make_frame(compiled(scene), SIZE, renderer.device.limits)
+        tiles.load(find_programs(renderer.device, frame.compiled), frame)
         tiles.draw((0, 0, *SIZE), sample_at(0, settings.sampling))
         radiance = tiles.read_sums((0, 0, *SIZE), 3)
         tiles.close()

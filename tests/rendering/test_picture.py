@@ -7,7 +7,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.analysis.pixel_doubt import Resolution, resolution
-from raytracer.compiler.glsl.shaders import roth_loops
+from raytracer.compiler.rounds import roth_loops
 from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
 from raytracer.ground_truth import ray_tracer
@@ -191,7 +191,7 @@ def test_numbers_are_data_and_structure_is_compiled(renderer: Renderer) -> None:
     programs_for(scenes.of(ball - other))
     moved = rt.Sphere((0.5, 1, 2), 3, rt.Material(kd=(1, 0, 0), h=5))
     assert programs_for(scenes.of(moved - ball, eye=(1, 2, 9))) == 0
-    # What is seen, its geometry, and its light; without half-spaces the quiet cells have no program of their own.
+    # What is seen, its geometry, and its light; without half-spaces the plane-only cells have no program of their own.
     assert programs_for(scenes.of(~(ball | ~other | ball) & other)) == 3
 
 

@@ -10,11 +10,11 @@ import pytest
 
 import raytracer as rt
 from raytracer import glsl
-from raytracer.compiler.glsl.shaders import quiet_source, shade_source, vertex_source
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Evaluator, Settings, Shadows
 from tests import scenes
+from tests.compiled import sources
 
 pytestmark = pytest.mark.gl
 
@@ -122,8 +122,7 @@ def test_a_radius_of_0_is_a_hard_shadow_and_one_that_tends_to_0_nears_it(
     hard = renderer.render(scene, (96, 54), Settings(samples=4, evaluator=evaluator)).radiance
     point = renderer.render(scene, (96, 54), soft(4, evaluator=evaluator)).radiance
     np.testing.assert_array_equal(point, hard)
-    for source in (vertex_source, shade_source, quiet_source):
-        assert source(scene, soft()).text == source(scene, Settings()).text, "no trace of spheres"
+    assert sources(scene, soft()) == sources(scene), "no trace of spheres"
     tiny = renderer.render(scenes.under_spheres(scene, 1e-12), (96, 54), soft(4, evaluator=evaluator)).radiance
     np.testing.assert_allclose(tiny, hard, rtol=1e-6)
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 import raytracer as rt
 from raytracer.compiler.draws import sample_at
+from raytracer.compiler.frame import make_frame
 from raytracer.formats.scene_file import load, named_files
 from raytracer.rendering.programs import find_programs
 from raytracer.rendering.renderer import Renderer
@@ -16,6 +18,7 @@ from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.materials import merl
 from raytracer.scene.settings import Settings
 from tests import scenes
+from tests.compiled import compiled
 from tests.directions import pairs
 
 pytestmark = pytest.mark.gl
@@ -148,22 +151,20 @@ def test_a_table_that_many_materials_name_is_read_once_and_there_may_be_sixteen(
         scene([f"{i}.binary" for i in range(17)])
 
 
-def test_tables_that_do_not_fit_leave_those_of_the_scene_before(
-    renderer: Renderer, baked: merl.Measured, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_tables_that_do_not_fit_leave_those_of_the_scene_before(renderer: Renderer, baked: merl.Measured) -> None:
     ball = rt.Sphere((0, 0, 0), 1, rt.Material("merl", file=baked))
     good = rt.Scene([ball], [rt.PointLight((0, 0, 9))], rt.Camera((0, 0, 4), (0, 0, 0)))
     white = rt.Material("merl", file=rt.brdf.bake(rt.Material("lambert"), device=renderer.device))
     two = rt.Scene([ball, rt.Sphere((2, 0, 0), 1, white)], good.lights, good.camera)
     size, settings = (32, 32), Settings()
     with renderer.device.context:
+        limits = renderer.device.limits
+        frame = make_frame(compiled(good), size, limits)
+        # As if there were room for one table only.
+        with pytest.raises(rt.InputError, match="materials: expected at most 1 measured"):
+            make_frame(compiled(two), size, msgspec.structs.replace(limits, volume_layers=179), frame)
         tiles = TileRenderer(renderer.device, size)
-        tiles.load(find_programs(renderer.device, good, settings), good, settings, size)
-        with monkeypatch.context() as patch:  # as if there were room for one table only
-            patch.setitem(renderer.device.context.info, "GL_MAX_3D_TEXTURE_SIZE", 179)
-            with pytest.raises(rt.InputError, match="materials: expected at most 1 measured"):
-                tiles.load(find_programs(renderer.device, two, settings), two, settings, size)
-        tiles.load(find_programs(renderer.device, good, settings), good, settings, size)
+        tiles.load(find_programs(renderer.device, frame.compiled), frame)
         tiles.draw((0, 0, *size), sample_at(0, settings.sampling))
         picture = tiles.read_sums((0, 0, *size), 3)
         tiles.close()

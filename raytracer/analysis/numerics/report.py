@@ -7,7 +7,7 @@ from pathlib import Path
 
 from raytracer.analysis.numerics import measure
 from raytracer.analysis.numerics.ledger import HEADING, as_csv, as_markdown, shown, summary
-from raytracer.core.output import written_whole
+from raytracer.core.output import Writer, written_whole
 from raytracer.core.progress import Progress, tell_step
 from raytracer.core.terminal import cell, say, say_table
 from raytracer.rendering.renderer import Renderer
@@ -16,7 +16,14 @@ from raytracer.version import __version__
 FILES = "extremes.csv", "extremes.md"
 
 
-def report(renderer: Renderer, folder: Path, short: bool, scenes: int, progress: Progress | None) -> bool:
+def report(
+    renderer: Renderer,
+    folder: Path,
+    short: bool,
+    scenes: int,
+    progress: Progress | None,
+    write: Writer = written_whole,
+) -> bool:
     """Measure, print a summary, write extremes.csv and extremes.md; whether all bounds are kept."""
     from rich.table import Table
 
@@ -41,7 +48,7 @@ def report(renderer: Renderer, folder: Path, short: bool, scenes: int, progress:
         f"on {info['GL_RENDERER']}, {info['GL_VERSION']}, {platform.machine()}."
     )
     for name, text in zip(FILES, (as_csv(findings), as_markdown(rows, measured)), strict=True):
-        with written_whole(folder / name) as file:
+        with write(folder / name) as file:
             file.write(text.encode())
         say(f"wrote {folder / name}")
     return broken == 0

@@ -9,10 +9,10 @@ from PIL import Image, ImageDraw, ImageFont
 
 from raytracer.analysis.reflectance.measure import COMPLETE
 from raytracer.analysis.reflectance.pictures import picture
-from raytracer.core.output import check_output, written_whole
+from raytracer.core.output import Writer, check_output, written_whole
 from raytracer.core.progress import Progress
 from raytracer.core.validation import number
-from raytracer.formats.material_library import published, tables
+from raytracer.formats.material_library import published, read_collection
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials.material import Material
 
@@ -25,7 +25,8 @@ _CAPTION_TEXT = (
 )
 _RUST = (0.78, 0.3, 0.12)
 # At 650, 550 and 450 nm (Johnson and Christy 1972; assets/materials/conductors.toml has it too).
-_COPPER: dict[str, Any] = {"fresnel": "conductor", **{key: tables("conductors")["copper"][key] for key in ("n", "k")}}
+_COPPER_TABLE = read_collection("conductors")["copper"]
+_COPPER: dict[str, Any] = {"fresnel": "conductor", "n": _COPPER_TABLE["n"], "k": _COPPER_TABLE["k"]}
 # What shows what a model is for, and the label's second line.
 _SHOWN: dict[str, tuple[Material, str]] = {
     "phong": (Material("phong", ka=0.0, kd=_RUST), "h 32"),
@@ -56,6 +57,7 @@ def write_gallery(
     merl: str | None,
     renderer: Renderer,
     progress: Progress | None,
+    write: Writer = written_whole,
 ) -> None:
     """Write the picture, whole or not at all: with the file `merl`, of a measured material besides."""
     output = check_output(path, (".png",))
@@ -78,7 +80,7 @@ def write_gallery(
     draw.text((_GAP + 2, sheet.height - _CAPTION + 4), _CAPTION_TEXT, _FAINT, small_font)
     if progress:
         progress(len(cells), len(cells))
-    with written_whole(output) as file:
+    with write(output) as file:
         sheet.save(file, "png", optimize=True)
 
 

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 from raytracer.analysis.reflectance.quadrature import NORMAL, Array, Fineness, Rule, about_all, facing, halfway, polar
-from raytracer.compiler.glsl.reflectance import layout
+from raytracer.compiler.material_layout import make_layout
 from raytracer.gpu.device import Device
 from raytracer.rendering.brdf import call, evaluate
 from raytracer.scene.materials.material import Material
@@ -217,7 +217,7 @@ def _albedos(
     material: Material, degrees: Sequence[float], seen: Callable[[Array, Array], Array], mirrored: Array, beams: bool
 ) -> list[Albedo]:
     """The albedo at each angle: of an anisotropic material, the largest of some azimuths."""
-    whole = layout([material]).turned
+    whole = make_layout([material]).is_anisotropic
     azimuths = (0.0, 30.0, 60.0, 90.0) if whole else (0.0,)
     fine = msgspec.structs.replace(_FINE, whole=whole)
     directions = [direction(angle, azimuth) for angle in degrees for azimuth in azimuths]

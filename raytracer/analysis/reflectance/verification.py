@@ -12,7 +12,7 @@ from raytracer.analysis.reflectance.closed_forms import ALBEDOS
 from raytracer.analysis.reflectance.expectations import Settings, Verdict, expected, settings_of
 from raytracer.analysis.reflectance.measure import DEGREES, RESOLVED, Measured, measure
 from raytracer.core.progress import Progress
-from raytracer.formats.material_library import material_named
+from raytracer.formats.material_library import MaterialLibrary
 from raytracer.gpu.device import Device
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
@@ -46,7 +46,7 @@ def check(name: str, settings: Settings, device: Device | None = None, degrees: 
 
 def material_of(name: str, settings: Settings) -> Material:
     """The model, or published material, of that name, with these settings."""
-    return Material(name, **settings) if name in MODELS else material_named(name).replace(**settings)
+    return Material(name, **settings) if name in MODELS else MaterialLibrary().material(name).replace(**settings)
 
 
 def check_all(models: Sequence[str], device: Device | None = None, progress: Progress | None = None) -> list[Check]:

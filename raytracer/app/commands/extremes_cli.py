@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
 
     folder = Path(options.output)
     check_folder(folder, *FILES)
+    renderer = Renderer(shared_device(options.backend, options.device))
     with progress_bar("measuring") as progress:
-        renderer = Renderer(shared_device(options.backend, options.device))
-        kept = report(renderer, folder, options.short, options.fuzz, progress)
+        kept = report(renderer, folder, options.short, options.fuzz, progress, options.write)
     return 0 if kept else 1
