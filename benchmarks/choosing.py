@@ -23,8 +23,8 @@ from raytracer.analysis.tradeoffs.report import as_csv, differences, slopes
 from raytracer.core.progress import progress_bar
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.presets import flags, over
 from raytracer.scene.sequences import SEQUENCES, sample_points
+from raytracer.scene.settings_patch import fewest, flags
 
 # Of discs and lines, in spacings of samples.
 _WIDTHS = (0.25, 0.5, 1.0, 1.5, 2.0)
@@ -52,7 +52,7 @@ def front(trade: Trade) -> str:
     rows = []
     for result in found:
         configuration = result.configuration
-        text = f"`{flags(over({}, configuration.settings)) or '--samples 1'}`"
+        text = f"`{flags(fewest(configuration.settings)) or '--samples 1'}`"
         if configuration.scale != 1.0:
             text += f" at {configuration.scale:g} times the size"
         rows.append([text, _ms(result), f"{result.samples:.1f}", _error(result)])
@@ -94,7 +94,7 @@ def exact(trade: Trade) -> str:
     return _table(
         ["16 samples", "ms", "error"],
         [
-            [f"`{flags(over({}, result.configuration.settings)) or 'as it is'}`", _ms(result), _error(result)]
+            [f"`{flags(fewest(result.configuration.settings)) or 'as it is'}`", _ms(result), _error(result)]
             for result in own.values()
         ],
     )

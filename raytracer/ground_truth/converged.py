@@ -33,8 +33,9 @@ from raytracer.core.validation import check_size, number, whole
 from raytracer.formats.image import Image
 from raytracer.ground_truth import ray_tracer
 from raytracer.ground_truth.workers import Processes
+from raytracer.scene.options import MAX_SAMPLES
 from raytracer.scene.scene import Scene
-from raytracer.scene.settings import MAX_SAMPLES, Settings
+from raytracer.scene.settings import Settings
 
 Array = NDArray[np.float64]
 

@@ -14,8 +14,8 @@ from raytracer.analysis.tradeoffs.configurations import MAIN
 from raytracer.analysis.tradeoffs.measure import Result, Trade
 from raytracer.analysis.tradeoffs.pareto import slope
 from raytracer.analysis.tradeoffs.targets import RESOLVED
-from raytracer.scene.presets import Fields, flags, over
 from raytracer.scene.sequences import SEQUENCES
+from raytracer.scene.settings_patch import SettingsPatch, fewest, flags
 
 _FIELDS: tuple[str, ...] = (
     "target",
@@ -39,7 +39,7 @@ _FIELDS: tuple[str, ...] = (
 )
 
 
-def row(result: Result, of_file: Fields) -> dict[str, Any]:
+def row(result: Result, file_settings: SettingsPatch) -> dict[str, Any]:
     """All that is known of a configuration, by the CSV's columns.
 
     `flags`: what `raytracer render` takes, over the file's [settings].
@@ -50,7 +50,7 @@ def row(result: Result, of_file: Fields) -> dict[str, Any]:
         "target": configuration.target,
         "configuration": configuration.label,
         "knobs": "; ".join(configuration.knobs),
-        "flags": flags(over(of_file, configuration.settings)),
+        "flags": flags(fewest(configuration.settings, file_settings)),
         "scale": configuration.scale,
         "refused": result.refused,
     }
@@ -81,7 +81,7 @@ def as_csv(trade: Trade) -> str:
         writer.writerow(
             {
                 key: f"{value:.6g}" if isinstance(value, float) else value
-                for key, value in row(result, trade.plan.of_file).items()
+                for key, value in row(result, trade.plan.file_settings).items()
             }
         )
     return text.getvalue()
@@ -105,7 +105,9 @@ def as_json(trade: Trade) -> str:
             for name, knob in (("hard", "sequence"), ("soft", "sequence, soft shadows"))
         },
         "shadows": differences(trade),
-        "configurations": [{**row(result, trade.plan.of_file), "rounds": result.seconds} for result in trade.results],
+        "configurations": [
+            {**row(result, trade.plan.file_settings), "rounds": result.seconds} for result in trade.results
+        ],
     }
     return json.dumps(found, indent=1, allow_nan=False) + "\n"
 
