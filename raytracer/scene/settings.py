@@ -25,11 +25,11 @@ class Settings(Record, frozen=True):
     their pictures agree. `precision`: bits of the numbers in which rays and
     surfaces are intersected: 32, or 64 for scenes beyond what 32 resolve (needs OpenGL 4.0).
     `adaptive`: None, or an error in linear radiance, above 0, such as 0.01: only where a pixel's mean is estimated
-    to be off by more do pixels near it get more than 3 samples, up to `samples` (adaptive.py).
+    to be off by more do pixels near it get more than 3 samples, up to `samples` (stopping_rule.py).
     `bounces`: how many mirrors in a row light is followed through, 0 to 64; what comes after is left out.
     `sequence`: where in a pixel its samples lie (sequences.py); "grid", "rotated" and "corners" take a square number.
     `max_error`: None, or the root mean square error in linear radiance, above 0, such as 0.002: samples are added,
-    up to `samples`, until it is estimated to be less (error_estimate.py). `time`: None, or seconds, above 0: samples
+    up to `samples`, until it is estimated to be less (estimator.py). `time`: None, or seconds, above 0: samples
     are added, up to `samples`, as long as they last. Programs are compiled before, and what the centre rays of pixels
     see (geometry) is found before.
     """
@@ -66,7 +66,7 @@ class Settings(Record, frozen=True):
 
     @property
     def tells(self) -> bool:
-        """Whether the samples tell the picture's error (error_estimate.py)."""
+        """Whether the samples tell the picture's error (estimator.py)."""
         return self.sampling.estimates_error
 
     @property
