@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
     start = time.monotonic()
     # Beyond the driver's limits is the scene.
     with about(options.scene), progress_bar(f"rendering {output.name}") as progress:
-        image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, only=True)
+        image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, single_picture=True)
     with options.write(output) as file:
         image.write(file, output.suffix)
     took = time.monotonic() - start
