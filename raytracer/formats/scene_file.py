@@ -1,7 +1,7 @@
 """Scene files: TOML in, Scene and Settings out.
 
 A scene file is untrusted input: it is parsed, never run; no text of the file reaches a shader; the file's size is
-bounded. Every error is an `InputError` that names the file, the key and what was expected.
+bounded. Every error is an `InputError` that names the file, the key and the expected value.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ _NEEDED = ("camera", "shapes", "objects")
 
 @public
 class SceneFile(NamedTuple):
-    """All that a scene file says, in the order in which `render` takes it: `rt.render(*rt.load_all("scene.toml"))`.
+    """The content of a scene file, in the order in which `render` takes it: `rt.render(*rt.load_all("scene.toml"))`.
 
-    `size` is (width, height) in pixels. Size and settings are those of the table [settings]. Defaults: (1280, 720)
+    `size` is (width, height) in pixels. The table [settings] gives size and settings. Defaults: (1280, 720)
     and `Settings()`.
     """
 
@@ -49,7 +49,7 @@ class SceneFile(NamedTuple):
 
 
 class SceneDocument(NamedTuple):
-    """A scene file that was read: the file's path, its text, and all that the text says."""
+    """A scene file that was read: the file's path, its text, and the scene and the settings that the text gives."""
 
     path: Path
     text: str
@@ -84,9 +84,10 @@ def load_all(path: str | os.PathLike[str]) -> SceneFile:
 
 
 def load_settings(path: str | os.PathLike[str]) -> Settings:
-    """The settings in the table [settings] of the scene file that `load` takes for `path`; what it does not give is the
-    default. A scene has none, as they are what is traded, whatever the scene is. The file's size is no setting:
-    `load_all` gives it, with the scene and the settings of one reading.
+    """The settings in the table [settings] of the scene file that `load` takes for `path`; other settings are defaults.
+
+    A Scene has no settings, as the same scene is rendered with many. The file's size is no setting: `load_all` gives
+    the size, with the scene and the settings of one reading.
 
     Raises InputError if the file cannot be read, is no TOML, or has wrong settings; the scene is not looked at.
     """

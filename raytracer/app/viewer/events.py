@@ -42,7 +42,7 @@ Button = Literal["left", "right"]
 
 
 class State(msgspec.Struct, frozen=True):
-    """What the window shows. `scene` is that of `document` with lights and camera moved."""
+    """The picture and the overlay of the window. `scene` is the document's with lights and camera moved."""
 
     document: SceneDocument
     scene: Scene
