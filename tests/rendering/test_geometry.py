@@ -24,7 +24,7 @@ from raytracer.rendering import geometry
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
-from tests.gpu.test_threads import in_threads
+from tests.threads import in_threads
 
 pytestmark = pytest.mark.gl
 
