@@ -70,7 +70,7 @@ class TileRenderer:
         self._rounds = frame.rounds
         self._buffers.upload(frame)
         self._material_index = np.append(frame.compiled.surfaces.material, np.int32(-1))  # so also at index -1
-        self.player.use(programs, instead_of=_PROGRAMS)
+        self.player.use(programs, replaced=_PROGRAMS)
         self._meshes = None
         self._coverage = _coverage(programs, frame)
         self._list_readers = [name for name, program in programs.items() if "list" in program]

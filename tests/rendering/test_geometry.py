@@ -216,6 +216,15 @@ def test_copies_share_what_is_drawn(renderer: Renderer, drawn: list[geometry.Vie
     assert image.replace(depth=None).depth is None
 
 
+def test_a_picture_of_another_size_is_no_picture_of_this_geometry(renderer: Renderer) -> None:
+    image = picture(renderer)
+    with pytest.raises(rt.InputError, match=r"^depth: expected an array \(5, 6\) .*, got one of shape \(27, 48\)"):
+        image.replace(radiance=np.zeros((5, 6, 3), np.float32))
+    other = rt.Image(np.zeros((5, 6, 3), np.float32), depth=None)
+    with pytest.raises(rt.InputError, match=r"^normal: expected an array \(5, 6, 3\)"):
+        other.replace(normal=image.normal)
+
+
 def test_a_deep_copy_has_arrays_of_its_own(renderer: Renderer, expected: list[np.ndarray]) -> None:
     image = picture(renderer)
     other = copy.deepcopy(image)

@@ -163,7 +163,7 @@ def test_numbers_are_data_and_structure_is_compiled(renderer: Renderer) -> None:
 
     def programs_for(scene: rt.Scene) -> int:
         before = len(fresh.device._programs)
-        fresh.render(scene, (8, 8), Settings())
+        assert fresh.render(scene, (8, 8), Settings()).depth is not None
         return len(fresh.device._programs) - before
 
     ball, other = rt.Sphere((0, 0, 0), 1), rt.Sphere((0.5, 0, 0), 1)
