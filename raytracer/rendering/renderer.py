@@ -28,6 +28,7 @@ from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import TILE, place, split, tile_size
 from raytracer.scene.options import SamplingOptions
 from raytracer.scene.scene import Scene
+from raytracer.scene.sequences import SEQUENCES
 from raytracer.scene.settings import Settings
 
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
@@ -53,7 +54,7 @@ def metadata(
 
 def _why_unknown(settings: Settings, estimates: bool) -> str:
     """Why a picture does not know its error."""
-    if settings.sequence != "sobol":
+    if not SEQUENCES[settings.sequence].estimates_error:
         return f"samples of the sequence {settings.sequence} do not tell it"
     if not estimates:
         return "not asked for"
