@@ -59,21 +59,6 @@ class Settings(Record, frozen=True):
         """The half that decides samples."""
         return SamplingOptions(*(getattr(self, name) for name in SamplingOptions.__struct_fields__))
 
-    @property
-    def refines(self) -> bool:
-        """Whether pixels may get different numbers of samples."""
-        return self.sampling.is_adaptive
-
-    @property
-    def tells(self) -> bool:
-        """Whether the samples tell the picture's error (estimator.py)."""
-        return self.sampling.estimates_error
-
-    @property
-    def asks(self) -> bool:
-        """Whether an error or a time is asked for, and the samples follow from that."""
-        return self.sampling.has_stopping_rule
-
     def shaded(self, material: Material) -> Material:
         """`material` under the shading override. Raises InputError if that would take an exponent above 1e6."""
         if not isinstance(material, Material):
