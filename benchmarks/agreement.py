@@ -20,7 +20,7 @@ SIZE = (1280, 720)
 
 def differences(renderer: Renderer, scene: rt.Scene, size: tuple[int, int]) -> tuple[float, float, float, int, int]:
     """Largest relative depth error, it and the normal's over their bounds, wrong pixels, doubtful pixels."""
-    image, truth = renderer.render(scene, size, Settings()), ray_tracer.render(scene, size, Settings(shadows="off"))
+    image, truth = renderer.render(scene, size, Settings()), ray_tracer.trace(scene, size, Settings(shadows="off"))
     assert image.depth is not None and image.normal is not None
     assert truth.depth is not None and truth.normal is not None
     resolved = resolution(scene, size)
@@ -54,7 +54,7 @@ def main() -> None:
 
     settings = Settings(samples=16)
     picture = renderer.render(assignment, SIZE, settings).srgb8().astype(int)
-    off = np.abs(picture - ray_tracer.render(assignment, SIZE, settings).srgb8())
+    off = np.abs(picture - ray_tracer.trace(assignment, SIZE, settings).srgb8())
     print(f"assignment's picture, 16 samples, 1280x720: at most {off.max()} of 255, {(off > 2).sum()} values above 2")
 
 

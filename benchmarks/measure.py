@@ -136,7 +136,7 @@ class Bench:
         if count <= _FEW or (not povray.version() and count <= _MANY):
             width, height = self.size
             size = _SMALL if count > _FEW else self.size if samples == 1 else (width // 4, height // 4)
-            truth = ray_tracer.render(scene, size, settings).srgb8()
+            truth = ray_tracer.trace(scene, size, settings).srgb8()
             found.compare(srgb8(self.radiance(scene, settings, size)), truth, f"float64's, {size[0]}x{size[1]}")
         if not found.findings:
             found.findings.append("not compared: that takes povray")

@@ -93,7 +93,7 @@ def _against_literal(bench: Bench) -> Measured:
         literal.frame()  # compiles
         ours, theirs = in_turns(bench.rounds, lambda: bench.frame(scene, rt.Settings()), literal.frame)
         agreement = bench.agreement(scene)
-        truth = ray_tracer.render(scene, bench.size).srgb8()
+        truth = ray_tracer.trace(scene, bench.size).srgb8()
         # Its shadow rays' bias and its roots' cancellation show at outlines.
         agreement.compare(literal.picture(), truth, "float64's by the literal shader", OTHER_RAYS)
     return Measured(ours, theirs, agreement)
@@ -160,7 +160,7 @@ def _command_line(bench: Bench, new: bool) -> Measured:
         with Pillow.open(output) as image:
             picture = np.asarray(image.convert("RGB"))
     agreement = Agreement()
-    agreement.compare(picture, ray_tracer.render(_assignment(), size).srgb8(), f"float64's, {size[0]}x{size[1]}")
+    agreement.compare(picture, ray_tracer.trace(_assignment(), size).srgb8(), f"float64's, {size[0]}x{size[1]}")
     return Measured(ours, theirs, agreement)
 
 

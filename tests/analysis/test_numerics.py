@@ -107,7 +107,7 @@ BAD: dict[str, tuple[rt.Scene, float]] = {
 def test_what_was_wrong_once_is_right(renderer: Renderer, name: str, precision: Precision) -> None:
     scene, normal_was = BAD[name]
     image = renderer.render(scene, (96, 64), Settings(precision=precision))
-    truth = ray_tracer.render(scene, (96, 64))
+    truth = ray_tracer.trace(scene, (96, 64))
     resolved = resolution(scene, (96, 64), precision)
     assert_agrees(image, truth, resolved, doubt=0.15)
     assert normal_was == 0 or normal_was > 100 * resolved.normal[~resolved.doubtful].max()
@@ -146,7 +146,7 @@ def test_a_highlight_of_any_exponent_is_1_at_its_middle_and_0_behind(renderer: R
 def test_doubles_make_the_same_picture_more_precisely(renderer: Renderer, evaluator: str) -> None:
     settings = Settings(precision=64, evaluator=evaluator, shadows="diluted", samples=3)  # pyright: ignore[reportArgumentType]
     image = renderer.render(scenes.assignment(), (160, 90), settings)
-    truth = ray_tracer.render(scenes.assignment(), (160, 90), settings)
+    truth = ray_tracer.trace(scenes.assignment(), (160, 90), settings)
     assert image.depth is not None and truth.depth is not None
     hit = np.isfinite(truth.depth)
     np.testing.assert_allclose(image.depth[hit], truth.depth[hit], rtol=UNIT[32])

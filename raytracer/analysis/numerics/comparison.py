@@ -53,7 +53,7 @@ def compare(renderer: Renderer, scene: Scene, size: tuple[int, int], settings: S
     Which lights reach a point is compared by where there is no light at all: scenes are to have one, and be MATTE.
     """
     image = renderer.render(scene, size, settings)
-    truth = ray_tracer.render(scene, size, settings)
+    truth = ray_tracer.trace(scene, size, settings)
     resolved = resolution(scene, size, settings.precision)
     assert image.depth is not None and image.normal is not None and image.material is not None
     assert truth.depth is not None and truth.normal is not None and truth.material is not None

@@ -78,7 +78,7 @@ def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
             yield Finding("exponent", at, 32, "relative error, share of its bound", float((error / bound).max()), 1)
             yield Finding("exponent", at, 32, "relative error", float(error.max()), float(bound.max()))
             scene = _highlight_on_a_ball(model, h)
-            truth = ray_tracer.render(scene, (64, 64)).radiance
+            truth = ray_tracer.trace(scene, (64, 64)).radiance
             for bits in renderer.limits.precisions:
                 image = renderer.render(scene, (64, 64), Settings(precision=bits))
                 off = float(np.abs(image.radiance - truth).max())

@@ -60,9 +60,9 @@ def make_truth(
     found = _by_gpu(target, size, renderer, gpu_samples, progress)
     if source == "gpu" or count_primitives(target.scene) > FEW_PRIMITIVES:
         return found
-    from raytracer.ground_truth import converged
+    from raytracer.ground_truth import job
 
-    radiance, error, _ = _by_reference(target, size, converged.SAMPLES, converged.TOLERANCE, progress)
+    radiance, error, _ = _by_reference(target, size, job.SAMPLES, job.TOLERANCE, progress)
     apart = math.sqrt(float(np.mean((found.radiance - radiance) ** 2)))
     return found._replace(
         kind=f"{found.kind}; {apart:.2g} from the float64 reference, which takes itself to be off by {error:.2g}"
@@ -73,10 +73,13 @@ def _by_reference(
     target: Target, size: tuple[int, int], samples: int, tolerance: float, progress: Progress | None
 ) -> tuple[NDArray[np.float64], float, float]:
     """The float64 reference, kept on the disk; its own error, and its samples a pixel."""
-    from raytracer.ground_truth.converged import truth
+    from raytracer.ground_truth.converged import trace_converged
 
-    found = truth(target.scene, size, target.settings, samples=samples, tolerance=tolerance, progress=progress)
-    return found.radiance, math.sqrt(float(np.mean(np.square(found.error)))), float(np.mean(found.samples))  # pyright: ignore[reportArgumentType, reportCallIssue]
+    picture = trace_converged(
+        target.scene, size, target.settings, samples=samples, tolerance=tolerance, progress=progress
+    )
+    assert picture.error is not None and picture.samples is not None
+    return picture.radiance, math.sqrt(float(np.mean(picture.error**2))), float(picture.samples.mean())
 
 
 def count_primitives(scene: Scene) -> int:
