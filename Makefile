@@ -33,10 +33,11 @@ view: .venv/core ## open the assignment in a window
 	@tools/system-packages $(GL_PACKAGES) libglx-mesa0
 	$(BIN)/raytracer view $(SCENE)
 
-check: .venv/dev ## lint, formatting, types, then test
+check: .venv/dev ## lint, formatting, types, directions of imports, then test
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
+	$(BIN)/lint-imports
 	@$(MAKE) --no-print-directory test
 
 extremes: .venv/core ## measure how wrong pictures are at the extremes, into benchmarks/results

@@ -20,7 +20,7 @@ class Literal:
     def __init__(self, context: moderngl.Context, scene: rt.Scene, size: Size) -> None:
         self._context, self._size = context, size
         text = Path(__file__).with_name("literal.frag").read_text()
-        self._program = context.program(vertex_shader=assemble("screen.vert").text, fragment_shader=text)
+        self._program = context.program(vertex_shader=assemble("passes/screen.vert").text, fragment_shader=text)
         light = scene.lights[0]
         set_uniforms(
             self._program,

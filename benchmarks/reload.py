@@ -24,7 +24,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         copy_checkout(folder)
-        scene, shader = folder / "assets/scenes/assignment.toml", folder / "shaders/lighting.glsl"
+        scene, shader = folder / "assets/scenes/assignment.toml", folder / "shaders/shading/lighting.glsl"
         edits = [
             (scene, "ambient = [1.0,", "ambient = [{:.1f},"),
             (shader, "vec3 I = m.ka * ambient;", "vec3 I = {:.1f} * m.ka * ambient;"),

@@ -13,7 +13,7 @@ from pathlib import Path
 from benchmarks import povray
 from benchmarks.measure import FRAMES, OTHER_RAYS, SAME_RAYS, TOLERANCE, Bench
 from benchmarks.rows import Measured, Row
-from raytracer import __version__
+from raytracer.version import __version__
 
 # A row, and what was measured or why that could not be.
 Result = tuple[Row, Measured | str]

@@ -28,15 +28,16 @@ if TYPE_CHECKING:
     from raytracer.ground_truth.picture import reference
     from raytracer.rendering import brdf
     from raytracer.rendering.picture import render
+    from raytracer.scene.camera import Camera
     from raytracer.scene.instances import Instances
+    from raytracer.scene.lights import PointLight
     from raytracer.scene.materials.lobe import Lobe
     from raytracer.scene.materials.material import Material
     from raytracer.scene.presets import quality
-    from raytracer.scene.scene import Camera, PointLight, Scene
+    from raytracer.scene.scene import Scene
     from raytracer.scene.settings import Settings
     from raytracer.scene.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union
-
-__version__ = "0.1.0"
+    from raytracer.version import __version__ as __version__
 
 __all__ = [
     "Camera",
@@ -71,9 +72,10 @@ __all__ = [
 ]
 
 # Names are imported when they are first used, so that the command line sees to Ctrl-C before anything takes time.
-# The names that need neither NumPy nor OpenGL come all together: `eval(repr(scene), vars(raytracer))` finds them.
+# The names that need neither NumPy nor OpenGL come all together, and with every other one: so
+# `eval(repr(x), vars(raytracer))` finds them.
 _SCENES = {
-    "Camera": "scene.scene",
+    "Camera": "scene.camera",
     "Complement": "scene.solids",
     "Difference": "scene.solids",
     "InputError": "core.validation",
@@ -82,7 +84,7 @@ _SCENES = {
     "Lobe": "scene.materials.lobe",
     "Material": "scene.materials.material",
     "Plane": "scene.solids",
-    "PointLight": "scene.scene",
+    "PointLight": "scene.lights",
     "Scene": "scene.scene",
     "SceneFile": "formats.scene_file",
     "Settings": "scene.settings",
@@ -112,14 +114,18 @@ _MODULES = {"brdf": "rendering.brdf", "glsl": "gpu.glsl_call"}
 def __getattr__(name: str) -> Any:
     from importlib import import_module
 
+    if name == "__version__":
+        return import_module("raytracer.version").__version__
     if name in _MODULES:
         return import_module(f"raytracer.{_MODULES[name]}")
-    if name not in _SCENES and name not in _PICTURES:
+    module = _SCENES.get(name) or _PICTURES.get(name)
+    if module is None:
         # With both, Python asks whether a near name of dir() was meant.
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}", name=name, obj=sys.modules[__name__])
-    names = _SCENES if name in _SCENES else {name: _PICTURES[name]}
-    for each, module in names.items():
-        globals()[each] = getattr(import_module(f"raytracer.{module}"), each)
+    # A function comes with the class of what it returns.
+    names = _SCENES | {each: place for each, place in _PICTURES.items() if place == module}
+    for each, place in names.items():
+        globals()[each] = getattr(import_module(f"raytracer.{place}"), each)
     return globals()[name]
 
 

@@ -14,11 +14,11 @@ from typing import Any, Literal, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from raytracer import __version__
 from raytracer.core.arrays import number_array
-from raytracer.core.record import Record
+from raytracer.core.record import Record, public
 from raytracer.core.validation import MAX_SIDE, InputError, Keys, check_choice, number, vector
 from raytracer.formats.image import Image, linear, row_blocks
+from raytracer.version import __version__
 
 # What float32 can hold: what a file has beyond was not rendered, and its square might be beyond float64.
 _LARGEST = float(np.finfo(np.float32).max)
@@ -35,6 +35,7 @@ SCALE = (
 _DARK = 1e-5
 
 
+@public
 class Comparison(Record, frozen=True):
     """How far a picture is from a reference, in linear radiance.
 

@@ -1,6 +1,6 @@
 """How far a picture may be from the exact one by the rounding of its numbers, for each pixel.
 
-The error bounds that `shaders/sphere.glsl` and `plane.glsl` state, evaluated along the rays of a
+The error bounds that `shaders/geometry/sphere.glsl` and `plane.glsl` state, evaluated along the rays of a
 picture. A pixel is doubtful where two answers lie within them: a ray that is tangent to a sphere, two
 roots that may come in the other order, a camera or a light that may be on the other side of a surface.
 Everywhere else, what is seen and what is lit must be exactly right, and depth and normal within the

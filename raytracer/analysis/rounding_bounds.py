@@ -1,6 +1,6 @@
 """How far the roots of rays and primitives may be from the exact ones by rounding.
 
-The bounds that `shaders/sphere.glsl` and `plane.glsl` state, for rays in view space.
+The bounds that `shaders/geometry/sphere.glsl` and `plane.glsl` state, for rays in view space.
 """
 
 from __future__ import annotations

@@ -18,12 +18,12 @@ from functools import partial
 from importlib import import_module
 from typing import Any, NoReturn
 
-from raytracer import __version__
 from raytracer.core.interrupts import STATUS
 from raytracer.core.output import written
 from raytracer.core.suggest import did_you_mean
 from raytracer.core.terminal import complain, drop_output, tolerant_output
 from raytracer.core.validation import InputError, shown
+from raytracer.version import __version__
 
 _COMMANDS = {
     "render": "render a scene to a file",

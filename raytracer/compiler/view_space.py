@@ -17,7 +17,9 @@ from raytracer.compiler.glsl import reflectance
 from raytracer.compiler.glsl.shaders import material_layout, shaded_materials
 from raytracer.compiler.surfaces import powers, table
 from raytracer.core.validation import Vec3
-from raytracer.scene.scene import FALLOFFS, Camera, PointLight, Scene
+from raytracer.scene.camera import Camera
+from raytracer.scene.lights import FALLOFFS, PointLight
+from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Precision, Settings
 from raytracer.scene.solids import ROUNDING
 

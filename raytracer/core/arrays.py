@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from raytracer.core.shown import shown
 from raytracer.core.validation import InputError, Key, Keys, items
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 # Whole and real numbers: not true and false, nor complex numbers, text, dates and objects.
 _KINDS = "iuf"
@@ -23,6 +23,8 @@ def number_array(
     `check_row(row, keys)` makes a row's numbers, or raises InputError. Raises InputError for all else, which
     `expected` words.
     """
+    import numpy as np
+
     keys = key if isinstance(key, tuple) else (key,)
     array = _array(value, key)
     if array is not None and array.dtype.kind in _KINDS:
@@ -48,6 +50,8 @@ def _array(value: Any, key: Key | Keys) -> NDArray[Any] | None:
     """An array, NumPy's or another library's, as NumPy's; None if `value` is no array."""
     if not hasattr(type(value), "__array__"):
         return None
+    import numpy as np
+
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise InputError("expected numbers, got some that are masked", key)
     try:

@@ -12,7 +12,7 @@ from functools import partial
 # As typing.TYPE_CHECKING: while this module is imported there is no handler yet, so it imports as little as it can.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from types import FrameType
 
 # As shells have it: 128 and the signal's number.
@@ -24,14 +24,16 @@ _SAME_PRESS = 1.0
 _AGAIN = 0.02
 
 
-def run_guarded() -> int:
-    """Run the command line with sys.argv; the exit status, which is STATUS after Ctrl-C."""
+def run_guarded(load: Callable[[], Callable[[], int]]) -> int:
+    """Run the program that `load` imports; the exit status, which is STATUS after Ctrl-C.
+
+    The handler of Ctrl-C is there before `load` is called, as imports take time.
+    """
     # A parent may ignore the signal, as a shell does for `raytracer ... &`: then it stays ignored.
     guards = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if guards:
         signal.signal(signal.SIGINT, _end)
-    from raytracer.app.cli import main
-
+    main = load()
     if not guards:
         return main()
     interrupts = _Interrupts()

@@ -6,31 +6,25 @@ from typing import Any, Self, TypeVar
 
 import msgspec
 
-import raytracer
 from raytracer.core.shown import shortened
-from raytracer.core.suggest import did_you_mean
+from raytracer.core.suggest import did_you_mean, known
 from raytracer.core.validation import KeyNameError
-from raytracer.formats.toml_tables import known
 
 K = TypeVar("K", bound=type)
 
 
-def made_public(kind: K) -> K:
-    """Make a public class of this package an attribute of the package as soon as the class is defined.
+def public(kind: K) -> K:
+    """Name the package itself as the module of a class that is an attribute of the package: `raytracer.Sphere`.
 
-    So `eval(repr(x), vars(raytracer))` finds it also where x was unpickled, which asks the package for no name.
+    So a pickle does not depend on where the class is defined. Unpickling asks the package for the class, and then
+    `eval(repr(x), vars(raytracer))` finds the class, too.
     """
-    if kind.__name__ in raytracer.__all__ and kind.__module__.startswith("raytracer."):
-        setattr(raytracer, kind.__name__, kind)
+    kind.__module__ = kind.__module__.partition(".")[0]
     return kind
 
 
 class Record(msgspec.Struct, frozen=True):
     """Frozen fields that are checked when the object is made."""
-
-    def __init_subclass__(cls) -> None:
-        super().__init_subclass__()
-        made_public(cls)
 
     def replace(self, **changes: Any) -> Self:
         """The same object with other values for some fields, which are checked as when it is made.

@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
+from raytracer.core.shown import shortened
+
 # A comparison takes time by the product of two lengths, and a scene file may have very many and very long names.
 _MAX_LENGTH = 64
 _MAX_NAMES = 4096
@@ -30,6 +32,12 @@ def nearest(name: str, names: Iterable[str]) -> str | None:
     if not matches and len(name) >= _WORD:
         matches = [candidate for candidate in by_case if plain in candidate]
     return by_case[matches[0]] if matches else None
+
+
+def known(names: Iterable[str]) -> str:
+    """List the first names that there are: `known: a, b, c`."""
+    listed = ", ".join(map(shortened, itertools.islice(names, 12)))
+    return f"known: {listed}" if len(listed) <= 120 else f"known: {listed[:120]}..."
 
 
 def did_you_mean(name: str, names: Iterable[str]) -> str:

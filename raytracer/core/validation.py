@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from decimal import Decimal
 from itertools import islice
@@ -14,8 +14,8 @@ from typing import Any
 
 import msgspec
 
-from raytracer.core.shown import dotted, printable, shown
-from raytracer.core.suggest import did_you_mean
+from raytracer.core.shown import dotted, printable, shortened, shown
+from raytracer.core.suggest import did_you_mean, known
 
 Vec3 = tuple[float, float, float]
 # A name in a table, or an index in a list; and the path of these from the outermost to a value.
@@ -229,6 +229,16 @@ def direction(value: Any, key: Key | Keys) -> Vec3:
     if math.hypot(*result) < 1.0 / MAX_LENGTH:
         raise InputError(f"expected a vector that is not 0, got {shown(value)}", key)
     return result
+
+
+def check_keys(table: Mapping[str, Any], keys: Sequence[str], needed: Sequence[str] = ()) -> None:
+    """Raise KeyNameError for a key of `table` that is none of `keys`, and for one of `needed` that is not there."""
+    for name in table:
+        if name not in keys:
+            raise KeyNameError(f"unknown key `{shortened(name)}` ({known(keys)}){did_you_mean(name, keys)}", name)
+    for name in needed:
+        if name not in table:
+            raise KeyNameError(f"missing key `{name}`", name)
 
 
 def check_size(value: Any) -> tuple[int, int]:

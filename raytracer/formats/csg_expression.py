@@ -12,9 +12,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Mapping
 
-from raytracer.core.suggest import did_you_mean
+from raytracer.core.suggest import did_you_mean, known
 from raytracer.core.validation import InputError
-from raytracer.formats.toml_tables import known
 from raytracer.scene.solids import Complement, Difference, Intersection, Solid, Union
 
 # What a person or a program may sensibly write: enough for every primitive that one object may have.

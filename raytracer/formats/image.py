@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from raytracer.core.output import check_output, written_whole
-from raytracer.core.record import Record
+from raytracer.core.record import Record, public
 from raytracer.core.validation import InputError, check_text, shown
 from raytracer.formats.estimate import Estimate
 
@@ -78,6 +78,7 @@ def _check_keyword(key: Any) -> None:
         raise InputError(f"expected names of 1 to 79 characters of Latin-1, got {shown(key)}", "metadata")
 
 
+@public
 class Image(Record, frozen=True, eq=False):
     """A rendered picture. All arrays have the top row first.
 

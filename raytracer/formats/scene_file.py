@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from raytracer.core.files import packaged, read_bounded
-from raytracer.core.record import made_public
-from raytracer.core.suggest import did_you_mean, did_you_mean_file
+from raytracer.core.record import public
+from raytracer.core.suggest import did_you_mean, did_you_mean_file, known
 from raytracer.core.validation import InputError, check_choice, check_path, check_text, shown, within
 from raytracer.formats import csg_expression
 from raytracer.formats.edited_text import with_positions
 from raytracer.formats.instance_file import Room, is_plain, read_instances
 from raytracer.formats.settings_section import DEFAULT_SIZE, settings_table
-from raytracer.formats.toml_tables import any_list, any_table, build, check_table, known, toml
+from raytracer.formats.toml_tables import any_list, any_table, build, check_table, toml
 from raytracer.scene.instances import Instances
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
@@ -65,7 +65,7 @@ def load(path: str | os.PathLike[str]) -> Scene:
     return _read_all(path)[0]
 
 
-@made_public
+@public
 class SceneFile(NamedTuple):
     """All that a scene file says, in the order in which `render` takes it: `rt.render(*rt.load_all("scene.toml"))`.
 

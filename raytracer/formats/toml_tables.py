@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 import tomllib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, TypeVar
 
-from raytracer.core.shown import shortened
-from raytracer.core.suggest import did_you_mean
-from raytracer.core.validation import InputError, KeyNameError
+from raytracer.core.validation import InputError, check_keys
 
 # A mark of TOML that is in no string and no comment, behind all that is none. Up to the first mistake in a text, where
 # tomllib stops, this reads strings as tomllib does. It is possessive and matches wherever it begins, so that no text
@@ -111,12 +108,7 @@ def build(kind: type[T], value: Any, **others: Any) -> T:
 def check_table(value: Any, keys: Sequence[str], needed: Sequence[str] = ()) -> dict[str, Any]:
     """`value`, if it is a table with no keys but `keys`, and all that are `needed`."""
     value = any_table(value)
-    for name in value:
-        if name not in keys:
-            raise KeyNameError(f"unknown key `{shortened(name)}` ({known(keys)}){did_you_mean(name, keys)}", name)
-    for name in needed:
-        if name not in value:
-            raise KeyNameError(f"missing key `{name}`", name)
+    check_keys(value, keys, needed)
     return value
 
 
@@ -146,9 +138,3 @@ def _kind(value: Any) -> str:
         case bool() | int() | float():
             return str(value).lower() if isinstance(value, bool) else "a number"
     return "a date or time"
-
-
-def known(names: Iterable[str]) -> str:
-    """A remedy for a name that is not there."""
-    listed = ", ".join(map(shortened, itertools.islice(names, 12)))
-    return f"known: {listed}" if len(listed) <= 120 else f"known: {listed[:120]}..."

@@ -82,7 +82,7 @@ class Refinement:
         """
         self._settings, self._movement = settings, movement
         self._errors = [
-            BlockPass(context, program(assemble("error.frag", {"BLOCK": BLOCK, "APRON": apron})), target, 1)
+            BlockPass(context, program(assemble("sampling/error.frag", {"BLOCK": BLOCK, "APRON": apron})), target, 1)
             for apron in (APRON, 0)
         ]
 

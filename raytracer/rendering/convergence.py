@@ -94,7 +94,7 @@ class Movement:
     def _compiled(self, before: bool) -> tuple[BlockPass, Squares]:
         if before not in self._passes:
             defines: dict[str, int] = {"BLOCK": BLOCK} | ({"SUMMED_BEFORE": 1} if before else {})
-            find, keep = (self._program(assemble(f"{name}.frag", defines)) for name in ("movement", "sums"))
+            find, keep = (self._program(assemble(f"sampling/{name}.frag", defines)) for name in ("movement", "sums"))
             self._passes[before] = BlockPass(self._context, find, self._size, 4), Squares(self._context, keep)
         return self._passes[before]
 

@@ -162,7 +162,7 @@ class Live:
         self, scene: Scene, settings: Settings, show: Show
     ) -> tuple[Programs, dict[str, moderngl.Program]]:
         self._renderer.limits.check(scene, settings)
-        on_screen = {name: self._renderer.program(assemble(f"{name}.frag")) for name in _ON_SCREEN}
+        on_screen = {name: self._renderer.program(assemble(f"window/{name}.frag")) for name in _ON_SCREEN}
         programs = self._renderer.programs(scene, settings, show)
         for name, uniforms in _ON_SCREEN.items():
             set_uniforms(on_screen[name], **uniforms)

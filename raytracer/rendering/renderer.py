@@ -85,7 +85,7 @@ def metadata(
     scene: Scene, size: tuple[int, int], settings: Settings, estimate: Estimate | None = None
 ) -> dict[str, str]:
     """What a picture's file says of it."""
-    from raytracer import __version__
+    from raytracer.version import __version__
 
     text = {
         "Title": scene.name,
@@ -243,7 +243,7 @@ class Renderer:
 
         Raises ShaderError with files and lines.
         """
-        vertex = vertex or assemble("screen.vert")
+        vertex = vertex or assemble("passes/screen.vert")
         key = vertex.text, source.text
         program = self._programs.pop(key, None)
         if program is None:
@@ -295,7 +295,7 @@ def _sources(
     if show == "picture" and has_quiet(scene, settings):
         if quiet and groups(scene).planes:
             sources["quiet"] = quiet_source(scene, settings, varyings), cells
-        sources["empty"] = assemble("empty.frag"), plain_vertex_source()
+        sources["empty"] = assemble("passes/empty.frag"), plain_vertex_source()
     return sources
 
 

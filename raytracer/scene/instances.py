@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from raytracer.core.record import Record
+from raytracer.core.record import Record, public
 from raytracer.core.validation import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 _SCALE = "a number above 0"
 
 
+@public
 class Instances(Record, frozen=True, eq=False):
     """`solid` at N places: instance i has its point p at positions[i] + scales[i] * p. An object of a scene.
 

@@ -10,8 +10,8 @@ from raytracer.core.record import Record
 from raytracer.scene.sequences import Sequence
 
 if TYPE_CHECKING:
+    from raytracer.scene.lights import PointLight
     from raytracer.scene.materials.material import Material
-    from raytracer.scene.scene import PointLight
 
 Shadows = Literal["off", "hard", "diluted", "soft"]
 # All models but those that need more than numbers.

@@ -86,7 +86,7 @@ def _sobol(k: int, x_seed: int, y_seed: int) -> tuple[int, int]:
     return (x >> 8) ^ 1 << 23, (y >> 8) ^ 1 << 23
 
 
-# As in shaders/sobol.glsl, which explains them.
+# As in shaders/sampling/sobol.glsl, which explains them.
 
 
 def _reversed(x: int) -> int:

@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 import msgspec
 
-from raytracer.core.record import Record
+from raytracer.core.record import Record, public
 from raytracer.core.validation import InputError, Vec3, check_choice, number, set_fields, shown, whole
 from raytracer.scene.instances import Instances
 from raytracer.scene.materials.material import Material
@@ -24,6 +24,7 @@ ASKED_SAMPLES = 4096
 MAX_BOUNCES = 64
 
 
+@public
 class Settings(Record, frozen=True):
     """How to render.
 

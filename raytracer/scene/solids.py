@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
 
-from raytracer.core.record import Record
+from raytracer.core.record import Record, public
 from raytracer.core.validation import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -39,6 +39,7 @@ MAX_SURFACES = 1048576
 ROUNDING = 8.0 * 2.0**-53
 
 
+@public
 class Solid(Record, frozen=True):
     """A closed set of points: a primitive, or a tree of them. `|` `&` `-` `~` make trees."""
 
@@ -112,6 +113,7 @@ def _square(x: float) -> tuple[float, float]:
     return square, ((high * high - square) + 2.0 * high * low) + low * low
 
 
+@public
 class Sphere(Solid, frozen=True, repr_omit_defaults=True):
     """The ball around `center` with `radius` in [1e-12, 1e12]."""
 
@@ -145,6 +147,7 @@ class Sphere(Solid, frozen=True, repr_omit_defaults=True):
         return abs(math.dist(self.center, point) - self.radius) <= ROUNDING * given
 
 
+@public
 class Plane(Solid, frozen=True, repr_omit_defaults=True):
     """The solid half-space dot(normal, x) <= offset; `normal` need not be a unit vector."""
 
@@ -235,24 +238,28 @@ class _Binary(_Operator, frozen=True, eq=False):
         return self.a, self.b
 
 
+@public
 class Union(_Binary, frozen=True, eq=False):
     """The points in `a` or `b`: `a | b`."""
 
     symbol = "|"
 
 
+@public
 class Intersection(_Binary, frozen=True, eq=False):
     """The points in both `a` and `b`: `a & b`."""
 
     symbol = "&"
 
 
+@public
 class Difference(_Binary, frozen=True, eq=False):
     """The points in `a` that are not in `b`: `a - b`."""
 
     symbol = "-"
 
 
+@public
 class Complement(_Operator, frozen=True, eq=False):
     """The points that are not in `a`: `~a`."""
 

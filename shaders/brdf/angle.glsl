@@ -1,3 +1,4 @@
+// An angle from its sine and cosine, to the last bits of float32.
 // Provides angle(): the angle in [0, pi/2] whose sine and cosine are in the ratio of the two arguments, both >= 0; 0
 // where both are 0. Relative error 2e-7. GLSL's atan may be off by 4096 ulp, Mesa's is by 2e-5; and acos of a
 // float32 cosine has lost angles below 3e-4.

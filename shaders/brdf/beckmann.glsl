@@ -1,5 +1,5 @@
-// Provides beckmann(): mirror facets, f = F D G / (4 N.L N.V), with Beckmann's distribution (1963) and
-// Smith's masking (Walter 2007). Needs fresnel(), masking().
+// The Beckmann microfacet model: mirror facets in Beckmann's distribution (1963).
+// Provides beckmann(): f = F D G / (4 N.L N.V), with Smith's masking (Walter 2007). Needs fresnel(), masking().
 
 #include "brdf/distribution_beckmann.glsl"
 #include "brdf/numbers.glsl"

@@ -1,4 +1,5 @@
-// Provides blinn(): the lecture's kd N.L + ks max(N.H, 0)^h, H halfway between L and V (Blinn 1977).
+// Blinn's model in the lecture's form: kd N.L + ks max(N.H, 0)^h, H halfway between L and V.
+// Provides blinn() (Blinn 1977).
 // As a reflectance it is kd + ks (N.H)^h / N.L: neither reciprocal nor bounded.
 
 #include "brdf/lobes.glsl"

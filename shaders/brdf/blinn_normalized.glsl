@@ -1,4 +1,5 @@
-// Provides blinn_normalized(): f = kd / pi + ks c (N.H)^h, c such that the lobe's albedo at normal incidence is ks:
+// Blinn's model with a normalised highlight: f = kd / pi + ks c (N.H)^h.
+// Provides blinn_normalized(). c is such that the lobe's albedo at normal incidence is ks:
 // (h + 2) (h + 4) / (8 pi (2^(-h/2) + h)) (Blinn 1977; the constant: Giesen 2009, "Phong normalization factor").
 
 #include "brdf/lobes.glsl"

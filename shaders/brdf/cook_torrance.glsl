@@ -1,5 +1,6 @@
-// Provides cook_torrance(): f = rho / pi + ks constant F D G / (N.L N.V), with Beckmann's D, whose integral over
-// D cos is 1, and V-shaped cavities (Cook and Torrance 1982). Needs fresnel().
+// Cook and Torrance's microfacet model (1982), with V-shaped cavities.
+// Provides cook_torrance(): f = rho / pi + ks constant F D G / (N.L N.V), with Beckmann's D, where the integral of
+// D cos is 1. Needs fresnel().
 //
 // The constant is 1/4 (Walter 2007). Cook and Torrance print 1/pi before a D without its 1/pi: that is 1 here, four
 // times what facets can reflect. Others have 1/pi.

@@ -1,3 +1,4 @@
+// The power of a cosine, accurate for small angles and large exponents.
 // Provides cosineLobe(): max(cos(a, b), 0)^h for the angle between a and b and an exponent h in
 // [0, 1e6], with x^0 = 1 also for x = 0, which GLSL's pow leaves undefined. The vectors need not
 // be unit: their lengths, and the rounding of these, cancel.

@@ -1,4 +1,5 @@
-// Provides diffuse_microfacet(): Lambertian facets, each seen and lit by itself:
+// The diffuse microfacet model: Lambertian facets, each seen and lit by itself.
+// Provides diffuse_microfacet():
 //     f = rho / (N.L N.V) 1/pi int <L.m> <V.m> G(L, V) D(m) dm,
 // the article's equation xxiii; it has no closed form (Heitz and Dupuy 2015). G is Smith's, the same for all m. Light
 // that goes from facet to facet is lost.

@@ -1,5 +1,5 @@
-// Provides beckmannD(), beckmannSlope(): Beckmann's distribution of the facets' normals, and Smith's masking of it;
-// conventions as in distribution_ggx.glsl. Needs smith() of smith_*.glsl.
+// Beckmann's distribution of facet normals, and Smith's masking for it.
+// Provides beckmannD(), beckmannSlope(); conventions as in distribution_ggx.glsl. Needs smith() of smith_*.glsl.
 
 #include "brdf/extent.glsl"
 #include "brdf/gaussian_slopes.glsl"

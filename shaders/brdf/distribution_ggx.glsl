@@ -1,5 +1,5 @@
-// Provides ggxD(), ggxSlope(): the distribution of the facets' normals of Trowbridge and Reitz (1975), and Smith's
-// masking of it (Walter 2007).
+// The GGX distribution of facet normals (Trowbridge and Reitz 1975), and Smith's masking for it.
+// Provides ggxD(), ggxSlope() (Walter 2007).
 //
 // ggxD() is D of the direction S = L + V, which need not be unit. Not (alpha^2 - 1) (N.H)^2 + 1, which is lost to
 // rounding for alpha below 0.01: |N x H|^2 + (alpha N.H)^2 is the same, and never cancels (Lagrange).

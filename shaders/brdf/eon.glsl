@@ -1,3 +1,4 @@
+// The EON model of rough diffuse surfaces, which keeps the light that bounces between facets.
 // Provides eon(): Oren, Nayar and Fujii's rough diffuse reflectance and the light that it loses between facets, so
 // that a white surface sends back all (Portsmouth, Kutz and Hill 2025), with the exact albedo E.
 //

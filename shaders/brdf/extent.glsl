@@ -1,6 +1,7 @@
-// Provides ggxExtent(), beckmannExtent(): where a distribution's facets are, for a quadrature over their slopes. x: the
-// slope at half of its elevations, 45 degrees in its coordinates; y: the largest of its slopes, over x. GGX has
-// none; beyond 4 alpha, Beckmann's has 1e-7 of its facets.
+// The range of slopes of a distribution's facets, for a quadrature over them.
+// Provides ggxExtent(), beckmannExtent(). x: the slope at half of the elevations, 45 degrees in the distribution's
+// coordinates; y: the largest slope, over x. GGX has no largest slope. Beyond 4 alpha, Beckmann's has 1e-7 of its
+// facets.
 
 #include "materials.glsl"
 

@@ -1,4 +1,5 @@
-// Provides fullForm(): pi f cos(theta_i) / rho of Oren and Nayar's model, with light once between facets:
+// The full form of Oren and Nayar's model, with one bounce of light between facets.
+// Provides fullForm(): pi f cos(theta_i) / rho, which is
 // C1 + cos(phi) C2 tan(beta) + (1 - |cos(phi)|) C3 tan((alpha + beta) / 2), and the second bounce, with rho; alpha is
 // the larger and beta the smaller of the two angles. sigma comes in degrees, the formula has radians.
 //

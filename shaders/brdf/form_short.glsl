@@ -1,4 +1,5 @@
-// Provides shortForm(): pi f cos(theta_i) / rho of Oren and Nayar's model without light between facets:
+// The short form of Oren and Nayar's model, without light between facets.
+// Provides shortForm(): pi f cos(theta_i) / rho, which is
 // A + B max(0, cos phi) sin(alpha) tan(beta), alpha the larger and beta the smaller of the two angles. The product is
 // s / max(N.L, N.V) with s = L.V - N.L N.V, which is made of the parts in the surface, because it cancels.
 // sigma comes in degrees, the formula has radians.

@@ -1,5 +1,5 @@
-// Provides conductorFresnel(): what a smooth metal of complex index n + i k, per channel, reflects of unpolarised
-// light (Fresnel 1823; Born and Wolf, section 14.2).
+// The Fresnel reflectance of a smooth metal of complex index n + i k, per channel.
+// Provides conductorFresnel(), for unpolarised light (Fresnel 1823; Born and Wolf, section 14.2).
 //
 // With a + i b the square root of (n + i k)^2 - sin^2: of its two parts the one that does not cancel is computed, and
 // the other from a b = n k. Metals have k > n, where the usual form for a loses most of its bits.

@@ -1,5 +1,6 @@
-// Provides dielectricFresnel(): what a smooth surface reflects of unpolarised light, between media whose indices of
-// refraction are as 1 to ior (Fresnel 1823; form of Cook and Torrance 1982). 1 for total internal reflection.
+// The Fresnel reflectance of a smooth surface between two transparent media.
+// Provides dielectricFresnel(), for unpolarised light and indices of refraction that are as 1 to ior (Fresnel 1823;
+// form of Cook and Torrance 1982). It is 1 for total internal reflection.
 //
 // The amplitudes (g - c) / (g + c) and (ior^2 c - g) / (ior^2 c + g), g^2 = ior^2 - 1 + c^2, with their differences
 // multiplied out, so that nothing cancels for an ior near 1.

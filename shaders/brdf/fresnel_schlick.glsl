@@ -1,4 +1,5 @@
-// Provides schlickFresnel(): f0 + (1 - f0) (1 - V.H)^5 (Schlick 1994).
+// Schlick's approximation of the Fresnel reflectance: f0 + (1 - f0) (1 - V.H)^5.
+// Provides schlickFresnel() (Schlick 1994).
 
 #include "materials.glsl"
 

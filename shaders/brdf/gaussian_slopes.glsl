@@ -1,5 +1,6 @@
-// Provides gaussianSlopes(): the distribution of facets' normals whose slopes are Gaussian, alpha^2 / 2 in variance
-// along each axis (Beckmann 1963), at the direction S, which need not be unit: exp(-tan^2 / alpha^2) / (pi alpha^2 cos^4).
+// The distribution of facet normals with Gaussian slopes (Beckmann 1963).
+// Provides gaussianSlopes(): for slopes of variance alpha^2 / 2 along each axis, the distribution at the direction S,
+// which need not be unit: exp(-tan^2 / alpha^2) / (pi alpha^2 cos^4).
 
 #include "brdf/numbers.glsl"
 

@@ -1,5 +1,5 @@
-// Provides ggx(): mirror facets, f = F D G / (4 N.L N.V), with the distribution of Trowbridge and Reitz (1975) and
-// Smith's masking (Walter 2007). Needs fresnel(), masking().
+// The GGX microfacet model: mirror facets in the distribution of Trowbridge and Reitz (1975).
+// Provides ggx(): f = F D G / (4 N.L N.V), with Smith's masking (Walter 2007). Needs fresnel(), masking().
 
 #include "brdf/distribution_ggx.glsl"
 #include "brdf/numbers.glsl"

@@ -1,6 +1,6 @@
-// Provides he(), heMirrored(): reflection by a rough surface in wave optics (He, Torrance, Sillion and Greenberg 1991)
-// with Westin's corrections: shadowing with its e^(-q^2), and tau over the wavelength. he() is the diffuse rest
-// rho / pi and the directional diffuse part, per channel of one wavelength,
+// He's model: reflection by a rough surface in wave optics (He, Torrance, Sillion and Greenberg 1991).
+// Provides he(), heMirrored(), with Westin's corrections: shadowing with its e^(-q^2), and tau over the wavelength.
+// he() is the diffuse rest rho / pi and the directional diffuse part, per channel of one wavelength,
 //     f = ks F G S D / (pi N.L N.V),   with v = L + V:
 // G = (v.v / v.N)^2: the paper's products of its polarisations s and p are |L x V|^2 each, and cancel.
 // D = pi^2 tau^2 / (4 lambda^2) sum over m >= 1 of g^m e^-g / (m! m) exp(-vxy^2 pi^2 tau^2 / (lambda^2 m)).

@@ -1,5 +1,6 @@
-// Provides lafortune(): rho / pi and any number of lobes scale max(cx Lx Vx + cy Ly Vy + cz Lz Vz, 0)^n, each channel
-// with its own (Lafortune et al. 1997); z is along N, x along the material's tangent. The host has divided the
+// Lafortune's model: a diffuse part and any number of generalised cosine lobes.
+// Provides lafortune(): rho / pi and lobes scale max(cx Lx Vx + cy Ly Vy + cz Lz Vz, 0)^n, each channel with its
+// own (Lafortune et al. 1997); z is along N, x along the material's tangent. The host has divided the
 // coefficients by the largest of a channel, and put its power into the scale: 0.577^10200 underflows.
 //
 // With w = (cx Lx, cy Ly, cz Lz) a lobe is (w.V)^n = |w|^n cos^n of the angle between w and V: so a lobe around the

@@ -1,4 +1,5 @@
-// Provides lambert(): the same radiance in all directions, f = rho / pi (Lambert 1760).
+// Lambert's model: the same radiance in all directions, f = rho / pi.
+// Provides lambert() (Lambert 1760).
 
 #include "brdf/numbers.glsl"
 #include "materials.glsl"

@@ -1,4 +1,5 @@
-// Provides mirrorLobe(), halfwayLobe(): the powers max(R.V, 0)^h and max(N.H, 0)^h of the lecture's highlights.
+// The highlights of the lecture: max(R.V, 0)^h and max(N.H, 0)^h.
+// Provides mirrorLobe(), halfwayLobe().
 // N, L, V are unit, N.L > 0, h >= 0. L = -V has no halfway vector; N.H is then taken as 0.
 
 #include "brdf/cosine_lobe.glsl"

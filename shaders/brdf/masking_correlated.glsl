@@ -1,5 +1,6 @@
-// Provides correlatedMasking(): G / (N.L N.V), G the share of facets that both the light and the viewer see, if
-// hidden from both are those that lie low (Smith 1967; Heitz 2014, equation 99): G = 1 / (1 + Lambda(L) + Lambda(V)).
+// Correlated masking and shadowing of facets: low facets are hidden from both sides.
+// Provides correlatedMasking(): G / (N.L N.V), G the share of facets that both the light and the viewer see
+// (Smith 1967; Heitz 2014, equation 99): G = 1 / (1 + Lambda(L) + Lambda(V)).
 // l and v are slope() of N.L and N.V, which is N.L (1 + Lambda(L)): so nothing is divided by a cosine.
 
 #include "materials.glsl"

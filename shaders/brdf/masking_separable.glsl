@@ -1,5 +1,6 @@
-// Provides separableMasking(): G / (N.L N.V), G the share of facets that both the light and the viewer see, as if one
-// had nothing to do with the other: G1(L) G1(V) (Walter 2007). l and v are as in masking_correlated.glsl.
+// Separable masking and shadowing of facets, as if the two were independent: G = G1(L) G1(V).
+// Provides separableMasking(): G / (N.L N.V), G the share of facets that both the light and the viewer see (Walter
+// 2007). l and v are as in masking_correlated.glsl.
 
 #include "materials.glsl"
 

@@ -1,5 +1,6 @@
-// Provides merl(): a measured isotropic reflectance (Matusik et al. 2003; raytracer/scene/materials/merl.py says how it is stored),
-// linear between the middles of the table's cells.
+// Measured reflectance: an isotropic table, such as those of the MERL database (Matusik et al. 2003).
+// Provides merl(): the table's value, linear between the middles of its cells. raytracer/scene/materials/merl.py says how the table is
+// stored.
 //
 // The half and difference angles (Rusinkiewicz 1998) by what is left of his rotations for S = L + V:
 // phi_d = atan(L . (N x H), (N.V - N.L) |S| / 2), which cancels nowhere.

@@ -1,5 +1,6 @@
-// Provides minnaert(): f = rho (k + 1) / (2 pi) (N.L N.V)^(k - 1) (Minnaert 1941, "The reciprocity principle in lunar
-// photometry"). k = 1 is Lambert. Below, it grows without bound as N.V goes to 0, and reflects more than it gets.
+// Minnaert's model of the Moon: f = rho (k + 1) / (2 pi) (N.L N.V)^(k - 1).
+// Provides minnaert() (Minnaert 1941, "The reciprocity principle in lunar photometry"). k = 1 is Lambert. For a smaller
+// k it grows without bound as N.V goes to 0, and reflects more light than it receives.
 
 #include "brdf/numbers.glsl"
 #include "materials.glsl"

@@ -1,6 +1,6 @@
-// Provides mirror(), mirrorMirrored(): an ideal mirror, f = F delta(V - R) / N.L. Of a light that is a point it
-// reflects nothing but to one direction: so f is 0, and F is what is left of the ray to the mirror direction (Whitted
-// 1980). Needs fresnel().
+// The ideal mirror: f = F delta(V - R) / N.L.
+// Provides mirror(), mirrorMirrored(). A mirror reflects a point light to one direction only: so f is 0, and F is the
+// factor of the ray to the mirror direction (Whitted 1980). Needs fresnel().
 
 #include "materials.glsl"
 

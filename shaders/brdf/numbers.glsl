@@ -1,3 +1,4 @@
+// Constants of the reflectance models.
 // Provides PI, GRAZING.
 
 const float PI = 3.14159265;

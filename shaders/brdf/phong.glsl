@@ -1,4 +1,5 @@
-// Provides phong(): the lecture's kd N.L + ks max(R.V, 0)^h, R the mirror direction of L (Phong 1975).
+// Phong's model in the lecture's form: kd N.L + ks max(R.V, 0)^h, R the mirror direction of L.
+// Provides phong() (Phong 1975).
 // As a reflectance it is kd + ks (R.V)^h / N.L: neither reciprocal nor bounded.
 
 #include "brdf/lobes.glsl"

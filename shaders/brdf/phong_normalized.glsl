@@ -1,5 +1,6 @@
-// Provides phong_normalized(): f = kd / pi + ks (h + 2) / (2 pi) max(R.V, 0)^h (Lafortune and Willems 1994, "Using the
-// modified Phong reflectance model"): reciprocal, and of albedo kd + ks at most.
+// Phong's model as a reflectance that conserves energy: f = kd / pi + ks (h + 2) / (2 pi) max(R.V, 0)^h.
+// Provides phong_normalized() (Lafortune and Willems 1994, "Using the modified Phong reflectance model"). It is
+// reciprocal, and its albedo is kd + ks at most.
 
 #include "brdf/lobes.glsl"
 #include "brdf/numbers.glsl"

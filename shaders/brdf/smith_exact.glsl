@@ -1,4 +1,5 @@
-// Provides exactSmith(): mu (1 + Lambda) of Beckmann's distribution for a direction with the cosine mu (Smith 1967):
+// Smith's masking for Beckmann's distribution, exactly.
+// Provides exactSmith(): mu (1 + Lambda) for a direction with the cosine mu (Smith 1967):
 // with a = 1 / (alpha tan), mu (1 + erf a) / 2 + alpha sin exp(-a^2) / (2 sqrt(pi)), in which nothing cancels.
 
 #include "brdf/erfc.glsl"

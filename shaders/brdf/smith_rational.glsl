@@ -1,5 +1,5 @@
-// Provides rationalSmith(): mu / G1 for Beckmann's distribution by the rational fit of G1 of Walter (2007), which
-// pbrt and Mitsuba use: 0.35 % off.
+// Smith's masking for Beckmann's distribution, by a rational fit that is 0.35 % off.
+// Provides rationalSmith(): mu / G1, by the fit of G1 of Walter (2007), which pbrt and Mitsuba use.
 
 #include "materials.glsl"
 

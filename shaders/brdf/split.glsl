@@ -1,4 +1,5 @@
-// Provides split(): what facets do not reflect is diffuse: f = (1 - F) (1 - metalness) rho / pi + F D G / (4 N.L N.V),
+// The split model: mirror facets reflect the share F of the light, and the rest is diffuse.
+// Provides split(): f = (1 - F) (1 - metalness) rho / pi + F D G / (4 N.L N.V),
 // F = f0 + (1 - f0) (1 - V.H)^5, f0 going to rho with metalness (the cheat sheet's kd f_lambert + ks f_microfacet
 // with ks = F, but F once: f_microfacet has it; Karis 2013). Needs D(), slope(), masking().
 // 1 - F is Schlick's at V.H, not what is transmitted in and out again.

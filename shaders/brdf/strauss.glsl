@@ -1,5 +1,5 @@
-// Provides strauss(): a colour that is shifted to the highlight's from metal to plastic (Strauss 1990). f cos(theta_i)
-// is its Qd + Qs: neither reciprocal nor bounded by energy, as published.
+// Strauss's model (1990), from plastic to metal, whose highlight takes on the surface's colour.
+// Provides strauss(): f cos(theta_i) is its Qd + Qs, neither reciprocal nor bounded by energy, as published.
 //
 // F and G take angles over pi/2, not cosines: F(0) = 0, F(1) = 1, G(0) = 1, G(1) = 0. Both are the literature's
 // differences of reciprocals, multiplied out: near x = 1, where 1 / (x - kg)^2 is 1e4, the differences would have no

@@ -1,5 +1,6 @@
+// Torrance and Sparrow's microfacet model (1967), with V-shaped cavities.
 // Provides torrance_sparrow(): f = rho / pi + ks constant F D G / (N.L N.V), D = c exp(-(angle / m)^2) of the angle
-// between N and H, with V-shaped cavities (Torrance and Sparrow 1967). Needs fresnel().
+// between N and H. Needs fresnel().
 // c is free there; 0 stands for 1 / (pi m^2), which makes the integral over D cos 1 for small m.
 
 #include "brdf/angle.glsl"

@@ -303,7 +303,7 @@ def test_the_overlay_is_twice_as_large_at_display_scale_2_and_fits_into_any_wind
     np.testing.assert_allclose(twice.shape, np.multiply(once.shape, (2, 2, 1)), rtol=0.05)
     assert corner == (0, 720 - once.shape[0]) and once.shape[1] > 300
     assert panels(opened(), (1280, 720), 1.0) == []
-    failed = after(helped, Failed("shaders/sphere.glsl:12: error: " + "word " * 300 + "\n" + "x" * 5000))
+    failed = after(helped, Failed("shaders/geometry/sphere.glsl:12: error: " + "word " * 300 + "\n" + "x" * 5000))
     failed = after(failed, Told("wrote a file"))
     assert len(panels(failed, (1280, 720), 1.0)) == 3, "a notice does not hide behind an error"
     for size in ((1280, 720), (320, 180), (40, 30), (1, 1)):

@@ -18,7 +18,7 @@ import pytest
 from PIL import Image
 
 import raytracer as rt
-import raytracer.app.viewer.window
+import raytracer.app.viewer.window as window_module
 from raytracer.app.viewer.events import Cursor, Event, Hinted, Key, Press, Told, Wheel
 from raytracer.app.viewer.file_watcher import Files
 from raytracer.app.viewer.orbit import scale_camera, scale_light, turn_camera, turn_light
@@ -152,7 +152,9 @@ def test_wheel_and_right_button_move_light_and_camera_and_e_writes_what_render_r
 @pytest.mark.window
 def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_line(tmp_path: Path) -> None:
     copy_checkout(tmp_path)
-    file, shader, camera = (tmp_path / name for name in ("ball.toml", "shaders/lighting.glsl", "shaders/camera.glsl"))
+    file, shader, camera = (
+        tmp_path / name for name in ("ball.toml", "shaders/shading/lighting.glsl", "shaders/geometry/camera.glsl")
+    )
     file.write_text(BALL)
     plain = rendered(rt.load(file))
     upper = plain[: SIZE[1] // 4]  # above the message
@@ -177,7 +179,7 @@ def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_li
 
         line = shader.read_text().partition("m.ka * ambient")[0].count("\n") + 1
         saved(shader, "m.ka * ambient", "m.ka * ambience")
-        until_wrong(f"lighting.glsl:{line}: ")
+        until_wrong(f"shading/lighting.glsl:{line}: ")
         saved(shader, "m.ka * ambience", "m.kd * ambient")
         file.write_text(BALL.replace("kd = [0.5, 0.1, 0.1]", "kd = [0.5, 0.1, 0.1]\nka = [0.5, 0.1, 0.1]"))
         bright = rendered(rt.load(file))
@@ -185,10 +187,10 @@ def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_li
         view.until_shown(bright, "mending and changing the shader")
         saved(shader, "m.kd * ambient", "m.ka * ambient")
         view.until_shown(plain, "changing it back")
-        (tmp_path / "shaders" / ".#lighting.glsl").symlink_to("nowhere")  # what an editor leaves for a while
+        (tmp_path / "shaders/shading/.#lighting.glsl").symlink_to("nowhere")  # what an editor leaves for a while
         line = camera.read_text().partition("halfPixels() {")[0].count("\n") + 1
         saved(camera, "halfPixels() {", "halfPixels() { oops;")
-        until_wrong(f"camera.glsl:{line}: ")
+        until_wrong(f"geometry/camera.glsl:{line}: ")
         saved(camera, "halfPixels() { oops;", "halfPixels() {")
         view.until_shown(plain, "mending the other file")
 
@@ -276,8 +278,8 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opened]]:
         for name, value in environment(DISPLAY=display).items():
             monkeypatch.setenv(name, value)
         monkeypatch.setattr(glfw, "swap_buffers", swap)
-        monkeypatch.setattr(raytracer.viewer, "_TOGETHER", 0.0)
-        monkeypatch.setattr(raytracer.viewer, "_HINT", FOREVER)
+        monkeypatch.setattr(window_module, "_TOGETHER", 0.0)
+        monkeypatch.setattr(window_module, "_HINT", FOREVER)
 
         def open_one(
             scene: Path = ASSIGNMENT,
@@ -286,7 +288,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opened]]:
             budget: float = 1e9,
         ) -> Opened:
             given = {"samples": samples, "size": size}
-            viewer = raytracer.viewer.opened(scene, given, budget)
+            viewer = window_module.opened(scene, given, budget)
             found.append(Opened(windows.enter_context(viewer)))
             return found[0]
 
@@ -306,14 +308,14 @@ AT_ONCE, FOREVER = 1e-9, 1e9
 def test_a_moving_picture_has_one_sample_a_frame_with_enlarged_pixels_and_then_sharpens(
     opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    monkeypatch.setattr(window_module, "_STILL", FOREVER)
     one = opened(samples=400, budget=AT_ONCE)
     live = one.viewer.live
     one.frame(Press("left"))
     for k in range(1, 5):
         one.frame(Cursor(0.1 * k, 0.5))
         assert live.samples == 1 and live.enlarged > 1
-    monkeypatch.setattr(raytracer.viewer, "_STILL", 0.0)
+    monkeypatch.setattr(window_module, "_STILL", 0.0)
     one.frame()
     assert live.samples == 1 and live.enlarged == 1
     for k in range(2, 5):
@@ -325,7 +327,7 @@ def test_a_moving_picture_has_one_sample_a_frame_with_enlarged_pixels_and_then_s
 def test_a_picture_that_may_move_again_waits_and_a_still_one_gets_as_many_samples_a_frame_as_there_is_time_for(
     opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    monkeypatch.setattr(window_module, "_STILL", FOREVER)
     one = opened(samples=400, size=(16, 9), budget=FOREVER)
     live = one.viewer.live
     one.frame(Press("left"))
@@ -335,7 +337,7 @@ def test_a_picture_that_may_move_again_waits_and_a_still_one_gets_as_many_sample
         assert one.frame() > 1.0 and (live.samples, live.rmse(), one.swaps) == (1, None, swaps)
     one.frame(Key("H"))
     assert live.samples == 1 and one.swaps == swaps + 1, "the same picture under an overlay"
-    monkeypatch.setattr(raytracer.viewer, "_STILL", 0.0)
+    monkeypatch.setattr(window_module, "_STILL", 0.0)
     one.frame()
     assert live.samples == 1 and not live.done
     one.frame()
@@ -346,16 +348,16 @@ def test_a_picture_that_may_move_again_waits_and_a_still_one_gets_as_many_sample
 def test_a_picture_whose_error_cannot_be_found_has_its_samples_and_the_mistake(
     opened: Callable[..., Opened], shaders: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file = shaders / "movement.frag"
+    file = shaders / "sampling/movement.frag"
     file.write_text(file.read_text().replace("vec3 moved =", "vec2 moved ="))
     one = opened(samples=8)
     for _ in range(2):
         one.until_idle()
         assert one.viewer.live.samples == 8 and one.viewer.live.rmse() is None
-        assert "movement.frag:" in one.viewer.state.error
+        assert "sampling/movement.frag:" in one.viewer.state.error
         assert "8 of 8 samples, phong" in glfw.get_window_title(one.viewer.window)
         one.viewer.handle(Wheel(1.0, True))
-    assert capsys.readouterr().err.count("raytracer: movement.frag:") == 1
+    assert capsys.readouterr().err.count("raytracer: sampling/movement.frag:") == 1
 
 
 @pytest.mark.window
@@ -433,7 +435,7 @@ def test_the_window_says_for_a_while_how_to_get_help_and_a_screenshot_does_not(
     one.viewer.handle(Hinted("H: help"))
     one.until_idle()
     assert difference(one.shown()) > 50 and difference(as_written("assignment-1.png")) <= 1
-    monkeypatch.setattr(raytracer.viewer, "_HINT", 0.0)
+    monkeypatch.setattr(window_module, "_HINT", 0.0)
     one.until_idle()
     assert one.viewer.state.hint == ""
     one.until_shows(lambda shown: difference(shown) <= 1)
@@ -443,7 +445,7 @@ def test_the_window_says_for_a_while_how_to_get_help_and_a_screenshot_does_not(
 def test_keys_in_a_row_count_all_and_only_the_last_ones_programs_are_compiled_which_the_title_says_before(
     opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(raytracer.viewer, "_TOGETHER", FOREVER)
+    monkeypatch.setattr(window_module, "_TOGETHER", FOREVER)
     pictures = rendered(assignment(), samples=4), rendered(assignment(), samples=4, shading="minnaert")
     half = slice(SIZE[1] // 3, 2 * SIZE[1] // 3)  # without marker and text
     one = opened(samples=4)
@@ -459,12 +461,12 @@ def test_keys_in_a_row_count_all_and_only_the_last_ones_programs_are_compiled_wh
         one.until_shows(lambda shown: np.abs(shown - pictures[0])[half].max() <= 1)
         assert np.abs(one.shown() - pictures[0]).max() > 50, "over the last picture it says so, too"
     assert len(programs) == compiled
-    monkeypatch.setattr(raytracer.viewer, "_TOGETHER", 0.0)
+    monkeypatch.setattr(window_module, "_TOGETHER", 0.0)
     one.until_idle()
     once = len(programs) - compiled
     assert "minnaert, hard shadows" in title() and "compiling" not in title()
     one.until_shows(lambda shown: np.abs(shown - pictures[1]).max() <= 1)
-    monkeypatch.setattr(raytracer.viewer, "_TOGETHER", FOREVER)
+    monkeypatch.setattr(window_module, "_TOGETHER", FOREVER)
     one.frame(Key("V"))
     assert "compiling lambert, " in title()
     one.frame(Key("B"))
@@ -483,13 +485,13 @@ def test_a_screenshot_has_all_samples_or_those_there_were_when_the_picture_chang
     opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    monkeypatch.setattr(window_module, "_STILL", FOREVER)
     pictures = rendered(assignment(), samples=4), rendered(assignment(), samples=2, shadows="diluted")
     one = opened(samples=4)
     one.frame()
     one.frame(Key("P"))
     assert "4 samples" in one.viewer.state.notice and list(tmp_path.iterdir()) == []
-    monkeypatch.setattr(raytracer.viewer, "_STILL", 0.0)
+    monkeypatch.setattr(window_module, "_STILL", 0.0)
     one.until_idle()
     monkeypatch.setattr(one.viewer, "_budget", 0.0)  # a sample a frame
     for key in ("S", "", ""):  # a new picture, still, and its second sample
@@ -515,7 +517,7 @@ def test_a_screenshot_of_a_picture_with_one_sample_is_what_render_renders(
     opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, samples: int, budget: float
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    monkeypatch.setattr(window_module, "_STILL", FOREVER)
     pictures = rendered(assignment()), rendered(turn_light(assignment(), 0, half_turns(0.1 * SIZE[1]), 0.0))
     one = opened(samples=samples, budget=budget)
     live = one.viewer.live
@@ -527,7 +529,7 @@ def test_a_screenshot_of_a_picture_with_one_sample_is_what_render_renders(
     one.frame(Cursor(0.1, 0.5))
     assert live.samples == 1 and (live.enlarged > 1) == (budget == AT_ONCE)
     if samples > 1:  # a still picture's first
-        monkeypatch.setattr(raytracer.viewer, "_STILL", 0.0)
+        monkeypatch.setattr(window_module, "_STILL", 0.0)
         one.frame(Key("P"))
         assert live.samples == 1 and live.enlarged == 1
     else:
@@ -544,17 +546,17 @@ def test_a_screenshot_is_of_what_a_file_held_before_it_was_saved(
     opened: Callable[..., Opened], shaders: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(raytracer.viewer, "_STILL", FOREVER)
+    monkeypatch.setattr(window_module, "_STILL", FOREVER)
     picture = rendered(assignment())
     one = opened()
     one.frame()
-    file = shaders / "lighting.glsl"
+    file = shaders / "shading/lighting.glsl"
     file.write_text(file.read_text().replace("m.ka * ambient", "oops"))
     one.viewer.handle(Key("P"))
     time.sleep(0.1)
     one.viewer.look_at_files()
     one.frame()
-    assert "lighting.glsl:" in one.viewer.state.error
+    assert "shading/lighting.glsl:" in one.viewer.state.error
     assert np.abs(as_written("assignment-1.png") - picture).max() <= 1
 
 
@@ -610,7 +612,7 @@ def test_a_file_that_is_saved_as_the_window_opens_is_shown_as_it_was_saved(
         file.write_text(BALL.replace("radius = 2", "radius = 1"))
         return Files(path)
 
-    monkeypatch.setattr(raytracer.viewer, "Files", save)
+    monkeypatch.setattr(window_module, "Files", save)
     assert opened(scene=file).viewer.state.scene == rt.load(file)
 
 

@@ -178,11 +178,14 @@ def test_no_name_or_number_of_a_scene_is_in_its_shader() -> None:
 def test_each_file_is_included_once_and_its_lines_are_numbered() -> None:
     source = visibility_source(scenes.assignment(), Settings(evaluator="roth"))
     assert source.text.count("struct Ray {") == 1 and len(set(source.files)) == len(source.files)
-    number = source.files.index("roth.glsl")
+    number = source.files.index("csg/roth.glsl")
     first = number * 1_000_000 + 1
     assert source.text.splitlines().count(f"#line {first}") == 1
     log = f"0:{first + 11}(5): error: boom; 0({first + 6}) : error; ERROR: 0:{first}: oh; 99:1"
-    assert source.explain(log) == "roth.glsl:12: error: boom; roth.glsl:7 : error; ERROR: roth.glsl:1: oh; 99:1"
+    assert (
+        source.explain(log)
+        == "csg/roth.glsl:12: error: boom; csg/roth.glsl:7 : error; ERROR: csg/roth.glsl:1: oh; 99:1"
+    )
 
 
 def test_a_missing_include_names_the_file_and_line_that_wants_it() -> None:
@@ -194,15 +197,33 @@ def test_a_missing_include_names_the_file_and_line_that_wants_it() -> None:
 @pytest.mark.gl
 @pytest.mark.parametrize("mistake", [" this is no GLSL", " int a = nothing;", " float b = vec2(1.0);"])
 def test_a_compilers_error_names_the_file_and_line(renderer: Renderer, mistake: str) -> None:
-    lines = (shaders_folder() / "camera.glsl").read_text().splitlines()
+    lines = (shaders_folder() / "geometry/camera.glsl").read_text().splitlines()
     where = next(i for i, line in enumerate(lines) if line.startswith("real2 halfPixels()")) + 1
     lines[where - 1] += mistake
-    top = '#include "ray.glsl"\n#include "camera.glsl"\nvoid main() {}'
-    broken = assemble("top", generated={"top": top, "camera.glsl": "\n".join(lines)})
-    with pytest.raises(ShaderError, match=rf"camera\.glsl:{where}\b"), renderer.context:
+    top = '#include "geometry/ray.glsl"\n#include "geometry/camera.glsl"\nvoid main() {}'
+    broken = assemble("top", generated={"top": top, "geometry/camera.glsl": "\n".join(lines)})
+    with pytest.raises(ShaderError, match=rf"geometry/camera\.glsl:{where}\b"), renderer.context:
         renderer.program(broken)
 
 
+SHADERS = sorted(path for path in shaders_folder().rglob("*") if path.suffix in (".glsl", ".frag", ".vert"))
+
+
 def test_every_shader_file_says_first_what_it_provides() -> None:
-    for path in shaders_folder().rglob("*.glsl"):
-        assert path.read_text().startswith("// Provides "), path
+    for path in SHADERS:
+        first, second = path.read_text().splitlines()[:2]
+        assert re.match(r"// [A-Z].*\.$", first) and len(first) <= 120, path
+        assert second.startswith("// Provides ") or path.suffix != ".glsl", path
+
+
+def test_the_shaders_readme_has_every_file_with_its_first_line_and_no_other() -> None:
+    table = (shaders_folder() / "README.md").read_text().partition("## The files")[2]
+    rows = re.findall(r"^\| `([\w/.]+)` \| (.+) \|$", table, re.MULTILINE)
+    folder, marks = shaders_folder(), "// ."
+    files = [(p.relative_to(folder).as_posix(), p.read_text().splitlines()[0].strip(marks)) for p in SHADERS]
+    assert sorted(rows) == sorted(files)
+
+
+def test_no_two_shader_files_have_the_same_name() -> None:
+    """Comments name a file without its folder."""
+    assert len({path.name for path in SHADERS}) == len(SHADERS)

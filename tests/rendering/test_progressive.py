@@ -108,12 +108,12 @@ def test_a_picture_that_moves_or_shows_something_else_is_not_looked_at(renderer:
 
 def test_a_mistake_in_the_shader_that_finds_the_error_leaves_the_picture(renderer: Renderer, shaders: Path) -> None:
     own, settings = Renderer(renderer.context), Settings(samples=8)
-    live, file = Live(own, 1e9), shaders / "movement.frag"
+    live, file = Live(own, 1e9), shaders / "sampling/movement.frag"
     good = file.read_text()
     file.write_text(good.replace("vec3 moved =", "vec2 moved ="))
     with renderer.context:
         live.start(scenes.assignment(), settings, "picture", SIZE, moving=False)
-        with pytest.raises(rt.ShaderError, match=r"movement\.frag:\d+"):
+        with pytest.raises(rt.ShaderError, match=r"sampling/movement\.frag:\d+"):
             live.sample()
         while not live.done:
             live.sample()
@@ -283,11 +283,11 @@ def test_a_place_in_the_picture_is_where_the_camera_ray_of_that_pixel_goes() -> 
 
 # What is wrong, and what the message says. GLSL takes the second and third, but the host does not.
 MISTAKES = [
-    ("lighting.glsl", "I += m.ka * ambient;", "I += m.kb * ambient;", r"lighting\.glsl:\d+"),
-    ("draw.glsl", "real pixelScale;    // ", "int pixelScale;  // ", r"uniform draw\.pixelScale"),
-    ("present.frag", "uniform int enlarged;", "uniform ivec2 enlarged;", "uniform enlarged"),
-    ("show_depth.frag", "// The distance", "// Die L\xe4nge", "show_depth.frag:1: .*UTF-8"),
-    ("camera.glsl", "real2(2.0 * (", "real2(2.0 * nothing * (", r"camera\.glsl:\d+"),
+    ("shading/lighting.glsl", "I += m.ka * ambient;", "I += m.kb * ambient;", r"shading/lighting\.glsl:\d+"),
+    ("passes/draw.glsl", "real pixelScale;    // ", "int pixelScale;  // ", r"uniform draw\.pixelScale"),
+    ("window/present.frag", "uniform int enlarged;", "uniform ivec2 enlarged;", "uniform enlarged"),
+    ("window/show_depth.frag", "// The distance", "// Die L\xe4nge", "window/show_depth.frag:1: .*UTF-8"),
+    ("geometry/camera.glsl", "real2(2.0 * (", "real2(2.0 * nothing * (", r"geometry/camera\.glsl:\d+"),
 ]
 
 
@@ -320,7 +320,7 @@ def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
 
 def test_a_changed_shader_is_taken_when_told_and_not_before(live: Live, renderer: Renderer, shaders: Path) -> None:
     before = drawn(live, renderer, scenes.assignment(), ONE)
-    file = shaders / "lighting.glsl"
+    file = shaders / "shading/lighting.glsl"
     file.write_text(file.read_text().replace("I += m.ka * ambient;", "I += vec3(0.5);"))
     assert np.array_equal(drawn(live, renderer, scenes.assignment(), ONE), before)
     live.reread()

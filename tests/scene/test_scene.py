@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import pickle
 from collections.abc import Callable
 from typing import Any
 
@@ -139,3 +140,12 @@ def test_an_override_keeps_the_size_of_highlights() -> None:
     assert settings.shaded(rt.Material(h=32, model="blinn")) == rt.Material(h=32, model="blinn")
     assert rt.Settings(shading="phong").shaded(rt.Material(h=32, model="blinn")) == rt.Material(h=8)
     assert rt.Settings().shaded(rt.Material(h=7)) == rt.Material(h=7)
+
+
+def test_scenes_that_differ_in_their_camera_share_the_objects_and_look_for_materials_once() -> None:
+    scene = scenes.assignment()
+    moved = scene.replace(camera=CAMERA, name="moved")
+    assert moved.objects is scene.objects and moved.materials == scene.materials
+    copy = pickle.loads(pickle.dumps(scene))
+    assert copy == scene and copy.materials == scene.materials
+    assert b"SceneObjects" not in pickle.dumps(scene)

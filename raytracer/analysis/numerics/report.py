@@ -5,13 +5,13 @@ from __future__ import annotations
 import platform
 from pathlib import Path
 
-from raytracer import __version__
 from raytracer.analysis.numerics import measure
 from raytracer.analysis.numerics.ledger import HEADING, as_csv, as_markdown, shown, summary
 from raytracer.core.output import written_whole
 from raytracer.core.progress import Progress, tell_step
 from raytracer.core.terminal import cell, say, say_table
 from raytracer.rendering.renderer import Renderer
+from raytracer.version import __version__
 
 FILES = "extremes.csv", "extremes.md"
 

@@ -15,7 +15,6 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer import __version__
 from raytracer.analysis.image_difference import Comparison, compare
 from raytracer.analysis.tradeoffs.configurations import Configuration, Plan, Target
 from raytracer.analysis.tradeoffs.pareto import beaten_by
@@ -26,6 +25,7 @@ from raytracer.core.validation import InputError
 from raytracer.formats.image import Image
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.scene import Scene
+from raytracer.version import __version__
 
 # Makes a progress bar with a title.
 Bar = Callable[[str], AbstractContextManager[Progress | None]]

@@ -12,10 +12,10 @@ def seen(depth: int, planes: list[NamedPlane]) -> list[str]:
     are one half-space.
     """
     return [
-        '#include "walk.glsl"',
-        '#include "lists.glsl"',
+        '#include "csg/walk.glsl"',
+        '#include "csg/lists.glsl"',
         "#define OWNERS",
-        '#include "chain.glsl"',
+        '#include "csg/chain.glsl"',
         *(_programs(depth, what=True) if depth else []),
         *_meet(kinds=False, programs=True, trees=bool(depth), first=False),
         "flat in ivec2 listed;  // where the list of this pixel's cell begins and ends",
@@ -43,8 +43,8 @@ def seen_kinds(kinds: list[Tree], planes: list[NamedPlane] | None, handed: int) 
     spans = _spans(kinds)
     arguments = ", ".join(spans)
     return [
-        '#include "walk.glsl"',
-        '#include "lists.glsl"',
+        '#include "csg/walk.glsl"',
+        '#include "csg/lists.glsl"',
         "flat in int kind;",
         "flat in int first;  // index of its first surface",
         *(f"flat in Surface sphere{j};" for j in range(handed)),
@@ -79,11 +79,11 @@ def blocked(
     """
     origin = "ray.ro - lights[light].position" if beside else "-ray.rd"
     return [
-        '#include "walk.glsl"',
-        '#include "lists.glsl"',
+        '#include "csg/walk.glsl"',
+        '#include "csg/lists.glsl"',
         *(_kinds(kinds, what) if kinds else []),
         *(["#define OWNERS"] if what else []),
-        *(['#include "chain.glsl"'] if programs else []),
+        *(['#include "csg/chain.glsl"'] if programs else []),
         *(_programs(depth, what=what) if depth else []),
         *(
             _meet(bool(kinds), programs, bool(depth), first)
@@ -201,7 +201,7 @@ def _kinds(kinds: list[Tree], what: bool) -> list[str]:
 def _programs(depth: int, what: bool) -> list[str]:
     """The machine's stack is as many variables as the deepest program needs: one more is on its way to the top."""
     return [
-        '#include "program.glsl"',
+        '#include "csg/program.glsl"',
         *_machine("real", "Holds", max(depth - 1, 1)),
         *(_machine("int", "Owner", max(depth - 1, 1)) if what else []),
         "void meetProgram(Ray ray, int begin, int end, int object, inout Nearest nearest) {",

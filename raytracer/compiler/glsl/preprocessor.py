@@ -37,7 +37,7 @@ class Source(NamedTuple):
     files: tuple[str, ...]
 
     def explain(self, log: str) -> str:
-        """A compiler's log with the numbers of files replaced by names: `sphere.glsl:12: error ...`."""
+        """A compiler's log with the numbers of files replaced by names: `geometry/sphere.glsl:12: error ...`."""
 
         def name(match: re.Match[str]) -> str:
             file, line = divmod(int(match[1] or match[2]), _LINES)

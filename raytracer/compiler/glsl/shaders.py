@@ -115,11 +115,11 @@ def vertex_source(scene: Scene, settings: Settings, varyings: int = ALL) -> Sour
         )
     if handed.lights:
         constants += [("Light", f"light{i}", f"lights[{i}]") for i in range(len(scene.lights))]
-    includes = ["surfaces.glsl", "materials.glsl", *(["light.glsl"] if scene.lights else [])]
+    includes = ["geometry/surfaces.glsl", "materials.glsl", *(["shading/light.glsl"] if scene.lights else [])]
     defines = _defines(scene, settings) | {"VERTEX": 1} | light_defines(scene, settings)
     lines = [*(f'#include "{name}"' for name in includes), *_set_constants(constants)]
     generated = {"constants.glsl": "\n".join(lines)}
-    return assemble("cells.vert", defines, generated | _materials(scene, settings))
+    return assemble("passes/cells.vert", defines, generated | _materials(scene, settings))
 
 
 def _handed_defines(scene: Scene, settings: Settings, varyings: int) -> dict[str, int]:
@@ -138,7 +138,7 @@ def light_defines(scene: Scene, settings: Settings) -> dict[str, int]:
 
 def plain_vertex_source() -> Source:
     """The vertex shader for programs that need nothing of a scene."""
-    return assemble("cells.vert", generated={"constants.glsl": "void setConstants() {}"})
+    return assemble("passes/cells.vert", generated={"constants.glsl": "void setConstants() {}"})
 
 
 def visibility_source(scene: Scene, settings: Settings, varyings: int = ALL, *, geometry: bool = False) -> Source:
@@ -147,7 +147,7 @@ def visibility_source(scene: Scene, settings: Settings, varyings: int = ALL, *, 
     if is_listed(scene, settings) and groups(scene).kinds and groups(scene).bigs:
         defines["OTHERS"] = 1
     generated = [*_includes(scene, settings, varyings), "", *_ray_csg(scene, settings, varyings)]
-    return assemble("visibility.frag", defines, {"scene.glsl": "\n".join(generated)})
+    return assemble("passes/visibility.frag", defines, {"scene.glsl": "\n".join(generated)})
 
 
 def kinds_source(
@@ -159,11 +159,11 @@ def kinds_source(
     leaves = _handed(scene, settings, varyings).leaves
     spheres = [("Surface", f"sphere{j}", f"surfaceOf(first + {j})") for j in range(leaves)]
     lines = _set_constants(spheres + _surface_constants(scene, settings, varyings))
-    vertex = assemble("kinds.vert", defines | {"VERTEX": 1}, {"constants.glsl": "\n".join(lines)})
+    vertex = assemble("passes/kinds.vert", defines | {"VERTEX": 1}, {"constants.glsl": "\n".join(lines)})
     planes = None if groups(scene).bigs else _planes(scene, settings, varyings)
     generated = [*_includes(scene, settings, varyings), "", *csg_lists.seen_kinds(trees, planes, leaves)]
     defines |= {"KINDS": 1} | ({"GEOMETRY": 1} if geometry else {})
-    return vertex, assemble("visibility.frag", defines, {"scene.glsl": "\n".join(generated)})
+    return vertex, assemble("passes/visibility.frag", defines, {"scene.glsl": "\n".join(generated)})
 
 
 def shade_source(scene: Scene, settings: Settings, varyings: int = ALL) -> Source:
@@ -172,7 +172,11 @@ def shade_source(scene: Scene, settings: Settings, varyings: int = ALL) -> Sourc
     over_planes = is_over_planes(scene, settings)
     mirrors = has_mirrors(scene, settings)
     if not scene.lights and not over_planes and not mirrors:
-        return assemble("shade.frag", defines, {"scene.glsl": '#include "camera.glsl"'} | _materials(scene, settings))
+        return assemble(
+            "passes/shade.frag",
+            defines,
+            {"scene.glsl": '#include "geometry/camera.glsl"'} | _materials(scene, settings),
+        )
     generated = _includes(scene, settings, varyings)
     if over_planes:
         defines["OVER_PLANES"] = 1
@@ -187,8 +191,8 @@ def shade_source(scene: Scene, settings: Settings, varyings: int = ALL) -> Sourc
         written = mirrors and (settings.evaluator == "roth" or is_listed(scene, settings))
         generated += [*([] if written else ["", *_blocked_at(scene, settings, varyings)]), "", _shadow(settings)]
     if mirrors:
-        generated.append('#include "mirrors.glsl"')
-    return assemble("shade.frag", defines, {"scene.glsl": "\n".join(generated)} | _materials(scene, settings))
+        generated.append('#include "shading/mirrors.glsl"')
+    return assemble("passes/shade.frag", defines, {"scene.glsl": "\n".join(generated)} | _materials(scene, settings))
 
 
 def quiet_source(scene: Scene, settings: Settings, varyings: int = ALL) -> Source:
@@ -202,21 +206,25 @@ def quiet_source(scene: Scene, settings: Settings, varyings: int = ALL) -> Sourc
     if len(planes) == 1:
         defines["ONLY"] = planes[0][0]
         defines |= {"ONLY_MATERIAL": 1} if _handed(scene, settings, varyings).material else {}
-    generated = ['#include "plane.glsl"', *_declared(scene, settings, varyings), '#include "hit.glsl"']
+    generated = [
+        '#include "geometry/plane.glsl"',
+        *_declared(scene, settings, varyings),
+        '#include "geometry/hit.glsl"',
+    ]
     generated += csg.nearest_plane(planes, what=True)
     if scene.lights:
         generated += [*_lights(scene, settings), *_light_rays(scene, settings)]
     if scene.lights and settings.shadows != "off" and len(planes) > 1:
         defines["SHADOWS"] = 1
         generated += [*csg.nearest_plane(planes, what=False), _shadow(settings)]
-    return assemble("picture.frag", defines, {"scene.glsl": "\n".join(generated)} | _materials(scene, settings))
+    return assemble("passes/picture.frag", defines, {"scene.glsl": "\n".join(generated)} | _materials(scene, settings))
 
 
 def show_source(scene: Scene, settings: Settings, show: Show, varyings: int = ALL) -> Source:
     """The fragment shader of the second pass."""
     if show == "picture":
         return shade_source(scene, settings, varyings)
-    return assemble(f"show_{show}.frag", _defines(scene, settings), _materials(scene, settings))
+    return assemble(f"window/show_{show}.frag", _defines(scene, settings), _materials(scene, settings))
 
 
 def roth_loops(scene: Scene) -> int:
@@ -275,15 +283,15 @@ def most_rounds(scene: Scene, settings: Settings, ray: int, to_light: int) -> in
 def _includes(scene: Scene, settings: Settings, varyings: int) -> list[str]:
     """What knows where rays meet the scene's surfaces."""
     found = table(scene)
-    lines = ['#include "sphere.glsl"'] if len(found.radii) else []
-    lines += ['#include "plane.glsl"'] if found.planes else []
-    return [*lines, *_declared(scene, settings, varyings), '#include "hit.glsl"']
+    lines = ['#include "geometry/sphere.glsl"'] if len(found.radii) else []
+    lines += ['#include "geometry/plane.glsl"'] if found.planes else []
+    return [*lines, *_declared(scene, settings, varyings), '#include "geometry/hit.glsl"']
 
 
 def _declared(scene: Scene, settings: Settings, varyings: int) -> list[str]:
     """The surfaces that a text names, from the vertex shader."""
     return [
-        '#include "surfaces.glsl"',
+        '#include "geometry/surfaces.glsl"',
         *(f"flat in Surface {name};" for name in _named(scene, settings, varyings).values()),
     ]
 
@@ -364,12 +372,12 @@ def _blocked_at(scene: Scene, settings: Settings, varyings: int) -> list[str]:
 def _roth(scene: Scene, settings: Settings, varyings: int) -> list[str]:
     most = max(map(csg.max_hits, scene.solids()))
     text = csg.roth(_numbered(scene), len(table(scene).radii), _called(scene, settings, varyings))
-    return [f"#define MAX_HITS {most}", '#include "roth.glsl"', *text]
+    return [f"#define MAX_HITS {most}", '#include "csg/roth.glsl"', *text]
 
 
 def _walk(scene: Scene, settings: Settings, varyings: int, *, what: bool) -> list[str]:
     called = _called(scene, settings, varyings)
-    return ['#include "walk.glsl"', *csg.walk(_numbered(scene), len(table(scene).radii), called, what=what)]
+    return ['#include "csg/walk.glsl"', *csg.walk(_numbered(scene), len(table(scene).radii), called, what=what)]
 
 
 def _depth(scene: Scene) -> int:
@@ -396,12 +404,15 @@ def _materials(scene: Scene, settings: Settings) -> dict[str, str]:
 
 def _shadow(settings: Settings) -> str:
     """Of the one point that is looked at of a light, soft shadows are hard."""
-    return f'#include "shadow_{"diluted" if settings.shadows == "diluted" else "hard"}.glsl"'
+    return f'#include "shading/shadow_{"diluted" if settings.shadows == "diluted" else "hard"}.glsl"'
 
 
 def _light_rays(scene: Scene, settings: Settings) -> list[str]:
     """What lights need that are more than the lecture's."""
-    needed = {"FALLOFF": ["irradiance.glsl"], "SPHERE_LIGHTS": ["sobol.glsl", "sphere_light.glsl"]}
+    needed = {
+        "FALLOFF": ["shading/irradiance.glsl"],
+        "SPHERE_LIGHTS": ["sampling/sobol.glsl", "shading/sphere_light.glsl"],
+    }
     defines = light_defines(scene, settings)
     return [f'#include "{name}"' for define, names in needed.items() if define in defines for name in names]
 
@@ -409,7 +420,7 @@ def _light_rays(scene: Scene, settings: Settings) -> list[str]:
 def _lights(scene: Scene, settings: Settings) -> list[str]:
     """The lights, and reflected(), with just the models in use."""
     return [
-        *(['#include "light.glsl"'] if scene.lights else []),
-        '#include "material.glsl"',
+        *(['#include "shading/light.glsl"'] if scene.lights else []),
+        '#include "shading/material.glsl"',
         *reflectance.reflected_text(material_layout(scene, settings), mirrors=has_mirrors(scene, settings)),
     ]

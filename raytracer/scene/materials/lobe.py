@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from raytracer.core.record import Record
+from raytracer.core.record import Record, public
 from raytracer.core.validation import MAX_COLOR, MAX_EXPONENT, InputError, set_fields, three
 
 # Cosines of a lobe times its coefficients; above, its power would not stay finite with any exponent worth having.
 MAX_COEFFICIENT = 1e3
 
 
+@public
 class Lobe(Record, frozen=True, repr_omit_defaults=True):
     """A lobe of Lafortune's model: scale (cx Lx Vx + cy Ly Vy + cz Lz Vz)^n where that is above 0, per channel.
 

@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from raytracer.core.record import made_public
+from raytracer.core.record import public
 from raytracer.core.suggest import did_you_mean
 from raytracer.core.validation import (
     InputError,
     check_choice,
+    check_keys,
     check_path,
     check_text,
     direction,
@@ -22,7 +23,6 @@ from raytracer.core.validation import (
     three,
     within,
 )
-from raytracer.formats.toml_tables import check_table
 from raytracer.scene.materials.lobe import Lobe
 from raytracer.scene.materials.models import MODELS, Parameter
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 MAX_LOBES = 16
 
 
-@made_public
+@public
 class Material:
     """How a surface reflects: `model`, a name of `models.MODELS`, and parameters that this model has.
 
@@ -183,7 +183,7 @@ def _lobes(value: Any) -> tuple[Lobe, ...]:
 def _lobe(table: Any) -> Lobe:
     if not isinstance(table, dict) or not all(isinstance(key, str) for key in table):
         raise InputError(f"expected cx, cz, n, and if needed cy and scale, got {shown(table)}")
-    check_table(table, Lobe.__struct_fields__)
+    check_keys(table, Lobe.__struct_fields__)
     if {"cx", "cz", "n"} - set(table):
         raise InputError(f"expected cx, cz, n, and if needed cy and scale, got {shown(table)}")
     return Lobe(**table)

@@ -1,0 +1,70 @@
+// The parts of the stack machine for programs: CSG trees reduced to the leaves that one cell may meet.
+// Provides leafRoots(), mayMeet(), leafHolds(), leafOwner(), joinedHolds(), joinedOwner(), for the generated machine
+// and for chain.glsl. raytracer/compiler/csg_pruning.py says what the codes mean:
+// leaf << 5 | swapped << 4 | negated << 3 | operation.
+//
+// One machine finds how long the tree's value at a distance holds (walk.glsl). The other finds whose surface
+// it is there: its values are before | after << 1 | mat << 2, mat being as in surfaces.glsl.
+
+#include "geometry/terms.glsl"
+#include "csg/walk.glsl"
+
+const int PUSH = 0, AND_LEAF = 1, OR_LEAF = 2, AND = 3, OR = 4;
+
+real2 leafRoots(Ray ray, int index) {
+#if defined(HAS_SPHERES) && defined(HAS_PLANES)
+    return index < firstPlane ? sphereRoots(ray, surfaceOf(index)) : planeRoots(ray, surfaceOf(index));
+#elif defined(HAS_SPHERES)
+    return sphereRoots(ray, surfaceOf(index));
+#else
+    return planeRoots(ray, surfaceOf(index));
+#endif
+}
+
+// Whether the ray may meet the leaf before the distance `end`, with `blur` more than SLACK.
+bool mayMeet(Ray ray, int index, real blur, real end) {
+#ifdef HAS_SPHERES
+    vec4 shape = shapeOf(index);
+    bool met = meets(ray, vec4(shape.xyz, shape.w + blur), end);
+#else
+    bool met = true;
+#endif
+#ifdef HAS_PLANES
+    return met || index >= firstPlane;
+#else
+    return met;
+#endif
+}
+
+real leafHolds(Ray ray, int code, real at) {
+    real held = holds(leafRoots(ray, code >> 5), at);
+    return (code & 8) != 0 ? -held : held;
+}
+
+real joinedHolds(int code, real a, real b) {
+    int operation = code & 7;
+    return operation == AND || operation == AND_LEAF ? min(a, b) : max(a, b);
+}
+
+int leafOwner(Ray ray, int code, real at) {
+    int surface = code >> 5;
+    real2 span = leafRoots(ray, surface);
+    bool before = isBefore(span, at), after = isInside(span, at);
+    int mat = after ? surface + 1 : -surface - 1;
+    if ((code & 8) != 0) {
+        before = !before;
+        after = !after;
+    }
+    return mat * 4 + (after ? 2 : 0) + (before ? 1 : 0);
+}
+
+bool changes(int owner) {
+    return (owner & 1) != ((owner >> 1) & 1);
+}
+
+int joinedOwner(int code, int a, int b) {
+    int operation = code & 7;
+    int values = operation == AND || operation == AND_LEAF ? a & b & 3 : (a | b) & 3;
+    int first = (code & 16) != 0 ? b : a, second = (code & 16) != 0 ? a : b;
+    return ((changes(first) ? first : second) >> 2) * 4 + values;
+}

@@ -1,9 +1,0 @@
-// The light that reaches the camera where there is nothing to be seen.
-
-flat in vec3 background;
-
-out vec4 radiance;  // and, in a, its squared length: the sums of both tell their error (error.frag)
-
-void main() {
-    radiance = vec4(background, dot(background, background));
-}

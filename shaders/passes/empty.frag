@@ -1,0 +1,9 @@
+// The background, for cells in which no surface is visible.
+
+flat in vec3 background;
+
+out vec4 radiance;  // and, in a, its squared length: the sums of both tell their error (error.frag)
+
+void main() {
+    radiance = vec4(background, dot(background, background));
+}

@@ -1,0 +1,34 @@
+// The rectangles of the picture in which small objects of common shapes ("kinds") may be seen.
+// There is one for each object, the smallest that holds all pixels that may see it. Vertices 4 i to 4 i + 3 are the
+// corners of rectangle i. Or they come as points: vertex i is a square around rectangle i (see cells.vert).
+
+#include "passes/draw.glsl"
+#include "geometry/surfaces.glsl"
+
+uniform isamplerBuffer objects;  // 2 texels each: rectangles() of raytracer/compiler/candidate_lists.py
+
+flat out int kind;
+flat out int first;
+flat out int object;
+
+#include "constants.glsl"
+
+ivec4 objectAt(int i) {
+    return texelFetch(objects, i);
+}
+
+uniform bool points;
+
+void main() {
+    int i = points ? gl_VertexID : gl_VertexID / 4, corner = gl_VertexID % 4;
+    ivec4 bounds = objectAt(2 * i);
+    vec2 at = vec2(corner % 2 == 0 ? bounds.x : bounds.z, corner / 2 == 0 ? bounds.y : bounds.w);
+    gl_Position = placeOf(points ? 0.5 * vec2(bounds.xy + bounds.zw) : at);
+    gl_PointSize = float(max(bounds.z - bounds.x, bounds.w - bounds.y));
+    ivec4 numbers = objectAt(2 * i + 1);
+    kind = numbers.x;
+    first = numbers.y;
+    object = numbers.z;
+    handOn();
+    setConstants();
+}

@@ -1,0 +1,38 @@
+// Pass 2: the light that reaches the camera from the surface that each pixel sees.
+// If the host defines OVER_PLANES, `surface` leaves out half-spaces, and all surfaces in it are nearer than those.
+
+#include "scene.glsl"
+#include "shading/lighting.glsl"
+#ifdef MANY_ROUNDS
+#include "passes/cut_short.glsl"
+#endif
+
+uniform isampler2D surface;  // from visibility.frag
+flat in vec3 background;
+
+out vec4 radiance;  // and, in a, its squared length: the sums of both tell their error (error.frag)
+
+void main() {
+    Ray view = cameraRay();
+    int mat = texelFetch(surface, ivec2(gl_FragCoord.xy), 0).x;
+#ifdef MANY_ROUNDS
+    bool wrong = mat == CUT_SHORT;
+    if (wrong) mat = 0;
+#endif
+#ifdef OVER_PLANES
+    if (mat == 0) {
+        real3 P, N;
+        rayCSG(view, P, N, mat);
+    }
+#endif
+#ifdef BOUNCES
+    vec3 c = radianceByMirrors(mat, view, background);
+#else
+    vec3 c = mat == 0 ? background : radianceAt(mat, view);
+#endif
+    radiance = vec4(c, dot(c, c));
+#ifdef MANY_ROUNDS
+    // No light is negative: the host knows it by that, whatever other samples add.
+    if (wrong || isCutShort()) radiance = vec4(-INF);
+#endif
+}

@@ -1,0 +1,73 @@
+// The light that a surface sends back along a ray: Le + ka Ia + sum over lights of S Il f cos(theta_i).
+// Provides radianceAt(). With f cos(theta_i) = kd N.L + ks spec it is the lecture's formula.
+// Needs what the generated scene.glsl provides: reflected(), and shadow() if the host defines SHADOWS.
+
+#include "shading/material.glsl"
+
+flat in vec3 ambient;  // Ia
+
+#ifdef SPHERE_LIGHTS
+flat in int sampleIndex;  // which of a pixel's samples this is
+#endif
+
+#if LIGHTS > 0
+// What a point P with the outward unit normal n, on the surface `mat`, sends towards V of a light, number i.
+vec3 reflectedOf(Light light, int i, Material m, int mat, real3 P, real3 n, vec3 V) {
+    // Exactly n or -n, so that N.L > 0 and the shadow ray's own root agree on which side L is.
+    real3 N = mat > 0 ? n : -n;
+    real3 toLight = light.position - P;
+    real distance = length(toLight);
+    real3 L = toLight * (1.0 / distance);
+    Contact start = Contact(sameAs(hitSurface(mat)), n);
+    Contact end = Contact(light.on, light.n);
+#ifdef FALLOFF
+    light.color = irradiance(light, distance);
+#endif
+#ifdef SPHERE_LIGHTS
+    if (light.radius > 0.0) {
+        LightRay ray = lightRay(light, P, start, sobolPoint(ivec2(gl_FragCoord.xy + tileOrigin), i, sampleIndex));
+        L = ray.L;
+        distance = ray.distance;
+        end = ray.end;
+        light.color *= ray.weight;
+    }
+#endif
+    // A light in the plane itself grazes it: N.L is 0, whatever rounding makes of it.
+    bool grazes = isPlane(mat) && end.surface == start.surface;
+    float NoL = float(dot(N, L));
+    // On the surface itself, at distance 0, a light has no direction.
+    if (distance == 0.0 || grazes || NoL <= 0.0) return vec3(0.0);
+    vec3 I = light.color * reflected(m, vec3(N), vec3(L), V);
+#ifdef SHADOWS
+    I *= shadow(Ray(P, L, false, start, end, distance), i);
+#endif
+    return I;
+}
+#endif
+
+// The ray meets the surface `mat`, which is not 0 (surfaces.glsl).
+vec3 radianceAt(int mat, Ray view) {
+    Material m = hitMaterial(mat);
+    vec3 I = vec3(0.0);
+#ifdef AMBIENT
+    I += m.ka * ambient;
+#endif
+#ifdef EMISSION
+    I += m.le;
+#endif
+#if LIGHTS > 0
+    real3 P, n;
+    pointAt(mat, view, P, n);
+    vec3 V = vec3(-view.rd);
+    // A loop would take llvmpipe a third longer. But Roth's filters twice in a row take it minutes to compile.
+#if LIGHTS == 1 || (LIGHTS == 2 && !defined(MAX_HITS))
+    I += reflectedOf(light0, 0, m, mat, P, n, V);
+#if LIGHTS == 2
+    I += reflectedOf(light1, 1, m, mat, P, n, V);
+#endif
+#else
+    for (int i = 0; i < LIGHTS; i++) I += reflectedOf(lights[i], i, m, mat, P, n, V);
+#endif
+#endif
+    return I;
+}

@@ -1,0 +1,30 @@
+// The light along a ray that mirrors reflect on, up to BOUNCES of them in a row (Whitted 1980).
+// Provides radianceByMirrors(), for a ray that meets the surface `mat` (0: none).
+// Needs what the generated scene.glsl provides: mirrored(), rayCSG().
+
+#include "shading/lighting.glsl"
+
+vec3 radianceByMirrors(int mat, Ray view, vec3 background) {
+    vec3 c = vec3(0.0), share = vec3(1.0);
+    for (int bounce = 0; bounce <= BOUNCES && share != vec3(0.0); bounce++) {
+        if (mat == 0) {
+            c += share * background;
+            share = vec3(0.0);
+        } else {
+            c += share * radianceAt(mat, view);
+            real3 P, n;
+            pointAt(mat, view, P, n);
+            real3 N = mat > 0 ? n : -n;
+            share *= mirrored(hitMaterial(mat), vec3(N), vec3(-view.rd));
+            real3 rd = normalize(reflect(view.rd, N));
+            view = Ray(P, rd, false, Contact(sameAs(hitSurface(mat)), n), Contact(0, real3(0.0)), INF);
+            if (share != vec3(0.0) && bounce < BOUNCES) {
+                real3 at, normal;
+                int met;
+                rayCSG(view, at, normal, met);
+                mat = met;
+            }
+        }
+    }
+    return c;
+}

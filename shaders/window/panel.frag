@@ -1,0 +1,11 @@
+// A panel of text over the window's picture.
+// The host draws the text. Its alpha is not premultiplied.
+
+uniform sampler2D panel;
+uniform ivec2 corner;  // the window's pixel under the panel's lower left one
+
+out vec4 color;
+
+void main() {
+    color = texelFetch(panel, ivec2(gl_FragCoord.xy) - corner, 0);
+}
