@@ -9,7 +9,7 @@ import numpy as np
 from rich.progress import track
 
 import raytracer as rt
-from raytracer.analysis.pixel_doubt import resolution
+from raytracer.analysis.pixel_doubt import find_pixel_doubt
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer, shared_renderer
 from raytracer.scene.settings import Settings
@@ -23,7 +23,7 @@ def differences(renderer: Renderer, scene: rt.Scene, size: tuple[int, int]) -> t
     image, truth = renderer.render(scene, size, Settings()), ray_tracer.trace(scene, size, Settings(shadows="off"))
     assert image.depth is not None and image.normal is not None
     assert truth.depth is not None and truth.normal is not None
-    resolved = resolution(scene, size)
+    resolved = find_pixel_doubt(scene, size)
     right = image.material == truth.material
     sure = ~resolved.doubtful & right & np.isfinite(truth.depth)
     depth = np.abs(image.depth[sure] - truth.depth[sure])

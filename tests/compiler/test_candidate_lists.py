@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.analysis.pixel_doubt import resolution
+from raytracer.analysis.pixel_doubt import find_pixel_doubt
 from raytracer.compiler.batches import groups
 from raytracer.compiler.glsl import shaders as shader_module
 from raytracer.compiler.glsl.shaders import is_listed, shade_source, visibility_source
@@ -149,7 +149,7 @@ def test_many_instances_agree_with_the_reference(renderer: Renderer) -> None:
     scene = scenes.of(many, FLOOR, eye=(0, 1, 6))
     image, truth = renderer.render(scene, (96, 54), Settings()), ray_tracer.trace(scene, (96, 54), Settings())
     assert image.material is not None and truth.material is not None
-    resolved = resolution(scene, (96, 54))
+    resolved = find_pixel_doubt(scene, (96, 54))
     sure = ~resolved.doubtful
     assert resolved.doubtful.mean() < 0.01
     np.testing.assert_array_equal(image.material[sure], truth.material[sure])

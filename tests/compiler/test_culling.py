@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.analysis.numerics.comparison import enlarged, moved
+from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_scene
 from raytracer.compiler.culling import has_quiet, quiet_cells
 from raytracer.compiler.direction_cells import CELL
 from raytracer.gpu.cell_draw import runs
@@ -163,9 +163,9 @@ def test_any_field_of_view_is_the_same(renderer: Renderer, fov: float) -> None:
 @pytest.mark.gl
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
 def test_any_scale_and_place_is_the_same(renderer: Renderer, scale: float) -> None:
-    scene = enlarged(still_life(lights=[SUN, LAMP]), scale)
+    scene = enlarge_scene(still_life(lights=[SUN, LAMP]), scale)
     check(renderer, scene)
-    check(renderer, moved(scene, (0.61e6 * scale, 0.37e6 * scale, -0.7e6 * scale)))
+    check(renderer, move_scene(scene, (0.61e6 * scale, 0.37e6 * scale, -0.7e6 * scale)))
 
 
 @pytest.mark.gl

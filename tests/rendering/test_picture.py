@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.analysis.pixel_doubt import Resolution, resolution
+from raytracer.analysis.pixel_doubt import PixelDoubt, find_pixel_doubt
 from raytracer.compiler.glsl.shaders import roth_loops
 from raytracer.formats.image import Image
 from raytracer.ground_truth import ray_tracer
@@ -17,7 +17,7 @@ from tests import scenes
 pytestmark = pytest.mark.gl
 
 
-def assert_agrees(image: Image, truth: Image, resolved: Resolution, doubt: float = 0.01) -> None:
+def assert_agrees(image: Image, truth: Image, resolved: PixelDoubt, doubt: float = 0.01) -> None:
     """What `image` shows is what `truth` does, to the bound that its numbers' rounding leaves at each pixel.
 
     No more than a share `doubt` of the pixels may be doubtful.
@@ -35,20 +35,20 @@ def assert_agrees(image: Image, truth: Image, resolved: Resolution, doubt: float
 
 def check(renderer: Renderer, scene: rt.Scene, size: tuple[int, int], settings: Settings) -> None:
     image = renderer.render(scene, size, settings)
-    assert_agrees(image, ray_tracer.trace(scene, size, settings), resolution(scene, size, settings.precision))
+    assert_agrees(image, ray_tracer.trace(scene, size, settings), find_pixel_doubt(scene, size, settings.precision))
     assert np.isfinite(image.radiance).all() and (image.radiance >= 0).all()
 
 
 @pytest.fixture(scope="module")
-def assignment() -> tuple[Image, Resolution]:
+def assignment() -> tuple[Image, PixelDoubt]:
     """Its truth at 1280x720, which takes long and knows no evaluators, and what float32 resolves of it."""
     scene, size = scenes.assignment(), (1280, 720)
-    return ray_tracer.trace(scene, size, Settings(shadows="off")), resolution(scene, size, 32)
+    return ray_tracer.trace(scene, size, Settings(shadows="off")), find_pixel_doubt(scene, size, 32)
 
 
 @pytest.mark.parametrize("evaluator", get_args(Evaluator))
 def test_the_assignment_agrees_with_the_reference(
-    renderer: Renderer, assignment: tuple[Image, Resolution], evaluator: Evaluator
+    renderer: Renderer, assignment: tuple[Image, PixelDoubt], evaluator: Evaluator
 ) -> None:
     image = renderer.render(scenes.assignment(), (1280, 720), Settings(evaluator=evaluator, shadows="off"))
     assert_agrees(image, *assignment)
@@ -131,7 +131,7 @@ def test_a_ball_on_a_huge_sphere_casts_the_shadow_that_it_casts(renderer: Render
     objects = rt.Sphere((0, -radius, 0), radius), rt.Sphere((0, 1, 0), 1, scenes.COLORS[0])
     scene = rt.Scene(objects, [rt.PointLight((4, 7, 4))], rt.Camera((0, 2, 6), (0, 1, 0)))
     image, truth = renderer.render(scene, (96, 64), Settings()), ray_tracer.trace(scene, (96, 64))
-    resolved = resolution(scene, (96, 64))
+    resolved = find_pixel_doubt(scene, (96, 64))
     wrong = np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-2
     assert (wrong & ~resolved.doubtful & ~resolved.unlit).sum() == 0
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.analysis.numerics.comparison import enlarged, moved
+from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_scene
 from raytracer.ground_truth import ray_tracer
 from raytracer.scene.settings import precision_warning
 from raytracer.scene.solids import leaves
@@ -134,8 +134,8 @@ def test_a_scene_of_instances_is_moved_and_enlarged_as_one_of_plain_solids() -> 
     scene = rt.Scene([rt.Instances(LENS, [[1, 2, 4], [0, 0, -4]], [2, 0.5])], [], CAMERA)
     plain = rt.Scene(scene.solids(), [], CAMERA)
     # Powers of two and small whole numbers: nothing is rounded.
-    assert enlarged(scene, 4.0).solids() == enlarged(plain, 4.0).solids()
-    assert moved(scene, (16.0, 0.0, -2.0)).solids() == moved(plain, (16.0, 0.0, -2.0)).solids()
+    assert enlarge_scene(scene, 4.0).solids() == enlarge_scene(plain, 4.0).solids()
+    assert move_scene(scene, (16.0, 0.0, -2.0)).solids() == move_scene(plain, (16.0, 0.0, -2.0)).solids()
 
 
 def test_precision_is_warned_of_as_for_plain_solids() -> None:

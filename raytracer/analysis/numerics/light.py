@@ -10,8 +10,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.analysis.numerics.comparison import MATTE, findings, invalid, unit
-from raytracer.analysis.numerics.ledger import Finding
+from raytracer.analysis.numerics.findings import Finding
+from raytracer.analysis.numerics.pixel_errors import MATTE, findings, invalid, unit
 from raytracer.analysis.rounding_bounds import UNIT
 from raytracer.gpu import glsl_call
 from raytracer.ground_truth import ray_tracer

@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
     renderer = shared_renderer(options.backend, options.device)
     try:
         with about(options.scene):
-            found = tune(
+            tuned = tune(
                 renderer,
                 scene,
                 size,
@@ -72,28 +72,28 @@ def run(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         complain("interrupted before any picture of the full size was measured")
         return STATUS
-    _report(found, size, of_file)
-    if not found.complete:
+    _report(tuned, size, of_file)
+    if not tuned.complete:
         return STATUS
-    return 0 if found.pick else 1
+    return 0 if tuned.pick else 1
 
 
-def _report(found: Tuned, size: tuple[int, int], of_file: Fields) -> None:
-    """Print what was found."""
-    best = found.best
+def _report(tuned: Tuned, size: tuple[int, int], of_file: Fields) -> None:
+    """Print the settings, and how good they are."""
+    best = tuned.best
     # What says nothing that the file does not say is said all the same.
     named = over(of_file, best.settings) or over({}, best.settings) or {"samples": best.settings.samples}
     says = (
         f"{as_flags(named)}: {best.seconds:.3g} s, error {best.error:.2g} (RMSE, linear radiance), "
         f"{best.samples:.3g} samples a pixel at {size[0]}x{size[1]}"
     )
-    if not found.complete:
-        say(f"interrupted: the best of {found.tried} that were measured by then:")
-    if found.pick:
+    if not tuned.complete:
+        say(f"interrupted: the best of {tuned.tried} that were measured by then:")
+    if tuned.pick:
         say(says, "", *settings_section(best.settings, of_file.get("size")).splitlines())
     else:
-        why = ", and that tells that no other will" if found.hopeless else ""
-        say(f"of {found.tried} tried nothing meets that{why}; the closest is {says}")
+        why = ", and that tells that no other will" if tuned.hopeless else ""
+        say(f"of {tuned.tried} tried nothing meets that{why}; the closest is {says}")
 
 
 def settings_section(settings: Settings, size: tuple[int, int] | None = None) -> str:
