@@ -75,9 +75,8 @@ def _by_place(findings: list[Finding]) -> list[str]:
     cells: dict[tuple[str, str], list[str]] = {}
     bounds: dict[str, dict[str, None]] = {}
     for f in findings:
-        cells.setdefault((f.at, f.measure), []).append(
-            number_text(f.found) if f.kept else f"**{number_text(f.found)}**"
-        )
+        text = number_text(f.found)
+        cells.setdefault((f.at, f.measure), []).append(text if f.kept else f"**{text}**")
         bounds.setdefault(f.measure, {})[number_text(f.bound)] = None
         if f.note:
             cells.setdefault((f.at, "note"), []).append(f.note)

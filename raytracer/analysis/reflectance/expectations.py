@@ -24,8 +24,8 @@ class Expectation(msgspec.Struct, frozen=True):
 
     All of it holds for the parameters that `tried_parameters` lists: there it has been worked out, or found by a run.
     Of a `law`, `reciprocal` and `conserving` hold whatever the other parameters are. `largest` is the largest albedo
-    over the angles `properties.DEGREES`, and how far off it may be; `at` is its angle. `resolved`: whether the quadrature is to
-    resolve all albedos. None: nothing is expected.
+    over the angles `properties.DEGREES`, and how far off it may be; `at` is its angle. `resolved`: whether the
+    quadrature is to resolve all albedos. None: nothing is expected.
     """
 
     model: str

@@ -40,8 +40,9 @@ _HOW = (
     "one, bringing the picture to its size, once programs are compiled; without the picture's estimate of its own "
     "error, but where that is asked for or named. It is the median of {rounds} rounds, in each of which all "
     "configurations take their turn. Error is the root mean square of the difference from the reference, over pixels "
-    "and channels, in linear radiance. Rays are those from the camera and at most one from each of them to every light, "
-    "a pixel of the picture. A configuration is on the front if none is as fast and less wrong or as good and faster; "
+    "and channels, in linear radiance. Rays are those from the camera and at most one from each of them to every "
+    "light, a pixel of the picture. A configuration is on the front if none is as fast and less wrong or as good and "
+    "faster; "
     f"errors below {RESOLVED_FROM:g} times the reference's own are not resolved, and count as that."
 )
 
