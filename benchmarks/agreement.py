@@ -10,8 +10,9 @@ from rich.progress import track
 
 import raytracer as rt
 from raytracer.analysis.pixel_doubt import find_pixel_doubt
+from raytracer.gpu.device import shared_device
 from raytracer.ground_truth import ray_tracer
-from raytracer.rendering.renderer import Renderer, shared_renderer
+from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
 
@@ -41,8 +42,8 @@ def _worst(found: list[tuple[float, float, float, int, int]]) -> str:
 
 def main() -> None:
     """Measure and print."""
-    renderer = shared_renderer()
-    print(f"{renderer.context.info['GL_RENDERER']}, {renderer.context.info['GL_VERSION']}, {platform.machine()}\n")
+    renderer = Renderer(shared_device())
+    print(f"{renderer.device.limits.driver}, {renderer.device.context.info['GL_VERSION']}, {platform.machine()}\n")
     assignment = scenes.assignment()
 
     found = [differences(renderer, assignment, SIZE)]

@@ -22,7 +22,8 @@ from raytracer.analysis.tradeoffs.data_files import as_csv
 from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs, measure_tradeoffs
 from raytracer.analysis.tradeoffs.summaries import shadow_differences, slopes
 from raytracer.core.progress import progress_bar
-from raytracer.rendering.renderer import shared_renderer
+from raytracer.gpu.device import shared_device
+from raytracer.rendering.renderer import Renderer
 from raytracer.scene.presets import flags, over
 from raytracer.scene.sequences import SEQUENCES, sample_points
 
@@ -153,7 +154,7 @@ def results() -> dict[str, str]:
 
 def measure_tables(name: str, size: tuple[int, int], rounds: int, extent: Extent, folder: Path) -> dict[str, str]:
     """The other tables; plots and all that was tried go into a folder."""
-    scene, renderer = rt.load(name), shared_renderer()
+    scene, renderer = rt.load(name), Renderer(shared_device())
     planned = plan(scene, extent)
     add_approximations(planned, scene, extent, renderer)
     trade = measure_tradeoffs(scene, planned, renderer, size, rounds, progress_bar, method="gpu")

@@ -14,7 +14,8 @@ from rich.progress import track
 
 import raytracer as rt
 from raytracer.formats.estimate import Estimate
-from raytracer.rendering.renderer import Renderer, shared_renderer
+from raytracer.gpu.device import shared_device
+from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import ASKED_SAMPLES, Settings
 from tests.processes import output_of
 
@@ -73,7 +74,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=20)
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
     options = parser.parse_args()
-    renderer = shared_renderer()
+    renderer = Renderer(shared_device())
     lines = [
         "# Whether pictures with a time end in time",
         "",

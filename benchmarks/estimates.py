@@ -20,7 +20,8 @@ from rich.progress import track
 
 from benchmarks.unseen import SIZE, unseen
 from raytracer.formats.image import Image
-from raytracer.rendering.renderer import Renderer, shared_renderer
+from raytracer.gpu.device import shared_device
+from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import ASKED_SAMPLES, Settings
 
 SAMPLES = 2, 4, 8, 16, 32, 64
@@ -118,7 +119,7 @@ def main() -> None:
     columns = ["seed", "shadows", *(f"ratio {n}" for n in SAMPLES)]
     columns += ["asked", "true", "said", "samples", "other truth 16", "seconds"]
     for seed in track(seeds, "scenes"):
-        row = measured(shared_renderer(), seed, seed % options.check == 0)
+        row = measured(Renderer(shared_device()), seed, seed % options.check == 0)
         rows.append({key: str(row.get(key, "")) for key in columns})
         with path.open("w", newline="") as file:
             writer = csv.DictWriter(file, columns)

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 import raytracer as rt
 from benchmarks import povray
+from raytracer.compiler.compiled_scene import compile
+from raytracer.compiler.frame import make_frame
 from raytracer.formats.image import Image, srgb8
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.passes import Passes
@@ -68,7 +70,7 @@ class Bench:
     """One renderer, one size of the pictures, and how often to measure."""
 
     def __init__(self, renderer: Renderer, size: Size, rounds: int) -> None:
-        self.context: moderngl.Context = renderer.context
+        self.context: moderngl.Context = renderer.device.context
         self.software = any(name in self.context.info["GL_RENDERER"] for name in ("llvmpipe", "softpipe"))
         self.size, self.rounds = size, rounds
         self._renderer = renderer
@@ -105,7 +107,8 @@ class Bench:
         area = (0, 0, *self.size)
         with ExitStack() as stack:
             passes = stack.enter_context(closing(Passes(self.context, self.size)))
-            passes.load(self._renderer.programs(scene, settings), scene, settings, self.size)
+            frame = make_frame(compile(scene, settings.compile_options), self.size, self._renderer.device.limits)
+            passes.load(self._renderer.programs(frame.compiled), frame, settings.sampling)
             sampler = stack.enter_context(closing(self._renderer.sampler(settings, self.size)))
             sampler.sum(passes, area, self.size)  # memory is new the first time
             begin = time.perf_counter()

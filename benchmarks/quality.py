@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 import raytracer as rt
 from benchmarks.measure import Bench
 from benchmarks.report import fill, machine
-from raytracer.rendering.renderer import Renderer, shared_renderer
+from raytracer.gpu.device import shared_device
+from raytracer.rendering.renderer import Renderer
 from raytracer.scene.presets import QUALITIES, flags
 from raytracer.scene.settings import Settings, Shadows
 
@@ -142,7 +143,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
     parser.add_argument("--readme", action="store_true")
     options = parser.parse_args()
-    renderer = shared_renderer()
+    renderer = Renderer(shared_device())
     start = time.perf_counter()
     found: list[Row] = []
     for name in SCENES:

@@ -15,7 +15,8 @@ from rich.progress import track
 import raytracer as rt
 from benchmarks.measure import FRAMES, Bench
 from benchmarks.report import machine
-from raytracer.rendering.renderer import shared_renderer
+from raytracer.gpu.device import shared_device
+from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings, Shading
 
 SIZE = (1280, 720)
@@ -51,7 +52,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
     options = parser.parse_args()
-    bench = Bench(shared_renderer(), SIZE, options.rounds)
+    bench = Bench(Renderer(shared_device()), SIZE, options.rounds)
     start = time.perf_counter()
     found = costs(bench, rt.load("assignment"))
     lines = [

@@ -16,7 +16,8 @@ from benchmarks.rows import ROWS, SCENES
 from raytracer import InputError, Settings, ShaderError
 from raytracer.core.output import check_folder, written_whole
 from raytracer.core.progress import progress_bar
-from raytracer.rendering.renderer import shared_renderer
+from raytracer.gpu.device import shared_device
+from raytracer.rendering.renderer import Renderer
 
 _SIZE = (1280, 720)
 # What a row may fail by while the others go on.
@@ -38,7 +39,7 @@ def main() -> int:
         parser.error(f"argument --rounds: expected at least 1, got {options.rounds}")
     folder = Path(options.output)
     check_folder(folder)
-    bench = Bench(shared_renderer(), _SIZE, options.rounds)
+    bench = Bench(Renderer(shared_device()), _SIZE, options.rounds)
     rows = [row for row in ROWS if row.group in (options.rows or [row.group])]
     results: list[Result] = []
     with bench.context, progress_bar("measuring") as progress:

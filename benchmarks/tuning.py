@@ -21,7 +21,8 @@ from raytracer.analysis.tradeoffs.trials import Trial, Trials
 from raytracer.analysis.tradeoffs.tune import asked, grid, tune
 from raytracer.core.output import check_folder, written_whole
 from raytracer.core.progress import Progress, progress_bar
-from raytracer.rendering.renderer import Renderer, shared_renderer
+from raytracer.gpu.device import shared_device
+from raytracer.rendering.renderer import Renderer
 from raytracer.scene.presets import flags, over
 from raytracer.scene.settings import Settings
 
@@ -143,7 +144,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
     options = parser.parse_args()
     check_folder(options.output, "tuning.md")
-    renderer = shared_renderer()
+    renderer = Renderer(shared_device())
     size = options.size[0], options.size[1]
     scenes = [rt.load(name) for name in ("assignment", "materials", "many")]
     scenes = [scenes[0], *map(random_scene, range(7)), *scenes[1:]][: options.scenes]

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from raytracer.formats.image import Image
     from raytracer.formats.material_library import published
     from raytracer.formats.scene_file import SceneFile, load, load_all, load_settings
+    from raytracer.gpu import glsl_call as glsl  # noqa: F401  (not in __all__)
     from raytracer.gpu.context import ContextError
     from raytracer.ground_truth.picture import reference
     from raytracer.rendering import brdf

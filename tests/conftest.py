@@ -11,7 +11,8 @@ import pytest
 
 from raytracer.app.viewer import file_watcher
 from raytracer.compiler.glsl import preprocessor
-from raytracer.rendering.renderer import Renderer, _shared, shared_renderer
+from raytracer.gpu.device import _shared, shared_device
+from raytracer.rendering.renderer import Renderer
 
 
 def pytest_configure() -> None:
@@ -26,14 +27,14 @@ def _end(number: int, _frame: object) -> NoReturn:
 @pytest.fixture
 def renderer() -> Renderer:
     """The session's renderer, on the backend that RAYTRACER_BACKEND names. No context is a failure."""
-    return shared_renderer()
+    return Renderer(shared_device())
 
 
 @pytest.fixture
 def has_round_limit(renderer: Renderer) -> bool:
     """Whether the driver leaves all loops of a shader after 65,535 rounds (cut_short.glsl): llvmpipe of Mesa 22.3 does,
     and that of Mesa 25.0 does not."""
-    context = renderer.context
+    context = renderer.device.context
     vertex = "#version 330\nvoid main() { gl_Position = vec4(gl_VertexID % 2 * 4 - 1, gl_VertexID / 2 * 4 - 1, 0, 1); }"
     fragment = """#version 330
         uniform int many, two;
@@ -44,7 +45,7 @@ def has_round_limit(renderer: Renderer) -> bool:
             for (int k = 0; k < two; k++) rounds++;
             cut_short = vec4(rounds < two, n, 0, 0);
         }"""
-    with renderer.turn():
+    with renderer.device.turn():
         program = context.program(vertex_shader=vertex, fragment_shader=fragment)
         program["many"], program["two"] = 70_000, 2
         framebuffer = context.simple_framebuffer((8, 8), 4, dtype="f4")

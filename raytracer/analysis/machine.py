@@ -15,7 +15,7 @@ from raytracer.version import __version__
 
 def describe_machine(renderer: Renderer) -> dict[str, str]:
     """Name the driver, the processor, the versions and the date: times depend on them."""
-    info = renderer.context.info
+    info = renderer.device.context.info
     return {
         "device": f"{info['GL_RENDERER']}, {info['GL_VERSION']}",
         "processor": f"{os.cpu_count()} cores, {platform.machine()}",

@@ -1,6 +1,6 @@
 """The objects of a scene with many primitives, sorted by how they are drawn.
 
-Small objects of spheres that share a tree, instances above all, share code: a kind. Single half-spaces,
+Small objects of spheres that share a tree, instances above all, share code: a shape. Single half-spaces,
 such as a ground, are met by rays everywhere, unless there are many. All others are evaluated as programs
 (csg_pruning.py).
 """
@@ -8,15 +8,15 @@ such as a ground, are met by rays everywhere, unless there are many. All others 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeAlias, TypeVar
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.csg_pruning import Pruner
 from raytracer.scene.instances import Instances
-from raytracer.scene.scene import Scene
 from raytracer.scene.solids import (
     Complement,
     Difference,
@@ -37,9 +37,9 @@ Operator: TypeAlias = Callable[[T, T], T]
 # Up to so many primitives every ray is tested against all of them: lists cost more than they save. Above, they are
 # also quicker to compile: a second or so for any tree, and no more for the next one.
 FEW = 12
-# Code of so many kinds is compiled; a rarer tree, or one of more leaves than a vertex shader can hand on (kinds.vert),
+# Code of so many shapes is compiled; a rarer tree, or one of more leaves than a vertex shader can hand on (kinds.vert),
 # becomes a program.
-KINDS, KIND_LEAVES = 4, 4
+SHAPES, SHAPE_LEAVES = 4, 4
 # The least radius of a ball around a lens, of the smaller sphere's: its growth is then 11 at most, which SLACK of
 # lists.glsl is for. A thinner lens is seldom an object.
 _THICK = 0.25
@@ -50,15 +50,15 @@ NAMED_PLANES = 32
 Shape = tuple[type[Solid], ...]  # a postfix tree, its leaves by type
 
 
-class Group(NamedTuple):
-    """n objects of one kind, of k spheres each."""
+class ShapeBatch(NamedTuple):
+    """n objects of one shape, of k spheres each, for which code is compiled."""
 
     tree: list[Solid | int]  # postfix, with leaves as numbers
     first: Ints  # (n,): index of the first of the object's surfaces
     order: Ints  # (n,): number of the object in the scene
 
 
-class Big(NamedTuple):
+class ProgramBatch(NamedTuple):
     """n objects of one tree, of k leaves each, that are evaluated as programs."""
 
     pruner: Pruner
@@ -66,70 +66,64 @@ class Big(NamedTuple):
     order: Ints  # (n,): number of the object in the scene
 
 
-class Groups(NamedTuple):
+class Batches(msgspec.Struct, frozen=True, eq=False):
     """All objects of a scene; `planes`: single half-spaces by their surface."""
 
-    kinds: list[Group]
-    bigs: list[Big]
+    shapes: list[ShapeBatch]
+    programs: list[ProgramBatch]
     planes: list[int]
     order: Ints  # (surfaces,): of each surface the number of its object
 
-
-_last: tuple[object, Groups] | None = None
-
-
-def groups(scene: Scene) -> Groups:
-    """The objects of `scene`, kept as long as scenes of the same objects are asked for."""
-    global _last
-    last = _last  # another thread may set it meanwhile
-    if last is None or last[0] is not scene.objects:
-        _last = last = scene.objects, _groups(scene)
-    return last[1]
+    @property
+    def program_depth(self) -> int:
+        """The stack that the deepest of all programs needs, chains aside; 0 if all programs are chains."""
+        return max((batch.pruner.depth for batch in self.programs if not batch.pruner.is_chain), default=0)
 
 
-def _groups(scene: Scene) -> Groups:
-    trees = [simplified(o.solid if isinstance(o, Instances) else o) for o in scene.objects]
-    counts = [len(o) if isinstance(o, Instances) else 1 for o in scene.objects]
+def make_batches(objects: Sequence[Solid | Instances]) -> Batches:
+    """Sort a scene's objects."""
+    trees = [simplified(o.solid if isinstance(o, Instances) else o) for o in objects]
+    counts = [len(o) if isinstance(o, Instances) else 1 for o in objects]
     shapes = [tuple(type(node) for node in tree) for tree in trees]
-    of_kind: Counter[Shape] = Counter()
+    candidates: Counter[Shape] = Counter()
     for shape, count in zip(shapes, counts, strict=True):
-        if not {Plane, Complement} & set(shape) and shape.count(Sphere) <= KIND_LEAVES:
-            of_kind[shape] += count
-    kinds = [shape for shape, _ in of_kind.most_common(KINDS)]
+        if not {Plane, Complement} & set(shape) and shape.count(Sphere) <= SHAPE_LEAVES:
+            candidates[shape] += count
+    compiled = [shape for shape, _ in candidates.most_common(SHAPES)]
     spheres = sum(shape.count(Sphere) * count for shape, count in zip(shapes, counts, strict=True))
     few_planes = sum(count for shape, count in zip(shapes, counts, strict=True) if shape == (Plane,)) <= NAMED_PLANES
-    first: list[list[Ints]] = [[] for _ in kinds]
-    order: list[list[Ints]] = [[] for _ in kinds]
-    bigs: dict[Shape, list[tuple[Ints, Ints]]] = {}
+    first: list[list[Ints]] = [[] for _ in compiled]
+    order: list[list[Ints]] = [[] for _ in compiled]
+    programs: dict[Shape, list[tuple[Ints, Ints]]] = {}
     planes: list[int] = []
-    orders_of_spheres: list[Ints] = []
-    orders_of_planes: list[Ints] = []
+    sphere_orders: list[Ints] = []
+    plane_orders: list[Ints] = []
     sphere, plane, number = 0, spheres, 0
     for tree, shape, count in zip(trees, shapes, counts, strict=True):
         own = shape.count(Sphere), shape.count(Plane)
         numbers = np.arange(number, number + count)
-        if shape in kinds:
-            first[kinds.index(shape)].append(sphere + own[0] * np.arange(count))
-            order[kinds.index(shape)].append(numbers)
+        if shape in compiled:
+            first[compiled.index(shape)].append(sphere + own[0] * np.arange(count))
+            order[compiled.index(shape)].append(numbers)
         elif shape == (Plane,) and few_planes:
             planes += range(plane, plane + count)
         else:
             is_plane = np.array([isinstance(node, Plane) for node in tree if isinstance(node, Primitive)])
             among = np.where(is_plane, np.cumsum(is_plane) - 1 + plane, np.cumsum(~is_plane) - 1 + sphere)
             step = np.where(is_plane, own[1], own[0])
-            bigs.setdefault(shape, []).append((among + step * np.arange(count)[:, None], numbers))
-        orders_of_spheres.append(np.repeat(numbers, own[0]))
-        orders_of_planes.append(np.repeat(numbers, own[1]))
+            programs.setdefault(shape, []).append((among + step * np.arange(count)[:, None], numbers))
+        sphere_orders.append(np.repeat(numbers, own[0]))
+        plane_orders.append(np.repeat(numbers, own[1]))
         sphere, plane, number = sphere + own[0] * count, plane + own[1] * count, number + count
-    found = [
-        Group(_numbered(trees[shapes.index(shape)]), np.concatenate(f), np.concatenate(o))
-        for shape, f, o in zip(kinds, first, order, strict=True)
+    shape_batches = [
+        ShapeBatch(_numbered(trees[shapes.index(shape)]), np.concatenate(f), np.concatenate(o))
+        for shape, f, o in zip(compiled, first, order, strict=True)
     ]
-    programs = [
-        Big(Pruner(trees[shapes.index(shape)]), np.concatenate(surfaces), np.concatenate(order))
-        for shape, (surfaces, order) in ((shape, zip(*parts, strict=True)) for shape, parts in bigs.items())
+    program_batches = [
+        ProgramBatch(Pruner(trees[shapes.index(shape)]), np.concatenate(surfaces), np.concatenate(order))
+        for shape, (surfaces, order) in ((shape, zip(*parts, strict=True)) for shape, parts in programs.items())
     ]
-    return Groups(found, programs, planes, np.concatenate([*orders_of_spheres, *orders_of_planes]))
+    return Batches(shape_batches, program_batches, planes, np.concatenate([*sphere_orders, *plane_orders]))
 
 
 def _numbered(tree: list[Solid]) -> list[Solid | int]:
@@ -180,14 +174,14 @@ class Balls(NamedTuple):
     largest: Array  # (n,): the radius of the largest sphere
 
 
-def balls(group: Group, centers: Array, radii: Array) -> Balls:
-    """Balls that hold the objects of a group, given all spheres' places."""
+def balls(batch: ShapeBatch, centers: Array, radii: Array) -> Balls:
+    """Balls that hold the objects of a batch, from all spheres' places."""
 
     def ball(leaf: int) -> Balls:
-        place = centers[group.first + leaf]
-        return Balls(place, radii[group.first + leaf], np.zeros_like(place), radii[group.first + leaf])
+        place = centers[batch.first + leaf]
+        return Balls(place, radii[batch.first + leaf], np.zeros_like(place), radii[batch.first + leaf])
 
-    return combined(group.tree, ball, _common, _around)
+    return combined(batch.tree, ball, _common, _around)
 
 
 def _common(a: Balls, b: Balls) -> Balls:

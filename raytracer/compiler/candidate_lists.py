@@ -1,25 +1,25 @@
 """What the rays of each cell may meet, as the texture of whole numbers that shaders/csg/lists.glsl walks through.
 
-A cell's list is a row of entries. One that is 0 or more is an object of a kind, by its number in the items'
+A cell's list is a row of entries. One that is 0 or more is an object that shares code, by its number in the items'
 texture; -n is followed by the number of another object in the scene, and the n - 1 codes of its program
 (csg_pruning.py; chains begin as such), whose leaves are surfaces. Where an object is all around it is in no list.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler import program_rows
-from raytracer.compiler.batches import KIND_LEAVES, Balls, balls, combined, groups
+from raytracer.compiler.batches import SHAPE_LEAVES, Balls, Batches, balls, combined
 from raytracer.compiler.culling import PASSING, finest_grid, reach, widening
 from raytracer.compiler.direction_cells import CELL, MARGIN, by_cell, covered, cube_faces, overlaps, tangents, widened
-from raytracer.compiler.program_rows import View
-from raytracer.compiler.surfaces import table
-from raytracer.compiler.view_space import camera_grid, rotation, vectors
-from raytracer.scene.scene import PointLight, Scene
+from raytracer.compiler.program_rows import FindPairs
+from raytracer.compiler.view_space import View, camera_grid
+from raytracer.scene.lights import PointLight
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -36,25 +36,24 @@ class Lists(NamedTuple):
 
 
 class Items(NamedTuple):
-    """The objects of kinds, in view space; those of kind 0 come first."""
+    """The objects that share code, in view space; those of shape 0 come first."""
 
     centers: Array  # (N, 3) and (N,): balls that hold what float32 shows of them to the camera
     radii: Array
     growth: Array  # by so many d those balls are to be wider where rounding moves spheres by d
-    kind: Ints
+    shape: Ints
     first: Ints  # index of their first surface
     order: Ints  # number in the scene
 
 
-def items(scene: Scene) -> Items:
-    """The objects of kinds of `scene`."""
-    found = table(scene)
-    kinds = groups(scene).kinds
-    around = [balls(group, found.centers, found.radii) for group in kinds]
+def make_items(view: View, batches: Batches) -> Items:
+    """Collect the objects that share code, as a camera sees them."""
+    shapes = batches.shapes
+    around = [balls(batch, view.surfaces.centers, view.surfaces.radii) for batch in shapes]
     none = Balls(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)), np.zeros(0))
     ball = Balls(*map(np.concatenate, zip(none, *around, strict=True)))
-    away = ball.centers - scene.camera.position
-    centers = away @ rotation(scene.camera).T
+    away = ball.centers - view.camera.position
+    centers = away @ view.rotation.T
     growth = np.maximum(np.linalg.norm(ball.growth, axis=1), 1.0)
     # The roots of a ray with a sphere of radius r at c are off by 32 u (|c| + r) at most, sums of the bounds in
     # sphere.glsl. That is along the ray, which is along c but for an angle of r / |c|; across it, rays and spheres are
@@ -64,69 +63,69 @@ def items(scene: Scene) -> Items:
         centers,
         widened(centers, ball.radii, growth) + PASSING * (along + 4.0 * growth * ball.largest),
         growth,
-        np.repeat(np.arange(len(kinds)), [len(group.first) for group in kinds]),
-        np.concatenate([np.zeros(0, np.int64), *(group.first for group in kinds)]),
-        np.concatenate([np.zeros(0, np.int64), *(group.order for group in kinds)]),
+        np.repeat(np.arange(len(shapes)), [len(batch.first) for batch in shapes]),
+        np.concatenate([np.zeros(0, np.int64), *(batch.first for batch in shapes)]),
+        np.concatenate([np.zeros(0, np.int64), *(batch.order for batch in shapes)]),
     )
 
 
 class Lister:
-    """Makes lists for scenes of the same objects, seen by a camera of the same place."""
+    """Makes the lists of a scene's objects as one camera sees them."""
 
-    def __init__(self, scene: Scene) -> None:
-        self._items = items(scene)
-        self._bigs = groups(scene).bigs
-        self._spheres = len(table(scene).radii)
-        self._centers = vectors(scene)[: self._spheres]
-        self._radii = table(scene).radii
+    def __init__(self, view: View, batches: Batches) -> None:
+        self._view = view
+        self._items = make_items(view, batches)
+        self._batches = batches
+        self._spheres = view.surfaces.spheres
+        self._centers = view.centers
+        self._radii = view.surfaces.radii
 
     def items_texture(self, numbers: NDArray[np.float32]) -> NDArray[np.float32]:
         """(4 N, 4): the texels `items` of lists.glsl; `numbers` are those of surfaces.glsl."""
-        found = self._items
-        texels = np.zeros((len(found.radii), 4, 4), np.float32)
+        items = self._items
+        texels = np.zeros((len(items.radii), 4, 4), np.float32)
         # As seen from anywhere, its spheres being where float32 has them.
-        moved = PASSING * found.growth * np.linalg.norm(found.centers, axis=1)
-        texels[:, 0, :3], texels[:, 0, 3] = found.centers, found.radii + moved
-        texels[:, 1, :3] = np.column_stack([found.kind, found.first, found.order])
+        moved = PASSING * items.growth * np.linalg.norm(items.centers, axis=1)
+        texels[:, 0, :3], texels[:, 0, 3] = items.centers, items.radii + moved
+        texels[:, 1, :3] = np.column_stack([items.shape, items.first, items.order])
         # An object of fewer surfaces has numbers of others behind its own: they are not looked at.
-        leaf = np.minimum(found.first[:, None] + np.arange(KIND_LEAVES), len(numbers) // 4 - 1)
+        leaf = np.minimum(items.first[:, None] + np.arange(SHAPE_LEAVES), len(numbers) // 4 - 1)
         texels[:, 2], texels[:, 3] = numbers[4 * leaf + 1, 3], numbers[4 * leaf + 2, 3]
         return texels.reshape(-1, 4)
 
-    def rectangles(self, scene: Scene, size: tuple[int, int]) -> tuple[NDArray[np.int32], float]:
-        """Where the camera may see objects of kinds in a picture of `size`, and more than any distance to them there.
+    def rectangles(self, size: tuple[int, int]) -> tuple[NDArray[np.int32], float]:
+        """Where the camera may see objects that share code, and more than any distance to them there.
 
-        (N, 8): first column and row of pixels, the lowest row being 0, and behind the last; kind; first surface;
+        (N, 8): first column and row of pixels, the lowest row being 0, and behind the last; shape; first surface;
         number in the scene; 0. In the order of the scene, without those that are not in the picture.
         """
-        corner, step, _ = camera_grid(scene.camera, size)
+        corner, step, _ = camera_grid(self._view.camera, size)
         pixel = step / CELL
-        found = self._items
-        lo, hi = self._bounds(scene)
+        items = self._items
+        lo, hi = self._bounds()
         first, last = covered(lo, hi, corner, (pixel, pixel), size)
-        rows = np.column_stack([first, last + 1, found.kind, found.first, found.order, np.zeros_like(found.kind)])
+        rows = np.column_stack([first, last + 1, items.shape, items.first, items.order, np.zeros_like(items.shape)])
         rows = rows[last[:, 0] >= first[:, 0]]
-        farthest = np.linalg.norm(found.centers, axis=1) + found.radii
+        farthest = np.linalg.norm(items.centers, axis=1) + items.radii
         return rows[np.argsort(rows[:, 6])].astype(np.int32), 2.0 * float(farthest.max(initial=0.5))
 
-    def _bounds(self, scene: Scene) -> tuple[Array, Array]:
-        """tangents() to objects of kinds: to the ball around each, but not beyond those of the spheres in it."""
+    def _bounds(self) -> tuple[Array, Array]:
+        """tangents() to objects that share code: to the ball around each, but not beyond those of the spheres in it."""
 
         def leaf(number: int) -> tuple[Array, Array]:
-            return tangents(self._centers[group.first + number], self._radii[group.first + number])
+            return tangents(self._centers[batch.first + number], self._radii[batch.first + number])
 
         lo, hi = tangents(self._items.centers, self._items.radii)
         at = 0
-        for group in groups(scene).kinds:
-            found = combined(group.tree, leaf, _inner, _outer)
-            part = slice(at, at + len(group.first))
-            lo[part], hi[part] = _inner((lo[part], hi[part]), found)
+        for batch in self._batches.shapes:
+            part = slice(at, at + len(batch.first))
+            lo[part], hi[part] = _inner((lo[part], hi[part]), combined(batch.tree, leaf, _inner, _outer))
             at = part.stop
         return lo, hi
 
-    def of_camera(self, scene: Scene, size: tuple[int, int]) -> Lists:
-        """Of objects that are no kinds, for the cells of a picture of `size`: along its rows, the lowest first."""
-        corner, step, shape = camera_grid(scene.camera, size)
+    def camera_lists(self, size: tuple[int, int]) -> Lists:
+        """The lists of programs for the cells of a picture of `size`: along its rows, the lowest first."""
+        corner, step, shape = camera_grid(self._view.camera, size)
 
         def view(centers: Array, radii: Array) -> tuple[Ints, Ints]:
             return overlaps(*tangents(centers, radii), corner, (step, step), shape)
@@ -134,7 +133,7 @@ class Lister:
         cells = shape[0] * shape[1]
         return self._lists([view], cells, np.zeros(cells, np.int64), np.zeros(0, np.int32), cells)
 
-    def of_everything(self) -> NDArray[np.int32]:
+    def full_list(self) -> NDArray[np.int32]:
         """The list of all objects, for rays that come from anywhere."""
 
         def view(centers: Array, radii: Array) -> tuple[Ints, Ints]:
@@ -145,22 +144,22 @@ class Lister:
         begin, end = lists.ends[0]  # what is behind is for cells that see no sphere
         return lists.entries[begin:end]
 
-    def finest_grid(self, scene: Scene, light: PointLight) -> float:
+    def finest_grid(self, light: PointLight) -> float:
         """How many cells a side of a cube's face around a light should at most have."""
-        return finest_grid(_place(scene, light), light.radius, self._centers)
+        return finest_grid(self._view.place(light.position), light.radius, self._centers)
 
-    def reach(self, scene: Scene, light: PointLight) -> float:
-        """The length up to which of_lights() lists all that a ray to a light may meet."""
-        return reach(_place(scene, light), self._centers, self._radii)
+    def reach(self, light: PointLight) -> float:
+        """The length up to which light_lists() lists all that a ray to a light may meet."""
+        return reach(self._view.place(light.position), self._centers, self._radii)
 
-    def pairs(self, scene: Scene, lights: list[PointLight], grid: int) -> tuple[float, float]:
-        """About how many pairs of a cell and a ball the lists of lights have: of kinds, and of all others.
+    def pairs(self, lights: Sequence[PointLight], grid: int) -> tuple[float, float]:
+        """About how many pairs of a cell and a ball lights' lists have: of objects that share code, and of others.
 
         A ball of the half angle a takes the share tan(a) of a face's side, and half a cell more on each side.
         """
-        of_kinds = others = 0.0
+        shared = others = 0.0
         for light in lights:
-            place = _place(scene, light)
+            place = self._view.place(light.position)
             wider = widening(place, light.radius, self._centers, self._radii)
 
             def count(centers: Array, radii: Array, place: Array = place, wider: float = wider) -> float:
@@ -170,21 +169,21 @@ class Lister:
                 tangent = radius / np.maximum(beside, radius / _AROUND)
                 return float(np.minimum((grid * tangent + 1.0) ** 2, 6.0 * grid**2).sum())
 
-            of_kinds += count(self._items.centers, self._items.radii)
-            for big in self._bigs:
-                is_sphere = big.surfaces[0] < self._spheres
-                spheres = big.surfaces[:, is_sphere].ravel()
+            shared += count(self._items.centers, self._items.radii)
+            for batch in self._batches.programs:
+                is_sphere = batch.surfaces[0] < self._spheres
+                spheres = batch.surfaces[:, is_sphere].ravel()
                 # With each of them, at most, all half-spaces of the object are listed.
                 others += count(self._centers[spheres], self._radii[spheres]) * (1 + int((~is_sphere).sum()))
-        return of_kinds, others
+        return shared, others
 
-    def of_lights(self, scene: Scene, lights: list[PointLight], grid: int) -> Lists:
+    def light_lists(self, lights: Sequence[PointLight], grid: int) -> Lists:
         """For the cells of the cubes around lights, one after the other, numbered as cells.cube_faces() does."""
         cells = 6 * grid * grid
-        views: list[View] = []
+        views: list[FindPairs] = []
         counts, items = [np.zeros(0, np.int64)], [np.zeros(0, np.int32)]
         for light in lights:
-            place = _place(scene, light)
+            place = self._view.place(light.position)
             wider = widening(place, light.radius, self._centers, self._radii)
 
             def view(centers: Array, radii: Array, place: Array = place, wider: float = wider) -> tuple[Ints, Ints]:
@@ -200,16 +199,18 @@ class Lister:
             items.append(item.astype(np.int32))
         return self._lists(views, cells, np.concatenate(counts), np.concatenate(items))
 
-    def _lists(self, views: list[View], cells: int, count: Ints, item: NDArray[np.int32], picture: int = 0) -> Lists:
-        """The lists of objects of kinds, of which cell i has count[i] one after the other, with those of all others.
+    def _lists(
+        self, views: list[FindPairs], cells: int, count: Ints, item: NDArray[np.int32], picture: int = 0
+    ) -> Lists:
+        """The lists of objects that share code, of which cell i has count[i] one after the other, and of all others.
 
         `picture` is as in program_rows.met().
         """
         listed = [
-            (big, *program_rows.met(big, self._spheres, self._centers, self._radii, views, cells, picture))
-            for big in self._bigs
+            (batch, *program_rows.met(batch, self._spheres, self._centers, self._radii, views, cells, picture))
+            for batch in self._batches.programs
         ]
-        bare = [program_rows.everywhere(big, self._spheres) for big in self._bigs]
+        bare = [program_rows.everywhere(batch, self._spheres) for batch in self._batches.programs]
         if any(len(rows.cell) for rows in bare):
             some = count > 0
             for _, _, rows in listed:
@@ -217,11 +218,11 @@ class Lister:
             occupied = np.flatnonzero(some)
             listed = [
                 (
-                    big,
+                    batch,
                     pairs,
-                    program_rows.filled(big, rows, around, pairs, occupied, picture) if len(around.cell) else rows,
+                    program_rows.filled(batch, rows, around, pairs, occupied, picture) if len(around.cell) else rows,
                 )
-                for (big, pairs, rows), around in zip(listed, bare, strict=True)
+                for (batch, pairs, rows), around in zip(listed, bare, strict=True)
             ]
         parts = [rows.entries() for _, _, rows in listed if len(rows.cell)]
         entries = item
@@ -240,11 +241,6 @@ class Lister:
         if len(around):  # else an empty list will do, wherever it is
             ends[count == 0] = len(entries), len(entries) + len(around)
         return Lists(ends, np.concatenate((entries, around)))
-
-
-def _place(scene: Scene, light: PointLight) -> Array:
-    """Where a light is in view space."""
-    return np.subtract(light.position, scene.camera.position) @ rotation(scene.camera).T
 
 
 def _inner(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:

@@ -1,28 +1,24 @@
-"""Which cells of a picture are quiet: where only half-spaces and the background are to be seen, and no other
-object casts a shadow.
+"""The plane-only cells of a picture, where only half-spaces and the background are to be seen, and no other object
+casts a shadow.
 
 A cell is CELL x CELL pixels. Most of many a picture is ground and sky, which a shader without
-any CSG draws several times faster: the evaluator `cells` has one for them. What is said to be quiet
-surely is; a cell at the edge of an object or of its shadow is not.
+any CSG draws several times faster: the evaluator `cells` has one for them. A cell is plane-only for sure, or counts as
+none; a cell at the edge of an object or of its shadow is none.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.batches import groups, is_bounded
 from raytracer.compiler.direction_cells import CELL, MARGIN, cube_faces, overlaps, tangents, widened
-from raytracer.compiler.glsl.shaders import has_mirrors, is_listed, shaded_materials
-from raytracer.compiler.surfaces import table
-from raytracer.compiler.view_space import camera_grid, rotation, vectors
-from raytracer.scene.materials.models import MODELS
-from raytracer.scene.scene import Scene
-from raytracer.scene.settings import Settings
+from raytracer.compiler.view_space import View, camera_grid
+from raytracer.scene.camera import Camera
+from raytracer.scene.lights import PointLight
 from raytracer.scene.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, simplified
 
 Array = NDArray[np.float64]
@@ -35,7 +31,7 @@ _GRID = 64
 # wrong, however near the light it is.
 PASSING = 2.0**-19
 # Balls are widened by that for distances so many times as large as a typical one from the light, or from the camera
-# to the light: nothing of those, and beyond them nothing is known to be quiet.
+# to the light: nothing of those, and beyond them nothing is known to be plane-only.
 _REACH, _AWAY = 128.0, 4.0
 # In so many cells of the cube around a light a ball may be listed for no more than the light's radius, on average:
 # in smaller ones the same lists would come over and over.
@@ -45,88 +41,89 @@ _LISTED_FOR_RADIUS = 16.0
 _FLATTEST = 2.0**-27
 
 
-class Met(NamedTuple):
-    """In which cells rays may meet other objects than half-spaces."""
+class OccupiedCells(NamedTuple):
+    """The cells in which rays may meet other objects than half-spaces."""
 
-    seen: Mask  # of the picture, (cells,), numbered along rows, the lowest first
-    # Of the cube around each light, (6 * grid * grid,), numbered as cube_faces() does; none without shadows.
+    picture: Mask  # (cells,), numbered along rows, the lowest first
+    # Of the cube around each light, (6 * grid * grid,), numbered as cube_faces() does.
     lights: list[Mask]
 
 
-def has_quiet(scene: Scene, settings: Settings) -> bool:
-    """Whether pictures of scenes with this structure may have quiet cells."""
-    if has_mirrors(scene, settings) and any(_reflects(scene, settings, plane) for plane in groups(scene).planes):
-        return False
-    if settings.evaluator != "cells" or is_listed(scene, settings):
-        return settings.evaluator == "cells"
-    shapes = [tuple(type(node) for node in simplified(solid)) for solid in scene.solids()]
-    if shapes.count((Plane,)) > len(groups(scene).planes):  # too many to be named
-        return False
-    return all(shape == (Plane,) or is_bounded(shape) for shape in shapes)
-
-
-def _reflects(scene: Scene, settings: Settings, surface: int) -> bool:
-    """Whether a surface is a mirror, in which anything may be seen."""
-    return MODELS[shaded_materials(scene, settings)[table(scene).material[surface]].model].mirrors
-
-
-def quiet_cells(scene: Scene, size: tuple[int, int], settings: Settings, met: Met | None = None) -> tuple[Mask, Mask]:
-    """(rows, columns) each: which cells of a picture of `size` (width, height) are quiet, and which of them are
+def plane_only_cells(
+    view: View, planes: Sequence[int], lights: Sequence[PointLight], occupied: OccupiedCells, size: tuple[int, int]
+) -> tuple[Mask, Mask]:
+    """(rows, columns) each: which cells of a picture of `size` (width, height) are plane-only, and which of them are
     empty, where nothing is to be seen. The lowest row comes first.
 
-    `met` says where other objects than half-spaces may be met; without it, that is found here.
+    `planes` are the single half-spaces, by their surface; `lights` are those that cast shadows.
     """
-    rays = _corner_rays(scene, size)
-    met = met or _find_met(scene, rays, size, settings)
-    quiet = ~met.seen.reshape(len(rays) - 1, -1)
-    radii = table(scene).radii
-    centers = vectors(scene)[: len(radii)]
-    planes = [table(scene).planes[surface - len(table(scene).radii)] for surface in groups(scene).planes]
-    normals = [rotation(scene.camera) @ np.array(plane.unit()[0]) for plane in planes]
-    depths = [plane.depth(scene.camera.position) for plane in planes]
-    empty = quiet.copy()
+    rays = _corner_rays(view.camera, size)
+    plane_only = ~occupied.picture.reshape(len(rays) - 1, -1)
+    spheres = view.surfaces.spheres
+    normals = [view.rotation @ view.surfaces.normals[plane - spheres] for plane in planes]
+    depths = [view.depths[plane - spheres] for plane in planes]
+    empty = plane_only.copy()
     for n, depth in zip(normals, depths, strict=True):
         # By a margin: a slope of all but 0 has no sign that rounding may not change.
         empty &= ~_any((rays @ n) * np.sign(depth) > -MARGIN * np.linalg.norm(rays, axis=-1))
-    if settings.shadows == "off" or not len(radii):
-        return quiet, empty
-    for light, occupied in zip(scene.lights, met.lights, strict=True):
-        place = rotation(scene.camera) @ np.subtract(light.position, scene.camera.position)
-        grid = math.isqrt(len(occupied) // 6)
-        far = reach(place, centers, radii) - float(np.linalg.norm(place))
+    if not spheres:
+        return plane_only, empty
+    for light, cells in zip(lights, occupied.lights, strict=True):
+        place = view.place(light.position)
+        grid = math.isqrt(len(cells) // 6)
+        far = reach(place, view.centers, view.surfaces.radii) - float(np.linalg.norm(place))
         # Sums over the cells from a face's corner on.
-        sums = np.pad(occupied.reshape(6, grid, grid).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
+        sums = np.pad(cells.reshape(6, grid, grid).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
         for n, depth in zip(normals, depths, strict=True):
-            quiet &= ~_shadowed(rays, n, depth, place, sums, far)
-    return quiet, empty & quiet
+            plane_only &= ~_shadowed(rays, n, depth, place, sums, far)
+    return plane_only, empty & plane_only
 
 
-def _corner_rays(scene: Scene, size: tuple[int, int]) -> Array:
+def _corner_rays(camera: Camera, size: tuple[int, int]) -> Array:
     """(rows + 1, columns + 1, 3): directions through the corners of the cells of the picture, in view space, z = -1."""
-    corner, step, (columns, rows) = camera_grid(scene.camera, size)
+    corner, step, (columns, rows) = camera_grid(camera, size)
     # The last cells end with the picture.
     x = np.minimum(corner[0] + step * np.arange(columns + 1), -corner[0])
     y = np.minimum(corner[1] + step * np.arange(rows + 1), -corner[1])
     return np.stack(np.broadcast_arrays(x, y[:, None], -1.0), axis=-1)
 
 
-def _find_met(scene: Scene, rays: Array, size: tuple[int, int], settings: Settings) -> Met:
-    """For scenes of few primitives."""
-    radii = table(scene).radii
-    centers = vectors(scene)[: len(radii)]
-    corner, step, shape = camera_grid(scene.camera, size)
+def occupied_cells(
+    view: View, solids: Sequence[Solid], lights: Sequence[PointLight], size: tuple[int, int]
+) -> OccupiedCells:
+    """The occupied cells of few primitives. `solids` are the scene's, `lights` are those that cast shadows."""
+    rays = _corner_rays(view.camera, size)
+    centers, radii = view.centers, view.surfaces.radii
+    corner, step, shape = camera_grid(view.camera, size)
     pairs = overlaps(*tangents(centers, radii), corner, (step, step), shape)
     corners = _corners(rays).reshape(4, -1, 3)[:, pairs[0]]
-    seen = _met(scene, *_in_cone(pairs, corners, centers, radii), shape[0] * shape[1])
-    lights = []
-    for light in map(settings.cast, scene.lights) if settings.shadows != "off" else ():
-        place = rotation(scene.camera) @ np.subtract(light.position, scene.camera.position)
+    picture = _occupied(solids, *_in_cone(pairs, corners, centers, radii), len(radii), shape[0] * shape[1])
+    cubes = []
+    for light in lights:
+        place = view.place(light.position)
         grid = int(min(_GRID, finest_grid(place, light.radius, centers)))
         wide = radii + widening(place, light.radius, centers, radii)
         pairs = cube_faces(centers - place, wide, grid)
         kept = _in_cone(pairs, _cube_corners(pairs[0], grid), centers - place, wide)
-        lights.append(_met(scene, *kept, 6 * grid * grid))
-    return Met(seen, lights)
+        cubes.append(_occupied(solids, *kept, len(radii), 6 * grid * grid))
+    return OccupiedCells(picture, cubes)
+
+
+def cells_under(rectangles: NDArray[np.int32], shape: tuple[int, int], side: int) -> Mask:
+    """Which squares of `side` pixels, of a picture of `shape` (rows, columns) of them, the rectangles touch.
+
+    `rectangles` are (N, 4 or more): first column and row of pixels, and behind the last.
+    """
+    first, last = rectangles[:, :2] // side, (rectangles[:, 2:4] - 1) // side
+    count = np.zeros((shape[0] + 1, shape[1] + 1), np.int64)
+    for rows, columns, sign in (
+        (first[:, 1], first[:, 0], 1),
+        (first[:, 1], last[:, 0] + 1, -1),
+        (last[:, 1] + 1, first[:, 0], -1),
+        (last[:, 1] + 1, last[:, 0] + 1, 1),
+    ):
+        np.add.at(count, (rows, columns), sign)
+    return count.cumsum(0).cumsum(1)[:-1, :-1] > 0
 
 
 def reach(light: Array, centers: Array, radii: Array) -> float:
@@ -180,16 +177,18 @@ def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
     return stack[0]
 
 
-def _met(scene: Scene, cell: NDArray[np.int64], sphere: NDArray[np.int64], cells: int) -> Mask:
-    """(cells,): where a ray may meet an object other than a half-space; and which spheres in which cell, is given."""
-    inside = np.zeros((len(table(scene).radii), cells), bool)
+def _occupied(
+    solids: Sequence[Solid], cell: NDArray[np.int64], sphere: NDArray[np.int64], spheres: int, cells: int
+) -> Mask:
+    """(cells,): where a ray may meet an object other than a half-space, by the pairs of a cell and a sphere in it."""
+    inside = np.zeros((spheres, cells), bool)
     inside[sphere, cell] = True
-    spheres = iter(inside)
-    met = np.zeros(cells, bool)
-    for solid in scene.solids():
+    remaining = iter(inside)
+    occupied = np.zeros(cells, bool)
+    for solid in solids:
         if not isinstance(solid, Plane):
-            met |= _possible(solid, spheres)
-    return met
+            occupied |= _possible(solid, remaining)
+    return occupied
 
 
 def _in_cone(

@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.batches import Big
+from raytracer.compiler.batches import ProgramBatch
 from raytracer.compiler.csg_pruning import LEAF_SHIFT, TRUE, chains
 from raytracer.core.validation import InputError
 
@@ -17,7 +17,7 @@ Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 # All pairs of a cell and a ball that rays through the cell may meet, by the balls' centers (N, 3) and radii (N,).
-View: TypeAlias = Callable[[Array, Array], tuple[Ints, Ints]]
+FindPairs: TypeAlias = Callable[[Array, Array], tuple[Ints, Ints]]
 
 # Pairs of a primitive of a large object and a cell, in all cells of the picture or of all lights. A pair takes some
 # 150 bytes and 1 microsecond: 1.2 GB, and 8 seconds.
@@ -61,28 +61,30 @@ def check_listed(count: float, cells: int = 0) -> None:
         )
 
 
-def everywhere(big: Big, spheres: int) -> Rows:
+def everywhere(batch: ProgramBatch, spheres: int) -> Rows:
     """The programs where no sphere of the objects is met: rows of cell 0, none if there is nothing of them."""
-    planes = np.flatnonzero(big.surfaces[0] >= spheres)
-    _, code = big.pruner.programs(np.zeros(len(planes), np.int64), planes, 1)
-    count = len(big.order)
+    planes = np.flatnonzero(batch.surfaces[0] >= spheres)
+    _, code = batch.pruner.programs(np.zeros(len(planes), np.int64), planes, 1)
+    count = len(batch.order)
     instance = np.repeat(np.arange(count), 1 if len(code) else 0)
-    return _rows(big, np.zeros_like(instance), instance, np.arange(len(instance) + 1) * len(code), np.tile(code, count))
+    return _rows(
+        batch, np.zeros_like(instance), instance, np.arange(len(instance) + 1) * len(code), np.tile(code, count)
+    )
 
 
 def met(
-    big: Big, spheres: int, centers: Array, radii: Array, views: list[View], cells: int, picture: int
+    batch: ProgramBatch, spheres: int, centers: Array, radii: Array, views: list[FindPairs], cells: int, picture: int
 ) -> tuple[Ints, Rows]:
     """The programs where spheres of the objects are met, and all pairs cell * objects + object of these, sorted.
 
     The cells of view v are numbered from v * cells on. `picture`: how many cells a picture has, if the view is that.
     Raises InputError for too many pairs of a primitive and a cell.
     """
-    count = len(big.order)
-    is_sphere = big.surfaces[0] < spheres
+    count = len(batch.order)
+    is_sphere = batch.surfaces[0] < spheres
     leaves, planes = np.flatnonzero(is_sphere), np.flatnonzero(~is_sphere)
-    surfaces = big.surfaces[:, leaves].ravel()
-    bits = big.surfaces.shape[1].bit_length()
+    surfaces = batch.surfaces[:, leaves].ravel()
+    bits = batch.surfaces.shape[1].bit_length()
     keys = [np.zeros(0, np.int64)]
     total = 0
     for v, view in enumerate(views):
@@ -102,14 +104,14 @@ def met(
         unbounded = np.repeat(np.arange(len(pair)), len(planes)) << bits | np.tile(planes, len(pair))
         key = np.sort(np.concatenate((row << bits | leaf, unbounded)))
         row, leaf = key >> bits, key & ((1 << bits) - 1)
-    start, code = big.pruner.programs(row, leaf, len(pair))
+    start, code = batch.pruner.programs(row, leaf, len(pair))
     cell, instance = np.divmod(pair, count)
-    return pair, _rows(big, cell, instance, start, code)
+    return pair, _rows(batch, cell, instance, start, code)
 
 
-def filled(big: Big, rows: Rows, bare: Rows, pairs: Ints, cells: Ints, picture: int) -> Rows:
+def filled(batch: ProgramBatch, rows: Rows, bare: Rows, pairs: Ints, cells: Ints, picture: int) -> Rows:
     """The rows, and the bare ones in those of `cells` where an object has none; else as of met()."""
-    count = len(big.order)
+    count = len(batch.order)
     size = int(bare.start[1])
     check_listed(float(len(cells)) * count * size, picture)
     every = (cells[:, None] * count + np.arange(count)).ravel()
@@ -117,7 +119,7 @@ def filled(big: Big, rows: Rows, bare: Rows, pairs: Ints, cells: Ints, picture: 
     cell, instance = np.divmod(missing, count)
     code = bare.code.reshape(count, size)[instance].ravel()
     start = np.concatenate((rows.start, rows.start[-1] + size * np.arange(1, len(cell) + 1)))
-    order = np.concatenate((rows.order, big.order[instance]))
+    order = np.concatenate((rows.order, batch.order[instance]))
     return Rows(np.concatenate((rows.cell, cell)), order, start, np.concatenate((rows.code, code)))
 
 
@@ -129,7 +131,7 @@ def _among(values: Ints, sorted_values: Ints) -> Mask:
     return sorted_values[np.minimum(at, len(sorted_values) - 1)] == values
 
 
-def _rows(big: Big, cell: Ints, instance: Ints, start: Ints, code: NDArray[np.int32]) -> Rows:
+def _rows(batch: ProgramBatch, cell: Ints, instance: Ints, start: Ints, code: NDArray[np.int32]) -> Rows:
     """The programs, without those of an object that is empty or all around."""
     count = np.diff(start)
     if len(code):
@@ -139,10 +141,10 @@ def _rows(big: Big, cell: Ints, instance: Ints, start: Ints, code: NDArray[np.in
         code = code[(code & 7) != TRUE]
         start = _starts(count)
     code = chains(start, code)
-    surface = big.surfaces[np.repeat(instance, count), code >> LEAF_SHIFT].astype(np.int32)
+    surface = batch.surfaces[np.repeat(instance, count), code >> LEAF_SHIFT].astype(np.int32)
     code = (surface << LEAF_SHIFT) | (code & ((1 << LEAF_SHIFT) - 1))
     some = count > 0
-    return Rows(cell[some], big.order[instance[some]], _starts(count[some]), code)
+    return Rows(cell[some], batch.order[instance[some]], _starts(count[some]), code)
 
 
 def _starts(count: Ints) -> Ints:

@@ -7,38 +7,66 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from raytracer.compiler.batches import KIND_LEAVES
+from raytracer.compiler.batches import SHAPE_LEAVES
+from raytracer.compiler.compiled_scene import CompiledScene
+from raytracer.compiler.glsl.csg import max_hits
+from raytracer.scene.instances import Instances
+from raytracer.scene.scene import Scene
+from raytracer.scene.solids import Complement, Difference, Intersection, Union, simplified
 
 # Rounds of all its loops together after which llvmpipe has a shader leave every loop (cut_short.glsl).
 MAX_ROUNDS = 65535
-# Of an entry of a list (lists.glsl): an object of a kind takes one in the walk through the list, one in the search for
+# Of an entry of a list (lists.glsl): an object of a shape takes one in the walk through the list, one in the search for
 # it, and one for each root of its spheres and for the end. A code of a chain takes fewer, but for few rays that meet
 # more than chain.glsl has room for.
-OF_ENTRY = 2 + 2 * KIND_LEAVES + 1
+OF_ENTRY = 2 + 2 * SHAPE_LEAVES + 1
 # Of the reflectance models that have loops, for one light: diffuse_microfacet with 4096 nodes has 40 azimuths, for each
 # of these four times 5 parts, of 5 nodes each; he three sums of 1,025 terms, and Newton's steps; lafortune 16 lobes of
 # three channels.
 _OF_MODELS = {"diffuse_microfacet": 40 * (1 + 4 * 5 * (1 + 5)), "he": 3 * (1025 + 5) + 2 + 4, "lafortune": 16 * (1 + 3)}
 
 
-def of_models(models: Collection[str]) -> int:
-    """Of reflectance models, for the light of one light at one point: those of the model with the most."""
-    return max((_OF_MODELS.get(model, 0) for model in models), default=0)
+def most_rounds(compiled: CompiledScene, ray: int, to_light: int) -> int:
+    """Rounds of loops that all rays of a pixel go through at most, by those of one ray, and of one to a light.
 
-
-def of_walk(surfaces: int) -> int:
-    """Of one ray, for `walk`: the roots of all surfaces, a few at a time, and then from root to root."""
-    return 3 * surfaces
-
-
-def of_roth(loops: int, hits: int) -> int:
-    """Of one ray, for `roth`: so many loops, each over at most `hits` of two solids, and their ends at infinity."""
-    return loops * (hits + 4)
-
-
-def of_pixel(ray: int, to_light: int, models: int, lights: int, bounces: int) -> int:
-    """Of all rays of a pixel: one and one from each mirror, and from each point that these meet one to each light.
-
-    `ray`, `to_light` and `models` are the rounds of one ray of either sort, and of of_models().
+    A pixel has one ray, and one from each mirror, and from each point that these meet one to each light.
     """
-    return (1 + bounces) * (1 + ray + lights * (1 + to_light + models))
+    to_light = to_light if compiled.options.shadows != "off" else 0
+    at_light = 1 + to_light + _model_rounds(compiled.layout.models)
+    bounces = compiled.options.bounces if compiled.has_mirrors else 0
+    return (1 + bounces) * (1 + ray + len(compiled.lights) * at_light)
+
+
+def ray_rounds(compiled: CompiledScene) -> int:
+    """Rounds of loops in which one ray is evaluated at most, where there are no lists."""
+    if compiled.options.evaluator == "roth":
+        # Each loop is over at most so many hits of two solids, and their ends at infinity.
+        return roth_loops(compiled.scene) * (max(map(max_hits, compiled.scene.solids())) + 4)
+    return 3 * compiled.surfaces.size  # the roots of all surfaces, a few at a time, and then from root to root
+
+
+def may_take_many_rounds(compiled: CompiledScene) -> bool:
+    """Whether a pixel's rays may go through more rounds of loops than llvmpipe has (cut_short.glsl).
+
+    Lists of any length are assumed: scenes that differ in the number of objects share their text.
+    """
+    if compiled.has_lists:
+        return True
+    ray = ray_rounds(compiled)
+    return most_rounds(compiled, ray, ray) > MAX_ROUNDS
+
+
+def roth_loops(scene: Scene) -> int:
+    """How many loops in a row the Roth filters of a scene are: what bounds their compilation."""
+    cost = {Union: 1, Intersection: 1, Difference: 2, Complement: 1}
+    loops = 0
+    for item in scene.objects:
+        tree = simplified(item.solid if isinstance(item, Instances) else item)
+        count = len(item) if isinstance(item, Instances) else 1
+        loops += count * (1 + sum(cost.get(type(node), 0) for node in tree))
+    return loops
+
+
+def _model_rounds(models: Collection[str]) -> int:
+    """Rounds of the reflectance model with the most, for the light of one light at one point."""
+    return max((_OF_MODELS.get(model, 0) for model in models), default=0)

@@ -2,28 +2,38 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.core.validation import Vec3
 from raytracer.scene.instances import Instances
+from raytracer.scene.lights import PointLight
 from raytracer.scene.scene import Scene
-from raytracer.scene.solids import Plane, Sphere, leaves
+from raytracer.scene.solids import ROUNDING, Plane, Sphere, leaves
 
 Array = NDArray[np.float64]
 
+# Of the largest number: ROUNDING, and four times as much for the roundings of a sum of four terms.
+_NEAR = 5.0 * ROUNDING
 
-class Table(NamedTuple):
+
+class Surfaces(msgspec.Struct, frozen=True, eq=False):
     """S spheres and P planes, in world space."""
 
     centers: Array  # (S, 3)
     radii: Array  # (S,)
+    extents: Array  # (S,): the largest coordinate of each centre, without its sign
     planes: list[Plane]
     normals: Array  # (P, 3), unit
+    offsets: Array  # (P,), of the unit normals
     material: NDArray[np.int32]  # (S + P,), index into Scene.materials
-    used: list[int]  # those of them that occur
+    used: list[int]  # the materials that occur
+
+    @property
+    def spheres(self) -> int:
+        """S"""
+        return len(self.radii)
 
     @property
     def size(self) -> int:
@@ -31,29 +41,17 @@ class Table(NamedTuple):
         return len(self.material)
 
 
-_last: tuple[object, object, Table] | None = None
-
-
-def table(scene: Scene) -> Table:
-    """The surfaces of `scene`, kept as long as scenes of the same objects are asked for."""
-    global _last
-    last = _last  # another thread may set it meanwhile
-    # A scene makes a new tuple of its materials, but of the same ones: they are quickly compared.
-    if last is None or last[0] is not scene.objects or last[1] != scene.materials:
-        _last = last = scene.objects, scene.materials, _table(scene)
-    return last[2]
-
-
-def _table(scene: Scene) -> Table:
+def make_surfaces(scene: Scene) -> Surfaces:
+    """Collect the surfaces of all objects of `scene`."""
     order = {material: i for i, material in enumerate(scene.materials)}
     centers: list[Array] = []
     radii: list[Array] = []
     planes: list[Plane] = []
-    materials: list[NDArray[np.int32]] = []
-    of_planes: list[int] = []
+    sphere_materials: list[NDArray[np.int32]] = []
+    plane_materials: list[int] = []
     for item in scene.objects:
-        found = leaves(item.solid if isinstance(item, Instances) else item)
-        spheres = [leaf for leaf in found if isinstance(leaf, Sphere)]
+        primitives = leaves(item.solid if isinstance(item, Instances) else item)
+        spheres = [leaf for leaf in primitives if isinstance(leaf, Sphere)]
         count = len(item) if isinstance(item, Instances) else 1
         if isinstance(item, Instances):
             places = item.spheres()
@@ -62,21 +60,50 @@ def _table(scene: Scene) -> Table:
         else:
             centers.append(np.array([s.center for s in spheres]).reshape(-1, 3))
             radii.append(np.array([s.radius for s in spheres]))
-        materials.append(np.tile(np.array([order[s.material] for s in spheres], np.int32), count))
-        if len(spheres) < len(found):
+        sphere_materials.append(np.tile(np.array([order[s.material] for s in spheres], np.int32), count))
+        if len(spheres) < len(primitives):
             placed = item.solids() if isinstance(item, Instances) else (item,)
             own = [leaf for solid in placed for leaf in leaves(solid) if isinstance(leaf, Plane)]
             planes += own
-            of_planes += [order[plane.material] for plane in own]
-    material = np.concatenate([*materials, np.array(of_planes, np.int32)])
-    return Table(
-        np.concatenate(centers),
-        np.concatenate(radii),
+            plane_materials += [order[plane.material] for plane in own]
+    material = np.concatenate([*sphere_materials, np.array(plane_materials, np.int32)])
+    center, radius = np.concatenate(centers), np.concatenate(radii)
+    units = [plane.unit() for plane in planes]
+    return Surfaces(
+        center,
+        radius,
+        np.abs(center).max(axis=1, initial=0.0),
         planes,
-        np.array([plane.unit()[0] for plane in planes]).reshape(-1, 3),
+        np.array([normal for normal, _ in units]).reshape(-1, 3),
+        np.array([offset for _, offset in units]),
         material,
         np.flatnonzero(np.bincount(material)).tolist(),  # np.unique would import numpy.ma
     )
+
+
+def touched_surface(surfaces: Surfaces, light: PointLight) -> int | None:
+    """The index of the first surface that `light` is on, if there is one.
+
+    A point is on what Sphere.touches() and Plane.touches() say. A light with a radius is on its own sphere alone, which
+    PointLight.is_bulb() tells.
+    """
+    distance = np.linalg.norm(surfaces.centers - light.position, axis=1)
+    largest = max(map(abs, (*light.position, light.radius)))
+    if light.radius:
+        off = np.maximum(distance, np.abs(surfaces.radii - light.radius))
+        bound = ROUNDING * np.maximum(surfaces.extents, largest)
+    else:
+        off = np.abs(distance - surfaces.radii)
+        bound = ROUNDING * np.maximum(np.maximum(surfaces.extents, largest), surfaces.radii)
+    touching = np.flatnonzero(off <= bound)
+    if len(touching):
+        return int(touching[0])
+    if light.radius or not surfaces.planes:
+        return None
+    # Plane.touches() sums without rounding, which takes long: only planes that are near are asked.
+    off = np.abs(surfaces.normals @ light.position - surfaces.offsets)
+    near = np.flatnonzero(off <= _NEAR * np.maximum(np.abs(surfaces.offsets), largest))
+    return next((surfaces.spheres + int(p) for p in near if surfaces.planes[p].touches(light.position)), None)
 
 
 def powers(centers: Array, radii: Array, point: Vec3) -> Array:

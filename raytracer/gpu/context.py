@@ -16,8 +16,8 @@ from typing import Any, Literal, NoReturn, get_args
 import moderngl
 
 from raytracer.core.validation import InputError, check_choice
-from raytracer.gpu.devices import REQUIRED, Device, open_device, wanted_device
-from raytracer.gpu.devices import VARIABLE as DEVICE_VARIABLE
+from raytracer.gpu.adapters import REQUIRED, Adapter, open_adapter, wanted_adapter
+from raytracer.gpu.adapters import VARIABLE as ADAPTER_VARIABLE
 from raytracer.gpu.turns import ContextError, begin
 
 Backend = Literal["auto", "egl", "window", "osmesa"]
@@ -40,35 +40,35 @@ def backend_name(backend: str | None = None) -> str:
     return check_choice(name, VARIABLE if backend is None else "backend", get_args(Backend))
 
 
-def chosen(backend: str | None = None, device: Device | None = None) -> tuple[str, Device | None]:
-    """The backend's name, and the device, by arguments or else by variables; None for the best device.
+def chosen(backend: str | None = None, adapter: Adapter | None = None) -> tuple[str, Adapter | None]:
+    """The backend's name, and the adapter, by arguments or else by variables; None for the best adapter.
 
-    Only EGL has devices: with one, "auto" is "egl". The variable RAYTRACER_DEVICE is for EGL alone. Raises InputError
-    as `backend_name` and `wanted_device`, and for the argument `device` with a backend that has none.
+    Only EGL has adapters: with one, "auto" is "egl". The variable RAYTRACER_DEVICE is for EGL alone. Raises InputError
+    as `backend_name` and `wanted_adapter`, and for the argument `adapter` with a backend that has none.
     """
     name = backend_name(backend)
     if name in ("auto", "egl"):
-        device = wanted_device(device)
-        return "egl" if device is not None else name, device
-    if device is not None:
+        adapter = wanted_adapter(adapter)
+        return "egl" if adapter is not None else name, adapter
+    if adapter is not None:
         raise InputError(f"expected the backend egl, which alone has devices, got the backend {name}", "device")
     return name, None
 
 
-def open_context(backend: str | None = None, device: Device | None = None) -> moderngl.Context:
-    """A new context, as `chosen(backend, device)`; "auto" is the first backend that opens.
+def open_context(backend: str | None = None, adapter: Adapter | None = None) -> moderngl.Context:
+    """A new context, as `chosen(backend, adapter)`; "auto" is the first backend that opens.
 
-    Raises InputError as `chosen`, and for a device that is not there; ContextError if no context opens, or in a process
-    that was forked from one that had begun with OpenGL (turns.py).
+    Raises InputError as `chosen`, and for an adapter that is not there; ContextError if no context opens, or in a
+    process that was forked from one that had begun with OpenGL (turns.py).
     """
-    where = DEVICE_VARIABLE if device is None else "device"
-    name, device = chosen(backend, device)
+    where = ADAPTER_VARIABLE if adapter is None else "device"
+    name, adapter = chosen(backend, adapter)
     begin()
     names = list(_OPENERS) if name == "auto" else [name]
     problems: dict[str, str] = {}
     for name in names:
         try:
-            return open_device(device, where) if name == "egl" else _OPENERS[name]()
+            return open_adapter(adapter, where) if name == "egl" else _OPENERS[name]()
         except InputError:
             raise
         except Exception as error:  # every driver and binding fails in its own way
@@ -173,7 +173,7 @@ def _raise_glfw_error(_code: int, message: Any) -> NoReturn:
 
 
 _OPENERS: dict[str, Callable[[], moderngl.Context]] = {
-    "egl": open_device,
+    "egl": open_adapter,
     "window": lambda: _open_glfw("any")[0],
     "osmesa": lambda: _open_glfw("null")[0],
 }

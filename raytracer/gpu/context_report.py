@@ -5,8 +5,8 @@ from __future__ import annotations
 import moderngl
 import msgspec
 
+from raytracer.gpu.adapters import closed_adapters, leave
 from raytracer.gpu.context import BACKENDS, open_context
-from raytracer.gpu.devices import closed_devices, leave
 from raytracer.gpu.turns import ContextError, begin
 
 
@@ -44,7 +44,7 @@ def _device_reports() -> list[ContextReport]:
         _report("egl", each.context, each.number)
         if each.context
         else ContextReport("egl", False, each.number, problem=each.problem)
-        for each in closed_devices()
+        for each in closed_adapters()
     ]
     if len(reports) > 1 or any(report.opens for report in reports):
         return reports

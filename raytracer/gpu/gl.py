@@ -1,6 +1,7 @@
-"""What several modules do with OpenGL, and what moderngl does not: buffer textures, float depth.
+"""Calls of OpenGL that several modules share, and those that moderngl has not: buffer textures, float depth.
 
-`context` is one that raytracer.context has opened, and current.
+Each `context` comes from raytracer.gpu.context, and is current. Other packages take the types of OpenGL's objects from
+here: moderngl is imported in this package alone.
 """
 
 from __future__ import annotations
@@ -15,6 +16,12 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.glsl.preprocessor import ShaderError
 from raytracer.gpu.turns import ContextError
+
+Context = moderngl.Context
+Framebuffer = moderngl.Framebuffer
+Program = moderngl.Program
+Texture = moderngl.Texture
+VertexArray = moderngl.VertexArray
 
 _ALIASED_POINT_SIZE_RANGE = 0x846D
 _TEXTURE0, _TEXTURE_BUFFER, _MAX_TEXTURE_BUFFER_SIZE = 0x84C0, 0x8C2A, 0x8C2B

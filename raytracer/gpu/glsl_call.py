@@ -23,8 +23,8 @@ from numpy.typing import ArrayLike, NDArray
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble, shaders_folder
 from raytracer.core.files import read_packaged
 from raytracer.core.validation import InputError, shown
+from raytracer.gpu.device import Device, shared_device
 from raytracer.gpu.gl import release, set_uniforms, volume_texture
-from raytracer.rendering.renderer import Renderer, shared_renderer
 
 # Words of a row of the data textures: any driver of OpenGL 3.3 takes 1024, llvmpipe 16384.
 _WIDTH = 1024
@@ -51,7 +51,7 @@ def call(
     function: str,
     *arguments: ArrayLike,
     defines: Defines | None = None,
-    renderer: Renderer | None = None,
+    device: Device | None = None,
     generated: Mapping[str, str] | None = None,
     file: str | None = None,
     volumes: Mapping[str, NDArray[np.float32]] | None = None,
@@ -62,12 +62,13 @@ def call(
     for all. Returns an array of N elements of the function's type; if there are `out` or `inout`
     parameters, a tuple of it (unless void) and of theirs in order. `defines` set constants such
     as MAX_HITS. Scalars throughout mean N = 1. `generated` are texts that stand for files, by name; `file` is
-    the one that has the function, if none of shaders/ does; `volumes` are what is in each sampler3D, (D, H, W, 3).
+    the one that has the function, if none of shaders/ does; `volumes` are the values in each sampler3D, (D, H, W, 3).
+    `device` is where the function runs, by default the process's own.
 
     Raises ShaderError if shaders/ has no such function, InputError if `file` has none, TypeError for a wrong number of
     arguments, ValueError if one does not fit its parameter.
     """
-    renderer = renderer or shared_renderer()
+    device = device or shared_device()
     types = _Types(file or _file_of(function), defines, generated)
     result, parameters = types.signature(function)
     given = [p for p in parameters if p.direction != "out"]
@@ -91,8 +92,8 @@ def call(
     source = types.program(function, result, parameters, taken, returned)
     # As many elements at once as fit into a texture, in and out.
     words = max(taken.itemsize, returned.itemsize) // 4
-    step = _WIDTH * renderer.limits.target // words
-    parts = [_run(renderer, source, data[i : i + step], returned, volumes or {}) for i in range(0, count, step)]
+    step = _WIDTH * device.limits.target // words
+    parts = [_run(device, source, data[i : i + step], returned, volumes or {}) for i in range(0, count, step)]
     answer = np.concatenate(parts) if parts else np.zeros(0, returned)
     values = [answer[name].astype(bool) if kind == "bool" else answer[name].copy() for name, kind in results]
     return values[0] if len(values) == 1 else tuple(values)
@@ -234,19 +235,19 @@ def _elements(value: ArrayLike, kind: np.dtype[Any], name: str) -> NDArray[Any]:
 
 
 def _run(
-    renderer: Renderer,
+    device: Device,
     source: Source,
     data: NDArray[Any],
     returned: np.dtype[Any],
     volumes: Mapping[str, NDArray[np.float32]],
 ) -> NDArray[Any]:
-    context = renderer.context
+    context = device.context
     words = np.ascontiguousarray(data).view(np.int32).ravel() if data.dtype.itemsize else np.zeros(0, np.int32)
     padded = np.zeros((max(1, -(-len(words) // _WIDTH)), _WIDTH), np.int32)
     padded.ravel()[: len(words)] = words
     total = len(data) * (returned.itemsize // 4)
-    with renderer.turn():
-        program = renderer.program(source)
+    with device.turn():
+        program = device.program(source)
         texture = context.texture((_WIDTH, len(padded)), 1, padded.tobytes(), dtype="i4")
         target = context.texture((_WIDTH, -(-total // _WIDTH)), 1, dtype="i4")
         framebuffer = context.framebuffer([target])

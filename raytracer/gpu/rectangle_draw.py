@@ -21,23 +21,6 @@ _CORNERS = np.array([0, 1, 2, 2, 1, 3], np.int32)
 Ints = NDArray[np.int32]
 
 
-def cells_under(rectangles: Ints, shape: tuple[int, int], side: int) -> Mask:
-    """Which squares of `side` pixels, of a picture of `shape` (rows, columns) of them, the rectangles touch.
-
-    `rectangles` are (N, 4 or more): first column and row of pixels, and behind the last.
-    """
-    first, last = rectangles[:, :2] // side, (rectangles[:, 2:4] - 1) // side
-    count = np.zeros((shape[0] + 1, shape[1] + 1), np.int64)
-    for rows, columns, sign in (
-        (first[:, 1], first[:, 0], 1),
-        (first[:, 1], last[:, 0] + 1, -1),
-        (last[:, 1] + 1, first[:, 0], -1),
-        (last[:, 1] + 1, last[:, 0] + 1, 1),
-    ):
-        np.add.at(count, (rows, columns), sign)
-    return count.cumsum(0).cumsum(1)[:-1, :-1] > 0
-
-
 def which_touch(rectangles: Ints, squares: Mask, corner: tuple[int, int], side: int) -> Mask:
     """(N,): which rectangles touch a square of `side` pixels that is True. The first begins at the pixel `corner`."""
     sums = np.pad(squares.cumsum(0).cumsum(1), ((1, 0), (1, 0)))

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from raytracer.compiler.glsl import reflectance
+from raytracer.compiler.glsl import materials
+from raytracer.compiler.material_layout import make_layout, struct
 from raytracer.core.arrays import number_array
 from raytracer.core.validation import InputError, Keys, check_text, is_number, number, shown, vector
 from raytracer.gpu import glsl_call
-from raytracer.rendering.renderer import Renderer
+from raytracer.gpu.device import Device
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.merl import SHAPE, Measured, directions
 
@@ -19,9 +20,7 @@ _TOP = "reflectance.glsl"
 _SLICE = 2**17
 
 
-def evaluate(
-    material: Material, wi: ArrayLike, wo: ArrayLike, *, renderer: Renderer | None = None
-) -> NDArray[np.float32]:
+def evaluate(material: Material, wi: ArrayLike, wo: ArrayLike, *, device: Device | None = None) -> NDArray[np.float32]:
     """f cos(theta_i) of a material for light from `wi` and a viewer at `wo`, as the GPU computes it when it renders.
 
     `wi` and `wo` are unit directions (N, 3), or one (3,) for all, in a frame whose normal is +z, in which
@@ -29,54 +28,52 @@ def evaluate(
     the two is not above the horizon. What an ideal mirror reflects is not in it. Raises InputError for directions
     that are not finite or not unit.
     """
-    _check(material, renderer)
+    _check(material, device)
     pair = [_directions(value, name) for value, name in ((wi, "wi"), (wo, "wo"))]
     lengths = {len(part) for part in pair} - {1}
     if len(lengths) > 1 or 0 in lengths:
         got = " and ".join(str(len(part)) for part in pair)
         raise InputError(f"expected as many directions as of wi, or one of either, got {got}", "wo")
-    return call("evaluate", material, *pair, renderer=renderer)
+    return call("evaluate", material, *pair, device=device)
 
 
-def call(function: str, material: Material, *arguments: ArrayLike, renderer: Renderer | None = None) -> NDArray[Any]:
+def call(function: str, material: Material, *arguments: ArrayLike, device: Device | None = None) -> NDArray[Any]:
     """What a GLSL function of a Material and N more arguments answers, in a shader that has what `material` needs.
 
     Such as ggxD() of shaders/brdf/distribution_ggx.glsl for a material of the model ggx. As raytracer.glsl.call().
     """
-    _check(material, renderer)
+    _check(material, device)
     check_text(function, "function")
-    found = reflectance.layout([material])
-    lines = ['#include "materials.glsl"', *reflectance.reflected_text(found), *_EVALUATE]
-    generated = {"materials.glsl": reflectance.material_text(found), _TOP: "\n".join(lines)}
-    data = reflectance.struct(found, material, glsl_call.struct_dtype("Material", _TOP, generated))
+    layout = make_layout([material])
+    lines = ['#include "materials.glsl"', *materials.reflected_text(layout), *_EVALUATE]
+    generated = {"materials.glsl": materials.material_text(layout), _TOP: "\n".join(lines)}
+    data = struct(layout, material, glsl_call.struct_dtype("Material", _TOP, generated))
     table = material.get("file")
     volumes = {"measured": table.values} if table else {}
-    return glsl_call.call(
-        function, data, *arguments, renderer=renderer, generated=generated, file=_TOP, volumes=volumes
-    )
+    return glsl_call.call(function, data, *arguments, device=device, generated=generated, file=_TOP, volumes=volumes)
 
 
-def bake(material: Material, *, renderer: Renderer | None = None) -> Measured:
+def bake(material: Material, *, device: Device | None = None) -> Measured:
     """The table of an isotropic material in MERL's format: f in the middle of each of its cells.
 
     Cells below the horizon, which those above are interpolated with, hold what is just above it. Raises InputError
     for an anisotropic material.
     """
-    _check(material, renderer)
-    if reflectance.layout([material]).turned:
+    _check(material, device)
+    if make_layout([material]).is_anisotropic:
         raise InputError("expected cx and cy to be the same: MERL's format is for isotropic materials", "lobes")
     wi, wo = (_above(part.reshape(-1, 3)) for part in directions())
     # In slices: the Material goes to the GPU with each of its directions.
     slices = [slice(i, i + _SLICE) for i in range(0, len(wi), _SLICE)]
-    f = np.concatenate([evaluate(material, wi[part], wo[part], renderer=renderer) / wi[part, 2:] for part in slices])
+    f = np.concatenate([evaluate(material, wi[part], wo[part], device=device) / wi[part, 2:] for part in slices])
     return Measured(f.reshape(*SHAPE, 3))
 
 
-def _check(material: Any, renderer: Any) -> None:
+def _check(material: Any, device: Any) -> None:
     if not isinstance(material, Material):
         raise InputError(f"expected a Material, got {shown(material)}", "material")
-    if renderer is not None and not isinstance(renderer, Renderer):
-        raise InputError(f"expected a Renderer or None, got {shown(renderer)}", "renderer")
+    if device is not None and not isinstance(device, Device):
+        raise InputError(f"expected a Device or None, got {shown(device)}", "device")
 
 
 def _above(directions: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import moderngl
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler import view_space
-from raytracer.compiler.culling import Mask, quiet_cells
+from raytracer.compiler.culling import Mask
 from raytracer.compiler.direction_cells import BLOCK, CELL
+from raytracer.compiler.frame import Frame
 from raytracer.compiler.rounds import MAX_ROUNDS
-from raytracer.compiler.surfaces import table
 from raytracer.core.validation import InputError
 from raytracer.formats.image import Image
 from raytracer.gpu.cell_draw import Rectangle, Squares, runs, squares, viewport
 from raytracer.gpu.gl import clear_integers, release, set_uniforms
 from raytracer.gpu.rectangle_draw import Over, Rectangles, touching, which_touch
-from raytracer.rendering.scene_buffers import Numbers
-from raytracer.scene.scene import Scene
+from raytracer.gpu.scene_buffers import SceneBuffers
+from raytracer.scene.options import SamplingOptions
 from raytracer.scene.sequences import sample_place, scatters
-from raytracer.scene.settings import Settings
 
 # Seconds that a draw should take: well below what stalls a desktop.
 _SHORT_DRAW = 0.05
@@ -43,13 +39,13 @@ _INFINITE = 1e29
 
 
 class Programs(NamedTuple):
-    """What draws a scene: two passes and, if there may be quiet cells (culling.py), the one pass for these."""
+    """What draws a scene: two passes and, if there may be plane-only cells (culling.py), the one pass for these."""
 
-    see: moderngl.Program | None  # visibility.frag, unless `shade` finds all that is under objects of kinds
+    see: moderngl.Program | None  # visibility.frag, unless `shade` finds all that is under objects that share code
     shade: moderngl.Program | None = None  # shade.frag, or show_*.frag
-    quiet: moderngl.Program | None = None  # picture.frag
+    plane_only: moderngl.Program | None = None  # picture.frag
     empty: moderngl.Program | None = None  # empty.frag
-    kinds: moderngl.Program | None = None  # visibility.frag for kinds.vert
+    shapes: moderngl.Program | None = None  # visibility.frag for kinds.vert
 
 
 class Passes:
@@ -70,7 +66,7 @@ class Passes:
         self._drawn: dict[moderngl.Program, Mask] = {}  # which cells each program draws
         self._squares: dict[moderngl.Program, Squares] = {}  # the same on the GPU, or blocks of them
         self._side = CELL  # of those squares, in pixels
-        self._numbers = Numbers(context)
+        self._buffers = SceneBuffers(context)
         self._draw_size: dict[moderngl.Program, int] = {}  # pixels, as found last time
         self._target = target
         self._rectangles: Rectangles | None = None
@@ -82,54 +78,34 @@ class Passes:
         self._seen = context.framebuffer(self._colors)
         self._light = context.framebuffer([self.radiance])
 
-    def load(self, programs: Programs, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
-        """Take the numbers of `scene` for a picture of `size`. `programs` draw its structure.
+    def load(self, programs: Programs, frame: Frame, sampling: SamplingOptions) -> None:
+        """Take the numbers of `frame`. `programs` draw its structure.
 
         Raises ShaderError if a program has a uniform of another type than it should have.
         """
-        self._to_world = view_space.rotation(scene.camera).astype(np.float32)
-        self._numbers.load(scene, settings, size)
-        self._material_index = np.append(table(scene).material, np.int32(-1))  # so also at index -1
+        scene = frame.compiled.scene
+        self._to_world = frame.view.rotation.astype(np.float32)
+        self._buffers.upload(frame)
+        self._material_index = np.append(frame.compiled.surfaces.material, np.int32(-1))  # so also at index -1
         r, g, b = scene.background
         self._background = r, g, b, r * r + g * g + b * b  # as empty.frag has it
-        self._programs, self._size, self._settings = programs, size, settings
-        self._find_cells(programs, scene, settings, size)
+        self._programs, self._frame, self._sampling = programs, frame, sampling
+        self._find_cells(programs, frame)
         self._find_rectangles(programs)
         self.draw_all()
         for program in filter(None, programs):
-            set_uniforms(
-                program,
-                **{
-                    "draw.resolution": size,
-                    "draw.pixelScale": view_space.pixel_scale(scene.camera, size[1]),
-                    "draw.ambient": scene.ambient,
-                    "draw.background": scene.background,
-                    "draw.firstPlane": len(table(scene).radii),
-                    "draw.grid": self._numbers.grid,
-                    "draw.depthScale": 2.0 ** -math.frexp(self._numbers.farthest)[1],
-                },
-                toWorld=tuple(self._to_world.ravel().tolist()),  # rows of the way there are columns of the way back
-                focus=math.dist(scene.camera.position, scene.camera.look_at),
-                everything=self._numbers.everything,
-                two=2,
-                surface=0,
-                normalDepth=1,
-                others=0,
-            )
-            self._numbers.attach(program)
+            set_uniforms(program, **frame.uniforms, two=2, surface=0, normalDepth=1, others=0)
+            self._buffers.attach(program)
 
-    def _find_cells(self, programs: Programs, scene: Scene, settings: Settings, size: tuple[int, int]) -> None:
+    def _find_cells(self, programs: Programs, frame: Frame) -> None:
         """Say which program draws which cells."""
-        busy = np.ones((-(-size[1] // CELL), -(-size[0] // CELL)), bool)
-        drawn = {program: busy for program in programs[:2] if program}
+        cells = frame.cells
+        others = cells.others if programs.empty else np.ones_like(cells.others)
+        drawn = {program: others for program in programs[:2] if program}
         if programs.empty:
-            if not programs.quiet:  # then just the empty cells are looked for, and no shadow is seen in these
-                settings = msgspec.structs.replace(settings, shadows="off")
-            quiet, empty = quiet_cells(scene, size, settings, self._numbers.met())
-            drawn[programs.empty] = empty
-            if programs.quiet:
-                drawn[programs.quiet] = quiet & ~empty
-            busy[quiet if programs.quiet else empty] = False
+            drawn[programs.empty] = cells.empty
+        if programs.plane_only:
+            drawn[programs.plane_only] = cells.plane_only
         for program in self._squares.keys() - drawn.keys():
             self._squares.pop(program).release()
         for program in drawn.keys() - self._squares.keys():
@@ -137,13 +113,13 @@ class Passes:
         self._drawn = drawn
 
     def _find_rectangles(self, programs: Programs) -> None:
-        """Have what draws objects of kinds, if there are any."""
-        if self._rectangles and self._rectangles.program is not programs.kinds:
+        """Have what draws objects that share code, if there are any."""
+        if self._rectangles and self._rectangles.program is not programs.shapes:
             self._rectangles.release()
             self._rectangles = None
-        if programs.kinds:
-            self._rectangles = self._rectangles or Rectangles(self._context, programs.kinds)
-            others = "others" in programs.kinds
+        if programs.shapes:
+            self._rectangles = self._rectangles or Rectangles(self._context, programs.shapes)
+            others = "others" in programs.shapes
             if self._over and bool(self._over.others) != others:
                 self._over.release()
                 self._over = None
@@ -156,7 +132,7 @@ class Passes:
         """Let the next draws be of all pixels."""
         self._side = CELL
         if self._rectangles:
-            self._rectangles.set(self._numbers.rectangles)
+            self._rectangles.set(self._frame.rectangles)
         for program, cells in self._drawn.items():
             self._set_squares(program, cells, (0, 0))
 
@@ -169,7 +145,7 @@ class Passes:
         x, y = corner[0] // CELL, corner[1] // CELL
         part = slice(y, y + blocks.shape[0] // per), slice(x, x + blocks.shape[1] // per)
         if self._rectangles:
-            rectangles = self._numbers.rectangles
+            rectangles = self._frame.rectangles
             self._rectangles.set(rectangles, which_touch(rectangles, blocks, corner, BLOCK))
         for program, cells in self._drawn.items():
             self._set_squares(program, cells[part].repeat(per, axis=0).repeat(per, axis=1) & blocks, (x, y))
@@ -204,23 +180,24 @@ class Passes:
         found = squares(mask) if points else runs(mask)
         found[:, :2] += np.multiply(corner, per).astype(np.int32)
         if has_lists:
+            assert self._frame.camera_lists is not None
             column, row = found[:, :2].T // per
-            lists = self._numbers.camera_lists()[row * self._drawn[program].shape[1] + column]
+            lists = self._frame.camera_lists[row * self._drawn[program].shape[1] + column]
             found = np.column_stack([found, lists])
         self._squares[program].set(found, points=points)
 
     def draw(self, tile: Rectangle, k: int, *, anew: bool) -> None:
         """Draw sample k = 0, 1, ... of a tile and wait for it; add it to the sum, or begin one `anew`."""
         assert self._programs
-        place = sample_place(k, self._settings.sequence, self._settings.samples)
-        if anew and self._side == CELL and self._rectangles and self._programs.kinds:
-            found = self._numbers.rectangles
-            whole = tile == (0, 0, *self._size)
+        place = sample_place(k, self._sampling.sequence, self._sampling.samples)
+        if anew and self._side == CELL and self._rectangles and self._programs.shapes:
+            found = self._frame.rectangles
+            whole = tile == (0, 0, *self._frame.size)
             self._rectangles.set(found, None if whole else touching(found, tile))
         port, shown = viewport(tile)
         drawn = [program for program, squares in self._squares.items() if squares.count]
-        if self._programs.kinds:
-            drawn.append(self._programs.kinds)
+        if self._programs.shapes:
+            drawn.append(self._programs.shapes)
         for program in drawn:
             set_uniforms(
                 program,
@@ -229,11 +206,11 @@ class Passes:
                     "draw.tileOrigin": tile[:2],
                     "draw.viewport": shown,
                     "draw.samplePlace": place,
-                    "draw.scatter": -1 if scatters(self._settings.sequence, self._settings.samples) else 0,
+                    "draw.scatter": -1 if scatters(self._sampling.sequence, self._sampling.samples) else 0,
                     "draw.sampleIndex": k,
                 },
             )
-        self._numbers.bind()
+        self._buffers.bind()
         self._light.viewport = port
         # All pixels are drawn, so a first sample need neither find 0 there nor be added to it.
         first = anew and self._side == CELL
@@ -261,21 +238,21 @@ class Passes:
             self._surface.use(0)
             if self._normal_depth:
                 self._normal_depth.use(1)
-            for program in (self._programs.shade, self._programs.quiet, self._programs.empty):
+            for program in (self._programs.shade, self._programs.plane_only, self._programs.empty):
                 if program and not (cleared and program is self._programs.empty):
                     self._squares[program].draw()
             self._context.finish()
         self._context.disable(moderngl.BLEND)
         self._context.disable_direct(_LOGIC_OP)
-        if anew and self._software and self._numbers.rounds > MAX_ROUNDS:
+        if anew and self._software and self._frame.rounds > MAX_ROUNDS:
             self.read_sum((0, 0, *tile[2:]))
 
     def try_out(self) -> None:
         """Raise InputError if shaders do not come to an end in the picture's first sample; in a target of its size."""
-        if self._software and self._numbers.rounds > MAX_ROUNDS:
-            self.draw((0, 0, *self._size), 0, anew=True)
+        if self._software and self._frame.rounds > MAX_ROUNDS:
+            self.draw((0, 0, *self._frame.size), 0, anew=True)
             if self.geometry:  # no light is computed, which would tell it
-                self._read_surface(self._size)
+                self._read_surface(self._frame.size)
 
     def _see(self, tile: Rectangle) -> None:
         """Find what the pixels of a tile see."""
@@ -346,7 +323,7 @@ class Passes:
         for thing in (self._over, self._rectangles, *self._squares.values()):
             if thing:
                 thing.release()
-        self._numbers.close()
+        self._buffers.close()
 
 
 def _check_rounds(cut_short: bool) -> None:

@@ -9,7 +9,8 @@ from raytracer.core.progress import Progress, check_progress
 from raytracer.core.validation import check_flag, check_size
 from raytracer.formats.image import Image
 from raytracer.formats.settings_section import DEFAULT_SIZE
-from raytracer.rendering.renderer import shared_renderer
+from raytracer.gpu.device import shared_device
+from raytracer.rendering.renderer import Renderer
 from raytracer.scene.presets import Quality, combined
 from raytracer.scene.scene import Scene, checked_scene
 from raytracer.scene.sequences import Sequence as SampleSequence
@@ -82,4 +83,5 @@ def render(
     check_progress(progress)
     for warning in scene_warnings(scene, settings):
         warnings.warn(warning, stacklevel=2)
-    return shared_renderer(backend, device).render(scene, size, settings, geometry=geometry, progress=progress)
+    renderer = Renderer(shared_device(backend, device))
+    return renderer.render(scene, size, settings, geometry=geometry, progress=progress)

@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler import view_space
+from raytracer.compiler.compiled_scene import CompiledScene, compile
+from raytracer.compiler.frame import Frame, make_frame
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble
-from raytracer.compiler.glsl.shaders import Show, light_defines, plain_vertex_source
+from raytracer.compiler.glsl.shaders import Show, plain_vertex_source
 from raytracer.core.validation import InputError
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
@@ -75,13 +77,14 @@ class Live:
         self._renderer = renderer
         self._budget = budget
         self._pace = Pace(budget)
-        self._context = renderer.context
+        self._device = renderer.device
+        self._context = self._device.context
         self._passes: Passes | None = None
         self._structure: tuple[object, ...] = ()
+        self._frame: Frame | None = None
         self._programs: tuple[Programs | None, dict[str, moderngl.Program]] = None, {}
         self._arrays: dict[str, moderngl.VertexArray] = {}
-        self._held: set[moderngl.Program] = set()  # all programs that are in use
-        renderer.held[self] = self._held
+        self._held = self._device.held_by(self)  # all programs that are in use
         self._panels: list[tuple[moderngl.Texture, tuple[int, int]]] = []
         self._label: moderngl.Texture | None = None
         self._reread = False
@@ -108,15 +111,16 @@ class Live:
         InputError for a scene or size beyond this driver's limits and ShaderError for a mistake in
         `shaders/`; the picture before can then be started again.
         """
-        limit = self._renderer.limits.target
+        limit = self._device.limits.target
         if max(size) > limit:
             raise InputError(
                 f"expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}", "size"
             )
-        structure = _structure(scene, settings, show)
+        compiled = self._compile(scene, settings)
+        structure = compiled.structure, show
         reread, self._reread = self._reread, False
         known = not reread and structure == self._structure
-        programs, on_screen = self._programs if known else self._find_programs(scene, settings, show)
+        programs, on_screen = self._programs if known else self._find_programs(compiled, show)
         enlarged = self._pace.enlarged(size[0] * size[1]) if moving else 1
         geometry = show != "picture"
         if size != self.size or self._passes is None or self._passes.geometry != geometry:
@@ -126,9 +130,10 @@ class Live:
             self._passes = Passes(self._context, size, geometry=geometry)
             self.size = size
         assert programs
+        self._frame = make_frame(compiled, _enlarged(size, enlarged), self._device.limits, self._frame)
         # A moving picture's only sample is that of a picture of one: the pixel's centre, unless samples are random.
-        drawn = msgspec.structs.replace(settings, samples=1) if moving else settings
-        self._passes.load(programs, scene, drawn, _enlarged(size, enlarged))
+        drawn = msgspec.structs.replace(settings.sampling, samples=1) if moving else settings.sampling
+        self._passes.load(programs, self._frame, drawn)
         self._passes.try_out()
         self.enlarged, self.samples, self.moving = enlarged, 0, moving and (enlarged > 1 or settings.samples > 1)
         self._settings, self._seconds, self._enough = settings, 0.0, False
@@ -145,25 +150,27 @@ class Live:
             self._held |= {*filter(None, programs), *on_screen.values()}
         if reread:  # programs of the files as they were are not needed any more
             self._mistaken = False
-            self._renderer.forget(self._held)
+            self._device.forget()
         elif not known:
-            self._renderer.trim()
+            self._device.trim()
 
     def has_structure(self, scene: Scene, settings: Settings, show: Show) -> bool:
         """Whether the programs of the picture before draw this one."""
-        return self._structure == _structure(scene, settings, show)
+        return self._structure == (self._compile(scene, settings).structure, show)
 
     def is_compiled(self, scene: Scene, settings: Settings, show: Show) -> bool:
         """Whether `start` compiles nothing for this picture. Raises InputError and ShaderError as `start`."""
-        self._renderer.limits.check(scene, settings)
-        return self._renderer.has_programs(scene, settings, show)
+        compiled = self._compile(scene, settings)
+        self._device.limits.check(compiled)
+        return self._renderer.has_programs(compiled, show)
 
-    def _find_programs(
-        self, scene: Scene, settings: Settings, show: Show
-    ) -> tuple[Programs, dict[str, moderngl.Program]]:
-        self._renderer.limits.check(scene, settings)
-        on_screen = {name: self._renderer.program(assemble(f"window/{name}.frag")) for name in _ON_SCREEN}
-        programs = self._renderer.programs(scene, settings, show)
+    def _compile(self, scene: Scene, settings: Settings) -> CompiledScene:
+        return compile(scene, settings.compile_options, self._frame.compiled if self._frame else None)
+
+    def _find_programs(self, compiled: CompiledScene, show: Show) -> tuple[Programs, dict[str, moderngl.Program]]:
+        self._device.limits.check(compiled)
+        on_screen = {name: self._device.program(assemble(f"window/{name}.frag")) for name in _ON_SCREEN}
+        programs = self._renderer.programs(compiled, show)
         for name, uniforms in _ON_SCREEN.items():
             set_uniforms(on_screen[name], **uniforms)
         return programs, on_screen
@@ -201,7 +208,7 @@ class Live:
             self._enough |= is_surely_below(settings.max_error, partial(self._error.rmse, n), n)
 
     def _error_program(self, source: Source) -> moderngl.Program:
-        program = self._renderer.program(source, plain_vertex_source())
+        program = self._device.program(source, plain_vertex_source())
         self._held.add(program)
         return program
 
@@ -284,12 +291,6 @@ class Live:
         if self._passes:
             self._passes.close()
         self._held.clear()
-
-
-def _structure(scene: Scene, settings: Settings, show: Show) -> tuple[object, ...]:
-    """Everything that decides the text of a picture's programs."""
-    compiled = msgspec.structs.replace(settings, samples=1, adaptive=None, max_error=None, time=None)
-    return scene.objects, light_defines(scene, settings), compiled, show
 
 
 def _beside(

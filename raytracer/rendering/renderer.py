@@ -3,82 +3,35 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, closing
 from functools import partial
-from weakref import WeakKeyDictionary
 
-import moderngl
 import msgspec
 import numpy as np
 
-from raytracer.compiler.batches import groups
-from raytracer.compiler.culling import has_quiet
+from raytracer.compiler.compiled_scene import CompiledScene, compile
 from raytracer.compiler.direction_cells import CELL
-from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble
-from raytracer.compiler.glsl.shaders import (
-    Show,
-    is_listed,
-    is_over_planes,
-    kinds_source,
-    plain_vertex_source,
-    quiet_source,
-    show_source,
-    vertex_source,
-    visibility_source,
-)
-from raytracer.core.interrupts import deferred
+from raytracer.compiler.frame import Frame, make_frame
+from raytracer.compiler.glsl.shaders import Show, plain_vertex_source, program_sources
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
-from raytracer.gpu.context import chosen, open_context
-from raytracer.gpu.devices import Device, leave
-from raytracer.gpu.turns import alone, check_process, turn
+from raytracer.gpu.device import Device
 from raytracer.rendering.error_estimate import Moved, estimated
-from raytracer.rendering.limits import Limits
 from raytracer.rendering.passes import Passes, Programs, Rectangle
 from raytracer.rendering.sampler import Sampler
+from raytracer.scene.options import SamplingOptions
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 
 # Side of a tile in pixels. A tile's targets take up to 60 bytes a pixel, 252 MB at this size.
 TILE = 2048
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
-# quiet cells than it takes to compile.
-_WORTH_QUIET = 2**20
-# Characters of the texts of all programs that are kept, but for those that every text has: llvmpipe takes some 4 MB for
-# the program of a tree of 8 spheres, 200 MB for one of 300, in all 0.8 to 2.3 kB a character. So many are up to 1 GB,
-# most often half of it. A page of all knobs (trade/) has 58 programs of 275,000, which it times in turns.
-KEPT_TEXT = 400_000
-_COMMON_TEXT = 24_000
+# plane-only cells than it takes to compile.
+_WORTH_PLANE_ONLY = 2**20
 # Pixels of a tile of a picture with 1 sample: rows of cells in the processor's cache.
 _STRIP = 2**18
-
-
-_shared: dict[tuple[str, Device | None], Renderer] = {}
-
-
-def shared_renderer(backend: str | None = None, device: Device | None = None) -> Renderer:
-    """The renderer on this process's one context of that kind, on that device, opened when first asked for.
-
-    Raises InputError for a backend or device that there is none of, ContextError if no context opens or in a process
-    that was forked from one that had begun with OpenGL (turns.py), RuntimeError within a progress callback.
-    """
-    key = chosen(backend, device)
-    check_process()
-    if key not in _shared:
-        with alone():
-            if key not in _shared:  # another thread may have been before
-                _shared[key] = _opened(backend, device)
-    return _shared[key]
-
-
-def _opened(backend: str | None, device: Device | None) -> Renderer:
-    context = open_context(backend, device)
-    try:
-        return Renderer(context)
-    finally:
-        leave(context)  # also where that failed before its own end
 
 
 def metadata(
@@ -107,23 +60,10 @@ def _why_unknown(settings: Settings, estimates: bool) -> str:
 
 
 class Renderer:
-    """Renders scenes on one OpenGL context. The programs used last are kept, by their text."""
+    """Renders scenes on one device."""
 
-    def __init__(self, context: moderngl.Context) -> None:
-        """Ask `context` for its limits, after which no context is current."""
-        self.context = context
-        self._programs: dict[tuple[str, str], moderngl.Program] = {}  # the least recently used first
-        # The programs that windows draw with, while other pictures are made on the same context.
-        self.held: WeakKeyDictionary[object, Collection[moderngl.Program]] = WeakKeyDictionary()
-        with context:
-            self.limits = Limits(context)
-
-    @contextmanager
-    def turn(self) -> Iterator[None]:
-        """Have the context current for a block, in which no program is released. Errors are those of turns.turn()."""
-        with turn(self.context):
-            self.trim()
-            yield
+    def __init__(self, device: Device) -> None:
+        self.device = device
 
     def render(
         self,
@@ -145,10 +85,11 @@ class Renderer:
         estimates |= settings.asks
         moved: list[Moved] = []
         pixels, count = 0, 0.0
-        self.limits.check(scene, settings)
+        compiled = compile(scene, settings.compile_options)
+        self.device.limits.check(compiled)
         width, height = size
         margin = Sampler.margin(settings)
-        tile = min(tile, self.limits.target - 2 * margin)
+        tile = min(tile, self.device.limits.target - 2 * margin)
         if tile > CELL:
             tile = tile // CELL * CELL
         image = Image(
@@ -164,12 +105,13 @@ class Renderer:
         shape = min(width, tile), min(height, tile, rows)
         tiles = list(_tiles(size, shape))
         target = min(width, shape[0] + 2 * margin), min(height, shape[1] + 2 * margin)
-        with self.turn(), ExitStack() as stack:
+        with self.device.turn(), ExitStack() as stack:
+            plane_only = not only or width * height * settings.samples >= _WORTH_PLANE_ONLY
+            frame = make_frame(compiled, size, self.device.limits, plane_only=plane_only)
             if geometry:
-                self._find_geometry(image, scene, settings, tiles, shape)
-            passes = stack.enter_context(closing(Passes(self.context, target, once=True)))
-            quiet = not only or width * height * settings.samples >= _WORTH_QUIET
-            passes.load(self.programs(scene, settings, quiet=quiet), scene, settings, size)
+                self._find_geometry(image, frame, tiles, shape)
+            passes = stack.enter_context(closing(Passes(self.device.context, target, once=True)))
+            passes.load(self.programs(compiled, plane_only=plane_only), frame, settings.sampling)
             sampler = stack.enter_context(closing(self.sampler(settings, target, estimates=estimates)))
             if settings.time is not None:
                 sampler.warm(passes)
@@ -204,99 +146,35 @@ class Renderer:
     def _find_geometry(
         self,
         image: Image,
-        scene: Scene,
-        settings: Settings,
+        frame: Frame,
         tiles: Sequence[Rectangle],
         target: tuple[int, int],
     ) -> None:
         """Fill in what the centre rays of an image's pixels see."""
-        size = image.radiance.shape[1], image.radiance.shape[0]
-        settings = msgspec.structs.replace(settings, samples=1, sequence="sobol")  # that sample is the centre
-        with closing(Passes(self.context, target, geometry=True)) as passes:
-            passes.load(self.programs(scene, settings, None), scene, settings, size)
+        with closing(Passes(self.device.context, target, geometry=True)) as passes:
+            passes.load(self.programs(frame.compiled, None), frame, SamplingOptions())  # its sample is the centre
             for rectangle in tiles:
                 passes.draw(rectangle, 0, anew=True)
-                passes.read_geometry(image, _place(rectangle, size))
+                passes.read_geometry(image, _place(rectangle, frame.size))
 
     def sampler(self, settings: Settings, target: tuple[int, int], *, estimates: bool = True) -> Sampler:
-        """What draws samples into targets of that size; else as Sampler's. `context` must be current."""
-        program = partial(self.program, vertex=plain_vertex_source())
-        return Sampler(self.context, program, settings, target, estimates=estimates)
+        """What draws samples into targets of that size; else as Sampler's. The device's context must be current."""
+        program = partial(self.device.program, vertex=plain_vertex_source())
+        return Sampler(self.device.context, program, settings, target, estimates=estimates)
 
-    def programs(
-        self, scene: Scene, settings: Settings, show: Show | None = "picture", *, quiet: bool = True
-    ) -> Programs:
-        """What draws `scene`; with `show` None only what each pixel sees. `context` must be current.
+    def programs(self, compiled: CompiledScene, show: Show | None = "picture", *, plane_only: bool = True) -> Programs:
+        """What draws a scene; with `show` None only what each pixel sees. The device's context must be current.
 
-        Without `quiet`, quiet cells that are not empty are drawn as all others are.
+        Without `plane_only`, plane-only cells that are not empty are drawn as all others are.
         """
-        sources = _sources(scene, settings, show, self.limits.varyings, quiet=quiet)
-        return Programs(**{"see": None} | {name: self.program(*source) for name, source in sources.items()})
+        sources = program_sources(compiled, show, self.device.limits.varyings, plane_only=plane_only)
+        programs = {name: self.device.program(source.fragment, source.vertex) for name, source in sources.items()}
+        return Programs(**{"see": None} | programs)
 
-    def has_programs(self, scene: Scene, settings: Settings, show: Show | None = "picture") -> bool:
+    def has_programs(self, compiled: CompiledScene, show: Show | None = "picture") -> bool:
         """Whether programs() compiles nothing. Raises ShaderError as that does."""
-        sources = _sources(scene, settings, show, self.limits.varyings, quiet=True).values()
-        return all((vertex.text, fragment.text) in self._programs for fragment, vertex in sources)
-
-    def program(self, source: Source, vertex: Source | None = None) -> moderngl.Program:
-        """The program with this fragment shader, and screen.vert or another; `context` must be current.
-
-        Raises ShaderError with files and lines.
-        """
-        vertex = vertex or assemble("passes/screen.vert")
-        key = vertex.text, source.text
-        program = self._programs.pop(key, None)
-        if program is None:
-            try:
-                with deferred():
-                    program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
-            except moderngl.Error as error:
-                heading, _, log = str(error).rpartition("===\n")
-                wrong = vertex if "vertex" in heading else source
-                raise ShaderError(wrong.explain(log.strip())) from None
-        self._programs[key] = program
-        return program
-
-    def forget(self, keep: Collection[moderngl.Program]) -> None:
-        """Release all programs but these. `context` must be current."""
-        for key, program in list(self._programs.items()):
-            if program not in keep:
-                self._programs.pop(key).release()
-
-    def trim(self) -> None:
-        """Release the least recently used programs but those that are held, if there are more than KEPT_TEXT.
-
-        `context` must be current, and no other program than those in use.
-        """
-        lengths = {key: max(len(key[0]) + len(key[1]) - _COMMON_TEXT, 0) for key in self._programs}
-        total = sum(lengths.values())
-        held = {program for programs in self.held.values() for program in programs}
-        for key, program in list(self._programs.items()):
-            if total <= KEPT_TEXT:
-                break
-            if program not in held:
-                total -= lengths[key]
-                self._programs.pop(key).release()
-
-
-def _sources(
-    scene: Scene, settings: Settings, show: Show | None, varyings: int, *, quiet: bool
-) -> dict[str, tuple[Source, Source]]:
-    """The fragment and the vertex shader of each of the programs that draw `scene`, by its name in Programs."""
-    sources: dict[str, tuple[Source, Source]] = {}
-    cells = vertex_source(scene, settings, varyings)
-    if show != "picture" or not is_over_planes(scene, settings):
-        sources["see"] = visibility_source(scene, settings, varyings, geometry=show != "picture"), cells
-    if show:
-        sources["shade"] = show_source(scene, settings, show, varyings), cells
-    if is_listed(scene, settings) and groups(scene).kinds:
-        vertex, fragment = kinds_source(scene, settings, varyings, geometry=show != "picture")
-        sources["kinds"] = fragment, vertex
-    if show == "picture" and has_quiet(scene, settings):
-        if quiet and groups(scene).planes:
-            sources["quiet"] = quiet_source(scene, settings, varyings), cells
-        sources["empty"] = assemble("passes/empty.frag"), plain_vertex_source()
-    return sources
+        sources = program_sources(compiled, show, self.device.limits.varyings).values()
+        return all(self.device.has_program(source.fragment, source.vertex) for source in sources)
 
 
 def _add_progress(progress: Progress | None, before: int, total: int, done: int) -> None:

@@ -17,6 +17,7 @@ from raytracer.scene.camera import Camera
 from raytracer.scene.instances import Instances
 from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
+from raytracer.scene.materials.models import MODELS
 from raytracer.scene.solids import MAX_SURFACES, Solid, leaves
 
 T = TypeVar("T")
@@ -95,6 +96,13 @@ def checked_scene(value: Any) -> Scene:
     if not isinstance(value, Scene):
         raise InputError(f"expected a Scene (raytracer.load() makes one of a file), got {shown(value)}", "scene")
     return value
+
+
+def used_models(scene: Scene) -> list[str]:
+    """The reflectance models of the materials that the primitives have, in the order of MODELS."""
+    assert isinstance(scene.objects, SceneObjects)
+    used = {material.model for material in scene.objects.materials}
+    return [model for model in MODELS if model in used]
 
 
 def _tuple_of(values: Any, kind: type[T] | UnionType, key: str, expected: str) -> tuple[T, ...]:

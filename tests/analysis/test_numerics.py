@@ -125,7 +125,7 @@ HIGHLIGHTS = [(1e4, 0.01, 1.7e-3), (1e5, 0.004, 1e-2), (1e6, 0.001, 0.19)]
 @pytest.mark.parametrize(("h", "angle", "was"), HIGHLIGHTS)
 def test_a_sharp_highlight_keeps_what_pow_loses(renderer: Renderer, h: float, angle: float, was: float) -> None:
     V = (np.sin(angle), 0, np.cos(angle))
-    value = glsl.call("mirrorLobe", (0, 0, 1), (0, 0, 1), V, h, renderer=renderer)[0]
+    value = glsl.call("mirrorLobe", (0, 0, 1), (0, 0, 1), V, h, device=renderer.device)[0]
     V32 = np.array(V, np.float32).astype(float)
     exact = np.exp(-0.5 * h * np.log1p((V32[0] / V32[2]) ** 2))
     assert abs(value / exact - 1) < 1e-5 < was
@@ -136,11 +136,11 @@ def test_a_highlight_of_any_exponent_is_1_at_its_middle_and_0_behind(renderer: R
     z, back, side = (0, 0, 1), (0, 0.6, -0.8), (1, 0, 0)
     for h in (0.0, 1e-30, 0.5, 1e6):
         for lobe in ("mirrorLobe", "halfwayLobe"):
-            assert glsl.call(lobe, z, z, z, h, renderer=renderer)[0] == 1
+            assert glsl.call(lobe, z, z, z, h, device=renderer.device)[0] == 1
         expected = 1 if h == 0 else 0
-        assert glsl.call("mirrorLobe", z, z, back, h, renderer=renderer)[0] == expected
-        assert glsl.call("mirrorLobe", z, z, side, h, renderer=renderer)[0] == expected  # R.V = 0
-        assert glsl.call("halfwayLobe", z, z, (0, 0, -1), h, renderer=renderer)[0] == expected  # no H
+        assert glsl.call("mirrorLobe", z, z, back, h, device=renderer.device)[0] == expected
+        assert glsl.call("mirrorLobe", z, z, side, h, device=renderer.device)[0] == expected  # R.V = 0
+        assert glsl.call("halfwayLobe", z, z, (0, 0, -1), h, device=renderer.device)[0] == expected  # no H
 
 
 @pytest.mark.gl
@@ -159,7 +159,7 @@ def test_doubles_make_the_same_picture_more_precisely(renderer: Renderer, evalua
 def test_a_line_in_a_plane_is_inside_and_crosses_nothing(renderer: Renderer) -> None:
     rays = np.zeros(3, glsl.dtype("Ray"))
     rays["ro"], rays["rd"] = [(0, 2, 0), (0, 1.5, 0), (0, 2.5, 0)], (1, 0, 0)
-    span = glsl.call("planeSpan", rays, (0, 1, 0, 2), 0.0, renderer=renderer)
+    span = glsl.call("planeSpan", rays, (0, 1, 0, 2), 0.0, device=renderer.device)
     np.testing.assert_array_equal(np.sign(span), [(-1, 1), (-1, 1), (1, -1)])
 
 

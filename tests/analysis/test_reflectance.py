@@ -29,6 +29,7 @@ from raytracer.app.cli import main
 from raytracer.app.commands.material_arguments import parse_parameters as parsed
 from raytracer.core.validation import InputError
 from raytracer.formats.material_library import published
+from raytracer.gpu.device import shared_device
 from raytracer.ground_truth import reflectance
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
@@ -460,9 +461,9 @@ def test_without_matplotlib_the_extra_is_named(
 def test_the_gallery_has_a_labelled_cell_for_each_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gallery, "COMPLETE", ["phong", "lambert"])
     out = tmp_path / "g.png"
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.rendering.renderer import Renderer
 
-    gallery.write_gallery(out, 64, 1, None, shared_renderer(), None)
+    gallery.write_gallery(out, 64, 1, None, Renderer(shared_device()), None)
     with Image.open(out) as picture:
         sheet = np.asarray(picture.convert("RGB")).astype(int)
     phong, lambert, nothing = (sheet[6:70, x : x + 64] for x in (6, 76, 146))

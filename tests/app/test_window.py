@@ -449,7 +449,7 @@ def test_keys_in_a_row_count_all_and_only_the_last_ones_programs_are_compiled_wh
     pictures = rendered(assignment(), samples=4), rendered(assignment(), samples=4, shading="minnaert")
     half = slice(SIZE[1] // 3, 2 * SIZE[1] // 3)  # without marker and text
     one = opened(samples=4)
-    programs = one.viewer.live._renderer._programs
+    programs = one.viewer.live._device._programs
     one.viewer.handle(Key("L"))
     one.until_idle()
     compiled = len(programs)

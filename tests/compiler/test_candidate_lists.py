@@ -11,13 +11,12 @@ import pytest
 
 import raytracer as rt
 from raytracer.analysis.pixel_doubt import find_pixel_doubt
-from raytracer.compiler.batches import groups
-from raytracer.compiler.glsl import shaders as shader_module
-from raytracer.compiler.glsl.shaders import is_listed, shade_source, visibility_source
+from raytracer.compiler import compiled_scene
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
+from tests.compiled import compiled, sources
 from tests.pictures import assert_same
 
 pytestmark = pytest.mark.gl
@@ -30,12 +29,12 @@ FLOOR = rt.Plane((0, 1, 0), -2.5, GREY)
 @pytest.fixture
 def always_listed(monkeypatch: pytest.MonkeyPatch) -> None:
     """So that the walk, whose text grows with a scene, can be compared."""
-    monkeypatch.setattr(shader_module, "FEW", 0)
+    monkeypatch.setattr(compiled_scene, "FEW", 0)
 
 
 def check(renderer: Renderer, scene: rt.Scene, size: tuple[int, int] = SIZE, **settings: object) -> None:
     chosen = Settings(**settings)  # pyright: ignore[reportArgumentType]
-    assert is_listed(scene, chosen)
+    assert compiled(scene, chosen).has_lists
     cells = renderer.render(scene, size, chosen)
     walk = renderer.render(scene, size, msgspec.structs.replace(chosen, evaluator="walk"))
     assert_same(renderer, cells, walk)
@@ -57,7 +56,7 @@ def test_the_walk_tells_more_than_80_objects_apart(renderer: Renderer) -> None:
     check(renderer, scenes.of(*balls, eye=(0, 0, 12)), (64, 64), shadows="off")
 
 
-def test_objects_of_several_kinds_and_programs_are_the_same(renderer: Renderer, always_listed: None) -> None:
+def test_objects_of_several_shapes_and_programs_are_the_same(renderer: Renderer, always_listed: None) -> None:
     ball, half = rt.Sphere((1.2, 0.5, 1), 0.8, GREEN), rt.Plane((1, 1, 0), 0.3, BLUE)
     objects = [lens(0, 0, 0), lens(-2, 0.4, -1, 0.7), ball, rt.Sphere((0, 2, 0), 0.5), FLOOR]
     objects += [rt.Sphere((-1, -1, 1), 0.9, RED) & half, ~rt.Sphere((0, 0, 0), 30, BLUE), rt.Plane((0, 0, -1), 9, RED)]
@@ -138,7 +137,7 @@ def test_a_ray_may_meet_more_leaves_of_a_chain_than_are_kept(renderer: Renderer,
         ~functools.reduce(operator.or_, row[:-1]),
         functools.reduce(operator.and_, [rt.Sphere((0, 0, 0.1 * i), 2, (RED, BLUE)[i % 2]) for i in range(18)]),
     ):
-        assert groups(scenes.of(solid)).bigs[0].pruner.is_chain
+        assert compiled(scenes.of(solid)).batches.programs[0].pruner.is_chain
         for eye in ((0.1, 0.3, 5), (0.01, 0.02, 0.3), (0.5, 0.2, 2.2)):
             check(renderer, scenes.of(solid, eye=eye), (64, 36), shadows="diluted")
 
@@ -165,16 +164,16 @@ def test_scenes_that_differ_in_numbers_share_their_text(renderer: Renderer) -> N
     def many(count: int) -> rt.Scene:
         return scenes.of(rt.Instances(lens(0, 0, 0), rng.uniform(-3, 3, (count, 3)), 0.2), FLOOR)
 
-    for source in (visibility_source, shade_source):
-        assert source(many(10), Settings()).text == source(many(2000), Settings()).text
-        one, other = (scenes.of(functools.reduce(operator.sub, [lens(x, 0, 0) for x in range(9)])) for _ in range(2))
-        assert source(one, Settings()).text == source(other, Settings()).text
+    assert sources(many(10)) == sources(many(2000))
+    one, other = (scenes.of(functools.reduce(operator.sub, [lens(x, 0, 0) for x in range(9)])) for _ in range(2))
+    assert sources(one) == sources(other)
 
 
-def test_a_small_tree_is_a_kind_a_rare_or_large_one_a_program() -> None:
-    found = groups(scenes.of(lens(0, 0, 0), lens(1, 0, 0), FLOOR, lens(0, 0, 0) & FLOOR, ~lens(0, 0, 0)))
-    assert [len(kind.first) for kind in found.kinds] == [2]
-    assert [big.order for big in found.bigs] == [3, 4] and found.planes == [12]
+def test_small_trees_share_code_and_rare_or_large_ones_are_programs() -> None:
+    scene = scenes.of(lens(0, 0, 0), lens(1, 0, 0), FLOOR, lens(0, 0, 0) & FLOOR, ~lens(0, 0, 0))
+    batches = compiled(scene).batches
+    assert [len(batch.first) for batch in batches.shapes] == [2]
+    assert [batch.order for batch in batches.programs] == [3, 4] and batches.planes == [12]
 
 
 def crowd() -> rt.Instances:

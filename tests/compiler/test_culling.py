@@ -10,7 +10,6 @@ import pytest
 
 import raytracer as rt
 from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_scene
-from raytracer.compiler.culling import has_quiet, quiet_cells
 from raytracer.compiler.direction_cells import CELL
 from raytracer.gpu.cell_draw import runs
 from raytracer.ground_truth.ray_tracer import Tracer, camera_rays
@@ -18,6 +17,7 @@ from raytracer.rendering.renderer import TILE, Renderer
 from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Plane, Solid, leaves
 from tests import scenes
+from tests.compiled import cells, compiled
 
 SIZE = (160, 90)
 FLOOR = rt.Plane((0, 1, 0), 0, scenes.COLORS[3])
@@ -38,7 +38,7 @@ def check(
     cells = renderer.render(scene, size, settings, geometry=False, tile=tile).radiance
     walk = msgspec.structs.replace(settings, evaluator="walk")
     expected = renderer.render(scene, size, walk, geometry=False).radiance
-    if "llvmpipe" in renderer.context.info["GL_RENDERER"]:
+    if "llvmpipe" in renderer.device.limits.driver:
         np.testing.assert_array_equal(cells, expected)
         only = renderer.render(scene, size, settings, geometry=False, tile=tile, only=True).radiance
         np.testing.assert_array_equal(only, expected)
@@ -88,11 +88,11 @@ def test_the_assignment_is_the_same_in_any_setting(renderer: Renderer, shadows: 
 def test_the_assignment_is_the_same_in_doubles_and_in_tiles(renderer: Renderer) -> None:
     for tile in (48, 37):
         check(renderer, scenes.assignment(), (201, 113), Settings(samples=3), tile=tile)
-    if 64 in renderer.limits.precisions:
+    if 64 in renderer.device.limits.precisions:
         check(renderer, scenes.assignment(), SIZE, Settings(samples=2, precision=64))
 
 
-# Of few primitives, so that they compile soon, and not unbounded, so that there are quiet cells.
+# Of few primitives, so that they compile soon, and not unbounded, so that there are plane-only cells.
 SEEDS = [11, 14, 21, 30, 35, 54]
 
 
@@ -102,7 +102,7 @@ SEEDS = [11, 14, 21, 30, 35, 54]
 def test_a_random_scene_is_the_same(renderer: Renderer, seed: int, lights: int) -> None:
     scene = scenes.random_scene(seed)
     rng = np.random.default_rng((seed, lights))
-    assert has_quiet(scene, Settings())
+    assert compiled(scene).has_plane_only_cells
     for k in range(4):
         scene = with_lights(scene, *(some_light(rng, -0.5, 1.5) for _ in range(lights)))
         shadows = "diluted" if k % 2 else "hard"
@@ -193,39 +193,39 @@ def test_scenes_without_balls_or_without_half_spaces_are_the_same(renderer: Rend
             check(renderer, rt.Scene(objects, lights, camera))
 
 
-def test_a_scene_may_have_quiet_cells_unless_an_object_reaches_far() -> None:
+def test_a_scene_may_have_plane_only_cells_unless_an_object_reaches_far() -> None:
     a, b = rt.Sphere((0, 0, 0), 1), rt.Sphere((1, 0, 0), 1)
     bounded: list[Solid] = [FLOOR, a, a | b, a - b, a & ~b, FLOOR & a, a - FLOOR, (a | b) - ~FLOOR]
     unbounded: list[Solid] = [~a, a | FLOOR, FLOOR - a, ~a & ~b, FLOOR & rt.Plane((1, 0, 0), 0), ~FLOOR]
     for solid in bounded:
-        assert has_quiet(scenes.of(a, solid), Settings())
-        assert not has_quiet(scenes.of(a, solid), Settings(evaluator="walk"))
+        assert compiled(scenes.of(a, solid)).has_plane_only_cells
+        assert not compiled(scenes.of(a, solid), Settings(evaluator="walk")).has_plane_only_cells
     for solid in unbounded:
-        assert not has_quiet(scenes.of(a, solid), Settings())
+        assert not compiled(scenes.of(a, solid)).has_plane_only_cells
 
 
-def test_most_of_the_assignment_is_quiet() -> None:
-    quiet, empty = quiet_cells(scenes.assignment(), (1280, 720), Settings())
-    assert quiet.shape == empty.shape == (45, 80)
-    assert quiet.mean() >= 0.85
-    assert not (empty & ~quiet).any() and 0.1 < empty.mean() < 0.5
-    lit, _ = quiet_cells(scenes.assignment(), (1280, 720), Settings(shadows="off"))
-    assert (lit | ~quiet).all(), "without shadows, more is quiet"
+def test_most_cells_of_the_assignment_are_plane_only() -> None:
+    plane_only, empty = cells(scenes.assignment(), (1280, 720))
+    assert plane_only.shape == empty.shape == (45, 80)
+    assert plane_only.mean() >= 0.85
+    assert not (empty & ~plane_only).any() and 0.1 < empty.mean() < 0.5
+    lit, _ = cells(scenes.assignment(), (1280, 720), Settings(shadows="off"))
+    assert (lit | ~plane_only).all(), "without shadows, more is plane-only"
 
 
 def test_runs_are_the_cells_of_each_row() -> None:
     rng = np.random.default_rng(1)
-    for cells in (rng.random((9, 14)) < 0.5, np.ones((3, 4), bool), np.zeros((3, 4), bool)):
-        again = np.zeros_like(cells)
-        for column, row, length in runs(cells):
+    for mask in (rng.random((9, 14)) < 0.5, np.ones((3, 4), bool), np.zeros((3, 4), bool)):
+        again = np.zeros_like(mask)
+        for column, row, length in runs(mask):
             assert length > 0 and not again[row, column : column + length].any()
             again[row, column : column + length] = True
-        np.testing.assert_array_equal(again, cells)
+        np.testing.assert_array_equal(again, mask)
 
 
-def assert_quiet_is_quiet(scene: rt.Scene, size: tuple[int, int]) -> float:
-    """By brute force, in float64; the share of the cells that are quiet."""
-    quiet, empty = quiet_cells(scene, size, Settings())
+def assert_plane_only(scene: rt.Scene, size: tuple[int, int]) -> float:
+    """By brute force, in float64; the share of the cells that are plane-only."""
+    plane_only, empty = cells(scene, size)
     tracer = Tracer(scene)
     trees = scene.solids()
     owner = [tree for tree in trees for _ in leaves(tree)]
@@ -235,15 +235,15 @@ def assert_quiet_is_quiet(scene: rt.Scene, size: tuple[int, int]) -> float:
     cell = (size[1] - 1 - row.ravel()) // CELL, column.ravel() // CELL  # the lowest row of cells first
     for point in ((0.5, 0.5), (0.0, 0.0), (0.999, 0.999), (0.0, 0.999), (0.999, 0.0)):
         rd = camera_rays(scene.camera, size, point).reshape(-1, 3)
-        in_quiet = quiet[cell]
+        is_plane_only = plane_only[cell]
         t, surface = tracer.first(np.zeros(rd.shape), rd)
-        assert single[surface][in_quiet].all(), "only half-spaces or nothing are to be seen"
+        assert single[surface][is_plane_only].all(), "only half-spaces or nothing are to be seen"
         assert (surface[empty[cell]] == -1).all(), "nothing is to be seen"
         if not others:
             continue
-        for plane in set(np.unique(surface[in_quiet])) - {-1}:
+        for plane in set(np.unique(surface[is_plane_only])) - {-1}:
             # A half-space alone never blocks what lies on it: whatever blocks is another object.
-            here = in_quiet & (surface == plane)
+            here = is_plane_only & (surface == plane)
             alone = Tracer(msgspec.structs.replace(scene, objects=[*others, owner[plane]]))
             P = t[here, None] * rd[here]
             n = np.broadcast_to(owner[plane].unit()[0], P.shape)
@@ -256,18 +256,18 @@ def assert_quiet_is_quiet(scene: rt.Scene, size: tuple[int, int]) -> float:
                 # What faces away from the light is dark, however many objects are between.
                 faces = np.sum(toward * n, axis=1) * np.sum(-rd[here] * n, axis=1) > 0.0
                 assert not (faces & (blocked_at < distance)).any(), "no other object casts a shadow"
-    return float(quiet.mean())
+    return float(plane_only.mean())
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_what_is_quiet_has_no_other_object_and_no_shadow_of_one(seed: int) -> None:
+def test_a_plane_only_cell_has_no_other_object_and_no_shadow_of_one(seed: int) -> None:
     rng = np.random.default_rng((3, seed))
     trees: list[Solid] = []
     while len(trees) < 1 + seed % 3:
         tree = scenes.random_tree(rng, int(rng.integers(1, 5)))
         place, scale = rng.normal(size=3) * 2.0, 10.0 ** rng.uniform(-1.5, 0.5)
         placed = next(iter(rt.Instances(tree, [tuple(place.tolist())], scale).solids()))
-        if has_quiet(scenes.of(placed), Settings()):
+        if compiled(scenes.of(placed)).has_plane_only_cells:
             trees.append(placed)
     planes = [rt.Plane((0, 1, 0), float(rng.uniform(-4, 0)))]
     planes += [rt.Plane(tuple(rng.normal(size=3).tolist()), float(rng.uniform(-6, 0))) for _ in range(seed % 2)]
@@ -277,23 +277,23 @@ def test_what_is_quiet_has_no_other_object_and_no_shadow_of_one(seed: int) -> No
     fov = float(rng.choice([2.0, 20.0, 60.0, 60.0, 110.0, 170.0]))
     camera = rt.Camera(tuple(eye.tolist()), tuple(rng.normal(size=3).tolist()), vertical_fov=fov)
     lights = [some_light(rng, -0.5, 1.5) for _ in range(2)]
-    assert_quiet_is_quiet(rt.Scene([*trees, *planes], lights, camera), (96, 64))
+    assert_plane_only(rt.Scene([*trees, *planes], lights, camera), (96, 64))
 
 
-def test_brute_force_finds_what_is_not_quiet(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_brute_force_finds_cells_that_are_not_plane_only(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = still_life()
-    assert assert_quiet_is_quiet(scene, (160, 96)) > 0.4
+    assert assert_plane_only(scene, (160, 96)) > 0.4
     none = np.zeros((6, 10), bool)
-    monkeypatch.setattr("tests.compiler.test_culling.quiet_cells", lambda *_: (~none, none))
+    seen, _ = cells(scene, (160, 96), Settings(shadows="off"))
+    monkeypatch.setattr("tests.compiler.test_culling.cells", lambda *_: (~none, none))
     with pytest.raises(AssertionError, match="only half-spaces"):
-        assert_quiet_is_quiet(scene, (160, 96))
-    seen, _ = quiet_of(scene, "off")
-    monkeypatch.setattr("tests.compiler.test_culling.quiet_cells", lambda *_: (seen, none))
+        assert_plane_only(scene, (160, 96))
+    monkeypatch.setattr("tests.compiler.test_culling.cells", lambda *_: (seen, none))
     with pytest.raises(AssertionError, match="casts a shadow"):
-        assert_quiet_is_quiet(scene, (160, 96))
+        assert_plane_only(scene, (160, 96))
 
 
-def test_a_cell_in_which_a_ball_is_seen_is_not_quiet_in_any_view() -> None:
+def test_a_cell_in_which_a_ball_is_seen_is_not_plane_only_in_any_view() -> None:
     rng = np.random.default_rng(5)
     sizes = [(1, 1), (2, 3), (16, 9), (40, 30), (1, 300), (300, 1), (33, 17), (5, 90), (64, 64)]
     shown = 0
@@ -313,17 +313,11 @@ def test_a_cell_in_which_a_ball_is_seen_is_not_quiet_in_any_view() -> None:
             radius = min(radius, np.radians(fov) / size[1] * 10.0 ** rng.uniform(-1, 3))
         center = toward + beside * radius * rng.choice([0.0, 0.9, 1.0])
         scene = rt.Scene([rt.Sphere(tuple(center.tolist()), radius)], [], camera)
-        quiet, _ = quiet_cells(scene, size, Settings(shadows="off"))
+        plane_only, _ = cells(scene, size, Settings(shadows="off"))
         passed = np.linalg.norm(np.cross(center, rays), axis=1) / np.linalg.norm(rays, axis=1)
         hit = ((passed < radius) & (rays @ center > 0.0)) | (np.linalg.norm(center) < radius)
         row, column = np.indices((size[1], size[0]))
-        in_quiet = quiet[(size[1] - 1 - row.ravel()) // CELL, column.ravel() // CELL]
-        assert not (hit & np.tile(in_quiet, 3)).any()
+        is_plane_only = plane_only[(size[1] - 1 - row.ravel()) // CELL, column.ravel() // CELL]
+        assert not (hit & np.tile(is_plane_only, 3)).any()
         shown += hit.any() and not hit.all()
     assert shown > 300
-
-
-def quiet_of(scene: rt.Scene, shadows: str) -> tuple[np.ndarray, np.ndarray]:
-    from raytracer.compiler import culling
-
-    return culling.quiet_cells(scene, (160, 96), Settings(shadows=shadows))  # pyright: ignore[reportArgumentType]

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.compiler import program_rows
-from raytracer.compiler.culling import has_quiet
+from raytracer.compiler import program_rows, scene_lists
 from raytracer.compiler.glsl.preprocessor import Source
-from raytracer.compiler.glsl.shaders import Show, roth_loops, shade_source, visibility_source
-from raytracer.rendering import scene_buffers
+from raytracer.compiler.glsl.shaders import Show
+from raytracer.compiler.rounds import roth_loops
 from raytracer.rendering.progressive import Live
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
+from tests.compiled import compiled, sources
 from tests.compiler.test_candidate_lists import check
 
 pytestmark = pytest.mark.gl
@@ -63,7 +63,7 @@ def test_complements_of_complements_are_not_compiled(renderer: Renderer, evaluat
         np.testing.assert_array_equal(one.radiance, other.radiance)
         assert deep != short and eval(repr(deep), dict(vars(rt))) == deep  # a solid is what was written
     assert roth_loops(scenes.of(complements(BALL, 10_000))) == 1
-    assert has_quiet(scenes.of(complements(BALL, 10_000)), Settings())
+    assert compiled(scenes.of(complements(BALL, 10_000))).has_plane_only_cells
 
 
 def test_trees_too_large_are_refused_at_once() -> None:
@@ -95,8 +95,8 @@ def test_no_text_nests_deeper_than_a_line() -> None:
         deep = sphere - ~deep if i % 3 else ~(~sphere | deep)
     many = [rt.Sphere((i, 0, 0), 1) for i in range(512)]
     for scene in (scenes.of(deep), scenes.of(*many), scenes.of(functools.reduce(lambda a, b: b - a, many))):
-        for source in (visibility_source, shade_source):
-            assert deepest(source(scene, Settings(evaluator="walk"))) < 12
+        for source in sources(scene, Settings(evaluator="walk")).values():
+            assert deepest(source.fragment) < 12
 
 
 @pytest.mark.parametrize("planes", [False, True])
@@ -138,17 +138,17 @@ def test_a_coarser_cube_around_the_lights_gives_the_same_picture(
     scene = rt.Scene([*objects, rt.Plane((0, 1, 0), -2.5, GREY)], lights, rt.Camera((0.3, 0.5, 6), (0, 0, 0)))
     settings = Settings(shadows=shadows)  # pyright: ignore[reportArgumentType]
     fine = renderer.render(scene, SIZE, settings)
-    monkeypatch.setattr(scene_buffers, "_MAX_LISTED", 20_000)
+    monkeypatch.setattr(scene_lists, "_MAX_LISTED", 20_000)
     coarse = renderer.render(scene, SIZE, settings)
     np.testing.assert_array_equal(fine.radiance, coarse.radiance)
     monkeypatch.setattr(program_rows, "MAX_LISTED", 1000)
-    monkeypatch.setattr(scene_buffers, "_MAX_LISTED", 1000)
+    monkeypatch.setattr(scene_lists, "_MAX_LISTED", 1000)
     with pytest.raises(rt.InputError, match=r"objects: expected at most 1000 pairs .* fewer lights"):
         renderer.render(scene, SIZE, settings)
 
 
 def test_too_many_spheres_times_lights_are_refused(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(scene_buffers, "_MAX_SEEN", 100)
+    monkeypatch.setattr(scene_lists, "_MAX_SEEN", 100)
     scene = scenes.of(rt.Instances(BALL, np.zeros((60, 3))), eye=(0, 0, 6))
     scene = msgspec.structs.replace(scene, lights=[rt.PointLight((4, 7, 4))] * 2)
     with pytest.raises(
@@ -238,7 +238,7 @@ def test_the_window_shows_nothing_of_what_the_driver_does_not_end(
     renderer: Renderer, show: Show, has_round_limit: bool
 ) -> None:
     live = Live(renderer, 1e9)
-    with renderer.context:
+    with renderer.device.context:
         if has_round_limit:
             with pytest.raises(rt.InputError, match="at most 65535 steps"):
                 live.start(row(400), Settings(), show, SIZE, moving=False)
@@ -250,7 +250,7 @@ def test_more_lights_without_shadows_take_more_steps(renderer: Renderer, has_rou
     one, many = (split([facets], rt.PointLight((0, 30, 0)), count, AHEAD) for count in (1, 200))
     settings = Settings(shadows="off")
     live = Live(renderer, 1e9)
-    with renderer.context:
+    with renderer.device.context:
         live.start(one, settings, "picture", SIZE, moving=False)
         if has_round_limit:
             with pytest.raises(rt.InputError, match="at most 65535 steps"):

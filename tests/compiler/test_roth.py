@@ -65,7 +65,7 @@ def inside(ts: Sequence[float], t: float) -> bool:
 )
 def test_a_filter_is_the_set_operation(renderer: Renderer, name: str, logic: Callable[[bool, bool], bool]) -> None:
     a, b = random_diagrams(1, 400), random_diagrams(2, 400)
-    results = crossings(glsl.call(name, roth(*a), roth(*b), defines=HITS, renderer=renderer))
+    results = crossings(glsl.call(name, roth(*a), roth(*b), defines=HITS, device=renderer.device))
     for one, other, result in zip(a, b, results, strict=True):
         assert len(result) % 2 == 0
         assert all(s < t for s, t in pairwise(result)), "strictly increasing"
@@ -78,8 +78,8 @@ def test_a_filter_is_the_set_operation(renderer: Renderer, name: str, logic: Cal
 
 def test_the_complement_of_a_complement_is_the_solid_itself(renderer: Renderer) -> None:
     original = roth(*random_diagrams(3, 200), [], [-float(INF), float(INF)])
-    once = glsl.call("complementCSG", original, defines=HITS, renderer=renderer)
-    twice = glsl.call("complementCSG", once, defines=HITS, renderer=renderer)
+    once = glsl.call("complementCSG", original, defines=HITS, device=renderer.device)
+    twice = glsl.call("complementCSG", once, defines=HITS, device=renderer.device)
     assert crossings(twice) == crossings(original)
     assert crossings(once)[-2:] == [[-INF, INF], []]
     for before, after in zip(original, twice, strict=True):
@@ -103,7 +103,7 @@ def test_1_the_camera_may_be_inside_any_solid(
 
 
 def test_2_a_difference_keeps_the_front_of_its_first_operand(renderer: Renderer) -> None:
-    result = glsl.call("differenceCSG", roth([1, 5]), roth([2, 3]), defines=HITS, renderer=renderer)
+    result = glsl.call("differenceCSG", roth([1, 5]), roth([2, 3]), defines=HITS, device=renderer.device)
     assert crossings(result) == [[1, 2, 3, 5]]
 
 
@@ -131,8 +131,8 @@ def test_4_a_small_far_sphere_is_hit_where_it_is(renderer: Renderer) -> None:
     rd = center + radius * rng.uniform(-1.2, 1.2, (len(rays), 3))
     rays["rd"] = rd / np.linalg.norm(rd, axis=1, keepdims=True)
     sphere = np.array((*center, radius))
-    terms = glsl.call("sphereTermsOf", rays, sphere, renderer=renderer)
-    span = glsl.call("sphereSpan", rays, sphere, terms, renderer=renderer).astype(float)
+    terms = glsl.call("sphereTermsOf", rays, sphere, device=renderer.device)
+    span = glsl.call("sphereSpan", rays, sphere, terms, device=renderer.device).astype(float)
 
     rd = rays["rd"].astype(float)  # not quite unit, as given
     rd /= np.linalg.norm(rd, axis=1, keepdims=True)
@@ -165,15 +165,15 @@ def test_5_solids_of_csg_cast_shadows_and_a_hard_shadow_is_black(renderer: Rende
 def test_6_a_hit_list_carries_the_solids_outward_normals(renderer: Renderer) -> None:
     rays = np.zeros(1, glsl.dtype("Ray"))
     rays["ro"], rays["rd"] = (0, 0, 5), (0, 0, -1)
-    shell = glsl.call("raySphere", rays, (0, 0, 0, 2), (5, 21), 1, 1, defines=HITS, renderer=renderer)
-    core = glsl.call("raySphere", rays, (0, 0, 0, 1), (5, 24), 2, 2, defines=HITS, renderer=renderer)
-    hollow = glsl.call("differenceCSG", shell, core, defines=HITS, renderer=renderer)
+    shell = glsl.call("raySphere", rays, (0, 0, 0, 2), (5, 21), 1, 1, defines=HITS, device=renderer.device)
+    core = glsl.call("raySphere", rays, (0, 0, 0, 1), (5, 24), 2, 2, defines=HITS, device=renderer.device)
+    hollow = glsl.call("differenceCSG", shell, core, defines=HITS, device=renderer.device)
     assert crossings(hollow) == [[3, 4, 6, 7]]
     np.testing.assert_allclose(hollow["hit"]["normal"][0, :4, 2], [1, -1, 1, -1], atol=1e-6)
     np.testing.assert_array_equal(hollow["hit"]["mat"][0, :4], [1, 2, -2, -1])
     # and so do those of a half-space, whichever way it is met
-    half = glsl.call("rayPlane", rays, (0, 0, 1, 1), -1.0, 3, 3, defines=HITS, renderer=renderer)
-    other = glsl.call("complementCSG", half, defines=HITS, renderer=renderer)
+    half = glsl.call("rayPlane", rays, (0, 0, 1, 1), -1.0, 3, 3, defines=HITS, device=renderer.device)
+    other = glsl.call("complementCSG", half, defines=HITS, device=renderer.device)
     assert crossings(half) == [[4, INF]] and crossings(other) == [[-INF, 4]]
     np.testing.assert_array_equal(half["hit"]["normal"][0, 0], (0, 0, 1))
     np.testing.assert_array_equal(other["hit"]["normal"][0, 1], (0, 0, -1))

@@ -7,14 +7,14 @@ from typing import get_args
 import pytest
 
 import raytracer as rt
-from raytracer.compiler.culling import has_quiet
 from raytracer.compiler.glsl.csg import max_hits
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble, shaders_folder
-from raytracer.compiler.glsl.shaders import quiet_source, roth_loops, shade_source, visibility_source
+from raytracer.compiler.rounds import roth_loops
 from raytracer.formats.scene_file import loads
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Evaluator, Settings, Shadows
 from tests import scenes
+from tests.compiled import sources
 
 A, B = rt.Sphere((0, 0, 0), 1), rt.Sphere((1, 0, 0), 1)
 FLOOR = rt.Plane((0, 1, 0), 0)
@@ -114,12 +114,10 @@ UNUSED: dict[str, tuple[list[rt.Solid], int, Settings, tuple[str, ...]]] = {
 
 
 def programs_of(objects: Sequence[rt.Solid], lights: int, settings: Settings) -> dict[str, Source]:
-    """All texts that draw pictures of such a scene, as Renderer.programs() has them."""
+    """All texts that draw pictures of such a scene."""
     scene = rt.Scene(objects, [rt.PointLight((i, 7, 4)) for i in range(lights)], rt.Camera((0, 3, 6), (0, 1, 0)))
-    see, shade = visibility_source(scene, settings), shade_source(scene, settings)
-    found = {"see": see, "geometry": visibility_source(scene, settings, geometry=True), "shade": shade}
-    has_one = has_quiet(scene, settings) and any(isinstance(solid, rt.Plane) for solid in objects)
-    return found | ({"quiet": quiet_source(scene, settings)} if has_one else {})
+    texts = {name: source.fragment for name, source in sources(scene, settings).items() if name != "empty"}
+    return texts | {"geometry": sources(scene, settings, None)["see"].fragment}
 
 
 @pytest.mark.parametrize("name", UNUSED)
@@ -140,7 +138,7 @@ def test_what_a_scene_uses_is_in_its_programs() -> None:
     for *_, words in UNUSED.values():
         for word in words:
             assert word in whole, word
-    assert set(found) == {"see", "geometry", "shade", "quiet"}
+    assert set(found) == {"see", "geometry", "shade", "plane_only"}
 
 
 def test_each_program_has_what_it_is_for_and_no_more() -> None:
@@ -150,8 +148,8 @@ def test_each_program_has_what_it_is_for_and_no_more() -> None:
     assert "normalDepth" in found["geometry"] and "normalDepth" not in found["see"]
     assert "rayCSG" not in found["shade"], "what is seen is known by then"
     for word in ("sphereSpan", "sphereRoots", "sphereTerms", "sphereNormal", "shadow", "blockedAt"):
-        assert word not in found["quiet"], f"{word}: a single half-space shades nothing, and nothing else is there"
-    two = programs_of([A, FLOOR, rt.Plane((1, 0, 0), -9)], 1, Settings())["quiet"]
+        assert word not in found["plane_only"], f"{word}: a single half-space shades nothing, and nothing else is there"
+    two = programs_of([A, FLOOR, rt.Plane((1, 0, 0), -9)], 1, Settings())["plane_only"]
     assert "blockedAt" in code(two) and "sphereRoots" not in code(two)
 
 
@@ -170,13 +168,13 @@ def test_a_shadow_ray_computes_no_normal_and_no_material(shadows: Shadows) -> No
 def test_no_name_or_number_of_a_scene_is_in_its_shader() -> None:
     scene = loads(scenes.ASSIGNMENT.read_text().replace("sphere1", "zanzibar").replace("2.7", "0.123456"))
     for evaluator in get_args(Evaluator):
-        for source in (visibility_source, shade_source, quiet_source):
-            text = source(scene, Settings(evaluator=evaluator)).text
-            assert "zanzibar" not in text and "0.123456" not in text
+        for vertex, fragment in sources(scene, Settings(evaluator=evaluator)).values():
+            for text in (vertex.text, fragment.text):
+                assert "zanzibar" not in text and "0.123456" not in text
 
 
 def test_each_file_is_included_once_and_its_lines_are_numbered() -> None:
-    source = visibility_source(scenes.assignment(), Settings(evaluator="roth"))
+    source = sources(scenes.assignment(), Settings(evaluator="roth"))["see"].fragment
     assert source.text.count("struct Ray {") == 1 and len(set(source.files)) == len(source.files)
     number = source.files.index("csg/roth.glsl")
     first = number * 1_000_000 + 1
@@ -202,8 +200,8 @@ def test_a_compilers_error_names_the_file_and_line(renderer: Renderer, mistake: 
     lines[where - 1] += mistake
     top = '#include "geometry/ray.glsl"\n#include "geometry/camera.glsl"\nvoid main() {}'
     broken = assemble("top", generated={"top": top, "geometry/camera.glsl": "\n".join(lines)})
-    with pytest.raises(ShaderError, match=rf"geometry/camera\.glsl:{where}\b"), renderer.context:
-        renderer.program(broken)
+    with pytest.raises(ShaderError, match=rf"geometry/camera\.glsl:{where}\b"), renderer.device.context:
+        renderer.device.program(broken)
 
 
 SHADERS = sorted(path for path in shaders_folder().rglob("*") if path.suffix in (".glsl", ".frag", ".vert"))

@@ -6,17 +6,20 @@ import msgspec
 import numpy as np
 
 import raytracer as rt
-from raytracer.compiler.surfaces import powers, table
+from raytracer.compiler.compiled_scene import compile as compile_scene
+from raytracer.compiler.surfaces import make_surfaces, powers, touched_surface
 from raytracer.scene.scene import Scene
+from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Sphere, leaves
 from tests import scenes
+from tests.compiled import compiled
 
 
 def check_order(scene: Scene) -> None:
     every = [leaf for solid in scene.solids() for leaf in leaves(solid)]
     spheres = [leaf for leaf in every if isinstance(leaf, Sphere)]
     expected = [*spheres, *(leaf for leaf in every if not isinstance(leaf, Sphere))]
-    found = table(scene)
+    found = make_surfaces(scene)
     assert found.size == len(expected)
     np.testing.assert_array_equal(found.centers, np.array([s.center for s in spheres]).reshape(-1, 3))
     np.testing.assert_array_equal(found.radii, [s.radius for s in spheres])
@@ -42,14 +45,44 @@ def test_the_table_is_in_the_order_of_the_shaders_surfaces() -> None:
         check_order(scenes.random_scene(seed))
 
 
-def test_a_table_is_kept_while_only_lights_and_the_camera_change() -> None:
+def test_parts_are_lent_while_only_lights_and_the_camera_change() -> None:
     scene = scenes.of(rt.Sphere((0, 0, 0), 1, scenes.COLORS[0]), rt.Plane((0, 1, 0), 0))
-    first = table(scene)
+    first = compiled(scene)
     moved = msgspec.structs.replace(scene, lights=[], camera=rt.Camera((1, 2, 3), (0, 0, 0)))
-    assert table(moved) is first
+    second = compile_scene(moved, first.options, first)
+    assert second.surfaces is first.surfaces and second.batches is first.batches
+    assert second.materials is first.materials and second.layout is first.layout and second.scene is moved
+    shaded = compile_scene(scene, Settings(shading="blinn").compile_options, first)
+    assert shaded.surfaces is first.surfaces and shaded.layout.models == ["blinn"]
     recolored = scenes.of(rt.Sphere((0, 0, 0), 1, scenes.COLORS[1]), rt.Plane((0, 1, 0), 0))
-    assert table(recolored) is not first
-    assert [recolored.materials[i] for i in table(recolored).material] == [scenes.COLORS[1], rt.Material()]
+    third = compile_scene(recolored, first.options, first)
+    assert [recolored.materials[i] for i in third.surfaces.material] == [scenes.COLORS[1], rt.Material()]
+    reordered = msgspec.structs.replace(scene, materials=[scenes.COLORS[2], *scene.materials])
+    fourth = compile_scene(reordered, first.options, first)
+    assert [reordered.materials[i] for i in fourth.surfaces.material] == [scenes.COLORS[0], rt.Material()]
+
+
+def test_a_light_touches_the_first_surface_that_says_so() -> None:
+    rng = np.random.default_rng(7)
+    balls = [rt.Sphere(tuple(rng.normal(size=3).tolist()), 10.0 ** rng.uniform(-2, 1)) for _ in range(30)]
+    normals = [*rng.normal(size=(30, 3)).tolist(), *np.eye(3).tolist()]
+    planes = [rt.Plane(tuple(normal), 10.0 ** rng.uniform(-3, 3)) for normal in normals]
+    surfaces = make_surfaces(scenes.of(*balls, *planes))
+    ordered = [*balls, *surfaces.planes]
+    places = [np.add(b.center, np.array(n) / np.linalg.norm(n) * b.radius) for b in balls for n in normals]
+    places += [np.array(p.unit()[0]) * p.unit()[1] + np.cross(p.normal, rng.normal(size=3)) for p in planes * 20]
+    places += [*rng.normal(size=(50, 3)), *(np.array(b.center) for b in balls)]
+    touching = 0
+    for place in places:
+        point = rt.PointLight(tuple(place.tolist()))
+        expected = next((i for i, surface in enumerate(ordered) if surface.touches(point.position)), None)
+        assert touched_surface(surfaces, point) == expected
+        touching += expected is not None
+        bulb = rt.PointLight(point.position, radius=float(rng.choice([b.radius for b in balls])))
+        assert touched_surface(surfaces, bulb) == next((i for i, b in enumerate(balls) if bulb.is_bulb(b)), None)
+    assert touching > 500
+    for i, ball in enumerate(balls):
+        assert touched_surface(surfaces, rt.PointLight(ball.center, radius=ball.radius)) == i
 
 
 def check_powers(spheres: list[rt.Sphere], point: tuple[float, float, float]) -> None:

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.compiler.batches import groups
 from raytracer.compiler.glsl.preprocessor import Source
-from raytracer.compiler.glsl.shaders import is_listed, kinds_source, vertex_source
 from raytracer.gpu import gl
+from raytracer.gpu.device import Device
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
+from tests.compiled import sources
 from tests.compiler.test_shaders import code
 
 SIZE = (40, 24)
@@ -32,9 +32,9 @@ SCENES = {
     "few": scenes.of(*BALLS[:2], GROUND),
     "six surfaces": scenes.of(*BALLS[:2], BALLS[6] - BALLS[7], GROUND, WALL),
     "many planes": scenes.of(BALLS[0], *(rt.Plane((0.1 * k, 1, 0), -1 - 0.1 * k) for k in range(6))),
-    "kinds": scenes.of(*BALLS, GROUND, WALL),
-    "kinds of four": scenes.of(*QUADS, GROUND, WALL),
-    "kinds and a tree": scenes.of(*BALLS, scenes.random_scene(4).objects[0], GROUND),
+    "shapes": scenes.of(*BALLS, GROUND, WALL),
+    "shapes of four": scenes.of(*QUADS, GROUND, WALL),
+    "shapes and a tree": scenes.of(*BALLS, scenes.random_scene(4).objects[0], GROUND),
     "mirrors": scenes.of(*BALLS[:3], MIRROR, GROUND),
     "mirrors in lists": scenes.of(*BALLS, MIRROR, GROUND),
     "no lights": msgspec.structs.replace(scenes.of(*BALLS[:2], GROUND), lights=(), ambient=(1, 1, 1)),
@@ -75,27 +75,25 @@ def test_no_text_declares_more_varyings_than_there_are(name: str) -> None:
     for settings in SETTINGS.values():
         scene = lit(SCENES[name], settings)
         for limit in (PROMISED, USUAL):
-            vertices = [vertex_source(scene, settings, limit)]
-            if is_listed(scene, settings) and groups(scene).kinds:
-                vertices.append(kinds_source(scene, settings, limit)[0])
-            for vertex in vertices:
+            programs = sources(scene, settings, varyings=limit)
+            for vertex in {source.vertex for name, source in programs.items() if name != "empty"}:
                 assert components(vertex) <= limit
 
 
 def test_with_more_room_all_is_handed_on() -> None:
     most = max(
-        components(vertex_source(lit(scene, settings), settings))
+        components(sources(lit(scene, settings), settings)["shade"].vertex)
         for scene in SCENES.values()
         for settings in SETTINGS.values()
     )
     assert PROMISED < most <= 128
-    assert components(kinds_source(SCENES["kinds of four"], Settings())[0]) > PROMISED
+    assert components(sources(SCENES["shapes of four"])["shapes"].vertex) > PROMISED
 
 
 @pytest.mark.gl
 def test_the_driver_says_how_many_varyings_it_has(renderer: Renderer) -> None:
-    with renderer.context:
-        assert gl.varying_components(renderer.context) == renderer.limits.varyings >= PROMISED
+    with renderer.device.context:
+        assert gl.varying_components(renderer.device.context) == renderer.device.limits.varyings >= PROMISED
 
 
 @pytest.mark.gl
@@ -105,20 +103,20 @@ def test_the_driver_says_how_many_varyings_it_has(renderer: Renderer) -> None:
         ("few", ("walk", "roth", "64 bits", "diluted", "soft")),
         ("six surfaces", ("hard", "64 bits", "soft")),
         ("many planes", ("hard",)),
-        ("kinds", ("hard",)),
-        ("kinds of four", ("hard", "64 bits")),
-        ("kinds and a tree", ("hard", "soft")),
+        ("shapes", ("hard",)),
+        ("shapes of four", ("hard", "64 bits")),
+        ("shapes and a tree", ("hard", "soft")),
         ("mirrors", ("hard",)),
         ("mirrors in lists", ("hard",)),
         ("no lights", ("hard",)),
     ],
 )
 def test_with_few_varyings_pictures_have_the_same_bits(renderer: Renderer, name: str, keys: tuple[str, ...]) -> None:
-    few = Renderer(renderer.context)
-    few.limits.varyings = PROMISED
+    few = Renderer(Device(renderer.device.context))
+    few.device.limits = msgspec.structs.replace(few.device.limits, varyings=PROMISED)
     for key in keys:
         settings = SETTINGS[key]
-        if settings.precision not in renderer.limits.precisions:
+        if settings.precision not in renderer.device.limits.precisions:
             continue
         scene = lit(SCENES[name], settings)
         own, other = (each.render(scene, SIZE, settings) for each in (renderer, few))
@@ -126,5 +124,5 @@ def test_with_few_varyings_pictures_have_the_same_bits(renderer: Renderer, name:
         np.testing.assert_array_equal(other.depth, own.depth, err_msg=key)
         np.testing.assert_array_equal(other.normal, own.normal, err_msg=key)
         np.testing.assert_array_equal(other.material, own.material, err_msg=key)
-    with renderer.context:
-        few.forget(())
+    with renderer.device.context:
+        few.device.forget()

@@ -7,15 +7,17 @@ import os
 import sys
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.gpu.gl import BufferTexture
+from raytracer.compiler.frame import make_frame
 from raytracer.rendering.passes import Passes
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
+from tests.compiled import compiled
 from tests.processes import output_of
 
 pytestmark = pytest.mark.gl
@@ -32,7 +34,7 @@ many = rt.Scene([*balls, rt.Plane((0, 1, 0), -1)], [rt.PointLight((4, 7, 4))], r
 
 def test_softpipe_makes_the_same_pictures(renderer: Renderer, tmp_path: Path) -> None:
     # Mesa's plain software driver: it has buffer textures of 65,536 texels, what OpenGL 3.3 promises and no more.
-    if "llvmpipe" not in renderer.context.info["GL_RENDERER"]:
+    if "llvmpipe" not in renderer.device.limits.driver:
         pytest.skip("another driver than Mesa's")
     code = f"{SCENE}\nfor n, s in dict(few=few, many=many).items(): rt.render(s, {SIZE}).save(f'{tmp_path}/{{n}}.npz')"
     environment = os.environ | {"GALLIUM_DRIVER": "softpipe", "RAYTRACER_BACKEND": "egl"}
@@ -49,20 +51,20 @@ def test_softpipe_makes_the_same_pictures(renderer: Renderer, tmp_path: Path) ->
 
 
 def test_what_a_driver_has_no_room_for_is_refused_again_when_tried_again(
-    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+    renderer: Renderer,
 ) -> None:
     # All around the first light, so that however few cells that has, they list many.
     around = [(4 + math.cos(i), 7 + math.sin(3 * i), 4 + math.sin(i)) for i in range(20)]
     scene, settings = scenes.of(*(rt.Sphere(place, 0.8) for place in around)), Settings()
-    with renderer.context:
-        passes = Passes(renderer.context, SIZE)
-        for most in (10, 70, 90):
-            monkeypatch.setattr(BufferTexture, "most", staticmethod(lambda context, most=most: most))
-            for _ in range(2):
-                with pytest.raises(rt.InputError, match=rf"^objects: expected at most {most} .*buffer textures\), got"):
-                    passes.load(renderer.programs(scene, settings), scene, settings, SIZE)
-        monkeypatch.undo()
-        passes.load(renderer.programs(scene, settings), scene, settings, SIZE)
+    for most in (10, 70, 90):
+        limits = msgspec.structs.replace(renderer.device.limits, buffer_texels=most)
+        for _ in range(2):
+            with pytest.raises(rt.InputError, match=rf"^objects: expected at most {most} .*buffer textures\), got"):
+                make_frame(compiled(scene), SIZE, limits)
+    with renderer.device.context:
+        passes = Passes(renderer.device.context, SIZE)
+        frame = make_frame(compiled(scene), SIZE, renderer.device.limits)
+        passes.load(renderer.programs(frame.compiled), frame, settings.sampling)
         passes.draw((0, 0, *SIZE), 0, anew=True)
         radiance = passes.read_sum((0, 0, *SIZE))
         passes.close()

@@ -8,7 +8,8 @@ import pytest
 
 import raytracer as rt
 from raytracer import glsl
-from raytracer.rendering import renderer as renderers
+from raytracer.gpu import device
+from raytracer.gpu.device import Device
 from raytracer.rendering.progressive import Live
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
@@ -27,7 +28,7 @@ def scene_with(spheres: int) -> rt.Scene:
 
 def kept(renderer: Renderer) -> int:
     """Characters of the texts of the programs that are kept, but for what every text has."""
-    return sum(max(len(vertex) + len(text) - renderers._COMMON_TEXT, 0) for vertex, text in renderer._programs)
+    return sum(max(len(vertex) + len(text) - device._COMMON_TEXT, 0) for vertex, text in renderer.device._programs)
 
 
 def are_released(programs: list[moderngl.Program]) -> list[bool]:
@@ -36,21 +37,21 @@ def are_released(programs: list[moderngl.Program]) -> list[bool]:
 
 
 def test_many_scenes_keep_no_more_programs_than_the_bound(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(renderers, "KEPT_TEXT", FEW)
-    own = Renderer(renderer.context)
+    monkeypatch.setattr(device, "KEPT_TEXT", FEW)
+    own = Renderer(Device(renderer.device.context))
     made: dict[int, moderngl.Program] = {}
     newest = 0
     first = own.render(scene_with(1), SIZE, Settings())
     for spheres in (*range(2, 9), 8):
-        before = dict(own._programs)
+        before = dict(own.device._programs)
         own.render(scene_with(spheres), SIZE, Settings())
-        made |= {id(program): program for program in own._programs.values()}
-        new = [key for key, program in own._programs.items() if before.get(key) is not program]
+        made |= {id(program): program for program in own.device._programs.values()}
+        new = [key for key, program in own.device._programs.items() if before.get(key) is not program]
         newest = sum(len(vertex) + len(text) for vertex, text in new)
         assert kept(own) <= FEW + newest
     assert not newest, "the programs of the last scene are kept"
-    assert len(made) > 2 * len(own._programs)
-    alive = {id(program) for program in own._programs.values()}
+    assert len(made) > 2 * len(own.device._programs)
+    alive = {id(program) for program in own.device._programs.values()}
     assert are_released([*made.values()]) == [i not in alive for i in made]
     np.testing.assert_array_equal(own.render(scene_with(1), SIZE, Settings()).radiance, first.radiance)
 
@@ -58,28 +59,30 @@ def test_many_scenes_keep_no_more_programs_than_the_bound(renderer: Renderer, mo
 def test_calls_of_functions_keep_no_more_programs_than_the_bound(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(renderers, "KEPT_TEXT", FEW)
-    own = Renderer(renderer.context)
+    monkeypatch.setattr(device, "KEPT_TEXT", FEW)
+    own = Renderer(Device(renderer.device.context))
     for k in range(8):
         text = f"float plus{k}(float x) {{ return x + {k}.0; }}\n" + "// Long.\n" * 4000
-        assert glsl.call(f"plus{k}", [1.0], renderer=own, file="plus.glsl", generated={"plus.glsl": text}) == [k + 1.0]
-    assert len(own._programs) <= 4 < 8
+        assert glsl.call(f"plus{k}", [1.0], device=own.device, file="plus.glsl", generated={"plus.glsl": text}) == [
+            k + 1.0
+        ]
+    assert len(own.device._programs) <= 4 < 8
 
 
 def test_the_window_keeps_what_it_draws_with(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(renderers, "KEPT_TEXT", 0)
-    own, settings = Renderer(renderer.context), Settings(samples=4)
-    with renderer.context:
+    monkeypatch.setattr(device, "KEPT_TEXT", 0)
+    own, settings = Renderer(Device(renderer.device.context)), Settings(samples=4)
+    with renderer.device.context:
         live = Live(own, budget=1.0)
-        screen = own.context.framebuffer([own.context.texture(SIZE, 4)])
+        screen = own.device.context.framebuffer([own.device.context.texture(SIZE, 4)])
         for spheres in (2, 3, 4):
             live.start(scene_with(spheres), settings, "picture", SIZE, moving=False)
             while not live.done:
                 live.sample()
                 own.render(scene_with(1), SIZE, Settings())  # another picture meanwhile
-                renderer.context.__enter__()  # which leaves no context current
+                renderer.device.context.__enter__()  # which leaves no context current
             live.present(screen, None, scene_with(spheres).camera, 1.0)
-        radiance, programs = live.image({}).radiance, len(own._programs)
+        radiance, programs = live.image({}).radiance, len(own.device._programs)
         live.close()
     assert programs <= 12, "those of the last scene, of the window, and of the error"
     np.testing.assert_allclose(radiance, renderer.render(scene_with(4), SIZE, settings).radiance, rtol=1e-6)

@@ -1,12 +1,13 @@
-"""The rectangles of objects of kinds: on which squares of a picture they lie."""
+"""The rectangles of objects that share code: on which squares of a picture they lie."""
 
 import math
 
 import numpy as np
 
 import raytracer as rt
-from raytracer.compiler.candidate_lists import Lister
-from raytracer.gpu.rectangle_draw import cells_under, touching, which_touch
+from raytracer.compiler.culling import cells_under
+from raytracer.gpu.rectangle_draw import touching, which_touch
+from tests.compiled import frame
 
 ROWS, COLUMNS, SIDE = 9, 13, 4
 
@@ -59,7 +60,7 @@ def test_a_lens_has_the_rectangle_that_its_balls_share_of_that_around_it() -> No
     # Far away, so that tangents are all but orthogonal: the lens is 0.2 wide and 2 sqrt(1 - 0.9^2) high.
     lens = rt.Sphere((-0.9, 0, 0), 1) & rt.Sphere((0.9, 0, 0), 1)
     scene = rt.Scene([lens] * 8, [], rt.Camera((0, 0, 1e4), (0, 0, 0), vertical_fov=math.degrees(2e-4)))
-    found, _ = Lister(scene).rectangles(scene, (1000, 1000))  # 500 pixels for 1
+    found = frame(scene, (1000, 1000)).rectangles  # 500 pixels for 1
     assert found.shape == (8, 8)
     half = np.array([0.1, math.sqrt(1 - 0.9**2)])
     np.testing.assert_allclose(found[:, :4], np.tile(500 + 500 * np.concatenate([-half, half]), (8, 1)), atol=1.1)

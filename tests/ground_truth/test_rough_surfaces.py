@@ -7,7 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from raytracer import brdf, glsl
-from raytracer.compiler.glsl import reflectance
+from raytracer.compiler.glsl import materials
+from raytracer.compiler.material_layout import make_layout, struct
 from raytracer.ground_truth import rough_surfaces
 from raytracer.ground_truth.reflectance import reflected
 from raytracer.scene.materials.lobe import Lobe
@@ -126,12 +127,12 @@ def assert_reciprocal(m: Material, tolerance: float = 1e-5) -> None:
 
 def call(function: str, m: Material, *arguments: Any) -> Any:
     """A function of the files that the material's model needs; a str in `arguments` stands for the material."""
-    found = reflectance.layout([m])
+    layout = make_layout([m])
     generated = {
-        "materials.glsl": reflectance.material_text(found),
-        "top.glsl": "\n".join(['#include "materials.glsl"', *reflectance.reflected_text(found)]),
+        "materials.glsl": materials.material_text(layout),
+        "top.glsl": "\n".join(['#include "materials.glsl"', *materials.reflected_text(layout)]),
     }
-    data = reflectance.struct(found, m, glsl.struct_dtype("Material", "top.glsl", generated))
+    data = struct(layout, m, glsl.struct_dtype("Material", "top.glsl", generated))
     given = [data if isinstance(argument, str) else argument for argument in arguments]
     return glsl.call(function, *given, generated=generated, file="top.glsl")
 

@@ -56,7 +56,7 @@ MATERIALS = [
 @pytest.mark.parametrize("material", MATERIALS, ids=repr)
 def test_each_model_is_float64s_to_1e_4_and_mostly_1e_6(renderer: Renderer, material: rt.Material) -> None:
     wi, wo = pairs()
-    found = rt.brdf.evaluate(material, wi, wo, renderer=renderer)
+    found = rt.brdf.evaluate(material, wi, wo, device=renderer.device)
     up = np.broadcast_to((0.0, 0.0, 1.0), wi.shape)
     expected = reflectance.reflected(material, up, wi.astype(float), wo.astype(float))
     # Of narrower lobes than these, what is below 1e-8 of the largest value is a long exponent's rounding.
@@ -85,7 +85,7 @@ def test_nothing_is_nan_infinite_or_negative_at_any_extreme(renderer: Renderer, 
             given: dict[str, Any] = {parameter.name: value} | (
                 {parameter.when[0]: parameter.when[1]} if parameter.when else {}
             )
-            found = rt.brdf.evaluate(rt.Material(model, **given), wi, wo, renderer=renderer)
+            found = rt.brdf.evaluate(rt.Material(model, **given), wi, wo, device=renderer.device)
             assert np.isfinite(found).all() and (found >= 0.0).all(), (given, wi[~(found >= 0).all(1)])
             assert not found[(wi[:, 2] <= 0) | (wo[:, 2] <= 0)].any(), "below the horizon there is nothing"
 
@@ -101,7 +101,7 @@ def test_what_a_mirror_sends_back_is_between_0_and_1_also_just_below_its_horizon
         rt.Material("mirror", fresnel="conductor", n=ior, k=0),
         rt.Material("he", fresnel="dielectric", ior=ior),
     ):
-        found = rt.brdf.call(f"{material.model}Mirrored", material, (0, 0, 1), V, renderer=renderer)
+        found = rt.brdf.call(f"{material.model}Mirrored", material, (0, 0, 1), V, device=renderer.device)
         assert ((found >= 0.0) & (found <= 1.0 + 1e-6)).all(), (material, found)
 
 
@@ -131,7 +131,7 @@ def test_ggxs_distribution_is_right_to_1e_3_for_any_normal(renderer: Renderer, a
     H = unit(N + unit(rng.normal(size=N.shape)) * rng.uniform(0, 5 * alpha, (4000, 1)))
     N, H = (v.astype(np.float32) for v in (N, H))
     material = rt.Material("ggx", alpha=alpha)
-    found = rt.brdf.call("ggxD", material, N, H, renderer=renderer)
+    found = rt.brdf.call("ggxD", material, N, H, device=renderer.device)
     n, h = (unit(v.astype(float)) for v in (N, H))
     sine = np.linalg.norm(np.cross(n, h), axis=1)
     expected = microfacets.distribution(material, "ggx", np.sqrt(1.0 - sine**2))
@@ -147,7 +147,7 @@ def test_hes_sum_is_as_good_as_its_terms_are_many(renderer: Renderer, sigma0: fl
     series = reflectance.reflected(material, up, wi.astype(float), wo.astype(float))
     counts = series > 1e-8 * series.max()
     for terms, bound in ((16, 0.3), (24, 2e-2), (32, 1e-3), (64, 1e-5), (1024, 1e-5)):
-        found = rt.brdf.evaluate(material.replace(terms=terms), wi, wo, renderer=renderer)
+        found = rt.brdf.evaluate(material.replace(terms=terms), wi, wo, device=renderer.device)
         assert np.abs(found[counts] / series[counts] - 1.0).max() <= bound, terms
 
 
@@ -155,7 +155,7 @@ def test_angles_are_right_to_float32s_last_bits(renderer: Renderer) -> None:
     t = np.concatenate([10.0 ** -np.linspace(0, 8, 500), np.linspace(0, np.pi / 2, 500)])
     b = np.stack([np.sin(t), np.zeros_like(t), np.cos(t)], -1).astype(np.float32)
     exact = np.arctan2(b[:, 0].astype(float), b[:, 2].astype(float))
-    np.testing.assert_allclose(glsl.call("angle", b[:, 0], b[:, 2], renderer=renderer), exact, rtol=4e-7)
+    np.testing.assert_allclose(glsl.call("angle", b[:, 0], b[:, 2], device=renderer.device), exact, rtol=4e-7)
 
 
 def test_erfc_is_right_to_1e_6(renderer: Renderer) -> None:
@@ -164,8 +164,8 @@ def test_erfc_is_right_to_1e_6(renderer: Renderer) -> None:
     x = np.linspace(0, 9, 1000).astype(np.float32)
     exact = [math.erfc(float(value)) for value in x]
     # exp of up to -81 is as much less exact.
-    np.testing.assert_allclose(glsl.call("erfc", x, renderer=renderer), exact, rtol=1e-5)
-    np.testing.assert_allclose(glsl.call("erfc", x[:300], renderer=renderer), exact[:300], rtol=1e-6)
+    np.testing.assert_allclose(glsl.call("erfc", x, device=renderer.device), exact, rtol=1e-5)
+    np.testing.assert_allclose(glsl.call("erfc", x[:300], device=renderer.device), exact[:300], rtol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.compiler.glsl import shaders as shader_module
+from raytracer.compiler import compiled_scene
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings, Shadows
 from raytracer.scene.solids import leaves, with_leaves
@@ -27,13 +27,15 @@ RED, BLUE, _, GREY = scenes.COLORS
 def check(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch, scene: rt.Scene, size: tuple[int, int], settings: Settings
 ) -> int:
-    """`cells` makes what `walk` makes, with a program for quiet cells, without, and by lists; how many pixels show an
-    object."""
+    """`cells` makes what `walk` makes, with a program for plane-only cells, without, and by lists.
+
+    Returns how many pixels show an object.
+    """
     walk = renderer.render(scene, size, msgspec.structs.replace(settings, evaluator="walk"), estimates=False)
     images = [renderer.render(scene, size, settings, only=only, estimates=False) for only in (False, True)]
     if settings.precision == 32:
         with monkeypatch.context() as patch:
-            patch.setattr(shader_module, "FEW", 0)
+            patch.setattr(compiled_scene, "FEW", 0)
             images.append(renderer.render(scene, size, settings, estimates=False))
     for image in images:
         assert_same(renderer, image, walk)

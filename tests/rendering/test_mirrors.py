@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.compiler.glsl.shaders import shade_source
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
+from tests.compiled import fragment
 
 SIZE = (160, 120)
 RED = rt.Material(kd=(0.7, 0.1, 0.1))
@@ -46,7 +46,7 @@ def hall(*more: rt.Solid) -> rt.Scene:
     ids=str,
 )
 def test_pictures_in_mirrors_are_float64s(renderer: Renderer, settings: Settings) -> None:
-    if settings.precision not in renderer.limits.precisions:
+    if settings.precision not in renderer.device.limits.precisions:
         pytest.skip("this driver has no doubles")
     image = renderer.render(hall(), SIZE, settings)
     expected = ray_tracer.trace(hall(), SIZE, settings).radiance
@@ -103,12 +103,12 @@ def test_soft_shadows_are_seen_in_mirrors_among_few_objects_and_many(renderer: R
 def test_only_scenes_with_mirrors_have_reflection_rays() -> None:
     scene = hall()
     words = ("radianceByMirrors(int", "vec3 mirrored(")
-    assert all(word in shade_source(scene, Settings()).text for word in words)
+    assert all(word in fragment(scene, "shade") for word in words)
     for other in (Settings(shading="phong"), Settings(bounces=0)):
-        text = shade_source(scene, other).text
+        text = fragment(scene, "shade", other)
         assert not any(word in text for word in words)
     dull = [msgspec.structs.replace(ball, material=RED) for ball in scene.objects if isinstance(ball, rt.Sphere)]
-    text = shade_source(msgspec.structs.replace(scene, objects=dull, materials=()), Settings()).text
+    text = fragment(msgspec.structs.replace(scene, objects=dull, materials=()), "shade")
     assert not any(word in text for word in words)
 
 

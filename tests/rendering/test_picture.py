@@ -7,8 +7,9 @@ import pytest
 
 import raytracer as rt
 from raytracer.analysis.pixel_doubt import PixelDoubt, find_pixel_doubt
-from raytracer.compiler.glsl.shaders import roth_loops
+from raytracer.compiler.rounds import roth_loops
 from raytracer.formats.image import Image
+from raytracer.gpu.device import Device
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Evaluator, Settings, Shading, Shadows
@@ -179,18 +180,18 @@ def test_one_render_after_another_gives_the_same_bytes(renderer: Renderer) -> No
 
 
 def test_numbers_are_data_and_structure_is_compiled(renderer: Renderer) -> None:
-    fresh = Renderer(renderer.context)
+    fresh = Renderer(Device(renderer.device.context))
 
     def programs_for(scene: rt.Scene) -> int:
-        before = len(fresh._programs)
+        before = len(fresh.device._programs)
         fresh.render(scene, (8, 8), Settings())
-        return len(fresh._programs) - before
+        return len(fresh.device._programs) - before
 
     ball, other = rt.Sphere((0, 0, 0), 1), rt.Sphere((0.5, 0, 0), 1)
     programs_for(scenes.of(ball - other))
     moved = rt.Sphere((0.5, 1, 2), 3, rt.Material(kd=(1, 0, 0), h=5))
     assert programs_for(scenes.of(moved - ball, eye=(1, 2, 9))) == 0
-    # What is seen, its geometry, and its light; without half-spaces the quiet cells have no program of their own.
+    # What is seen, its geometry, and its light; without half-spaces the plane-only cells have no program of their own.
     assert programs_for(scenes.of(~(ball | ~other | ball) & other)) == 3
 
 

@@ -14,6 +14,7 @@ from raytracer.app.viewer.orbit import turn_camera, turn_light
 from raytracer.compiler.glsl.shaders import Show
 from raytracer.compiler.view_space import in_picture
 from raytracer.core.vectors import add
+from raytracer.gpu.device import Device
 from raytracer.rendering.passes import release
 from raytracer.rendering.progressive import MARKER_RADIUS, Live, Pace
 from raytracer.rendering.renderer import Renderer
@@ -32,13 +33,13 @@ ONE = Settings()
 def live(renderer: Renderer) -> Iterator[Live]:
     live = Live(renderer, 1e9)
     yield live
-    with renderer.context:
+    with renderer.device.context:
         live.close()
 
 
 def shown(live: Live, renderer: Renderer, marked: rt.PointLight | None = None) -> np.ndarray:
     """(H, W, 3) int: what `present` draws, top row first."""
-    context = renderer.context
+    context = renderer.device.context
     with context:
         target = context.texture(live.size, 4)
         screen = context.framebuffer([target])
@@ -49,7 +50,7 @@ def shown(live: Live, renderer: Renderer, marked: rt.PointLight | None = None) -
 
 
 def drawn(live: Live, renderer: Renderer, scene: rt.Scene, settings: Settings, show: Show = "picture") -> np.ndarray:
-    with renderer.context:
+    with renderer.device.context:
         live.start(scene, settings, show, SIZE, moving=False)
         for _ in range(settings.samples):
             live.sample()
@@ -67,7 +68,7 @@ def test_a_still_picture_knows_its_error_as_that_of_render_does(live: Live, rend
     settings = Settings(samples=samples)
     image = renderer.render(scenes.assignment(), SIZE, settings)
     assert image.estimate and image.estimate.rmse
-    with renderer.context:
+    with renderer.device.context:
         refined(live, scenes.assignment(), settings)
         estimate = live.estimate()
     assert estimate and estimate.rmse == live.rmse() == pytest.approx(image.estimate.rmse, rel=1e-4)
@@ -79,7 +80,7 @@ def test_a_still_picture_knows_its_error_as_that_of_render_does(live: Live, rend
 def test_a_still_picture_stops_at_the_error_or_time_that_is_asked_for(live: Live, renderer: Renderer) -> None:
     scene, asked = scenes.assignment(), Settings(samples=4096, max_error=0.002)
     truth = renderer.render(scene, SIZE, Settings(samples=1024, sequence="r2")).radiance
-    with renderer.context:
+    with renderer.device.context:
         refined(live, scene, asked)
         assert 8 <= live.samples <= 128 and (live.rmse() or 1.0) < 0.002
         assert np.sqrt(np.mean((live.image({}).radiance - truth) ** 2)) < 0.002
@@ -92,7 +93,7 @@ def test_a_still_picture_stops_at_the_error_or_time_that_is_asked_for(live: Live
 def test_a_picture_that_moves_or_shows_something_else_is_not_looked_at(renderer: Renderer) -> None:
     live, settings, scene = Live(renderer, 1e-9), Settings(samples=16), scenes.assignment()
     centers = renderer.render(scene, SIZE, Settings(), geometry=False).radiance
-    with renderer.context:
+    with renderer.device.context:
         live.start(scene, settings, "picture", SIZE, moving=True)
         live.sample()
         assert live.moving and live.rmse() is None
@@ -107,11 +108,11 @@ def test_a_picture_that_moves_or_shows_something_else_is_not_looked_at(renderer:
 
 
 def test_a_mistake_in_the_shader_that_finds_the_error_leaves_the_picture(renderer: Renderer, shaders: Path) -> None:
-    own, settings = Renderer(renderer.context), Settings(samples=8)
+    own, settings = Renderer(Device(renderer.device.context)), Settings(samples=8)
     live, file = Live(own, 1e9), shaders / "sampling/movement.frag"
     good = file.read_text()
     file.write_text(good.replace("vec3 moved =", "vec2 moved ="))
-    with renderer.context:
+    with renderer.device.context:
         live.start(scenes.assignment(), settings, "picture", SIZE, moving=False)
         with pytest.raises(rt.ShaderError, match=r"sampling/movement\.frag:\d+"):
             live.sample()
@@ -131,7 +132,7 @@ def test_the_refined_picture_is_that_of_render(live: Live, renderer: Renderer, s
     scene = scenes.under_spheres(scenes.assignment(), 0.5)
     image = renderer.render(scene, SIZE, settings)
     assert np.abs(drawn(live, renderer, scene, settings) - image.srgb8()).max() <= 1
-    with renderer.context:
+    with renderer.device.context:
         assert np.array_equal(live.image({}).radiance, image.radiance)
 
 
@@ -164,13 +165,13 @@ def test_moving_lights_and_the_camera_compiles_nothing_and_reads_no_file(
     def never(*_: object) -> None:
         raise AssertionError("a program was looked for")
 
-    monkeypatch.setattr(renderer, "program", never)
+    monkeypatch.setattr(renderer.device, "program", never)
     for angle in (0.1, 0.2, 0.3):
         moved = turn_camera(turn_light(scene, 0, angle, angle), angle, 0.0)
         picture = drawn(live, renderer, moved, ONE)
         monkeypatch.undo()
         assert np.abs(picture - renderer.render(moved, SIZE, ONE).srgb8()).max() <= 1
-        monkeypatch.setattr(renderer, "program", never)
+        monkeypatch.setattr(renderer.device, "program", never)
 
 
 def changed(scene: rt.Scene) -> Iterator[rt.Scene]:
@@ -211,26 +212,26 @@ def changed(scene: rt.Scene) -> Iterator[rt.Scene]:
 def test_moving_and_recoloring_anything_compiles_nothing(renderer: Renderer, evaluator: Evaluator) -> None:
     settings = Settings(evaluator=evaluator)
     scene = scenes.assignment()
-    own = Renderer(renderer.context)
+    own = Renderer(Device(renderer.device.context))
     live = Live(own, 1e9)
     drawn(live, own, scene, settings)
     own.render(scene, SIZE, settings)
-    before = dict(own._programs)
+    before = dict(own.device._programs)
     for k, other in enumerate(changed(scene)):
         picture = drawn(live, own, other, settings)
         assert np.abs(picture - own.render(other, SIZE, settings).srgb8()).max() <= 1
-        assert own._programs == before, k
+        assert own.device._programs == before, k
         own.render(other, (SIZE[0] + 16 * k, 33), settings)
-        assert own._programs == before, "nor does another size"
-    with renderer.context:
+        assert own.device._programs == before, "nor does another size"
+    with renderer.device.context:
         live.close()
-        own.forget(())
+        own.device.forget()
 
 
 def test_enlarged_pixels_show_a_smaller_picture_and_a_resize_a_larger_one(renderer: Renderer) -> None:
     scene = scenes.assignment()
     live = Live(renderer, budget=1e-9)
-    with renderer.context:
+    with renderer.device.context:
         live.start(scene, ONE, "picture", SIZE, moving=True)
         assert live.enlarged == 1, "no sample's time is known yet"
         live.sample()
@@ -239,7 +240,7 @@ def test_enlarged_pixels_show_a_smaller_picture_and_a_resize_a_larger_one(render
         ((161, 97), True, (11, 7)),
         ((320, 180), False, (320, 180)),
     ):
-        with renderer.context:
+        with renderer.device.context:
             live.start(scene, ONE, "picture", size, moving=moving)
             live.sample()
         enlarged = 16 if moving else 1
@@ -247,7 +248,7 @@ def test_enlarged_pixels_show_a_smaller_picture_and_a_resize_a_larger_one(render
         found = shown(live, renderer)
         assert found.shape == (size[1], size[0], 3) and live.enlarged == enlarged
         assert np.abs(found - image[-size[1] :, : size[0]]).max() <= 1, "pixels are counted from the lower left"
-    with renderer.context:
+    with renderer.device.context:
         for enlarged in (16, 1):  # how long other settings take is not known
             live.start(scene, Settings(shadows="off"), "picture", SIZE, moving=True)
             assert live.enlarged == enlarged
@@ -297,7 +298,7 @@ def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
 ) -> None:
     scene = scenes.assignment()
     show: Show = "depth" if "depth" in name else "picture"
-    own = Renderer(renderer.context)
+    own = Renderer(Device(renderer.device.context))
     live = Live(own, 1e9)
     before = drawn(live, own, scene, ONE, show)
     file = shaders / name
@@ -306,15 +307,15 @@ def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
     file.write_text(good.replace(old, new), encoding="latin-1")
     for _ in range(3):
         live.reread()
-        with pytest.raises(rt.ShaderError, match=says), renderer.context:
+        with pytest.raises(rt.ShaderError, match=says), renderer.device.context:
             live.start(scene, ONE, show, SIZE, moving=False)
         assert np.array_equal(drawn(live, own, scene, ONE, show), before), "it goes on with the programs there are"
     file.write_text(good)
     live.reread()
     assert np.array_equal(drawn(live, own, scene, ONE, show), before)
     # What is shown on the screen has three, a picture of cells four, one of the depth two.
-    assert len(own._programs) == 3 + (4 if show == "picture" else 2), "those of the mistakes are released"
-    with renderer.context:
+    assert len(own.device._programs) == 3 + (4 if show == "picture" else 2), "those of the mistakes are released"
+    with renderer.device.context:
         live.close()
 
 
@@ -328,20 +329,20 @@ def test_a_changed_shader_is_taken_when_told_and_not_before(live: Live, renderer
 
 
 def test_toggling_between_two_shadings_compiles_each_once(renderer: Renderer) -> None:
-    own = Renderer(renderer.context)
+    own = Renderer(Device(renderer.device.context))
     live = Live(own, 1e9)
     counts = []
     for shading in (None, "ggx", None, "ggx", "mirror", "ggx", "mirror"):
         drawn(live, own, scenes.assignment(), Settings(shading=shading))
-        counts.append(len(own._programs))
+        counts.append(len(own.device._programs))
     assert counts[0] < counts[1] == counts[2] == counts[3] < counts[4] == counts[5] == counts[6]
-    with renderer.context:
+    with renderer.device.context:
         live.close()
 
 
 def test_a_window_larger_than_the_driver_draws_is_refused(live: Live, renderer: Renderer) -> None:
-    with pytest.raises(rt.InputError, match="size: expected a window of at most"), renderer.context:
-        live.start(scenes.assignment(), ONE, "picture", (renderer.limits.target + 1, 8), moving=False)
+    with pytest.raises(rt.InputError, match="size: expected a window of at most"), renderer.device.context:
+        live.start(scenes.assignment(), ONE, "picture", (renderer.device.limits.target + 1, 8), moving=False)
 
 
 def test_pixels_are_enlarged_as_far_as_the_budget_of_a_sample_wants() -> None:

@@ -10,11 +10,11 @@ import pytest
 
 import raytracer as rt
 from raytracer import glsl
-from raytracer.compiler.glsl.shaders import quiet_source, shade_source, vertex_source
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Evaluator, Settings, Shadows
 from tests import scenes
+from tests.compiled import sources
 
 pytestmark = pytest.mark.gl
 
@@ -53,7 +53,7 @@ def test_rays_are_unit_end_on_the_side_towards_them_and_stay_within_the_cone(ren
     start["surface"] = 1
     point = (rng.integers(0, 2**24, (count, 2)) * 2.0**-24).astype(np.float32)
     point[:4] = (0, 0), (0, 1 - u), (1 - u, 0), (1 - u, 1 - u)
-    ray = glsl.call("lightRay", light, P, start, point, defines=defines, renderer=renderer)
+    ray = glsl.call("lightRay", light, P, start, point, defines=defines, device=renderer.device)
     L, t, n = (ray[name].astype(float) for name in ("L", "distance", "weight"))
     n = ray["end"]["n"].astype(float)
     to_center, r = light["position"].astype(float) - P, light["radius"].astype(float)
@@ -122,8 +122,7 @@ def test_a_radius_of_0_is_a_hard_shadow_and_one_that_tends_to_0_nears_it(
     hard = renderer.render(scene, (96, 54), Settings(samples=4, evaluator=evaluator)).radiance
     point = renderer.render(scene, (96, 54), soft(4, evaluator=evaluator)).radiance
     np.testing.assert_array_equal(point, hard)
-    for source in (vertex_source, shade_source, quiet_source):
-        assert source(scene, soft()).text == source(scene, Settings()).text, "no trace of spheres"
+    assert sources(scene, soft()) == sources(scene), "no trace of spheres"
     tiny = renderer.render(scenes.under_spheres(scene, 1e-12), (96, 54), soft(4, evaluator=evaluator)).radiance
     np.testing.assert_allclose(tiny, hard, rtol=1e-6)
 

@@ -1,4 +1,4 @@
-"""Soft shadows by what cells list, and quiet cells, are those of the walk, which looks at everything: bit for bit."""
+"""Soft shadows by lists of cells, and plane-only cells, are those of the walk, which looks at everything."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.compiler import candidate_lists, culling
-from raytracer.compiler.culling import quiet_cells
-from raytracer.compiler.glsl import shaders as shader_module
+from raytracer.compiler import candidate_lists, compiled_scene, culling
+from raytracer.compiler.scene_lists import GRIDS
 from raytracer.rendering.renderer import Renderer
-from raytracer.rendering.scene_buffers import GRIDS
 from raytracer.scene.settings import Settings
 from tests import scenes
+from tests.compiled import cells
 from tests.compiler import test_candidate_lists, test_culling
 
 pytestmark = pytest.mark.gl
@@ -105,10 +104,10 @@ def test_large_lights_have_few_cells(renderer: Renderer) -> None:
         assert np.isfinite(renderer.render(scene, (32, 18), soft(), geometry=False).radiance).all()
 
 
-def test_quiet_cells_are_fewer_under_spheres_and_not_none() -> None:
+def test_plane_only_cells_are_fewer_under_spheres_and_not_none() -> None:
     scene, size = scenes.assignment(), (640, 360)
     hard, soft_, large = (
-        quiet_cells(scenes.under_spheres(scene, radius), size, soft())[0].mean() for radius in (0.0, 0.5, 2.0)
+        cells(scenes.under_spheres(scene, radius), size, soft())[0].mean() for radius in (0.0, 0.5, 2.0)
     )
     assert hard > soft_ > large > 0.3
 
@@ -119,7 +118,7 @@ def test_balls_that_are_not_widened_are_found_out(
 ) -> None:
     scene = scenes.under_spheres(scenes.assignment(), 1.5)
     if what == "listed":
-        monkeypatch.setattr(shader_module, "FEW", 0)
+        monkeypatch.setattr(compiled_scene, "FEW", 0)
     for module in (culling, candidate_lists):
         monkeypatch.setattr(module, "widening", lambda *_: 0.0)
     with pytest.raises(AssertionError):

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.compiler.glsl.reflectance import layout, material_text
+from raytracer.compiler.glsl.materials import material_text
+from raytracer.compiler.material_layout import make_layout
 from raytracer.formats.scene_file import loads
 from raytracer.scene.materials.convert import UNTRANSLATED, translated
 from raytracer.scene.materials.models import MODELS
@@ -149,7 +150,7 @@ def test_the_shading_override_keeps_the_colour_of_metals() -> None:
 
 def test_struct_material_has_just_what_the_models_in_use_need() -> None:
     def members(*materials: rt.Material) -> set[str]:
-        body = material_text(layout(materials)).partition("struct Material {")[2].partition("}")[0]
+        body = material_text(make_layout(materials)).partition("struct Material {")[2].partition("}")[0]
         return {line.split()[1].rstrip(";") for line in body.strip().splitlines()}
 
     assert members(rt.Material("lambert")) == {"rho", "number"}
@@ -159,7 +160,7 @@ def test_struct_material_has_just_what_the_models_in_use_need() -> None:
     }
     assert members(rt.Material("lambert", le=1)) == {"rho", "le", "number"}, "only where something shines"
     assert members(rt.Material()) == {"ka", "kd", "ks", "h", "number"}
-    assert layout([rt.Material()]).texels == 3
+    assert make_layout([rt.Material()]).texels == 3
 
 
 def test_another_choice_takes_what_belongs_to_it_along() -> None:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 import raytracer as rt
+from raytracer.compiler.frame import make_frame
 from raytracer.formats.scene_file import load, named_files
 from raytracer.rendering.passes import Passes
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials import merl
 from raytracer.scene.settings import Settings
 from tests import scenes
+from tests.compiled import compiled
 from tests.directions import pairs
 
 pytestmark = pytest.mark.gl
@@ -61,16 +64,16 @@ def test_cells_are_where_rusinkiewiczs_angles_say() -> None:
 def test_in_the_middle_of_cells_a_baked_model_is_the_model(renderer: Renderer, baked: merl.Measured) -> None:
     wi, wo = (part.reshape(-1, 3)[::101] for part in merl.directions())
     above = (wi[:, 2] > 0.02) & (wo[:, 2] > 0.02)
-    found = rt.brdf.evaluate(rt.Material("merl", file=baked), wi[above], wo[above], renderer=renderer)
-    expected = rt.brdf.evaluate(ROUGH, wi[above], wo[above], renderer=renderer)
+    found = rt.brdf.evaluate(rt.Material("merl", file=baked), wi[above], wo[above], device=renderer.device)
+    expected = rt.brdf.evaluate(ROUGH, wi[above], wo[above], device=renderer.device)
     np.testing.assert_allclose(found, expected, rtol=1e-4)
 
 
 def test_a_baked_lambert_is_lambert_everywhere(renderer: Renderer) -> None:
-    table = rt.brdf.bake(rt.Material("lambert"), renderer=renderer)
+    table = rt.brdf.bake(rt.Material("lambert"), device=renderer.device)
     wi, wo = pairs(2000)
     a, b = (
-        rt.brdf.evaluate(m, wi, wo, renderer=renderer)
+        rt.brdf.evaluate(m, wi, wo, device=renderer.device)
         for m in (rt.Material("lambert"), rt.Material("merl", file=table))
     )
     np.testing.assert_allclose(b, a, rtol=1e-6)
@@ -79,7 +82,7 @@ def test_a_baked_lambert_is_lambert_everywhere(renderer: Renderer) -> None:
 def test_between_cells_it_is_between_their_values(renderer: Renderer, baked: merl.Measured) -> None:
     # The table's resolution: f changes by no more than among the cells around.
     wi, wo = pairs(3000, least=0.05)
-    found = rt.brdf.evaluate(rt.Material("merl", file=baked), wi, wo, renderer=renderer)[:, 0] / wi[:, 2]
+    found = rt.brdf.evaluate(rt.Material("merl", file=baked), wi, wo, device=renderer.device)[:, 0] / wi[:, 2]
     half = wi.astype(float) + wo
     half /= np.linalg.norm(half, axis=1, keepdims=True)
     h = 90 * np.sqrt(np.arccos(half[:, 2]) / (np.pi / 2)) - 0.5
@@ -104,7 +107,7 @@ def test_a_picture_with_it_is_the_models_within_the_tables_resolution(renderer: 
 
 
 def test_two_tables_are_told_apart_and_one_given_twice_is_one(renderer: Renderer, baked: merl.Measured) -> None:
-    white = rt.brdf.bake(rt.Material("lambert", rho=1), renderer=renderer)
+    white = rt.brdf.bake(rt.Material("lambert", rho=1), device=renderer.device)
     materials = [
         rt.Material("merl", file=table, name=name) for table, name in ((baked, "a"), (white, "b"), (baked, "c"))
     ]
@@ -146,22 +149,20 @@ def test_a_table_that_many_materials_name_is_read_once_and_there_may_be_sixteen(
         scene([f"{i}.binary" for i in range(17)])
 
 
-def test_tables_that_do_not_fit_leave_those_of_the_scene_before(
-    renderer: Renderer, baked: merl.Measured, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_tables_that_do_not_fit_leave_those_of_the_scene_before(renderer: Renderer, baked: merl.Measured) -> None:
     ball = rt.Sphere((0, 0, 0), 1, rt.Material("merl", file=baked))
     good = rt.Scene([ball], [rt.PointLight((0, 0, 9))], rt.Camera((0, 0, 4), (0, 0, 0)))
-    white = rt.Material("merl", file=rt.brdf.bake(rt.Material("lambert"), renderer=renderer))
+    white = rt.Material("merl", file=rt.brdf.bake(rt.Material("lambert"), device=renderer.device))
     two = rt.Scene([ball, rt.Sphere((2, 0, 0), 1, white)], good.lights, good.camera)
     size, settings = (32, 32), Settings()
-    with renderer.context:
-        passes = Passes(renderer.context, size)
-        passes.load(renderer.programs(good, settings), good, settings, size)
-        with monkeypatch.context() as patch:  # as if there were room for one table only
-            patch.setitem(renderer.context.info, "GL_MAX_3D_TEXTURE_SIZE", 179)
-            with pytest.raises(rt.InputError, match="materials: expected at most 1 measured"):
-                passes.load(renderer.programs(two, settings), two, settings, size)
-        passes.load(renderer.programs(good, settings), good, settings, size)
+    with renderer.device.context:
+        limits = renderer.device.limits
+        frame = make_frame(compiled(good), size, limits)
+        # As if there were room for one table only.
+        with pytest.raises(rt.InputError, match="materials: expected at most 1 measured"):
+            make_frame(compiled(two), size, msgspec.structs.replace(limits, volume_layers=179), frame)
+        passes = Passes(renderer.device.context, size)
+        passes.load(renderer.programs(frame.compiled), frame, settings.sampling)
         passes.draw((0, 0, *size), 0, anew=True)
         picture = passes.read_sum((0, 0, *size))
         passes.close()

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.gl
 
 
 def points(renderer: Renderer, pixel: ArrayLike, light: ArrayLike, index: ArrayLike) -> np.ndarray:
-    return glsl.call("sobolPoint", pixel, light, index, renderer=renderer).astype(float)
+    return glsl.call("sobolPoint", pixel, light, index, device=renderer.device).astype(float)
 
 
 def test_pascal_gives_the_digits_of_sobols_second_dimension(renderer: Renderer) -> None:
@@ -30,14 +30,14 @@ def test_pascal_gives_the_digits_of_sobols_second_dimension(renderer: Renderer) 
     expected = [
         functools.reduce(operator.xor, (d for k, d in enumerate(direction) if i >> k & 1), 0) for i in index.tolist()
     ]
-    found = glsl.call("reversed", glsl.call("pascal", index, renderer=renderer), renderer=renderer)
+    found = glsl.call("reversed", glsl.call("pascal", index, device=renderer.device), device=renderer.device)
     np.testing.assert_array_equal(found, np.array(expected, np.uint32))
 
 
 def test_reversed_turns_the_bits_around(renderer: Renderer) -> None:
     x = np.random.default_rng(1).integers(0, 2**32, 1000).astype(np.uint32)
     expected = [int(f"{value:032b}"[::-1], 2) for value in x.tolist()]
-    np.testing.assert_array_equal(glsl.call("reversed", x, renderer=renderer), np.array(expected, np.uint32))
+    np.testing.assert_array_equal(glsl.call("reversed", x, device=renderer.device), np.array(expected, np.uint32))
 
 
 @pytest.mark.parametrize(("pixel", "light"), [((0, 0), 0), ((1, 0), 0), ((0, 0), 1), ((65535, 1234), 40)])

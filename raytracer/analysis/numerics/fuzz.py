@@ -10,7 +10,7 @@ import numpy as np
 
 from raytracer.analysis.numerics.findings import Finding, worst
 from raytracer.analysis.numerics.pixel_errors import measure_pixel_errors, unit
-from raytracer.compiler.glsl.shaders import roth_loops
+from raytracer.compiler.rounds import roth_loops
 from raytracer.core.validation import InputError, Vec3
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
@@ -133,7 +133,7 @@ def measure_random_scenes(
 def _settings(renderer: Renderer, drawn: Scene, seed: int) -> list[Settings]:
     """How to render a scene: always by cells in float32, now and then also otherwise."""
     found = [Settings()]
-    if seed % 4 == 0 and 64 in renderer.limits.precisions:
+    if seed % 4 == 0 and 64 in renderer.device.limits.precisions:
         found.append(Settings(precision=64))
     if seed % 8 == 2:
         found.append(Settings(evaluator="walk"))

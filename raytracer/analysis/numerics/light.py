@@ -32,7 +32,7 @@ def self_shadow(renderer: Renderer, short: bool) -> Iterator[Finding]:
     rays to lights in all directions, near and far. A ball alone never shades what faces a light on its side.
     """
     seeds = 40 if short else 1000
-    for bits in renderer.limits.precisions:
+    for bits in renderer.device.limits.precisions:
         shaded = rays = 0
         for seed in range(seeds):
             rng = np.random.default_rng(seed)
@@ -67,7 +67,9 @@ def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
         for model in ("phong", "blinn"):
             at = f"{model}, h = {h:g}"
             N, L, V = _near_highlight(model, h, 4000)
-            value = glsl_call.call("mirrorLobe" if model == "phong" else "halfwayLobe", N, L, V, h, renderer=renderer)
+            value = glsl_call.call(
+                "mirrorLobe" if model == "phong" else "halfwayLobe", N, L, V, h, device=renderer.device
+            )
             n, l, v = (unit(given.astype(float)) for given in (N, L, V))
             a, b = (2.0 * _dot(n, l)[:, None] * n - l, v) if model == "phong" else (n, l + v)
             tangent = np.linalg.norm(np.cross(a, b), axis=1) / _dot(a, b)
@@ -79,7 +81,7 @@ def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
             yield Finding("exponent", at, 32, "relative error", float(error.max()), float(bound.max()))
             scene = _highlight_on_a_ball(model, h)
             truth = ray_tracer.trace(scene, (64, 64)).radiance
-            for bits in renderer.limits.precisions:
+            for bits in renderer.device.limits.precisions:
                 image = renderer.render(scene, (64, 64), Settings(precision=bits))
                 off = float(np.abs(image.radiance - truth).max())
                 # The functions' own error, and vectors that are off by 16 u in all where a lobe is steepest.
@@ -173,7 +175,7 @@ def valid_scenes(renderer: Renderer, short: bool) -> Iterator[Finding]:
     if short:
         exponents, colors = (1e6,), (0.0, 1e12)
     for model, (where, position) in itertools.product(("phong", "blinn"), lights.items()):
-        for bits in renderer.limits.precisions:
+        for bits in renderer.device.limits.precisions:
             bad = 0
             for h, color, shadows in itertools.product(exponents, colors, ("off", "hard", "diluted", "soft")):
                 c = (color, color, color)

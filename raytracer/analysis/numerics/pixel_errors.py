@@ -110,7 +110,7 @@ def findings(
     At most a share `doubt` of what is seen, and `dark` of what is lit, may be in doubt with 32 bits; inf
     says that 32 bits do not resolve that. With 64 bits the bounds are always the defaults.
     """
-    for bits in renderer.limits.precisions:
+    for bits in renderer.device.limits.precisions:
         errors = measure_pixel_errors(renderer, scene, size, Settings(precision=bits, evaluator=evaluator))
         yield Finding(what, at, bits, "wrong pixels", errors.wrong, 0)
         yield Finding(what, at, bits, "doubtful pixels, of those hit", errors.doubtful, doubt if bits == 32 else 0.01)

@@ -69,6 +69,6 @@ def _perpendicular(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np
 
 def _span(renderer: Renderer, rays: np.ndarray, spheres: object) -> tuple[np.ndarray, np.ndarray]:
     """Both roots in float64's type."""
-    terms = glsl_call.call("sphereTermsOf", rays, spheres, renderer=renderer)  # pyright: ignore[reportArgumentType]
-    span = glsl_call.call("sphereSpan", rays, spheres, terms, renderer=renderer)  # pyright: ignore[reportArgumentType]
+    terms = glsl_call.call("sphereTermsOf", rays, spheres, device=renderer.device)  # pyright: ignore[reportArgumentType]
+    span = glsl_call.call("sphereSpan", rays, spheres, terms, device=renderer.device)  # pyright: ignore[reportArgumentType]
     return span[:, 0].astype(float), span[:, 1].astype(float)

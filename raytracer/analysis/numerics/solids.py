@@ -11,9 +11,9 @@ import numpy as np
 from raytracer.analysis.numerics.findings import Finding
 from raytracer.analysis.numerics.pixel_errors import MATTE, findings
 from raytracer.analysis.pixel_doubt import find_pixel_doubt
-from raytracer.compiler.glsl.shaders import roth_loops
+from raytracer.compiler.limits import MAX_ROTH_LOOPS
+from raytracer.compiler.rounds import roth_loops
 from raytracer.formats.image import Image
-from raytracer.rendering.limits import MAX_ROTH_LOOPS
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.scene import Camera, PointLight, Scene
 from raytracer.scene.settings import Evaluator, Settings
@@ -45,7 +45,7 @@ def shells(renderer: Renderer, short: bool) -> Iterator[Finding]:
         seen = _scene(inner, outer)
         yield from findings(renderer, "shells", f"which is seen, {at}", seen, SIZE, doubt=doubt, dark=dark)
         inside = Scene([outer - inner], [_LIGHT], Camera((0.2, 0.1, 0.3), (-0.3, -0.1, -1), vertical_fov=100))
-        for bits in renderer.limits.precisions:
+        for bits in renderer.device.limits.precisions:
             image = renderer.render(inside, SIZE, Settings(precision=bits))
             resolved = find_pixel_doubt(inside, SIZE, bits)
             lit, doubtful = (image.radiance > 0.0).any(axis=2), resolved.unlit | resolved.doubtful
@@ -92,7 +92,7 @@ def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
     """Solids made of parts with common faces, against what they are: the same pixels, bit for bit."""
     what = "coincident faces"
     ties = _ties()
-    for evaluator, bits in itertools.product(EVALUATORS, renderer.limits.precisions):
+    for evaluator, bits in itertools.product(EVALUATORS, renderer.device.limits.precisions):
         if short and bits != 32:
             continue
         settings = Settings(evaluator=evaluator, precision=bits)

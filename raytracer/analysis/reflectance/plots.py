@@ -15,6 +15,7 @@ from raytracer.analysis.reflectance.quadrature import Array
 from raytracer.core.output import written_whole
 from raytracer.core.progress import Progress
 from raytracer.core.validation import InputError
+from raytracer.gpu.device import Device
 from raytracer.rendering.brdf import evaluate
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials.material import Material
@@ -57,8 +58,8 @@ def plot_materials(
             progress(i, len(materials))
         lobes = figure.add_subplot(grid[0, i], projection="polar")
         lobes.set_title(label.replace(":", "\n", 1), fontsize=11)
-        _draw_lobes(lobes, material, renderer)
-        _draw_albedo(figure.add_subplot(grid[1, i]), material, renderer, legend=i == 0)
+        _draw_lobes(lobes, material, renderer.device)
+        _draw_albedo(figure.add_subplot(grid[1, i]), material, renderer.device, legend=i == 0)
         ball = figure.add_subplot(grid[2, i])
         ball.imshow(draw_material(material, round(_INCHES * _DOTS), 16, renderer))
         ball.set_axis_off()
@@ -78,14 +79,14 @@ def plot_materials(
     _save(figure, path)
 
 
-def _draw_lobes(axes: Any, material: Material, renderer: Renderer) -> None:
+def _draw_lobes(axes: Any, material: Material, device: Device) -> None:
     """f, the mean of its channels, by the viewer in the plane of incidence, for light from some angles."""
     curves = []
     for degrees in _INCIDENCE:
         wi = unit_direction(degrees, 180.0)
         angles = _viewers(degrees)
         wo = np.column_stack([np.sin(angles), np.zeros_like(angles), np.cos(angles)])
-        curves.append((angles, (evaluate(material, wi, wo, renderer=renderer) / wi[2]).mean(axis=1)))
+        curves.append((angles, (evaluate(material, wi, wo, device=device) / wi[2]).mean(axis=1)))
     longest = max(float(f.max()) for _, f in curves)
     logarithmic = longest > _LONG
     for (angles, f), degrees, color in zip(curves, _INCIDENCE, _COLORS, strict=True):
@@ -120,8 +121,8 @@ def _viewers(degrees: float) -> Array:
     return np.unique(found[np.abs(found) <= limit])
 
 
-def _draw_albedo(axes: Any, material: Material, renderer: Renderer, legend: bool) -> None:
-    found = measure_material(material, _DEGREES, renderer)
+def _draw_albedo(axes: Any, material: Material, device: Device, legend: bool) -> None:
+    found = measure_material(material, _DEGREES, device)
     axes.axhline(1.0, color="0.6", lw=0.8)
     curves = [("of what is seen", found.albedos, "-")]
     if found.beams != found.albedos:
@@ -147,7 +148,7 @@ def _draw_albedo(axes: Any, material: Material, renderer: Renderer, legend: bool
         axes.legend(fontsize=7, loc="lower left")
 
 
-def plot_lecture(path: Path, h: float | None, renderer: Renderer) -> None:
+def plot_lecture(path: Path, h: float | None, device: Device) -> None:
     """The lecture's (R.V)^h against (N.H)^(4 h), both by the GLSL: over the viewer's angle from the mirror direction.
 
     For light from several angles, in the plane of incidence and square to it, where they differ most.
@@ -162,7 +163,7 @@ def plot_lecture(path: Path, h: float | None, renderer: Renderer) -> None:
         for degrees, color in zip(_INCIDENCE, _COLORS, strict=True):
             wi, wo = unit_direction(degrees, 180.0), _around(unit_direction(degrees), off, across)
             up = wo[:, 2] > 0.0
-            r, n = (evaluate(m, wi, wo[up], renderer=renderer)[:, 0].astype(float) for m in (phong, blinn))
+            r, n = (evaluate(m, wi, wo[up], device=device)[:, 0].astype(float) for m in (phong, blinn))
             x = np.degrees(off[up])
             both.plot(x, r, color=color, lw=1.4, label=f"{degrees:g}°")
             both.plot(x, n, color=color, lw=1.1, ls="--")

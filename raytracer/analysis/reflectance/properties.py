@@ -13,9 +13,9 @@ import msgspec
 import numpy as np
 
 from raytracer.analysis.reflectance.quadrature import NORMAL, Array, Fineness, Rule, about_all, facing, halfway, polar
-from raytracer.compiler.glsl.reflectance import layout
+from raytracer.compiler.material_layout import make_layout
+from raytracer.gpu.device import Device
 from raytracer.rendering.brdf import call, evaluate
-from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 
@@ -111,31 +111,31 @@ class MaterialProperties(msgspec.Struct, frozen=True):
 
 
 def measure_material(
-    material: Material, degrees: Sequence[float] = DEGREES, renderer: Renderer | None = None
+    material: Material, degrees: Sequence[float] = DEGREES, device: Device | None = None
 ) -> MaterialProperties:
     """Measure all properties of a material; albedos at these angles to the normal."""
-    seen = _Seen(material, renderer)
+    seen = _Seen(material, device)
     extreme = _extreme_directions()
     pairs = len(extreme)
     seen(np.repeat(extreme, pairs, axis=0), np.tile(extreme, (pairs, 1)))
     reciprocity = _reciprocity(material, seen)
     delta = MODELS[material.model].mirrors
-    mirrored = _mirrored(material, degrees, renderer) if delta else np.zeros((len(degrees), 3))
+    mirrored = _mirrored(material, degrees, device) if delta else np.zeros((len(degrees), 3))
     albedos = _albedos(material, degrees, seen, mirrored, beams=False)
     beams = albedos if reciprocity <= RECIPROCAL else _albedos(material, degrees, seen, mirrored, beams=True)
-    added = facets(material, renderer=renderer) if distribution_of(material) else None
+    added = facets(material, device=device) if distribution_of(material) else None
     return MaterialProperties(material, seen.least, seen.finite, reciprocity, albedos, beams, delta, added)
 
 
 class _Seen:
     """evaluate(), noting what it gives."""
 
-    def __init__(self, material: Material, renderer: Renderer | None) -> None:
-        self._material, self._renderer = material, renderer
+    def __init__(self, material: Material, device: Device | None) -> None:
+        self._material, self._device = material, device
         self.least, self.finite = math.inf, True
 
     def __call__(self, wi: Array, wo: Array) -> Array:
-        values = evaluate(self._material, wi, wo, renderer=self._renderer).astype(float)
+        values = evaluate(self._material, wi, wo, device=self._device).astype(float)
         finite = np.isfinite(values)
         self.finite &= bool(finite.all())
         self.least = min(self.least, float(values.min(initial=math.inf, where=finite)))
@@ -219,7 +219,7 @@ def _albedos(
     material: Material, degrees: Sequence[float], seen: Callable[[Array, Array], Array], mirrored: Array, beams: bool
 ) -> list[Albedo]:
     """The albedo at each angle: of an anisotropic material, the largest of some azimuths."""
-    whole = layout([material]).turned
+    whole = make_layout([material]).is_anisotropic
     azimuths = (0.0, 30.0, 60.0, 90.0) if whole else (0.0,)
     fine = msgspec.structs.replace(_FINE, whole=whole)
     directions = [unit_direction(angle, azimuth) for angle in degrees for azimuth in azimuths]
@@ -262,10 +262,10 @@ def _integrals(
         return np.array([rule[1] @ part for rule, part in zip(rules, parts, strict=True)])
 
 
-def _mirrored(material: Material, degrees: Sequence[float], renderer: Renderer | None) -> Array:
+def _mirrored(material: Material, degrees: Sequence[float], device: Device | None) -> Array:
     """What is reflected to the mirror direction only, (N, 3)."""
     views = [unit_direction(angle) for angle in degrees]
-    return call(f"{material.model}Mirrored", material, NORMAL, views, renderer=renderer).astype(float)
+    return call(f"{material.model}Mirrored", material, NORMAL, views, device=device).astype(float)
 
 
 def distribution_of(material: Material) -> str | None:
@@ -273,12 +273,12 @@ def distribution_of(material: Material) -> str | None:
     return material.model if material.model in ("ggx", "beckmann") else material.get("distribution")
 
 
-def facets(material: Material, degrees: Sequence[float] = _FACET_DEGREES, renderer: Renderer | None = None) -> Facets:
+def facets(material: Material, degrees: Sequence[float] = _FACET_DEGREES, device: Device | None = None) -> Facets:
     """What its distribution D and masking G1 add up to, seen from these angles."""
     kind = distribution_of(material)
     viewers = [unit_direction(angle) for angle in degrees]
     cosines = np.array([wo[2] for wo in viewers])
-    masking = cosines / call(f"{kind}Slope", material, cosines, renderer=renderer)
+    masking = cosines / call(f"{kind}Slope", material, cosines, device=device)
 
     def off(fine: Fineness) -> tuple[Array, Array]:
         """How far from 1 the two are, for each viewer."""
@@ -290,7 +290,7 @@ def facets(material: Material, degrees: Sequence[float] = _FACET_DEGREES, render
         wi = 2.0 * wo_m[:, None] * m - wo
         starts = np.cumsum([0, *counts[:-1]])
         D, of_sum = (
-            call(f"{kind}D", material, NORMAL, S, renderer=renderer).astype(float)
+            call(f"{kind}D", material, NORMAL, S, device=device).astype(float)
             for S in (m, wi.astype(np.float32) + wo.astype(np.float32))
         )
         normals = np.add.reduceat(weights * g1 * D * wo_m, starts)

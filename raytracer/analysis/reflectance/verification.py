@@ -13,7 +13,7 @@ from raytracer.analysis.reflectance.expectations import Expectation, Parameters,
 from raytracer.analysis.reflectance.properties import DEGREES, RESOLVED, MaterialProperties, measure_material
 from raytracer.core.progress import Progress
 from raytracer.formats.material_library import material_named
-from raytracer.rendering.renderer import Renderer
+from raytracer.gpu.device import Device
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 
@@ -38,10 +38,10 @@ class Verification(msgspec.Struct, frozen=True):
 
 
 def verify(
-    name: str, parameters: Parameters, renderer: Renderer | None = None, degrees: Sequence[float] = DEGREES
+    name: str, parameters: Parameters, device: Device | None = None, degrees: Sequence[float] = DEGREES
 ) -> Verification:
     """Measure a model, or a published material, with some parameters, and compare. Raises InputError."""
-    properties = measure_material(material_of(name, parameters), degrees, renderer)
+    properties = measure_material(material_of(name, parameters), degrees, device)
     expectation = expectation_of(properties.material) if name in MODELS else None
     return Verification(name, parameters, properties, expectation, list(_differences(properties, expectation)))
 
@@ -52,7 +52,7 @@ def material_of(name: str, parameters: Parameters) -> Material:
 
 
 def verify_all(
-    models: Sequence[str], renderer: Renderer | None = None, progress: Progress | None = None
+    models: Sequence[str], device: Device | None = None, progress: Progress | None = None
 ) -> list[Verification]:
     """Each of these models, which need no file, with each of its parameters."""
     todo = [(model, parameters) for model in models for parameters in tried_parameters(model)]
@@ -60,7 +60,7 @@ def verify_all(
     for i, (model, parameters) in enumerate(todo):
         if progress:
             progress(i, len(todo))
-        verifications.append(verify(model, parameters, renderer))
+        verifications.append(verify(model, parameters, device))
     if progress:
         progress(len(todo), len(todo))
     return verifications

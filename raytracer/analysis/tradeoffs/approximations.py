@@ -137,5 +137,5 @@ def _measured(renderer: Renderer) -> _Series:
     from raytracer.rendering import brdf
 
     ggx = Material("ggx")
-    table = Material("merl", file=brdf.bake(ggx, renderer=renderer))
+    table = Material("merl", file=brdf.bake(ggx, device=renderer.device))
     return _Series("MERL table", ("GGX", lambda _: ggx), (("its table", lambda _: table),))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.analysis.tradeoffs.configurations import Target
+from raytracer.compiler.compiled_scene import compile
 from raytracer.core.progress import Progress
 from raytracer.core.validation import InputError
 from raytracer.rendering.renderer import Renderer
@@ -97,7 +98,7 @@ def _by_gpu(
     """
     settings = msgspec.structs.replace(target.settings, samples=samples, evaluator="cells", precision=64)
     try:
-        renderer.limits.check(target.scene, settings)
+        renderer.device.limits.check(compile(target.scene, settings.compile_options))
     except InputError:
         settings = msgspec.structs.replace(settings, precision=32)
     first, second = (

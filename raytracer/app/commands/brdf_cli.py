@@ -104,14 +104,14 @@ def _list(options: argparse.Namespace) -> int:
     from raytracer.analysis.reflectance import tables
     from raytracer.analysis.reflectance.properties import COMPLETE
     from raytracer.analysis.reflectance.verification import verify_all
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
 
     if options.markdown:
         say(*tables.markdown().splitlines())
         return 0
     with progress_bar("measuring") as progress:
         checks = verify_all(
-            [m for m in models if m in COMPLETE], shared_renderer(options.backend, options.device), progress
+            [m for m in models if m in COMPLETE], shared_device(options.backend, options.device), progress
         )
     measured = {model: [check for check in checks if check.name == model] for model in models}
     if options.json:
@@ -126,7 +126,7 @@ def _check(options: argparse.Namespace) -> int:
     from raytracer.analysis.reflectance.properties import COMPLETE
     from raytracer.analysis.reflectance.tables import checks_json, print_checks
     from raytracer.analysis.reflectance.verification import material_of, verify, verify_all
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
 
     names = options.models or COMPLETE
     whole = [name for name in names if name in MODELS and not options.set]
@@ -135,10 +135,10 @@ def _check(options: argparse.Namespace) -> int:
         material_of(name, parameters)
     if missing := [name for name in whole if name not in COMPLETE]:
         raise InputError("expected a file to measure: --set file=...", file=missing[0])
-    renderer = shared_renderer(options.backend, options.device)
+    device = shared_device(options.backend, options.device)
     with progress_bar("measuring") as progress:
-        checks = verify_all(whole, renderer, progress)
-        checks += [verify(name, parameters, renderer) for name, parameters in single]
+        checks = verify_all(whole, device, progress)
+        checks += [verify(name, parameters, device) for name, parameters in single]
     if options.json:
         say_json(checks_json(checks))
     else:
@@ -149,24 +149,27 @@ def _check(options: argparse.Namespace) -> int:
 def _plot(options: argparse.Namespace) -> int:
     from raytracer.analysis.reflectance.plots import plot_lecture, plot_materials
     from raytracer.core.output import check_output
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
+    from raytracer.rendering.renderer import Renderer
 
     output = check_output(options.output, (".png",))
     if options.lecture == bool(options.materials):
         raise InputError("expected materials to plot, or --lecture (see raytracer brdf plot --help)", "MATERIAL")
     if options.lecture:
-        plot_lecture(output, _number_of(options.set, "h"), shared_renderer(options.backend, options.device))
+        plot_lecture(output, _number_of(options.set, "h"), shared_device(options.backend, options.device))
     else:
         materials = labelled_materials(options.materials, options.set)
         with progress_bar(f"plotting {output.name}") as progress:
-            plot_materials(output, materials, shared_renderer(options.backend, options.device), progress)
+            renderer = Renderer(shared_device(options.backend, options.device))
+            plot_materials(output, materials, renderer, progress)
     say(f"wrote {output}")
     return 0
 
 
 def _gallery(options: argparse.Namespace) -> int:
     from raytracer.analysis.reflectance.gallery import write_gallery
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
+    from raytracer.rendering.renderer import Renderer
 
     with progress_bar("rendering") as progress:
         write_gallery(
@@ -174,7 +177,7 @@ def _gallery(options: argparse.Namespace) -> int:
             options.cell,
             options.samples,
             options.merl,
-            shared_renderer(options.backend, options.device),
+            Renderer(shared_device(options.backend, options.device)),
             progress,
         )
     say(f"wrote {options.output}" + ("" if options.merl else ", without merl, which needs --merl FILE"))
@@ -183,13 +186,13 @@ def _gallery(options: argparse.Namespace) -> int:
 
 def _bake(options: argparse.Namespace) -> int:
     from raytracer.core.output import check_output, written_whole
+    from raytracer.gpu.device import shared_device
     from raytracer.rendering import brdf
-    from raytracer.rendering.renderer import shared_renderer
     from raytracer.scene.materials import merl
 
     output = check_output(options.output, (".binary",))
     [(_, material)] = labelled_materials([options.material], options.set)
-    table = brdf.bake(material, renderer=shared_renderer(options.backend, options.device))
+    table = brdf.bake(material, device=shared_device(options.backend, options.device))
     with written_whole(output) as file:
         merl.write(table, file)
     say(f"wrote {output}: {options.material}, for a material of the model merl")

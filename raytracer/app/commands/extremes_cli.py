@@ -40,15 +40,16 @@ def run(options: argparse.Namespace) -> int:
     from raytracer.analysis.numerics.ledger import measure_ledger
     from raytracer.analysis.numerics.ledger_page import as_csv, as_markdown
     from raytracer.core.output import check_folder, written_whole
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
+    from raytracer.rendering.renderer import Renderer
 
     folder = Path(options.output)
     check_folder(folder, *_FILES)
-    renderer = shared_renderer(options.backend, options.device)
+    renderer = Renderer(shared_device(options.backend, options.device))
     with progress_bar("measuring") as progress:
         rows = measure_ledger(renderer, short=options.short, scenes=options.fuzz, progress=progress, step=tell_step)
         _print(rows)
-        if 64 not in renderer.limits.precisions:
+        if 64 not in renderer.device.limits.precisions:
             say("nothing is measured with 64 bits: that needs OpenGL 4.0")
         form = "in the short form" if options.short else "in full"
         machine = describe_machine(renderer)

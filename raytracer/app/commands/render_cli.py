@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from raytracer.app.options import add_backend, add_scene, add_settings, given, warn_about
-from raytracer.core.memory import check_memory
+from raytracer.core.memory import check_memory, picture_bytes
 from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import complain, say
 from raytracer.core.validation import about, check_size
@@ -52,15 +52,15 @@ def run(options: argparse.Namespace) -> int:
     with _imports_kept():
         from raytracer.core.output import check_output
         from raytracer.formats.image import SUFFIXES
-        from raytracer.rendering.limits import host_memory
-        from raytracer.rendering.renderer import shared_renderer
+        from raytracer.gpu.device import shared_device
+        from raytracer.rendering.renderer import Renderer
 
     check_size(size)
     output = check_output(options.output, SUFFIXES)
     geometry = output.suffix.lower() == ".npz"
-    check_memory(host_memory(size, geometry, settings.refines), size)
+    check_memory(picture_bytes(size, geometry, settings.refines), size)
     warn_about(options.scene, scene, settings)
-    renderer = shared_renderer(options.backend, options.device)
+    renderer = Renderer(shared_device(options.backend, options.device))
     start = time.monotonic()
     # Beyond the driver's limits is the scene.
     with about(options.scene), progress_bar(f"rendering {output.name}") as progress:

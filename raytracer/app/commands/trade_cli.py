@@ -61,7 +61,8 @@ def run(options: argparse.Namespace) -> int:
     from raytracer.analysis.tradeoffs.page import FILES, write_page, write_tables
     from raytracer.analysis.tradeoffs.plots import check_matplotlib
     from raytracer.core.output import check_folder
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
+    from raytracer.rendering.renderer import Renderer
 
     check_matplotlib()  # not trade out when all is measured
     size = given(options).get("size") or (_QUICK_SIZE if options.quick else _SIZE)
@@ -72,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
     else:
         check_folder(folder.parent, folder.name)
     extent = QUICK if options.quick else FULL
-    renderer = shared_renderer(options.backend, options.device)
+    renderer = Renderer(shared_device(options.backend, options.device))
     warn_about(
         options.scene, scene, msgspec.structs.replace(combined(own(of_file)), shadows="hard")
     )  # as plan() has it

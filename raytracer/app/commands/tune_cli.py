@@ -52,12 +52,13 @@ def run(options: argparse.Namespace) -> int:
     scene, of_file = parse_all(*read(options.scene))
     size = flags.get("size") or of_file.get("size") or DEFAULT_SIZE
     from raytracer.analysis.tradeoffs.tune import tune
-    from raytracer.rendering.renderer import shared_renderer
+    from raytracer.gpu.device import shared_device
+    from raytracer.rendering.renderer import Renderer
 
     check_size(size)
     settings = combined(own(of_file), own(flags))
     warn_about(options.scene, scene, settings)
-    renderer = shared_renderer(options.backend, options.device)
+    renderer = Renderer(shared_device(options.backend, options.device))
     try:
         with about(options.scene):
             tuned = tune(

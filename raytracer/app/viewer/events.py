@@ -15,10 +15,10 @@ from typing import Any, Literal, TypeVar, get_args
 import msgspec
 
 from raytracer.app.viewer import orbit
-from raytracer.compiler.glsl.shaders import Show, material_layout
+from raytracer.compiler.glsl.shaders import Show
 from raytracer.core.validation import InputError, shown
 from raytracer.scene.presets import Fields, combined, flags, over
-from raytracer.scene.scene import Scene
+from raytracer.scene.scene import Scene, used_models
 from raytracer.scene.sequences import PROGRESSIVE
 from raytracer.scene.settings import NO_RADIUS, Settings, Shading, Shadows
 
@@ -239,7 +239,7 @@ def _with_settings(state: State, **fields: object) -> State:
 
 def _shading(state: State, by: int = 1) -> State:
     """To the next shading that differs: None is like "phong" where all materials are phong."""
-    own = material_layout(state.loaded, Settings()).models
+    own = used_models(state.loaded)
     choices = [None, *(shading for shading in get_args(Shading) if own != [shading])]
     return _with_settings(state, shading=_next(choices, state.settings.shading, by))
 

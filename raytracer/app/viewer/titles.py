@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from raytracer.app.viewer.events import State
-from raytracer.compiler.glsl.shaders import material_layout
+from raytracer.scene.scene import used_models
 
 HELP = "H: help"
 
@@ -38,6 +38,6 @@ def _drawn(state: State) -> str:
     settings = state.settings
     if state.show != "picture":
         return f"showing {state.show}"
-    shading = settings.shading or " and ".join(material_layout(state.scene, settings).models)
+    shading = settings.shading or " and ".join(used_models(state.scene))
     shadows = "no shadows" if settings.shadows == "off" else f"{settings.shadows} shadows"
     return f"{shading}, {shadows}"

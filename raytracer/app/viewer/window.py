@@ -43,6 +43,7 @@ from raytracer.formats.instance_file import copied
 from raytracer.formats.scene_file import moved, named_files, parse_all, read
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.gpu.context import open_window
+from raytracer.gpu.device import Device
 from raytracer.rendering.progressive import Live
 from raytracer.rendering.renderer import Renderer, metadata
 from raytracer.scene.presets import Fields
@@ -103,7 +104,7 @@ class Viewer:
 
     def __init__(self, context: moderngl.Context, window: Any, files: Files, state: State, budget: float) -> None:
         self.state = state
-        renderer = Renderer(context)
+        renderer = Renderer(Device(context))
         context.__enter__()  # the window's context is current as long as the window is open
         self.live = Live(renderer, budget)
         self.context, self.window = context, window

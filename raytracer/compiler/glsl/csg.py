@@ -109,10 +109,10 @@ _HOLDS: dict[type[Solid], str] = {Union: "max({}, {})", Intersection: "min({}, {
 _LOGIC: dict[type[Solid], str] = {Union: "{} || {}", Intersection: "{} && {}", Difference: "{} && !{}"}
 
 
-def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, what: bool) -> list[str]:
-    """By one walk over all objects, to the first root at which one of them changes; `what`: also what is there.
+def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, with_owner: bool) -> list[str]:
+    """By one walk over all objects, to the first root at which one of them changes.
 
-    `surfaces` are what they are called.
+    `surfaces` are what they are called; `with_owner`: also whose surface is there.
     """
     holds: list[str] = []  # the lines that compute v0, v1, ..., of each object
     spans = _spans(len(surfaces), spheres, surfaces)
@@ -135,7 +135,7 @@ def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, what: 
         "        at = next;",
         "    }",
     ]
-    if not what:
+    if not with_owner:
         return [*BLOCKED_AT, *lines, "    return at;", "}"]
     return [
         *RAY_CSG,
@@ -210,7 +210,7 @@ def owner(trees: list[Tree], offset: str = "") -> list[str]:
     return [*lines, *(f"    if (b{k} != a{k}) mat = o{k};" for k in reversed(objects))]
 
 
-def nearest_plane(planes: list[NamedPlane], *, what: bool) -> list[str]:
+def nearest_plane(planes: list[NamedPlane], *, with_owner: bool) -> list[str]:
     """The walk where every object is one half-space: to the nearest root ahead."""
     lines = ["    real at = ray.distance, root;"]
     for s, index in planes:
@@ -218,10 +218,10 @@ def nearest_plane(planes: list[NamedPlane], *, what: bool) -> list[str]:
             f"    root = planeRoot(ray, {s});",
             "    if (root > 0.0 && root < at) {",
             "        at = root;",
-            *([f"        mat = planeMat(ray, {s}, {index});"] if what else []),
+            *([f"        mat = planeMat(ray, {s}, {index});"] if with_owner else []),
             "    }",
         ]
-    if not what:
+    if not with_owner:
         return [*BLOCKED_AT, *lines, "    return at;", "}"]
     return [
         *RAY_CSG,

@@ -16,8 +16,8 @@ def seen(depth: int, planes: list[NamedPlane]) -> list[str]:
         '#include "csg/lists.glsl"',
         "#define OWNERS",
         '#include "csg/chain.glsl"',
-        *(_programs(depth, what=True) if depth else []),
-        *_meet(kinds=False, programs=True, trees=bool(depth), first=False),
+        *(_programs(depth, with_owner=True) if depth else []),
+        *_meet(kinds=False, programs=True, trees=bool(depth), any_hit=False),
         "flat in ivec2 listed;  // where the list of this pixel's cell begins and ends",
         *RAY_CSG,
         *_nearest_plane(planes),
@@ -68,25 +68,33 @@ def seen_kinds(kinds: list[Tree], planes: list[NamedPlane] | None, handed: int) 
 
 
 def blocked(
-    kinds: list[Tree], programs: bool, depth: int, planes: list[NamedPlane], *, first: bool, what: bool, beside: bool
+    kinds: list[Tree],
+    programs: bool,
+    depth: int,
+    planes: list[NamedPlane],
+    *,
+    any_hit: bool,
+    with_owner: bool,
+    has_area_lights: bool,
 ) -> list[str]:
-    """How far rays to a light get, by lists. With `first`, whatever blocks them will do, not the nearest; with `what`
-    meetListed() says what it is, for anywhere(). Cells list what a ray to a light may meet as far as rays are known to
-    within the balls' widening(); longer ones look at everything.
+    """How far rays to a light get, by lists. With `any_hit`, whatever blocks them will do, not the nearest; with
+    `with_owner` meetListed() says what it is, for anywhere(). Cells list what a ray to a light may meet as far as
+    rays are known to within the balls' widening(); longer ones look at everything.
 
-    `kinds` are trees over their own leaves, `programs` is whether there are any, and else as seen(). With `beside`,
-    rays may end beside a light's centre, and the cell is the one in which their origin is seen from there.
+    `kinds` are trees over their own leaves, `programs` is whether there are any, and else as seen(). With
+    `has_area_lights`, rays may end beside a light's centre, and the cell is the one in which their origin is seen from
+    there.
     """
-    origin = "ray.ro - lights[light].position" if beside else "-ray.rd"
+    origin = "ray.ro - lights[light].position" if has_area_lights else "-ray.rd"
     return [
         '#include "csg/walk.glsl"',
         '#include "csg/lists.glsl"',
-        *(_kinds(kinds, what) if kinds else []),
-        *(["#define OWNERS"] if what else []),
+        *(_kinds(kinds, with_owner) if kinds else []),
+        *(["#define OWNERS"] if with_owner else []),
         *(['#include "csg/chain.glsl"'] if programs else []),
-        *(_programs(depth, what=what) if depth else []),
+        *(_programs(depth, with_owner=with_owner) if depth else []),
         *(
-            _meet(bool(kinds), programs, bool(depth), first)
+            _meet(bool(kinds), programs, bool(depth), any_hit)
             if kinds or programs
             else ["#define meetListed(a, b, c, d)"]
         ),
@@ -182,30 +190,32 @@ def _kind_owner(kinds: list[Tree]) -> list[str]:
     return [*lines, "    return mat;", "}"]
 
 
-def _kinds(kinds: list[Tree], what: bool) -> list[str]:
+def _kinds(kinds: list[Tree], with_owner: bool) -> list[str]:
     spans = _spans(kinds)
     return [
         *_kind_holds(kinds),
-        *(_kind_owner(kinds) if what else []),
+        *(_kind_owner(kinds) if with_owner else []),
         "void meetKind(Ray ray, int item, inout Nearest nearest) {",
         "    Item i = itemAt(item);",
         "    int object = i.object;",
         *(f"    real2 {span} = sphereRoots(ray, surfaceOf(i, {j}));" for j, span in enumerate(spans)),
         *_walk_one(
             f"kindHolds(i.kind, {', '.join(spans)}, at)",
-            f"kindOwner(i.kind, i.first, {', '.join(spans)}, at)" if what else "1",
+            f"kindOwner(i.kind, i.first, {', '.join(spans)}, at)" if with_owner else "1",
         ),
     ]
 
 
-def _programs(depth: int, what: bool) -> list[str]:
+def _programs(depth: int, with_owner: bool) -> list[str]:
     """The machine's stack is as many variables as the deepest program needs: one more is on its way to the top."""
     return [
         '#include "csg/program.glsl"',
         *_machine("real", "Holds", max(depth - 1, 1)),
-        *(_machine("int", "Owner", max(depth - 1, 1)) if what else []),
+        *(_machine("int", "Owner", max(depth - 1, 1)) if with_owner else []),
         "void meetProgram(Ray ray, int begin, int end, int object, inout Nearest nearest) {",
-        *_walk_one("programHolds(ray, begin, end, at)", "programOwner(ray, begin, end, at) >> 2" if what else "1"),
+        *_walk_one(
+            "programHolds(ray, begin, end, at)", "programOwner(ray, begin, end, at) >> 2" if with_owner else "1"
+        ),
     ]
 
 
@@ -231,7 +241,7 @@ def _machine(kind: str, name: str, slots: int) -> list[str]:
     ]
 
 
-def _meet(kinds: bool, programs: bool, trees: bool, first: bool) -> list[str]:
+def _meet(kinds: bool, programs: bool, trees: bool, any_hit: bool) -> list[str]:
     """The walk through a list. The nearest ball is looked for in a loop of its own: pixels that are drawn
     together look for theirs at once, and then evaluate what they found at once."""
     candidate = (
@@ -274,7 +284,7 @@ def _meet(kinds: bool, programs: bool, trees: bool, first: bool) -> list[str]:
         "    const int NOTHING = 0x7fffffff;",
         "    int k = begin;",
         "    for (;;) {",
-        *(["        if (nearest.mat != 0) break;"] if first else []),
+        *(["        if (nearest.mat != 0) break;"] if any_hit else []),
         *search,
         *(f"        {line}" for line in body),
         "    }",

@@ -1,7 +1,6 @@
-"""EGL devices: which one a context is opened on, by its index, by a part of its name, or the best one there is.
+"""Adapters, which EGL and users call devices: one is chosen by its index, by a part of its name, or as the best one.
 
-A device's name is its driver's GL_RENDERER and GL_VENDOR. Nothing else names a device, so to know its name
-is to open it.
+The name of an adapter is its driver's GL_RENDERER and GL_VENDOR. Only an open adapter tells its name.
 """
 
 from __future__ import annotations
@@ -15,17 +14,17 @@ import moderngl
 from raytracer.core.validation import InputError, printable, shown, whole
 
 VARIABLE = "RAYTRACER_DEVICE"
-# More devices than any machine has; EGL says itself where its list ends.
-MAX_DEVICES = 64
+# More adapters than any machine has; EGL says itself where its list ends.
+MAX_ADAPTERS = 64
 REQUIRED = 330
 # Drivers that draw on the processor, by their GL_RENDERER in lower case: Mesa's, SwiftShader, Windows's own.
 _SOFTWARE = ("llvmpipe", "softpipe", "swr", "swrast", "software rasterizer", "swiftshader", "gdi generic")
 
-Device = int | str
+Adapter = int | str
 
 
 class Opened(NamedTuple):
-    """A device of the list: its context, or why it has none."""
+    """An adapter of the list: its context, or why it has none."""
 
     number: int  # in the list
     context: moderngl.Context | None
@@ -37,68 +36,69 @@ class Opened(NamedTuple):
         """Whether it draws on the processor."""
         return any(name in self.name.lower() for name in _SOFTWARE)
 
-    def matches(self, device: Device | None) -> bool:
-        """Whether it is the wanted device; for None, hardware."""
-        if device is None:
+    def matches(self, adapter: Adapter | None) -> bool:
+        """Whether it is the wanted adapter; for None, whether it is hardware."""
+        if adapter is None:
             return not self.is_software
-        return device in self.name.lower() if isinstance(device, str) else device == self.number
+        return adapter in self.name.lower() if isinstance(adapter, str) else adapter == self.number
 
 
-def wanted_device(device: Any = None) -> Device | None:
-    """`device`, or the value of RAYTRACER_DEVICE if None: an index, a part of a name in lower case; None for the best.
+def wanted_adapter(adapter: Any = None) -> Adapter | None:
+    """`adapter`, or the value of RAYTRACER_DEVICE if None: an index, a part of a name in lower case; None for the best.
 
     Raises InputError for anything else.
     """
-    where = VARIABLE if device is None else "device"
-    value: Any = os.environ.get(VARIABLE) or None if device is None else device
+    where = VARIABLE if adapter is None else "device"
+    value: Any = os.environ.get(VARIABLE) or None if adapter is None else adapter
     if value is None:
         return None
     text = value.strip() if isinstance(value, str) else ""
     if text:
-        return int(text) if text.isascii() and text.isdecimal() and len(text) <= len(str(MAX_DEVICES)) else text.lower()
+        is_index = text.isascii() and text.isdecimal() and len(text) <= len(str(MAX_ADAPTERS))
+        return int(text) if is_index else text.lower()
     try:
-        return whole(value, where, 0, MAX_DEVICES)
+        return whole(value, where, 0, MAX_ADAPTERS)
     except InputError:
         expected = "the index of an EGL device, or a part of its name"
         raise InputError(f"expected {expected}, got {shown(value)}", where) from None
 
 
-def open_device(device: Device | None = None, where: str = "device") -> moderngl.Context:
-    """A new context, current, on the device: for None the first that is hardware, or else the first that opens.
+def open_adapter(adapter: Adapter | None = None, where: str = "device") -> moderngl.Context:
+    """A new context, current, on the adapter: for None the first that is hardware, or else the first that opens.
 
-    Raises InputError for a device that is not there, about `where` it is named; RuntimeError if there is none, or if
-    the device does not open.
+    Raises InputError for an adapter that is not there, with `where` it is named; RuntimeError if there is none, or if
+    the adapter does not open.
     """
     seen: list[Opened] = []
     software: moderngl.Context | None = None
-    for opened in opened_devices(device if isinstance(device, int) else None):
+    for opened in opened_adapters(adapter if isinstance(adapter, int) else None):
         seen.append(opened)
         if not opened.context:
             continue
-        if opened.matches(device):
+        if opened.matches(adapter):
             if software:
                 software.release()
             return opened.context
         leave(opened.context)
-        if device is None and not software:
+        if adapter is None and not software:
             software = opened.context
         else:
             opened.context.release()
     if software:
         software.__enter__()
         return software
-    if device is not None and not seen:
-        seen = [*closed_devices()]
-    if device is None or (isinstance(device, int) and any(each.number == device for each in seen)) or not seen:
+    if adapter is not None and not seen:
+        seen = [*closed_adapters()]
+    if adapter is None or (isinstance(adapter, int) and any(each.number == adapter for each in seen)) or not seen:
         raise RuntimeError("; ".join(f"device {each.number}: {each.problem}" for each in seen) or "no EGL device")
     names = "; ".join(f"{each.number} ({each.name or each.problem})" for each in seen)
     expected = f"the index or a part of the name of one of the EGL devices, {names}"
-    raise InputError(f"expected {expected}; got {shown(device)}", where)
+    raise InputError(f"expected {expected}; got {shown(adapter)}", where)
 
 
-def opened_devices(index: int | None = None) -> Iterator[Opened]:
-    """All devices, or the one of that index. Each is opened, and made current, in its turn; the caller releases it."""
-    for i in range(MAX_DEVICES) if index is None else (index,):
+def opened_adapters(index: int | None = None) -> Iterator[Opened]:
+    """Yield all adapters, or the one of that index, each open and current; the caller releases it."""
+    for i in range(MAX_ADAPTERS) if index is None else (index,):
         try:
             context = _open(i)
         except Exception as error:  # every driver fails in its own way
@@ -112,9 +112,9 @@ def opened_devices(index: int | None = None) -> Iterator[Opened]:
             yield Opened(i, context, printable(f"{context.info['GL_RENDERER']}, {context.info['GL_VENDOR']}"))
 
 
-def closed_devices() -> Iterator[Opened]:
-    """All devices, each closed before the next one."""
-    for opened in opened_devices():
+def closed_adapters() -> Iterator[Opened]:
+    """Yield all adapters, each closed before the next one."""
+    for opened in opened_adapters():
         yield opened
         if opened.context:
             leave(opened.context)  # a released one that is current keeps the next from opening

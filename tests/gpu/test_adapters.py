@@ -14,10 +14,11 @@ import pytest
 
 import raytracer as rt
 from raytracer.app.cli import main
-from raytracer.gpu import context, context_report, devices
+from raytracer.gpu import adapters, context, context_report
+from raytracer.gpu.adapters import open_adapter, wanted_adapter
 from raytracer.gpu.context import chosen
-from raytracer.gpu.devices import open_device, wanted_device
-from raytracer.rendering.renderer import Renderer, shared_renderer
+from raytracer.gpu.device import shared_device
+from raytracer.rendering.renderer import Renderer
 from tests import scenes
 
 LLVMPIPE = "llvmpipe (LLVM 15.0.6, 256 bits)", "Mesa/X.org"
@@ -60,7 +61,7 @@ def machine(monkeypatch: pytest.MonkeyPatch, *names: Any) -> list[FakeContext]:
         opened.append(FakeContext(names[index]))
         return opened[-1]
 
-    monkeypatch.setattr(devices, "_open", open_one)
+    monkeypatch.setattr(adapters, "_open", open_one)
     return opened
 
 
@@ -84,7 +85,7 @@ def test_the_device_that_is_meant_is_current_and_no_other_stays_open(
     monkeypatch: pytest.MonkeyPatch, names: list[Any], device: Any, expected: tuple[str, str], opens: int
 ) -> None:
     opened = machine(monkeypatch, *names)
-    context: Any = open_device(wanted_device(device))
+    context: Any = open_adapter(wanted_adapter(device))
     assert (context.info["GL_RENDERER"], context.info["GL_VENDOR"]) == expected
     assert FakeContext.current is context
     assert [each for each in opened if not each.released] == [context]
@@ -97,7 +98,7 @@ def test_a_device_that_is_not_there_is_an_error_that_names_those_that_are(
 ) -> None:
     opened = machine(monkeypatch, LLVMPIPE, BROKEN)
     with pytest.raises(rt.InputError, match=r"^device: expected .* 0 \(llvmpipe .*\); 1 \(eglInit.*\); got ") as error:
-        open_device(wanted_device(device))
+        open_adapter(wanted_adapter(device))
     assert str(error.value).endswith(repr(device)) and "\n" not in str(error.value)
     assert all(each.released for each in opened)
 
@@ -107,32 +108,32 @@ def test_a_device_that_is_not_there_is_an_error_about_where_it_is_named(monkeypa
     monkeypatch.delenv("RAYTRACER_BACKEND", raising=False)
     monkeypatch.setenv("RAYTRACER_DEVICE", "matrox")
     with pytest.raises(rt.InputError, match=r"^RAYTRACER_DEVICE: expected the index"):
-        shared_renderer()
+        shared_device()
     with pytest.raises(rt.InputError, match=r"^device: expected the index"):
-        shared_renderer(device="matrox")
+        shared_device(adapter="matrox")
 
 
 def test_a_device_that_does_not_open_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     machine(monkeypatch, LLVMPIPE, BROKEN)
     with pytest.raises(RuntimeError, match=r"^device 1: eglInitialize failed \(0x3001\)$"):
-        open_device(1)
+        open_adapter(1)
     machine(monkeypatch)
     for device in (None, 0, "nvidia"):
         with pytest.raises(RuntimeError, match=r"^no EGL device$"):
-            open_device(device)
+            open_adapter(device)
 
 
 @pytest.mark.parametrize("device", [-1, True, 1.5, "", "  ", [0], np.bool_(True)])
 def test_what_is_no_device_is_refused(device: Any) -> None:
     with pytest.raises(rt.InputError, match=r"^device: expected the index of an EGL device, or a part of its name"):
-        wanted_device(device)
+        wanted_adapter(device)
 
 
 def test_the_variable_counts_for_egl_and_the_argument_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("RAYTRACER_BACKEND", raising=False)
     monkeypatch.setenv("RAYTRACER_DEVICE", "NVIDIA")
     assert chosen() == chosen("egl") == ("egl", "nvidia")
-    assert chosen(device=1) == ("egl", 1)
+    assert chosen(adapter=1) == ("egl", 1)
     assert chosen("osmesa") == ("osmesa", None)
     with pytest.raises(
         rt.InputError, match=r"^device: expected the backend egl, which alone has devices, got .* osmesa"
@@ -185,7 +186,7 @@ def test_a_picture_is_made_on_the_device_that_is_named(renderer: Renderer) -> No
     for device in (found[-1]["device"], found[-1]["renderer"].upper()):
         image = rt.render(scenes.of(rt.Sphere((0, 0, 0), 1)), (16, 9), backend="egl", device=device)
         assert image.radiance.any()
-        assert shared_renderer("egl", device).context.info["GL_RENDERER"] == found[-1]["renderer"]
+        assert shared_device("egl", device).limits.driver == found[-1]["renderer"]
     with pytest.raises(rt.InputError, match=r"^device: expected .*; got 63$"):
         rt.render(scenes.of(rt.Sphere((0, 0, 0), 1)), (16, 9), backend="egl", device=63)
 

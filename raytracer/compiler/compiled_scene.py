@@ -1,0 +1,124 @@
+"""The compiled scene: everything that follows from a scene and its options alone, whatever the camera and the size."""
+
+from __future__ import annotations
+
+import msgspec
+
+from raytracer.compiler.batches import FEW, Batches, is_bounded, make_batches
+from raytracer.compiler.material_layout import Layout, make_layout
+from raytracer.compiler.surfaces import Surfaces, make_surfaces
+from raytracer.scene.instances import Instances
+from raytracer.scene.lights import PointLight
+from raytracer.scene.materials.material import Material
+from raytracer.scene.materials.models import MODELS
+from raytracer.scene.options import CompileOptions
+from raytracer.scene.scene import Scene
+from raytracer.scene.solids import Plane, simplified
+
+
+class CompiledScene(msgspec.Struct, frozen=True, eq=False):
+    """A scene as the shaders take it. `compile` makes one; parts are objects of their own, which compiled scenes share.
+
+    `has_lists`: rays look for what they meet in the lists of cells (candidate_lists.py), as there are many primitives.
+    `has_mirrors`: the light of some material comes from other surfaces, too. `is_over_planes`: besides objects that
+    share code there are at most half-spaces, which the second pass quickly finds itself. `has_plane_only_cells`: some
+    cells of a picture may show nothing but half-spaces (culling.py).
+    """
+
+    scene: Scene
+    options: CompileOptions
+    surfaces: Surfaces
+    batches: Batches
+    materials: dict[int, Material]  # as they are shaded, by their index in the scene; those that surfaces have
+    layout: Layout  # of these
+    lights: tuple[PointLight, ...]  # points, unless shadows are soft
+    has_lists: bool
+    has_mirrors: bool
+    is_over_planes: bool
+    has_plane_only_cells: bool
+
+    @property
+    def has_area_lights(self) -> bool:
+        """Whether any light has a radius."""
+        return any(light.radius for light in self.lights)
+
+    @property
+    def has_falloff(self) -> bool:
+        """Whether any light is attenuated."""
+        return any(light.falloff != "none" for light in self.lights)
+
+    @property
+    def shadowing_lights(self) -> tuple[PointLight, ...]:
+        """The lights that cast shadows."""
+        return () if self.options.shadows == "off" else self.lights
+
+    @property
+    def structure(self) -> tuple[object, ...]:
+        """All that decides the text of shaders: compiled scenes whose structures are equal share their programs."""
+        lights = len(self.lights), self.has_area_lights, self.has_falloff
+        return self.scene.objects, self.scene.materials, self.options, lights
+
+
+def compile(scene: Scene, options: CompileOptions, previous: CompiledScene | None = None) -> CompiledScene:
+    """Compile `scene`. `previous` lends the parts that stay as they were.
+
+    Raises InputError for a material that the model of `options.shading` does not take.
+    """
+    surfaces, batches = _surfaces(scene, previous), _batches(scene, previous)
+    materials, layout = _materials(scene, options, surfaces, previous)
+    has_lists = options.evaluator == "cells" and options.precision == 32 and surfaces.size > FEW
+    has_mirrors = options.bounces > 0 and any(MODELS[model].mirrors for model in layout.models)
+    return CompiledScene(
+        scene=scene,
+        options=options,
+        surfaces=surfaces,
+        batches=batches,
+        materials=materials,
+        layout=layout,
+        lights=tuple(map(options.effective_light, scene.lights)),
+        has_lists=has_lists,
+        has_mirrors=has_mirrors,
+        is_over_planes=has_lists and bool(batches.shapes) and not batches.programs and not has_mirrors,
+        has_plane_only_cells=options.evaluator == "cells"
+        and not (has_mirrors and _has_mirror_planes(surfaces, batches, materials))
+        and (has_lists or _is_bounded(scene, batches)),
+    )
+
+
+def _surfaces(scene: Scene, previous: CompiledScene | None) -> Surfaces:
+    # Tuples of the same objects and materials are quickly compared.
+    if previous and previous.scene.objects == scene.objects and previous.scene.materials == scene.materials:
+        return previous.surfaces
+    return make_surfaces(scene)
+
+
+def _batches(scene: Scene, previous: CompiledScene | None) -> Batches:
+    if previous and previous.scene.objects == scene.objects:
+        return previous.batches
+    return make_batches(scene.objects)
+
+
+def _materials(
+    scene: Scene, options: CompileOptions, surfaces: Surfaces, previous: CompiledScene | None
+) -> tuple[dict[int, Material], Layout]:
+    if previous and previous.surfaces is surfaces and previous.options.shading == options.shading:
+        return previous.materials, previous.layout
+    materials = {i: options.shaded(scene.materials[i]) for i in surfaces.used}
+    return materials, make_layout([*materials.values()])
+
+
+def _has_mirror_planes(surfaces: Surfaces, batches: Batches, materials: dict[int, Material]) -> bool:
+    """Whether a single half-space is a mirror, in which anything may be seen."""
+    return any(MODELS[materials[surfaces.material[plane]].model].mirrors for plane in batches.planes)
+
+
+def _is_bounded(scene: Scene, batches: Batches) -> bool:
+    """Whether a ray that meets no sphere meets nothing but single half-spaces, few enough to be named."""
+    planes = 0
+    for item in scene.objects:
+        shape = tuple(type(node) for node in simplified(item.solid if isinstance(item, Instances) else item))
+        if shape == (Plane,):
+            planes += len(item) if isinstance(item, Instances) else 1
+        elif not is_bounded(shape):
+            return False
+    return planes <= len(batches.planes)

@@ -1,0 +1,281 @@
+"""The frame: all numbers of one view of a compiled scene, as the shaders take them. NumPy arrays, no OpenGL."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler import packing
+from raytracer.compiler.compiled_scene import CompiledScene
+from raytracer.compiler.culling import Mask, occupied_cells, plane_only_cells
+from raytracer.compiler.direction_cells import CELL
+from raytracer.compiler.limits import DriverLimits
+from raytracer.compiler.material_layout import measured_tables
+from raytracer.compiler.rounds import most_rounds, ray_rounds
+from raytracer.compiler.scene_lists import (
+    GRIDS,
+    LightLists,
+    light_casters,
+    list_rounds,
+    listed_cells,
+    make_camera_lists,
+    make_light_lists,
+)
+from raytracer.compiler.surfaces import touched_surface
+from raytracer.compiler.view_space import View, make_view, pixel_scale
+from raytracer.core.validation import InputError
+from raytracer.scene.lights import PointLight
+
+if TYPE_CHECKING:
+    from raytracer.scene.materials.merl import Measured
+
+Key = tuple[object, ...]  # all that a part is made from; parts of equal keys are equal
+_NO_RECTANGLES = np.zeros((0, 8), np.int32)
+
+
+class SurfaceNumbers(msgspec.Struct, frozen=True, eq=False):
+    """The numbers of surfaces: texels of 32 bits, or uniform blocks of 64."""
+
+    key: Key
+    coinciding: NDArray[np.int64]  # of packing.coincidences()
+    blocks: dict[str, bytes]
+    texels: NDArray[np.float32] | None
+
+
+class MaterialNumbers(msgspec.Struct, frozen=True, eq=False):
+    """The numbers of materials, with the tables of measured ones."""
+
+    key: Key
+    texels: NDArray[np.float32]
+    measured: list[Measured]
+
+
+class LightNumbers(msgspec.Struct, frozen=True, eq=False):
+    """The numbers of lights."""
+
+    key: Key
+    touched: dict[PointLight, int | None]  # the surface that each light is on
+    block: bytes
+
+
+class CellMasks(msgspec.Struct, frozen=True, eq=False):
+    """(rows, columns) each, the lowest row first: the cells of a picture by what draws them. Each is in one mask."""
+
+    key: Key
+    plane_only: Mask  # without the empty ones
+    empty: Mask
+    others: Mask
+
+
+class Frame(msgspec.Struct, frozen=True, eq=False):
+    """All numbers of one view. Parts that did not change are the same objects as in the frame before."""
+
+    compiled: CompiledScene
+    size: tuple[int, int]
+    view: View
+    surfaces: SurfaceNumbers
+    materials: MaterialNumbers
+    lights: LightNumbers
+    lists: LightLists | None
+    cells: CellMasks
+    uniforms: dict[str, object]
+    rounds: int  # the most rounds of loops that a pixel's rays may take, or a few more: see cut_short.glsl
+
+    @property
+    def blocks(self) -> Mapping[str, bytes]:
+        """The uniform blocks, by their names in the shaders."""
+        return self.surfaces.blocks | {"Lights": self.lights.block}
+
+    @property
+    def textures(self) -> Mapping[str, NDArray[Any]]:
+        """The texels of buffer textures, by their names in the shaders: (N, 4) float32 or int32, (N, 2) or (N,) int32.
+
+        A driver's limits are kept.
+        """
+        textures: dict[str, NDArray[Any]] = {"materials": self.materials.texels}
+        if self.surfaces.texels is not None:
+            textures["numbers"] = self.surfaces.texels
+        if self.lists:
+            textures |= {"items": self.lists.camera.items, "objects": self.lists.camera.objects}
+            textures |= {"lists": self.lists.entries, "ends": self.lists.ends}
+        return textures
+
+    @property
+    def measured(self) -> list[Measured]:
+        """The tables of measured materials, one on another in a volume texture."""
+        return self.materials.measured
+
+    @property
+    def rectangles(self) -> NDArray[np.int32]:
+        """(N, 8), of Lister.rectangles(): where objects that share code may be seen."""
+        return self.lists.camera.rectangles if self.lists else _NO_RECTANGLES
+
+    @property
+    def camera_lists(self) -> NDArray[np.int32] | None:
+        """(cells, 2): where the list of each cell of the picture begins and ends, if there are lists."""
+        return self.lists.picture_ends if self.lists else None
+
+
+def make_frame(
+    compiled: CompiledScene,
+    size: tuple[int, int],
+    limits: DriverLimits,
+    previous: Frame | None = None,
+    *,
+    plane_only: bool = True,
+) -> Frame:
+    """The numbers of a picture of `size`. `previous` lends the parts that stay as they were.
+
+    Without `plane_only`, plane-only cells are looked for only where nothing is to be seen at all. Raises InputError for
+    a scene that needs more texels or layers than the driver has, or lists that take too much time or memory.
+    """
+    view = _view(compiled, previous)
+    surfaces = _surfaces(compiled, view, size, previous)
+    materials = _materials(compiled, view, limits, previous)
+    lists = _lists(compiled, view, surfaces, size, limits, previous)
+    ray, to_light = list_rounds(lists) if lists else (ray_rounds(compiled),) * 2
+    frame = Frame(
+        compiled=compiled,
+        size=size,
+        view=view,
+        surfaces=surfaces,
+        materials=materials,
+        lights=_lights(compiled, view, surfaces, previous),
+        lists=lists,
+        cells=_cells(compiled, view, lists, size, plane_only, previous),
+        uniforms=_uniforms(compiled, view, lists, size),
+        rounds=most_rounds(compiled, ray, to_light),
+    )
+    for name, texels in frame.textures.items():
+        if len(texels) > limits.buffer_texels:
+            elements = "entries in the lists of all cells" if name == "lists" else f"texels of {name}"
+            limit = f"{limits.buffer_texels} {elements} (this driver's buffer textures)"
+            raise InputError(f"expected at most {limit}, got {len(texels)}", "objects")
+    return frame
+
+
+def _view(compiled: CompiledScene, previous: Frame | None) -> View:
+    camera = compiled.scene.camera
+    if previous and previous.view.surfaces is compiled.surfaces and previous.view.camera == camera:
+        return previous.view
+    return make_view(compiled.surfaces, camera)
+
+
+def _surfaces(compiled: CompiledScene, view: View, size: tuple[int, int], previous: Frame | None) -> SurfaceNumbers:
+    precision = compiled.options.precision
+    key = view, compiled.batches, size, precision
+    if previous and previous.surfaces.key == key:
+        return previous.surfaces
+    coinciding = packing.coincidences(view, precision)
+    if precision == 32:
+        return SurfaceNumbers(
+            key, coinciding, {}, packing.number_texels(view, size, coinciding, compiled.batches.order)
+        )
+    terms = np.concatenate(packing.camera_terms(view, size, coinciding))
+    blocks = {"Surfaces": packing.surface_rows(view).tobytes(), "CameraTerms": terms.tobytes()}
+    return SurfaceNumbers(key, coinciding, blocks, None)
+
+
+def _materials(compiled: CompiledScene, view: View, limits: DriverLimits, previous: Frame | None) -> MaterialNumbers:
+    # Directions are in the camera's axes, and all else stays when the camera moves.
+    key = compiled.surfaces, compiled.materials, view.camera if compiled.layout.is_anisotropic else None
+    if previous and previous.materials.key == key:
+        return previous.materials
+    tables = measured_tables(compiled.materials.values())
+    if previous and tables == previous.measured:
+        tables = previous.measured
+    most = limits.volume_layers // len(tables[0].values) if tables else 0
+    if len(tables) > most:
+        raise InputError(f"expected at most {most} measured ones on this driver, got {len(tables)}", "materials")
+    texels = packing.material_texels(compiled.surfaces, compiled.layout, compiled.materials, view.rotation)
+    return MaterialNumbers(key, texels, tables)
+
+
+def _lights(compiled: CompiledScene, view: View, surfaces: SurfaceNumbers, previous: Frame | None) -> LightNumbers:
+    key = surfaces, compiled.lights
+    if previous and previous.lights.key == key:
+        return previous.lights
+    known = previous.lights.touched if previous and previous.view.surfaces is view.surfaces else {}
+    touched = {
+        light: known[light] if light in known else touched_surface(view.surfaces, light) for light in compiled.lights
+    }
+    on = [touched[light] for light in compiled.lights]
+    precision = compiled.options.precision
+    block = packing.lights_block(view, compiled.lights, on, surfaces.coinciding, precision)
+    return LightNumbers(key, touched, block)
+
+
+def _lists(
+    compiled: CompiledScene,
+    view: View,
+    surfaces: SurfaceNumbers,
+    size: tuple[int, int],
+    limits: DriverLimits,
+    previous: Frame | None,
+) -> LightLists | None:
+    if not compiled.has_lists:
+        return None
+    assert surfaces.texels is not None
+    if previous and previous.lists and previous.surfaces is surfaces:
+        camera = previous.lists.camera
+    else:
+        camera = make_camera_lists(view, compiled.batches, surfaces.texels, size)
+    return make_light_lists(
+        camera,
+        compiled.shadowing_lights,
+        compiled.surfaces.spheres,
+        limits.buffer_texels,
+        has_mirrors=compiled.has_mirrors,
+        previous=previous.lists if previous else None,
+    )
+
+
+def _cells(
+    compiled: CompiledScene,
+    view: View,
+    lists: LightLists | None,
+    size: tuple[int, int],
+    plane_only: bool,
+    previous: Frame | None,
+) -> CellMasks:
+    planes = compiled.batches.planes
+    # Where no cell is drawn by planes alone, just empty cells are looked for, and no shadow is seen in these.
+    lights = compiled.shadowing_lights if plane_only and planes else ()
+    key = view, compiled.batches, lists, light_casters(lights), size, plane_only, compiled.has_plane_only_cells
+    if previous and previous.cells.key == key:
+        return previous.cells
+    shape = -(-size[1] // CELL), -(-size[0] // CELL)
+    none = np.zeros(shape, bool)
+    if not compiled.has_plane_only_cells:
+        return CellMasks(key, none, none, ~none)
+    occupied = listed_cells(lists, lights) if lists else occupied_cells(view, compiled.scene.solids(), lights, size)
+    covered, empty = plane_only_cells(view, planes, lights, occupied, size)
+    if plane_only and planes:
+        return CellMasks(key, covered & ~empty, empty, ~covered)
+    return CellMasks(key, none, empty, ~empty)
+
+
+def _uniforms(
+    compiled: CompiledScene, view: View, lists: LightLists | None, size: tuple[int, int]
+) -> dict[str, object]:
+    """The values of uniforms that all samples share, by their names in the shaders."""
+    scene, camera = compiled.scene, view.camera
+    farthest = lists.camera.farthest if lists else 1.0
+    return {
+        "draw.resolution": size,
+        "draw.pixelScale": pixel_scale(camera, size[1]),
+        "draw.ambient": scene.ambient,
+        "draw.background": scene.background,
+        "draw.firstPlane": compiled.surfaces.spheres,
+        "draw.grid": lists.grid if lists else GRIDS[0],
+        "draw.depthScale": 2.0 ** -math.frexp(farthest)[1],
+        # Rows of the way there are columns of the way back.
+        "toWorld": tuple(view.rotation.astype(np.float32).ravel().tolist()),
+        "focus": math.dist(camera.position, camera.look_at),
+        "everything": lists.everything if lists else (0, 0),
+    }

@@ -1,0 +1,109 @@
+"""The constants that the vertex shaders hand on: as many as a driver has varyings for. Fragment shaders fetch the rest.
+
+Handed on they are quicker (draw.glsl), and have the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from raytracer.compiler.batches import SHAPE_LEAVES
+from raytracer.compiler.compiled_scene import CompiledScene
+from raytracer.compiler.glsl.csg import NamedPlane, Tree
+from raytracer.compiler.glsl.csg_lists import most_leaves
+
+# Components of the varyings of a scene that wants the most of them: 125 and some.
+ALL = 128
+# Components of a Surface (surfaces.glsl) at 32 bits, three vec4. Surfaces of 64 bits are not handed on.
+_SURFACE = 12
+# Up to so many surfaces, and lights, are handed on by the vertex shader, where there is room.
+CONSTANTS, CONSTANT_LIGHTS = 6, 2
+# Components of the other varyings of cells.vert and kinds.vert (draw.glsl): vectors and colours; 2 of `real`; and those
+# that are only in lists, of programs, of shapes, and under lights with a radius.
+_DRAW, _DRAW_REALS, _DRAW_LISTED, _DRAW_PROGRAMS, _DRAW_SHAPES, _DRAW_SPHERE_LIGHTS = 12, 2, 3, 2, 3, 1
+
+
+class Handed(NamedTuple):
+    """The constants that are handed on."""
+
+    surfaces: Sequence[int]  # by their index
+    leaves: int  # surfaces of an object that shares code (kinds.vert)
+    lights: bool
+    material: bool  # the only one
+
+
+def handed_constants(compiled: CompiledScene, varyings: int) -> Handed:
+    """The constants that the vertex shaders hand on with so many components of varyings.
+
+    The texts of one program must be made with the same ones.
+    """
+    real, layout, lights = compiled.options.precision // 32, compiled.layout, len(compiled.lights)
+    wanted = Handed(
+        [*_nameable(compiled)],
+        most_leaves(shape_trees(compiled)) if compiled.has_lists and compiled.batches.shapes else 0,
+        lights <= CONSTANT_LIGHTS,
+        len(compiled.batches.planes) == 1 and layout.is_small,
+    )
+    room = varyings - _DRAW - _DRAW_REALS * real - (_DRAW_LISTED if compiled.has_lists else 0)
+    cells_room = room - (_DRAW_PROGRAMS if compiled.has_lists else 0)
+    return _fitting(
+        cells_room - (_DRAW_SPHERE_LIGHTS if compiled.has_area_lights else 0),
+        room - _DRAW_SHAPES,
+        wanted,
+        # light.glsl: position, n and radius; color, on and falloff
+        lights * ((7 if compiled.has_area_lights else 6) * real + (5 if compiled.has_falloff else 4)),
+        3 * len(layout.colors) + len(layout.numbers),
+    )
+
+
+def _fitting(room: int, shapes_room: int, wanted: Handed, lights: int, material: int) -> Handed:
+    """Those of `wanted` for which there is room, in components: in cells.vert, and in kinds.vert where objects that
+    share code have leaves. `lights` and `material` are the components of all of these.
+    """
+    leaves = min(wanted.leaves, max(shapes_room, 0) // _SURFACE)
+    both = min(room, shapes_room - leaves * _SURFACE) if wanted.leaves else room
+    surfaces = wanted.surfaces[: max(both, 0) // _SURFACE]
+    room -= len(surfaces) * _SURFACE
+    has_lights = wanted.lights and lights <= room
+    room -= lights * has_lights
+    return Handed(surfaces, leaves, has_lights, wanted.material and material <= room)
+
+
+def shape_trees(compiled: CompiledScene) -> list[Tree]:
+    """The trees of objects that share code, over their own leaves."""
+    return [batch.tree for batch in compiled.batches.shapes]
+
+
+def handed_names(compiled: CompiledScene, handed: Handed) -> dict[int, str]:
+    """The surfaces, by index, that the vertex shader hands to all others, and their names."""
+    names = _nameable(compiled)
+    return {k: names[k] for k in handed.surfaces}
+
+
+def _nameable(compiled: CompiledScene) -> dict[int, str]:
+    """The same where there is room for all."""
+    planes, size = compiled.batches.planes, compiled.surfaces.size
+    if compiled.has_lists:  # beside those of an object that shares code
+        named = planes if len(planes) <= CONSTANTS - SHAPE_LEAVES else []
+        return {k: f"plane{k - compiled.surfaces.spheres}" for k in named}
+    names = {k: f"surface{k}" for k in (range(size) if size <= CONSTANTS else planes)}
+    return names if len(names) <= CONSTANTS and compiled.options.precision == 32 else {}
+
+
+def surface_index(compiled: CompiledScene, surface: int) -> str:
+    """The expression for a surface's index."""
+    return f"firstPlane + {surface - compiled.surfaces.spheres}" if compiled.has_lists else str(surface)
+
+
+def surface_texts(compiled: CompiledScene, handed: Handed) -> dict[int, str]:
+    """The expression for each surface that texts may name."""
+    every = compiled.batches.planes if compiled.has_lists else range(compiled.surfaces.size)
+    fetched = {k: f"surfaceOf({surface_index(compiled, k)})" for k in every}
+    return fetched | handed_names(compiled, handed)
+
+
+def named_planes(compiled: CompiledScene, handed: Handed) -> list[NamedPlane]:
+    """The objects that are one half-space."""
+    texts = surface_texts(compiled, handed)
+    return [(texts[k], surface_index(compiled, k)) for k in compiled.batches.planes]

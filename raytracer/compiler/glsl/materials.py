@@ -1,0 +1,81 @@
+"""The GLSL of a scene's materials: a struct Material of just the parameters that its models need, how it is fetched,
+and reflected(), which calls just those models.
+
+The models themselves are in `shaders/brdf/`, one file each, with one signature:
+`vec3 ggx(Material m, vec3 N, vec3 L, vec3 V)`, f cos(theta_i) for unit vectors with N.L > 0.
+"""
+
+from __future__ import annotations
+
+from raytracer.compiler.material_layout import LOBE_PARTS, Layout
+from raytracer.scene.materials.models import FUNCTIONS, MODELS
+
+
+def material_text(layout: Layout) -> str:
+    """The text of materials.glsl: struct Material, materialAt(), and what else the files of shaders/ ask."""
+    struct, fetch = [], []
+    for i, name in enumerate(layout.colors):
+        struct.append(f"    vec3 {name};")
+        fetch.append(f"    m.{name} = texelFetch(materials, at + {i}).xyz;")
+    for i, name in enumerate(layout.numbers):
+        kind = "int" if name in ("model", "number", *layout.choices) else "float"
+        texel, part = layout.place(i)
+        struct.append(f"    {kind} {name};")
+        fetch.append(f"    m.{name} = {kind}(texelFetch(materials, at + {texel}).{'xyzw'[part]});")
+    if layout.lobes:
+        struct.append("    Lobe lobes[LOBES];")
+        first = layout.texels - len(LOBE_PARTS) * layout.lobes
+        for i in range(layout.lobes):
+            for k, part in enumerate(LOBE_PARTS):
+                texel = first + i * len(LOBE_PARTS) + k
+                fetch.append(f"    m.lobes[{i}].{part} = texelFetch(materials, at + {texel}).xyz;")
+    lobe = ["struct Lobe {", *(f"    vec3 {part};" for part in LOBE_PARTS), "};"] if layout.lobes else []
+    flags = {"AMBIENT": "ka" in layout.colors, "EMISSION": "le" in layout.colors, "ANISOTROPIC": layout.is_anisotropic}
+    lines = [
+        *(f"#define {name} 1" for name, holds in flags.items() if holds),
+        f"#define LOBES {layout.lobes}" if layout.lobes else "",
+        *lobe,
+        "struct Material {",
+        *struct,
+        "};",
+        "uniform samplerBuffer materials;",
+        "Material materialAt(int index) {",
+        f"    int at = {f'{layout.texels} * index' if layout.is_small else 'int(texelFetch(materials, index).x)'};",
+        "    Material m;",
+        *fetch,
+        "    return m;",
+        "}",
+    ]
+    return "\n".join(lines)
+
+
+def reflected_text(layout: Layout, *, mirrors: bool = False) -> list[str]:
+    """reflected(): f cos(theta_i) by each material's own model; and the forms that these choose.
+
+    With `mirrors` also mirrored(): the share of the light from the mirror direction.
+    """
+    lines: list[str] = []
+    for name, functions in FUNCTIONS.items():  # in this order: one may call those before
+        options = layout.choices.get(name, [])
+        lines += [f'#include "brdf/{name}_{option}.glsl"' for option in options]
+        for kind, function, parameters in functions if options else ():
+            arguments = ", ".join(["m", *(p.split()[1] for p in parameters.split(", "))])
+            calls = [f"{option}{function[0].upper()}{function[1:]}({arguments})" for option in options]
+            choice = _chosen(f"m.{name}", calls)
+            lines.append(f"{kind} {function}(Material m, {parameters}) {{ return {choice}; }}")
+    lines += [f'#include "brdf/{model}.glsl"' for model in layout.models]
+    calls = [f"{model}(m, N, L, V)" for model in layout.models]
+    if mirrors:
+        mirrored = [f"{model}Mirrored(m, N, V)" if MODELS[model].mirrors else "vec3(0.0)" for model in layout.models]
+        lines.append(f"vec3 mirrored(Material m, vec3 N, vec3 V) {{ return {_chosen('m.model', mirrored)}; }}")
+    return [
+        *lines,
+        "vec3 reflected(Material m, vec3 N, vec3 L, vec3 V) {",
+        f"    return {_chosen('m.model', calls)};",
+        "}",
+    ]
+
+
+def _chosen(member: str, calls: list[str]) -> str:
+    """The call that `member` counts; the only one, if there is one."""
+    return "".join(f"{member} == {i} ? {call} : " for i, call in enumerate(calls[:-1])) + calls[-1]

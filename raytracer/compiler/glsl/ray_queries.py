@@ -1,0 +1,70 @@
+"""The GLSL text of rayCSG() and blockedAt() of a compiled scene, by its evaluator."""
+
+from __future__ import annotations
+
+import itertools
+
+from raytracer.compiler.compiled_scene import CompiledScene
+from raytracer.compiler.glsl import csg, csg_lists
+from raytracer.compiler.glsl.constants import Handed, named_planes, shape_trees, surface_texts
+from raytracer.scene.scene import Scene
+from raytracer.scene.solids import Plane, Solid, Sphere, simplified
+
+
+def camera_query(compiled: CompiledScene, handed: Handed) -> list[str]:
+    """rayCSG() for rays of the camera."""
+    if compiled.options.evaluator == "roth":
+        return _roth(compiled, handed)
+    if compiled.has_lists:
+        planes = named_planes(compiled, handed)
+        if not compiled.batches.programs:
+            return csg.nearest_plane(planes, with_owner=True)
+        return csg_lists.seen(compiled.batches.program_depth, planes)
+    return _walk(compiled, handed, with_owner=True)
+
+
+def mirror_query(compiled: CompiledScene, handed: Handed) -> list[str]:
+    """rayCSG() for rays that come from anywhere; for some evaluators with blockedAt()."""
+    if not compiled.has_lists:
+        return camera_query(compiled, handed)
+    return [*shadow_query(compiled, handed), *csg_lists.anywhere(named_planes(compiled, handed))]
+
+
+def shadow_query(compiled: CompiledScene, handed: Handed) -> list[str]:
+    """blockedAt()."""
+    if compiled.options.evaluator == "roth":
+        return _roth(compiled, handed)
+    if compiled.has_lists:
+        return csg_lists.blocked(
+            shape_trees(compiled),
+            bool(compiled.batches.programs),
+            compiled.batches.program_depth,
+            named_planes(compiled, handed),
+            any_hit=compiled.options.shadows != "diluted" and not compiled.has_mirrors,
+            with_owner=compiled.has_mirrors,
+            has_area_lights=compiled.has_area_lights,
+        )
+    return _walk(compiled, handed, with_owner=False)
+
+
+def _roth(compiled: CompiledScene, handed: Handed) -> list[str]:
+    most = max(map(csg.max_hits, compiled.scene.solids()))
+    trees = _trees(compiled.scene, compiled.surfaces.spheres)
+    text = csg.roth(trees, compiled.surfaces.spheres, surface_texts(compiled, handed))
+    return [f"#define MAX_HITS {most}", '#include "csg/roth.glsl"', *text]
+
+
+def _walk(compiled: CompiledScene, handed: Handed, *, with_owner: bool) -> list[str]:
+    trees = _trees(compiled.scene, compiled.surfaces.spheres)
+    text = csg.walk(trees, compiled.surfaces.spheres, surface_texts(compiled, handed), with_owner=with_owner)
+    return ['#include "csg/walk.glsl"', *text]
+
+
+def _trees(scene: Scene, sphere_count: int) -> list[csg.Tree]:
+    """The trees of all objects, with their surfaces' indices instead of the leaves."""
+    spheres, planes = itertools.count(), itertools.count(sphere_count)
+
+    def numbered(node: Solid) -> Solid | int:
+        return next(spheres) if isinstance(node, Sphere) else next(planes) if isinstance(node, Plane) else node
+
+    return [[numbered(node) for node in simplified(solid)] for solid in scene.solids()]

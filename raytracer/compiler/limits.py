@@ -1,0 +1,66 @@
+"""The limits of a driver as a plain value, and the scenes that are beyond them or beyond an evaluator."""
+
+from __future__ import annotations
+
+import msgspec
+
+from raytracer.compiler.compiled_scene import CompiledScene
+from raytracer.compiler.rounds import roth_loops
+from raytracer.core.validation import InputError
+from raytracer.scene.options import Precision
+
+# llvmpipe's compile time triples with every two loops in a row: 2 s for 11, 5 s for 13, 16 s for 15.
+MAX_ROTH_LOOPS = 14
+# The evaluators walk and roth write all trees out in one shader: llvmpipe compiles 100 primitives in 2 s, 300 in 13 s.
+MAX_PRIMITIVES = 512
+
+
+class DriverLimits(msgspec.Struct, frozen=True):
+    """The limits of one driver: gpu.device asks the driver for them."""
+
+    driver: str  # GL_RENDERER
+    version: int  # of OpenGL, such as 330
+    target: int  # pixels of the largest side of a target, whose viewport has margins
+    varyings: int  # components that a vertex shader can hand on
+    uniform_block: int  # bytes
+    buffer_texels: int  # of a buffer texture
+    volume_layers: int  # of a 3D texture
+
+    @property
+    def is_llvmpipe(self) -> bool:
+        """Whether Mesa's llvmpipe draws, which leaves long loops early (cut_short.glsl)."""
+        return "llvmpipe" in self.driver
+
+    @property
+    def precisions(self) -> tuple[Precision, ...]:
+        """The precisions in bits. Doubles came with OpenGL 4.0."""
+        return (32, 64) if self.version >= 400 else (32,)
+
+    def check(self, compiled: CompiledScene) -> None:
+        """Raise InputError if the scene needs more than this driver or the evaluator has."""
+        options, primitives = compiled.options, compiled.surfaces.size
+        if options.evaluator == "roth" and (loops := roth_loops(compiled.scene)) > MAX_ROTH_LOOPS:
+            raise InputError(
+                f"expected at most {MAX_ROTH_LOOPS} loops for roth (1 an object, |, & or ~, 2 a -), got "
+                f"{loops}; the others have no such limit",
+                "evaluator",
+            )
+        if options.precision not in self.precisions:
+            raise InputError(
+                f"64 needs OpenGL 4.0 or later, got {self.version // 100}.{self.version // 10 % 10} "
+                f"({self.driver}); 32 needs no more than 3.3",
+                "precision",
+            )
+        if not compiled.has_lists and primitives > MAX_PRIMITIVES:
+            way = "64 bits" if options.precision == 64 else f"the evaluator {options.evaluator}"
+            raise InputError(
+                f"expected at most {MAX_PRIMITIVES} primitives for {way}, got {primitives}; "
+                "the evaluator cells with 32 bits has no such limit"
+            )
+        for elements, count, size in (
+            *([("primitives of 64 bits", primitives, 64)] if options.precision == 64 else []),
+            ("lights", len(compiled.lights), 48 * options.precision // 32),
+        ):
+            if count * size > self.uniform_block:
+                limit = self.uniform_block // size
+                raise InputError(f"expected at most {limit} {elements} (this driver's uniform block), got {count}")

@@ -1,0 +1,119 @@
+"""The numbers of surfaces, materials and lights, packed for the shaders' buffer textures and uniform blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler.material_layout import Layout, packed
+from raytracer.compiler.surfaces import Surfaces, powers
+from raytracer.compiler.view_space import View, pixel_scale
+from raytracer.scene.lights import FALLOFFS, PointLight
+from raytracer.scene.materials.material import Material
+from raytracer.scene.options import Precision
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# std140 layout of struct Light (light.glsl) at either precision.
+_LIGHT = {
+    precision: np.dtype(
+        {
+            "names": ["position", "on", "n", "radius", "color", "falloff"],
+            "formats": [(real, 3), "i4", (real, 3), real, ("f4", 3), "i4"],
+            "offsets": offsets,
+            "itemsize": size,
+        }
+    )
+    for precision, real, offsets, size in (
+        (32, "f4", (0, 12, 16, 28, 32, 44), 48),
+        (64, "f8", (0, 24, 32, 56, 64, 76), 96),
+    )
+}
+_REAL = {32: np.float32, 64: np.float64}  # of real.glsl
+
+
+def surface_rows(view: View) -> Array:
+    """(N, 4), the uniform block Surfaces of surfaces.glsl: the vectors, with the spheres' radii and planes' depths."""
+    return np.column_stack([view.vectors, np.concatenate([view.surfaces.radii, view.depths])])
+
+
+def coincidences(view: View, precision: Precision) -> Ints:
+    """(N,): a number from 1 for each surface, the same for all surfaces that coincide as the shaders see them."""
+    rows = surface_rows(view).astype(_REAL[precision])
+    planes = rows[view.surfaces.spheres :]
+    # A half-space and its complement have one face: of n and -n take that whose first part but 0 is positive.
+    first = np.argmax(planes[:, :3] != 0.0, axis=1)
+    planes *= np.sign(planes[np.arange(len(planes)), first])[:, None]
+    is_plane = np.arange(len(rows)) >= view.surfaces.spheres
+    order = np.lexsort((*rows.T[::-1], is_plane))
+    is_plane, rows = is_plane[order], rows[order]
+    is_new = (is_plane[1:] != is_plane[:-1]) | np.any(rows[1:] != rows[:-1], axis=1)
+    numbers = np.empty(len(rows), np.int64)
+    numbers[order] = np.cumsum(np.concatenate([[True], is_new]))
+    return numbers
+
+
+def camera_terms(view: View, size: tuple[int, int], coinciding: Ints) -> tuple[Array, Array]:
+    """(N, 4) each: coarse and fine slopes, with the spheres' powers, and the numbers of coincidences().
+
+    A slope, dot(vector, direction), is a x + b y + c in half pixels from the picture's centre; each
+    coefficient is split into a multiple of `quantum` and the rest. See cameraSlope() in camera.glsl.
+    """
+    scale = pixel_scale(view.camera, size[1])
+    slopes = view.vectors * (scale, scale, -1.0)
+    largest = np.abs(slopes) @ (size[0], size[1], 1.0)
+    # Partial sums stay below 2^23 quanta, so float32's 24 bits hold each.
+    quantum = np.exp2(np.ceil(np.log2(np.maximum(largest, np.finfo(np.float32).tiny))) - 23.0)[:, None]
+    coarse = np.rint(slopes / quantum) * quantum
+
+    surfaces = view.surfaces
+    sphere_powers = powers(surfaces.centers, surfaces.radii, view.camera.position)
+    power = np.pad(sphere_powers, (0, len(surfaces.planes)))
+    return np.column_stack([coarse, power]), np.column_stack([slopes - coarse, coinciding.astype(float)])
+
+
+def number_texels(view: View, size: tuple[int, int], coinciding: Ints, order: Ints) -> NDArray[np.float32]:
+    """(4 N, 4): the texels `numbers` of surfaces.glsl. `order` (N,) has the number of each surface's object."""
+    spheres = view.surfaces.spheres
+    texels = np.zeros((view.surfaces.size, 4, 4), np.float32)
+    texels[:, 0] = surface_rows(view)
+    texels[:, 1], texels[:, 2] = camera_terms(view, size, coinciding)
+    texels[spheres:, 1, 3] = order[spheres:]
+    texels[:, 3, 0] = order
+    return texels.reshape(-1, 4)
+
+
+def material_texels(
+    surfaces: Surfaces, layout: Layout, materials: Mapping[int, Material], to_view: Array
+) -> NDArray[np.float32]:
+    """(texels, 4): the texels `materials` of the generated materials.glsl. `materials` are by their index."""
+    rows = packed(layout, materials, to_view)
+    row = np.searchsorted(surfaces.used, surfaces.material)
+    if layout.is_small:
+        return rows[row].reshape(-1, 4)
+    begins = np.zeros((len(row), 4), np.float32)
+    begins[:, 0] = len(row) + layout.texels * row
+    return np.concatenate([begins, rows.reshape(-1, 4)])
+
+
+def lights_block(
+    view: View, lights: Sequence[PointLight], touched: Sequence[int | None], coinciding: Ints, precision: Precision
+) -> bytes:
+    """The uniform block of light.glsl. `touched` has the surface that each light is on, if there is one."""
+    block = np.zeros(len(lights), _LIGHT[precision])
+    for row, light, surface in zip(block, lights, touched, strict=True):
+        place = view.place(light.position)
+        row["position"], row["color"] = place, light.color
+        row["radius"], row["falloff"] = light.radius, FALLOFFS.index(light.falloff)
+        if surface is None:
+            continue
+        row["on"] = coinciding[surface]
+        if not light.radius:
+            outward = view.vectors[surface]
+            if surface < view.surfaces.spheres:
+                outward = place - outward
+            row["n"] = outward / np.linalg.norm(outward)
+    return block.tobytes()

@@ -1,0 +1,86 @@
+"""A frame on the GPU: in buffer textures; lights, and doubles, in uniform blocks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from raytracer.compiler.frame import Frame
+from raytracer.gpu.gl import BufferTexture, set_sampler, volume_texture
+
+# Binding points of uniform blocks, and texture units; 0 and 1 are those of passes.py.
+_BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2}
+_UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7, "measured": 8}
+
+
+class SceneBuffers:
+    """Holds the numbers of one frame at a time, until closed."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._blocks: dict[str, moderngl.Buffer] = {}
+        self._textures: dict[str, BufferTexture] = {}
+        self._measured: moderngl.Texture3D | None = None
+        self._uploaded: dict[str, object] = {}  # the parts of frames that are there, by their names
+
+    def upload(self, frame: Frame) -> None:
+        """Bring those parts of `frame` to the GPU that are other objects than the parts that are there."""
+        parts: dict[str, Any] = {**frame.blocks, **frame.textures, "measured": frame.measured}
+        for name, part in parts.items():
+            if self._uploaded.get(name) is part:
+                continue
+            self._uploaded.pop(name, None)  # until all of it is there
+            if name in _BLOCKS:
+                self._write_block(name, part)
+            elif name == "measured":
+                self._write_measured(part)
+            else:
+                if name not in self._textures:
+                    self._textures[name] = BufferTexture(self._context)
+                self._textures[name].write(part)
+            self._uploaded[name] = part
+
+    def _write_block(self, name: str, data: bytes) -> None:
+        """Write into the buffer that is there, if that has the size."""
+        buffer = self._blocks.get(name)
+        if buffer and buffer.size == len(data):
+            buffer.write(data)
+            return
+        if buffer:
+            self._blocks.pop(name).release()
+        if data:
+            self._blocks[name] = self._context.buffer(data, dynamic=True)
+
+    def _write_measured(self, tables: list[Any]) -> None:
+        """Put the tables of measured materials one on another."""
+        if self._measured:
+            self._measured.release()
+            self._measured = None
+        if tables:
+            self._measured = volume_texture(self._context, np.concatenate([table.values for table in tables]))
+
+    def attach(self, program: moderngl.Program) -> None:
+        """Say where `program` finds them."""
+        for name in self._blocks:
+            if name in program:
+                program[name].binding = _BLOCKS[name]  # pyright: ignore[reportAttributeAccessIssue]
+        for name, unit in _UNITS.items():
+            if name in program:
+                set_sampler(self._context, program, name, unit)
+
+    def bind(self) -> None:
+        """Make them those of the next draws."""
+        for name, buffer in self._blocks.items():
+            buffer.bind_to_uniform_block(_BLOCKS[name])
+        for name, texture in self._textures.items():
+            texture.use(_UNITS[name])
+        if self._measured:
+            self._measured.use(_UNITS["measured"])
+
+    def close(self) -> None:
+        """Give back everything on the GPU."""
+        for part in (*self._blocks.values(), *self._textures.values(), self._measured):
+            if part:
+                part.release()

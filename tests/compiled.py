@@ -1,0 +1,55 @@
+"""Compiled scenes, their programs' texts and their frames, without a driver."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+import raytracer as rt
+from raytracer.compiler.compiled_scene import CompiledScene
+from raytracer.compiler.compiled_scene import compile as compile_scene
+from raytracer.compiler.frame import Frame, make_frame
+from raytracer.compiler.glsl.constants import ALL
+from raytracer.compiler.glsl.shaders import ProgramSource, Show, program_sources
+from raytracer.compiler.limits import DriverLimits
+from raytracer.scene.settings import Settings
+
+Mask = NDArray[np.bool_]
+
+# Of a driver that is in no scene's way.
+LIMITS = DriverLimits(
+    driver="none",
+    version=450,
+    target=2**14,
+    varyings=ALL,
+    uniform_block=2**16,
+    buffer_texels=2**27,
+    volume_layers=2**11,
+)
+
+
+def compiled(scene: rt.Scene, settings: Settings | None = None) -> CompiledScene:
+    return compile_scene(scene, (settings or Settings()).compile_options)
+
+
+def sources(
+    scene: rt.Scene, settings: Settings | None = None, show: Show | None = "picture", varyings: int = ALL
+) -> Mapping[str, ProgramSource]:
+    return program_sources(compiled(scene, settings), show, varyings)
+
+
+def fragment(scene: rt.Scene, name: str, settings: Settings | None = None) -> str:
+    """The text of a program's fragment shader."""
+    return sources(scene, settings)[name].fragment.text
+
+
+def frame(scene: rt.Scene, size: tuple[int, int], settings: Settings | None = None) -> Frame:
+    return make_frame(compiled(scene, settings), size, LIMITS)
+
+
+def cells(scene: rt.Scene, size: tuple[int, int], settings: Settings | None = None) -> tuple[Mask, Mask]:
+    """(rows, columns) each, the lowest row first: where half-spaces are all that is seen, and where nothing is."""
+    masks = frame(scene, size, settings).cells
+    return masks.plane_only | masks.empty, masks.empty

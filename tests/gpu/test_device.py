@@ -1,0 +1,104 @@
+"""A device keeps programs for who draws with them, and leaves OpenGL's state as it was after a block."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.compiler.glsl.preprocessor import assemble
+from raytracer.gpu.device import ADD, Device, shared_device
+from raytracer.rendering.progressive import Live
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Settings
+from tests import scenes
+
+pytestmark = pytest.mark.gl
+
+SIZE = (32, 18)
+RED_HALF = "out vec4 color;\nvoid main() { color = vec4(0.5, 0.0, 0.0, 1.0); }\n"
+
+
+def drawn_twice(device: Device) -> list[float]:
+    """The red of a pixel after each of two draws of 0.5; the context must be current."""
+    program = device.program(assemble("half", None, {"half": RED_HALF}))
+    context = device.context
+    framebuffer = context.simple_framebuffer((4, 4), 4, dtype="f4")
+    framebuffer.use()
+    framebuffer.clear()
+    array = context.vertex_array(program, [])
+    found: list[float] = []
+    for _ in range(2):
+        array.render(moderngl.TRIANGLES, 3)
+        found.append(float(np.frombuffer(framebuffer.read(components=1, dtype="f4"), np.float32)[0]))
+    context.detect_framebuffer(0).use()
+    array.release()
+    framebuffer.release()
+    return found
+
+
+def test_a_block_draws_in_its_way_and_all_after_it_by_default(renderer: Renderer) -> None:
+    device = renderer.device
+    with device.turn():
+        with device.state(blending=ADD):
+            assert drawn_twice(device) == [0.5, 1.0]
+        assert drawn_twice(device) == [0.5, 0.5]
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
+def test_a_block_that_is_broken_off_leaves_no_state_behind(renderer: Renderer, error: type[BaseException]) -> None:
+    device = renderer.device
+    with device.turn():
+        with pytest.raises(error), device.state(blending=ADD, depth_test=True, logic_op=True):
+            raise error
+        assert drawn_twice(device) == [0.5, 0.5]
+
+
+def test_a_turn_begins_with_the_default_state_whatever_was_left(renderer: Renderer) -> None:
+    device = renderer.device
+    with device.turn():
+        device.context.enable(moderngl.BLEND | moderngl.DEPTH_TEST)
+        device.context.blend_func = moderngl.ONE, moderngl.ONE
+    with device.turn():
+        assert drawn_twice(device) == [0.5, 0.5]
+
+
+def test_a_window_that_reads_its_shaders_again_leaves_another_window_its_programs(renderer: Renderer) -> None:
+    settings, scene, other = Settings(samples=2), scenes.of(rt.Sphere((0, 0, 0), 1)), scenes.assignment()
+    own = Renderer(Device(renderer.device.context))
+    expected = renderer.render(other, SIZE, settings).radiance
+    with own.device.context:
+        first, second = Live(own, budget=1.0), Live(own, budget=1.0)
+        second.start(other, settings, "picture", SIZE, moving=False)
+        second.sample()
+        first.start(scene, settings, "picture", SIZE, moving=False)
+        first.reread()
+        first.start(scene, settings, "picture", SIZE, moving=False)
+        second.sample()
+        radiance = second.image({}).radiance
+        first.close()
+        second.close()
+        own.device.forget()
+    np.testing.assert_allclose(radiance, expected, rtol=1e-6)
+
+
+def test_programs_are_released_once_nobody_holds_them(renderer: Renderer) -> None:
+    device = Device(renderer.device.context)
+
+    class Owner:
+        """Holds a program."""
+
+    owner = Owner()
+    with device.turn():
+        program = device.program(assemble("half", None, {"half": RED_HALF}))
+        device.held_by(owner).add(program)
+        device.forget()
+        assert not isinstance(program.mglo, moderngl.InvalidObject)
+        del owner
+        device.forget()
+        assert isinstance(program.mglo, moderngl.InvalidObject)
+
+
+def test_a_process_has_one_device_of_a_kind(renderer: Renderer) -> None:
+    assert shared_device() is shared_device() is renderer.device
