@@ -10,7 +10,7 @@ import numpy as np
 import raytracer as rt
 from benchmarks.measure import Picture, Size
 from raytracer.compiler.glsl.preprocessor import assemble
-from raytracer.formats.image import srgb8
+from raytracer.formats.srgb import encode_srgb8
 from raytracer.gpu.gl import release, set_uniforms
 
 
@@ -53,7 +53,7 @@ class Literal:
     def picture(self) -> Picture:
         """What was drawn, in sRGB."""
         data = np.frombuffer(self._target.read(components=3, dtype="f4"), np.float32)
-        return srgb8(data.reshape(self._size[1], self._size[0], 3)[::-1])
+        return encode_srgb8(data.reshape(self._size[1], self._size[0], 3)[::-1])
 
     def __enter__(self) -> Self:
         return self

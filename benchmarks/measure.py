@@ -13,7 +13,8 @@ import raytracer as rt
 from benchmarks import povray
 from raytracer.compiler.compiled_scene import compile
 from raytracer.compiler.frame import make_frame
-from raytracer.formats.image import Image, srgb8
+from raytracer.formats.image import Image
+from raytracer.formats.srgb import encode_srgb8
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.passes import Passes
 from raytracer.rendering.progressive import Live
@@ -131,7 +132,7 @@ class Bench:
     def agreement(self, scene: rt.Scene, samples: int = 1) -> Agreement:
         """How our picture compares with POV-Ray's where that is installed, and the reference's where that is quick."""
         found, settings = Agreement(), rt.Settings(samples=samples)
-        picture = srgb8(self.radiance(scene, settings))
+        picture = encode_srgb8(self.radiance(scene, settings))
         if povray.version():
             share = SAME_RAYS if samples == 1 else OTHER_RAYS
             found.compare(picture, self.traced(scene, samples)[0], "POV-Ray's", share)
@@ -140,7 +141,7 @@ class Bench:
             width, height = self.size
             size = _SMALL if count > _FEW else self.size if samples == 1 else (width // 4, height // 4)
             truth = ray_tracer.trace(scene, size, settings).srgb8()
-            found.compare(srgb8(self.radiance(scene, settings, size)), truth, f"float64's, {size[0]}x{size[1]}")
+            found.compare(encode_srgb8(self.radiance(scene, settings, size)), truth, f"float64's, {size[0]}x{size[1]}")
         if not found.findings:
             found.findings.append("not compared: that takes povray")
         return found

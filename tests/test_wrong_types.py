@@ -14,7 +14,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.core.validation import shown
-from raytracer.formats.image_reader import load_radiance
+from raytracer.formats.image_files import load_radiance
 
 api: Any = rt  # where types are wrong on purpose
 CAMERA = rt.Camera((0, 1, 5), (0, 0, 0))

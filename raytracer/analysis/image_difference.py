@@ -17,11 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 from raytracer.core.arrays import number_array
 from raytracer.core.record import Record, public
 from raytracer.core.validation import MAX_SIDE, InputError, Keys, check_choice, number, vector
-from raytracer.formats.image import Image, linear, row_blocks
+from raytracer.formats.image import Image
+from raytracer.formats.radiance import MAX_RADIANCE, check_radiance, row_blocks
+from raytracer.formats.srgb import decode_srgb
 from raytracer.version import __version__
 
-# What float32 can hold: what a file has beyond was not rendered, and its square might be beyond float64.
-_LARGEST = float(np.finfo(np.float32).max)
 # A difference that is seen as one: 1/255 where the sRGB curve is steepest in the middle of its range.
 THRESHOLD = 0.01
 # The difference picture's scale in linear radiance: black, far less than 8 bits can show, and white, the peak.
@@ -155,7 +155,7 @@ def difference(a: PictureRows, b: PictureRows) -> Image:
     for rows in row_blocks(a.shape):
         off = np.abs(np.asarray(a[rows], np.float64) - b[rows]).max(axis=2)
         level = np.log10(np.clip(off, DARKEST, BRIGHTEST) / DARKEST) / math.log10(BRIGHTEST / DARKEST)
-        radiance[rows] = linear(level)[..., None]
+        radiance[rows] = decode_srgb(level)[..., None]
     about = {"Title": "difference", "Description": SCALE, "Software": f"raytracer {__version__}"}
     return Image(radiance, metadata=about)
 
@@ -164,17 +164,6 @@ def size_of(picture: PictureRows) -> str:
     """As in 320x180."""
     height, width = picture.shape[:2]
     return f"{width}x{height}"
-
-
-def check_radiance(picture: NDArray[Any], name: str) -> None:
-    """Raise InputError unless all numbers of a picture (H, W, 3) are finite, and float32 holds them."""
-    wrong = 0
-    for rows in row_blocks(picture.shape):
-        with np.errstate(over="ignore"):  # a number of more bits becomes infinite
-            values = np.asarray(picture[rows], np.float64)
-        wrong += int(np.count_nonzero(~(np.abs(values) <= _LARGEST)))  # NaN is not, either
-    if wrong:
-        raise InputError(f"expected finite numbers within +-{_LARGEST:.2g}, got {wrong} others", name)
 
 
 def _picture(values: Image | ArrayLike, name: str) -> NDArray[Any]:
@@ -191,7 +180,7 @@ def _row(values: Any, keys: Keys) -> NDArray[Any]:
 
 
 def _pixel(values: Any, keys: Keys) -> tuple[float, float, float]:
-    return vector(values, keys, -_LARGEST, _LARGEST, "3 finite numbers (linear RGB)")
+    return vector(values, keys, -MAX_RADIANCE, MAX_RADIANCE, "3 finite numbers (linear RGB)")
 
 
 def _flip(a: PictureRows, b: PictureRows, span: Span) -> float:
@@ -202,7 +191,7 @@ def _flip(a: PictureRows, b: PictureRows, span: Span) -> float:
             "FLIP needs flip-evaluator, which is not installed: pip install 'roth-raytracer[flip]'"
         ) from None
     # It takes no negative radiance, and no pictures that are not contiguous.
-    most = 1.0 if span == "ldr" else _LARGEST
+    most = 1.0 if span == "ldr" else MAX_RADIANCE
     test, reference = (np.ascontiguousarray(np.clip(picture[:], 0.0, most), np.float32) for picture in (a, b))
     exposures = {"startExposure": 0.0, "stopExposure": 0.0} if span == "hdr" and reference.max() < _DARK else {}
     _, mean, _ = flip_evaluator.evaluate(

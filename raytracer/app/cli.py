@@ -1,7 +1,8 @@
 """The command line: which commands there are, how their arguments are read, and what an error or Ctrl-C prints.
 
 `raytracer NAME` is in `commands/NAME_cli.py`, which is imported when its command is the one given. The file has two
-functions: `add_arguments(parser)`, and `run(options)`, whose result is the exit status.
+functions: `add_arguments(parser)`, and `run(options)`, whose result is the exit status. `options.write` opens the files
+that a command writes (core.output.Writer), so that after Ctrl-C the command line says which were written.
 
 Exit status: 0 done; 2 the input is wrong, with one line on standard error that says what and
 where, and nothing written; 1 anything else, such as a picture less accurate than `--max-error`; 130 after Ctrl-C.
@@ -16,10 +17,11 @@ import warnings
 from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import import_module
+from pathlib import Path
 from typing import Any, NoReturn
 
 from raytracer.core.interrupts import STATUS
-from raytracer.core.output import written
+from raytracer.core.output import written_whole
 from raytracer.core.suggest import did_you_mean
 from raytracer.core.terminal import complain, drop_output, tolerant_output
 from raytracer.core.validation import InputError, shown
@@ -66,21 +68,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line with `arguments` (default: sys.argv) and return the exit status."""
     # NumPy's OpenBLAS starts a thread for each core as it is imported, which takes long. There is no work for them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    written.clear()
+    written: list[Path] = []
+    defaults = argparse.Namespace(write=partial(written_whole, finish=written.append))
     try:
         with tolerant_output(), warnings.catch_warnings():
             warnings.simplefilter("always")
             warnings.simplefilter("ignore", ResourceWarning)  # where an interrupt leaves a file open
             warnings.showwarning = _show_warning
-            options = _parser().parse_args(arguments)
+            options = _parser().parse_args(arguments, defaults)
             return options.run(options)
     except InputError as error:
         complain(str(error))
         return 2
     except KeyboardInterrupt:
-        complain(
-            f"interrupted, after writing {', '.join(map(str, written))}" if written else "interrupted, nothing written"
-        )
+        files = ", ".join(map(str, written))
+        complain(f"interrupted, after writing {files}" if files else "interrupted, nothing written")
         return STATUS
     except BrokenPipeError:  # the reader of our output has gone: no message, also at exit
         drop_output()
@@ -106,8 +108,8 @@ class _Parser(argparse.ArgumentParser):
         args = [*(sys.argv[1:] if args is None else args)]
         if args and self._subparsers and args[0].startswith("-"):  # before it says that the command is missing
             option = args[0].partition("=")[0]
-            written = option if option.startswith("--") else option[:2]
-            if not any(known.startswith(written) for known in self._option_string_actions):
+            name = option if option.startswith("--") else option[:2]
+            if not any(known.startswith(name) for known in self._option_string_actions):
                 self._refuse(option)
         namespace, rest = super().parse_known_args(args, namespace)
         if rest:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import itertools
 import os
 import stat
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Collection, Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
@@ -17,11 +17,11 @@ from raytracer.core.validation import InputError, check_path, shown
 _ANY_MAY_WRITE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
 # The permissions of a new file, from which the umask takes some away.
 _NEW_FILE = 0o666
-# The last files that written_whole() finished, for an interrupt to tell.
-written: deque[Path] = deque(maxlen=8)
+# Opens a file to be written, as written_whole() does.
+Writer = Callable[[Path], AbstractContextManager[IO[Any]]]
 
 
-def check_output(path: str | os.PathLike[str], suffixes: Sequence[str]) -> Path:
+def check_output(path: str | os.PathLike[str], suffixes: Collection[str]) -> Path:
     """`path` if a file that ends in one of `suffixes` can be written there; InputError otherwise."""
     path = check_path(path, "path")
     if path.suffix.lower() not in suffixes:
@@ -85,22 +85,20 @@ def _target(path: Path) -> Path:
 
 
 @contextmanager
-def written_whole(path: Path) -> Iterator[IO[Any]]:
+def written_whole(path: Path, finish: Callable[[Path], object] | None = None) -> Iterator[IO[Any]]:
     """A binary file that becomes `path` when the block ends well, and vanishes when the block does not.
 
     A file that is there keeps its permissions and, where possible, its owner; a link stays, and its target is written.
-    Raises InputError as check_output() does, and OSError.
+    `finish(path)` is called once the file is there, and no interrupt comes between. Raises InputError as check_output()
+    does, and OSError.
     """
-    with replaced_whole(_target(path), lambda: written.append(path)) as file:
+    with replaced_whole(_target(path), finish and partial(finish, path)) as file:
         yield file
 
 
 @contextmanager
-def replaced_whole(path: Path, finish: Callable[[], object] = lambda: None) -> Iterator[IO[Any]]:
-    """As written_whole(), but a link gives way to a file: who could have made the link does not choose the target.
-
-    `finish` is called once the file is there, and no interrupt comes between.
-    """
+def replaced_whole(path: Path, finish: Callable[[], object] | None = None) -> Iterator[IO[Any]]:
+    """As written_whole(), but a link gives way to a file: who could have made the link does not choose the target."""
     kept = None
     with suppress(FileNotFoundError):
         status = path.lstat()
@@ -120,7 +118,8 @@ def replaced_whole(path: Path, finish: Callable[[], object] = lambda: None) -> I
             temporary.chmod(mode)
         with deferred():
             temporary.replace(path)
-            finish()
+            if finish:
+                finish()
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise

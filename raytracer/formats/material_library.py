@@ -2,57 +2,69 @@
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 from raytracer.core.files import packaged, read_packaged
 from raytracer.core.suggest import did_you_mean
 from raytracer.core.validation import InputError, shown, within
-from raytracer.formats.toml_tables import toml
+from raytracer.formats.toml_text import parse_toml
 from raytracer.scene.materials.material import Material
 
 
 def folder() -> Path:
-    """Where the collections' files are."""
+    """Find the folder of the collections' files."""
     return packaged("materials", "assets/materials")
 
 
 def collections() -> list[str]:
-    """The names before the slash."""
+    """List the names before the slash."""
     return sorted(path.stem for path in folder().glob("*.toml"))
 
 
-@cache
-def tables(collection: str) -> dict[str, dict[str, Any]]:
-    """The tables of a collection, one of `collections()`; each with `source`, who published it."""
-    text = read_packaged(folder() / f"{collection}.toml")
-    return {key: value for key, value in toml(text).items() if isinstance(value, dict)}
+def read_collection(name: str) -> dict[str, dict[str, Any]]:
+    """Read the tables of one of `collections()`; each has the key `source`, who published it."""
+    text = read_packaged(folder() / f"{name}.toml")
+    return {key: value for key, value in parse_toml(text).items() if isinstance(value, dict)}
 
 
 def published(name: str) -> Material:
     """The material of that name, such as "lafortune/clay". Raises InputError if there is none."""
     if not isinstance(name, str):
-        raise InputError(f"expected {_some()}, got {shown(name)}", "name")
+        raise InputError(f"expected {_some(collections())}, got {shown(name)}", "name")
     with within("name"):
-        return material_named(str.__str__(name))
+        return MaterialLibrary().material(str.__str__(name))
 
 
-def _some() -> str:
-    return f"a published material as {'/..., '.join(collections())}/..."
+class MaterialLibrary:
+    """The published materials. A library reads a collection once, and makes a material once."""
+
+    def __init__(self) -> None:
+        self._tables: dict[str, dict[str, dict[str, Any]]] = {}
+        self._materials: dict[str, Material] = {}
+
+    def material(self, name: str) -> Material:
+        """The material of that name, as `published`. Errors are about no key."""
+        if name not in self._materials:
+            collection, _, key = name.partition("/")
+            parameters = {k: v for k, v in self._table(name, collection, key).items() if k != "source"}
+            self._materials[name] = Material(**parameters, name=name)
+        return self._materials[name]
+
+    def _table(self, name: str, collection: str, key: str) -> dict[str, Any]:
+        if collection not in self._tables:
+            known = collections()
+            if collection not in known:
+                near = did_you_mean(collection, known)
+                raise InputError(f"expected {_some(known)}, got {shown(name)}{near}")
+            self._tables[collection] = read_collection(collection)
+        tables = self._tables[collection]
+        if key not in tables:
+            names = ", ".join(list(tables)[:8])
+            near = did_you_mean(key, tables)
+            raise InputError(f"expected a material of {collection} (such as {names}), got {shown(key)}{near}")
+        return tables[key]
 
 
-# A scene of very many shapes may name one in each. A name that is none raises, and is not kept.
-@cache
-def material_named(name: str) -> Material:
-    """As `published`, whose errors have the key "name", of a name that is written at another place."""
-    known = collections()
-    collection, _, key = name.partition("/")
-    if collection not in known:
-        near = did_you_mean(collection, known)
-        raise InputError(f"expected {_some()}, got {shown(name)}{near}")
-    if key not in tables(collection):
-        names = ", ".join(list(tables(collection))[:8])
-        near = did_you_mean(key, tables(collection))
-        raise InputError(f"expected a material of {collection} (such as {names}), got {shown(key)}{near}")
-    return Material(**{k: v for k, v in tables(collection)[key].items() if k != "source"}, name=name)
+def _some(known: list[str]) -> str:
+    return f"a published material as {'/..., '.join(known)}/..."

@@ -1,4 +1,4 @@
-"""The text of a TOML file: the line that gives a value."""
+"""Lines of a TOML text: the line that gives the value at a path of keys."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ _ESCAPE = re.compile(r"\\(?:u([0-9A-Fa-f]{4})|U([0-9A-Fa-f]{8})|(.))")
 _ESCAPED = {"b": "\b", "t": "\t", "n": "\n", "f": "\f", "r": "\r"}
 
 
-def line_of(text: str, keys: Sequence[str | int]) -> int | None:
-    """The line, from 1, on which a TOML text gives the value at a path of keys: that of its key, header or item.
+def find_line(text: str, keys: Sequence[str | int]) -> int | None:
+    """Find the line, from 1, on which a TOML text gives the value at a path of keys: that of its key, header or item.
 
     Where the value is not given, the line of the innermost table or list around it; None if there is none either.
     `text` must be TOML that tomllib reads. The time is linear in its length.

@@ -25,7 +25,7 @@ import raytracer as rt
 from raytracer.analysis.image_difference import DARKEST, METRICS, compare, difference
 from raytracer.app.cli import main
 from raytracer.formats.image import Image
-from raytracer.formats.image_reader import load_radiance
+from raytracer.formats.image_files import load_radiance
 
 
 def grey(value: float, size: tuple[int, int] = (8, 6)) -> np.ndarray:
@@ -323,7 +323,7 @@ def a_pickle(path: Path) -> None:
     ("name", "write", "says"),
     [
         ("a.png", None, "expected a picture that can be read: No such file"),
-        ("a.jpg", None, "expected a file that ends in .npz or .png"),
+        ("a.jpg", None, "expected a file that ends in .png or .npz"),
         ("a.png", Path.mkdir, "it is a folder"),
         ("a.png", lambda path: path.write_bytes(b"not a png"), "expected a PNG file"),
         ("a.png", a_transparent_png, "opaque"),

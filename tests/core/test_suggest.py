@@ -6,7 +6,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.core.suggest import did_you_mean, nearest
-from raytracer.formats.image_reader import load_radiance
+from raytracer.formats.image_files import load_radiance
 from raytracer.formats.scene_file import loads
 from raytracer.scene.materials.models import MODELS
 

@@ -15,7 +15,7 @@ import raytracer as rt
 from raytracer.app.viewer.orbit import turn_camera, turn_light
 from raytracer.core.files import opened, read_bounded
 from raytracer.core.npz import read_arrays
-from raytracer.formats.instance_file import read_instances
+from raytracer.formats.instance_files import read_instances
 from raytracer.formats.scene_file import load, loads, moved
 from tests import scenes
 from tests.formats.test_scene_file import GOOD
@@ -120,9 +120,9 @@ def test_a_mark_at_the_begin_of_a_scene_is_read_as_nothing(tmp_path: Path) -> No
 
 
 def test_all_files_of_instances_together_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from raytracer.formats import instance_file
+    from raytracer.formats import companion_files
 
-    monkeypatch.setattr(instance_file, "MAX_BYTES", 10_000)
+    monkeypatch.setattr(companion_files, "MAX_BYTES", 10_000)
     (tmp_path / "a.csv").write_text("x,y,z\n1,2,3\n")
     names = [f"o{i}" for i in range(4)]
     objects = "".join(f"{name} = 'a'\n" for name in names)

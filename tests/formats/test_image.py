@@ -8,7 +8,8 @@ import pytest
 from PIL import Image as Pillow
 
 import raytracer as rt
-from raytracer.formats.image import Image, srgb8
+from raytracer.formats.image import Image
+from raytracer.formats.srgb import encode_srgb8
 
 
 def test_srgb_is_the_nearest_level_on_both_sides_of_every_edge() -> None:
@@ -19,14 +20,14 @@ def test_srgb_is_the_nearest_level_on_both_sides_of_every_edge() -> None:
     curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     nearest = np.rint(curve * 255)
     assert {tuple(levels) for levels in (nearest - np.arange(255)).T} <= {(0, 0, 1), (0, 1, 1)}
-    np.testing.assert_array_equal(srgb8(np.stack([values] * 3, -1))[..., 0], nearest)
-    assert (np.diff(at.view(np.int32) >> 16) > 0).all()  # what srgb8() builds on
+    np.testing.assert_array_equal(encode_srgb8(np.stack([values] * 3, -1))[..., 0], nearest)
+    assert (np.diff(at.view(np.int32) >> 16) > 0).all()  # what encode_srgb8() builds on
 
 
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
 def test_what_is_no_number_is_white_and_infinities_are_clipped(kind: type) -> None:
     values = np.array([[[np.nan, -np.nan, np.inf], [-np.inf, -0.0, 0.0]]], kind)
-    assert srgb8(values).tolist() == [[[255, 255, 255], [0, 0, 0]]]
+    assert encode_srgb8(values).tolist() == [[[255, 255, 255], [0, 0, 0]]]
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 5), (7, 1), (640, 200), (50_000, 2)])

@@ -12,7 +12,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.formats.scene_file import MAX_BYTES, loads
-from raytracer.formats.toml_tables import toml
+from raytracer.formats.toml_text import parse_toml
 from tests import scenes
 
 # What Python and NumPy take by themselves is a few hundred of these.
@@ -145,12 +145,12 @@ d = '''{opened}''
 {dots}''''' # {opened}
 "#.'[" . '"' = 1
 """
-    document = toml(text)
+    document = parse_toml(text)
     assert [*document] == ["a", "b", "c", "d", "#.'["] and document["c"].endswith(f'{dots}""')
-    assert toml(".".join("a" * 32) + " = 1") and toml(f"a = {'[' * 32}1.5{']' * 32}")
+    assert parse_toml(".".join("a" * 32) + " = 1") and parse_toml(f"a = {'[' * 32}1.5{']' * 32}")
     for wrong in (".".join("a" * 33) + " = 1", f"a = {'[' * 33}1.5{']' * 33}"):
         with pytest.raises(rt.InputError, match="at most 32"):
-            toml(f"{text}{wrong}")
+            parse_toml(f"{text}{wrong}")
 
 
 def test_a_file_of_the_largest_number_of_tables_is_no_mistake() -> None:

@@ -12,7 +12,7 @@ import pytest
 import raytracer as rt
 from raytracer.core.validation import Keys
 from raytracer.formats.scene_file import loads
-from raytracer.formats.toml_lines import line_of
+from raytracer.formats.toml_lines import find_line
 from tests import scenes
 
 TEXT = """\
@@ -73,8 +73,8 @@ b = 1
     ],
 )
 def test_a_key_is_found_on_its_line_or_on_that_of_what_holds_it(keys: Keys, line: int | None) -> None:
-    assert line_of(TEXT, keys) == line
-    assert line_of(TEXT.replace("\n", "\r\n"), keys) == line
+    assert find_line(TEXT, keys) == line
+    assert find_line(TEXT.replace("\n", "\r\n"), keys) == line
 
 
 class Writer:
@@ -140,7 +140,7 @@ def test_every_number_of_texts_at_random_is_found_on_its_line() -> None:
     for seed in range(300):
         text = Writer(seed).text()
         for keys, line in numbers_in(tomllib.loads(text)):
-            assert line_of(text, keys) == line, (seed, keys, text)
+            assert find_line(text, keys) == line, (seed, keys, text)
 
 
 def test_an_error_of_toml_or_of_a_key_that_is_not_known_has_its_line(tmp_path: Path) -> None:

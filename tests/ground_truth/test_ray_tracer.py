@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.formats.image import srgb8
+from raytracer.formats.srgb import encode_srgb8
 from raytracer.ground_truth import ray_tracer
 from raytracer.scene.sequences import SEQUENCES, sample_points
 from raytracer.scene.settings import Shadows
@@ -98,4 +98,4 @@ def test_samples_begin_at_the_centre_and_spread_evenly() -> None:
 
 def test_srgb_is_the_standards_curve() -> None:
     linear = np.array([[[-1, -0.0, 0.0031308], [0.2158605, 0.5, 1.0], [2.0, 1e30, 0.0021]]], np.float32)
-    np.testing.assert_array_equal(srgb8(linear), [[[0, 0, 10], [128, 188, 255], [255, 255, 7]]])
+    np.testing.assert_array_equal(encode_srgb8(linear), [[[0, 0, 10], [128, 188, 255], [255, 255, 7]]])

@@ -11,7 +11,7 @@ import pytest
 from raytracer.analysis.reflectance.tables import markdown
 from raytracer.app.cli import main
 from raytracer.core.validation import InputError
-from raytracer.formats.material_library import collections, tables
+from raytracer.formats.material_library import collections, read_collection
 from raytracer.formats.material_schema import materials_schema
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import FUNCTIONS, MODELS
@@ -150,7 +150,10 @@ def test_the_schema_takes_all_examples_and_published_materials() -> None:
         validate(tomllib.loads(path.read_text(encoding="utf-8")).get("materials", {}))
     for collection in collections():
         validate(
-            {name: {k: v for k, v in table.items() if k != "source"} for name, table in tables(collection).items()}
+            {
+                name: {k: v for k, v in table.items() if k != "source"}
+                for name, table in read_collection(collection).items()
+            }
         )
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.app.cli import main
-from raytracer.formats.material_library import collections, published, tables
+from raytracer.formats.material_library import collections, published, read_collection
 from raytracer.formats.scene_file import examples
 from raytracer.scene.materials.models import MODELS
 from raytracer.scene.settings import scene_warnings
@@ -122,7 +122,8 @@ def test_every_command_that_draws_says_so(
 def test_no_example_and_nothing_published_warns() -> None:
     for name in examples():
         assert scene_warnings(rt.load(name), rt.Settings(shadows="soft" if name != "many" else "hard")) == []
-    materials = [published(f"{collection}/{name}") for collection in collections() for name in tables(collection)]
+    names = [f"{collection}/{name}" for collection in collections() for name in read_collection(collection)]
+    materials = [published(name) for name in names]
     defaults = [rt.Material(model) for model in MODELS if model != "merl"]
     spheres = [rt.Sphere((i, 0, 0), 0.4, material) for i, material in enumerate([*materials, *defaults])]
     assert len(materials) > 100 and scene_warnings(scenes.of(*spheres), rt.Settings()) == []

@@ -9,10 +9,10 @@ from PIL import Image, ImageDraw, ImageFont
 
 from raytracer.analysis.reflectance.pictures import draw_material
 from raytracer.analysis.reflectance.properties import COMPLETE
-from raytracer.core.output import check_output, written_whole
+from raytracer.core.output import Writer, check_output, written_whole
 from raytracer.core.progress import Progress
 from raytracer.core.validation import number
-from raytracer.formats.material_library import published, tables
+from raytracer.formats.material_library import published, read_collection
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials.material import Material
 
@@ -33,6 +33,7 @@ def write_gallery(
     merl: str | None,
     renderer: Renderer,
     progress: Progress | None,
+    write: Writer = written_whole,
 ) -> None:
     """Write the picture, whole or not at all: with the file `merl`, of a measured material besides."""
     output = check_output(path, (".png",))
@@ -55,14 +56,15 @@ def write_gallery(
     draw.text((_GAP + 2, sheet.height - _CAPTION + 4), _CAPTION_TEXT, _FAINT, small_font)
     if progress:
         progress(len(cells), len(cells))
-    with written_whole(output) as file:
+    with write(output) as file:
         sheet.save(file, "png", optimize=True)
 
 
 def shown_materials() -> dict[str, tuple[Material, str]]:
     """For each model a material that shows its use, and the label's second line."""
     # At 650, 550 and 450 nm (Johnson and Christy 1972; assets/materials/conductors.toml has it too).
-    copper: dict[str, Any] = {"fresnel": "conductor", **{k: tables("conductors")["copper"][k] for k in ("n", "k")}}
+    table = read_collection("conductors")["copper"]
+    copper: dict[str, Any] = {"fresnel": "conductor", "n": table["n"], "k": table["k"]}
     chosen = {
         "phong": (Material("phong", ka=0.0, kd=_RUST), "h 32"),
         "blinn": (Material("blinn", ka=0.0, kd=_RUST, h=128.0), "h 128"),

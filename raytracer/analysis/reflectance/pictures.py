@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.core.validation import Vec3
-from raytracer.formats.image import srgb8
+from raytracer.formats.srgb import encode_srgb8
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials.convert import WITHOUT_PI
 from raytracer.scene.materials.material import Material
@@ -48,4 +48,4 @@ def _grey(value: float) -> Vec3:
 def draw_material(material: Material, side: int, samples: int, renderer: Renderer) -> NDArray[np.uint8]:
     """Draw a square picture of the material on the scene, (side, side, 3), sRGB."""
     image = renderer.render(scene_of(material), (side, side), Settings(samples=samples))
-    return srgb8(image.radiance)
+    return encode_srgb8(image.radiance)

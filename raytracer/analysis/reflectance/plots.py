@@ -12,7 +12,7 @@ import numpy as np
 from raytracer.analysis.reflectance.pictures import draw_material, light_of
 from raytracer.analysis.reflectance.properties import DEGREES, measure_material, unit_direction
 from raytracer.analysis.reflectance.quadrature import Array
-from raytracer.core.output import written_whole
+from raytracer.core.output import Writer, written_whole
 from raytracer.core.progress import Progress
 from raytracer.core.validation import InputError
 from raytracer.gpu.device import Device
@@ -42,13 +42,17 @@ def _figure(width: float, height: float) -> Any:
     return figure
 
 
-def _save(figure: Any, path: Path) -> None:
-    with written_whole(path) as file:
+def _save(figure: Any, path: Path, write: Writer) -> None:
+    with write(path) as file:
         figure.savefig(file, format="png")
 
 
 def plot_materials(
-    path: Path, materials: Sequence[tuple[str, Material]], renderer: Renderer, progress: Progress | None = None
+    path: Path,
+    materials: Sequence[tuple[str, Material]],
+    renderer: Renderer,
+    progress: Progress | None = None,
+    write: Writer = written_whole,
 ) -> None:
     """A column for each material, by its label: lobes in the plane of incidence, albedo, and a lit ball."""
     figure = _figure(_INCHES * len(materials) + 0.4, 8.6)
@@ -76,7 +80,7 @@ def plot_materials(
     )
     if progress:
         progress(len(materials), len(materials))
-    _save(figure, path)
+    _save(figure, path, write)
 
 
 def _draw_lobes(axes: Any, material: Material, device: Device) -> None:
@@ -148,7 +152,7 @@ def _draw_albedo(axes: Any, material: Material, device: Device, legend: bool) ->
         axes.legend(fontsize=7, loc="lower left")
 
 
-def plot_lecture(path: Path, h: float | None, device: Device) -> None:
+def plot_lecture(path: Path, h: float | None, device: Device, write: Writer = written_whole) -> None:
     """The lecture's (R.V)^h against (N.H)^(4 h), both by the GLSL: over the viewer's angle from the mirror direction.
 
     For light from several angles, in the plane of incidence and square to it, where they differ most.
@@ -174,7 +178,7 @@ def plot_lecture(path: Path, h: float | None, device: Device) -> None:
         apart.set_ylabel("dashed less full", fontsize=9)
         apart.set_xlabel("viewer's angle to the mirror direction, in degrees", fontsize=9)
         apart.legend(title="largest", fontsize=7, title_fontsize=8)
-    _save(figure, path)
+    _save(figure, path, write)
 
 
 def _around(axis: Array, angles: Array, across: bool) -> Array:

@@ -12,7 +12,7 @@ from raytracer.analysis.reflectance.closed_forms import ALBEDOS
 from raytracer.analysis.reflectance.expectations import Expectation, Parameters, expectation_of, tried_parameters
 from raytracer.analysis.reflectance.properties import DEGREES, RESOLVED, MaterialProperties, measure_material
 from raytracer.core.progress import Progress
-from raytracer.formats.material_library import material_named
+from raytracer.formats.material_library import MaterialLibrary
 from raytracer.gpu.device import Device
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
@@ -48,7 +48,7 @@ def verify(
 
 def material_of(name: str, parameters: Parameters) -> Material:
     """The model, or published material, of that name, with these parameters."""
-    return Material(name, **parameters) if name in MODELS else material_named(name).replace(**parameters)
+    return Material(name, **parameters) if name in MODELS else MaterialLibrary().material(name).replace(**parameters)
 
 
 def verify_all(

@@ -18,7 +18,7 @@ from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs
 from raytracer.analysis.tradeoffs.strips import Tile, strips
 from raytracer.analysis.tradeoffs.summaries import shadow_differences, slopes
 from raytracer.analysis.tradeoffs.targets import RESOLVED_FROM
-from raytracer.core.output import written_whole
+from raytracer.core.output import Writer, written_whole
 from raytracer.rendering.renderer import Renderer
 
 FILES = "trade.csv", "trade.json", "trade.html"
@@ -47,32 +47,32 @@ _HOW = (
 )
 
 
-def write_tables(trade: Tradeoffs, folder: Path) -> None:
+def write_tables(trade: Tradeoffs, folder: Path, write: Writer = written_whole) -> None:
     """Write trade.csv and trade.json into `folder`. Raises OSError.
 
     Before the page: it takes pictures, which may fail or be interrupted.
     """
     table, data, _ = FILES
-    _write(folder / table, as_csv(trade))
-    _write(folder / data, as_json(trade))
+    _write(folder / table, as_csv(trade), write)
+    _write(folder / data, as_json(trade), write)
 
 
-def write_page(trade: Tradeoffs, renderer: Renderer, folder: Path) -> Path:
+def write_page(trade: Tradeoffs, renderer: Renderer, folder: Path, write: Writer = written_whole) -> Path:
     """Write trade.html into `folder`, and return its path. Where that fails, no page of another trade is left there.
 
     Raises InputError, OSError.
     """
     path = folder / FILES[-1]
     try:
-        _write(path, as_html(trade, renderer))
+        _write(path, as_html(trade, renderer), write)
     except BaseException:
         path.unlink(missing_ok=True)
         raise
     return path
 
 
-def _write(path: Path, text: str) -> None:
-    with written_whole(path) as file:
+def _write(path: Path, text: str, write: Writer) -> None:
+    with write(path) as file:
         file.write(text.encode())
 
 

@@ -156,12 +156,13 @@ def _plot(options: argparse.Namespace) -> int:
     if options.lecture == bool(options.materials):
         raise InputError("expected materials to plot, or --lecture (see raytracer brdf plot --help)", "MATERIAL")
     if options.lecture:
-        plot_lecture(output, _number_of(options.set, "h"), shared_device(options.backend, options.device))
+        h = _number_of(options.set, "h")
+        plot_lecture(output, h, shared_device(options.backend, options.device), options.write)
     else:
         materials = labelled_materials(options.materials, options.set)
         with progress_bar(f"plotting {output.name}") as progress:
             renderer = Renderer(shared_device(options.backend, options.device))
-            plot_materials(output, materials, renderer, progress)
+            plot_materials(output, materials, renderer, progress, options.write)
     say(f"wrote {output}")
     return 0
 
@@ -179,13 +180,14 @@ def _gallery(options: argparse.Namespace) -> int:
             options.merl,
             Renderer(shared_device(options.backend, options.device)),
             progress,
+            options.write,
         )
     say(f"wrote {options.output}" + ("" if options.merl else ", without merl, which needs --merl FILE"))
     return 0
 
 
 def _bake(options: argparse.Namespace) -> int:
-    from raytracer.core.output import check_output, written_whole
+    from raytracer.core.output import check_output
     from raytracer.gpu.device import shared_device
     from raytracer.rendering import brdf
     from raytracer.scene.materials import merl
@@ -193,7 +195,7 @@ def _bake(options: argparse.Namespace) -> int:
     output = check_output(options.output, (".binary",))
     [(_, material)] = labelled_materials([options.material], options.set)
     table = brdf.bake(material, device=shared_device(options.backend, options.device))
-    with written_whole(output) as file:
+    with options.write(output) as file:
         merl.write(table, file)
     say(f"wrote {output}: {options.material}, for a material of the model merl")
     return 0

@@ -20,7 +20,7 @@ from raytracer.analysis.image_difference import (
 from raytracer.core.output import check_output
 from raytracer.core.terminal import say, say_json
 from raytracer.core.validation import InputError, number
-from raytracer.formats.image_reader import SUFFIXES, load_radiance, size_in
+from raytracer.formats.image_files import FORMATS, load_radiance, read_size
 
 # Pixels of a picture that is read in no time.
 _SMALL = 1 << 16
@@ -30,7 +30,7 @@ _ASKED = [metric for metric in METRICS if metric.measure]
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `compare`."""
-    kinds = " or ".join(SUFFIXES)
+    kinds = " or ".join(FORMATS)
     parser.add_argument("a", metavar="A", help=f"a picture: {kinds}")
     parser.add_argument(
         "b",
@@ -62,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
     number(options.threshold, "--threshold", 0.0, expected="a finite number of at least 0 (linear radiance)")
     output = check_output(options.output, (".png",)) if options.output is not None else None
     names = (options.a, options.b)
-    sizes = [size_in(name) for name in names]
+    sizes = [read_size(name) for name in names]
     if sizes[0] != sizes[1]:  # before a large one takes time and memory
         for name, (width, height) in zip(names, sizes, strict=True):
             if width * height <= _SMALL:
@@ -70,19 +70,18 @@ def run(options: argparse.Namespace) -> int:
         size, expected = ("{}x{}".format(*size) for size in sizes)
         raise InputError(f"expected the size of {names[1]}, {expected}, got {size}", file=names[0])
     pictures = [load_radiance(name) for name in names]
-    deep = [Path(name).suffix.lower() == ".npz" for name in names]
-    clipped = (
-        next((name for name, is_deep in zip(names, deep, strict=True) if is_deep), None) if sum(deep) == 1 else None
-    )
+    unclipped = [name for name in names if not FORMATS[Path(name).suffix.lower()].is_clipped]
+    clipped = unclipped[0] if len(unclipped) == 1 else None
     if clipped is not None:
         for picture in pictures:
             if isinstance(picture, np.ndarray):
                 np.clip(picture, 0.0, 1.0, out=picture)
     a, b = pictures
     asked = [metric.field for metric in _ASKED if getattr(options, metric.field)]
-    comparison = measure_difference(a, b, options.threshold, asked, "hdr" if all(deep) else "ldr")
+    comparison = measure_difference(a, b, options.threshold, asked, "hdr" if len(unclipped) == 2 else "ldr")
     if output:
-        difference(a, b).save(output)
+        with options.write(output) as file:
+            difference(a, b).write(file, output.suffix)
     within = options.tolerance is None or comparison.rmse <= options.tolerance
     size = a.shape[1], a.shape[0]
     if options.json:

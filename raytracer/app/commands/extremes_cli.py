@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
     from raytracer.analysis.machine import describe_machine
     from raytracer.analysis.numerics.ledger import measure_ledger
     from raytracer.analysis.numerics.ledger_page import as_csv, as_markdown
-    from raytracer.core.output import check_folder, written_whole
+    from raytracer.core.output import check_folder
     from raytracer.gpu.device import shared_device
     from raytracer.rendering.renderer import Renderer
 
@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
         )
         findings = [finding for row in rows for finding in row.findings]
         for name, text in zip(_FILES, (as_csv(findings), as_markdown(rows, how)), strict=True):
-            with written_whole(folder / name) as file:
+            with options.write(folder / name) as file:
                 file.write(text.encode())
             say(f"wrote {folder / name}")
     return 0 if all(finding.kept for finding in findings) else 1

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from raytracer.core.suggest import did_you_mean
 from raytracer.core.validation import InputError
-from raytracer.formats.toml_tables import toml
+from raytracer.formats.toml_text import parse_toml
 from raytracer.scene.materials.models import MODELS, Parameter
 
 if TYPE_CHECKING:
@@ -48,9 +48,9 @@ def model_parameters(name: str) -> dict[str, Parameter]:
 def _parameters(name: str) -> dict[str, Parameter]:
     """The parameters of a model, or of a published material's model."""
     if "/" in name:
-        from raytracer.formats.material_library import material_named
+        from raytracer.formats.material_library import MaterialLibrary
 
-        name = material_named(name).model
+        name = MaterialLibrary().material(name).model
     return model_parameters(name)
 
 
@@ -86,7 +86,7 @@ def _value(parameter: Parameter, text: str, argument: str) -> Any:
         "color": (_numbers, "a number, or three with commas between: 1,0.8,0.3"),
         "direction": (_numbers, "three numbers with commas between: 1,0,0"),
         "lobes": (
-            lambda text: toml(f"x = {text}")["x"],
+            lambda text: parse_toml(f"x = {text}")["x"],
             "lobes as in a scene file: [{ cx = -1, cz = 1, n = 20 }]",
         ),
     }

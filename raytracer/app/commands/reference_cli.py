@@ -93,7 +93,8 @@ def run(options: argparse.Namespace) -> int:
             progress=progress,
             before=before,
         )
-    image.save(output)
+    with options.write(output) as file:
+        image.write(file, output.suffix)
     assert image.samples is not None and image.error is not None
     n, rmse = image.samples, math.sqrt(np.mean(image.error**2))
     took = f"{time.monotonic() - start:.1f} s" if traced else "from the cache"

@@ -51,13 +51,13 @@ def run(options: argparse.Namespace) -> int:
 
     with _imports_kept():
         from raytracer.core.output import check_output
-        from raytracer.formats.image import SUFFIXES
+        from raytracer.formats.image_files import FORMATS
         from raytracer.gpu.device import shared_device
         from raytracer.rendering.renderer import Renderer
 
     check_size(size)
-    output = check_output(options.output, SUFFIXES)
-    geometry = output.suffix.lower() == ".npz"
+    output = check_output(options.output, FORMATS)
+    geometry = FORMATS[output.suffix.lower()].has_geometry
     check_memory(picture_bytes(size, geometry, settings.refines), size)
     warn_about(options.scene, scene, settings)
     renderer = Renderer(shared_device(options.backend, options.device))
@@ -65,7 +65,8 @@ def run(options: argparse.Namespace) -> int:
     # Beyond the driver's limits is the scene.
     with about(options.scene), progress_bar(f"rendering {output.name}") as progress:
         image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, only=True)
-    image.save(output)
+    with options.write(output) as file:
+        image.write(file, output.suffix)
     took = time.monotonic() - start
     say(f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {took:.1f} s", str(image.estimate))
     if missed := _missed(image, settings):

@@ -92,10 +92,10 @@ def run(options: argparse.Namespace) -> int:
         )
     measured = f"{sum(result.measured for result in trade.results)} configurations of {scene.name}"
     folder.mkdir(exist_ok=True)
-    write_tables(trade, folder)
+    write_tables(trade, folder, options.write)
     tell_step("drawing trade.html")
     try:
-        page = write_page(trade, renderer, folder)
+        page = write_page(trade, renderer, folder, options.write)
     except KeyboardInterrupt:
         say(f"wrote trade.csv and trade.json in {folder}: {measured}", "interrupted: there is no trade.html")
         return STATUS

@@ -39,7 +39,7 @@ from raytracer.compiler.glsl.preprocessor import ShaderError
 from raytracer.core.output import write_numbered
 from raytracer.core.terminal import complain, say
 from raytracer.core.validation import InputError, about
-from raytracer.formats.instance_file import copied
+from raytracer.formats.companion_files import copied
 from raytracer.formats.scene_file import moved, named_files, parse_all, read
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.gpu.context import open_window

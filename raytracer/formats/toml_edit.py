@@ -1,7 +1,7 @@
-"""The text of a scene file with its camera and lights at other positions, and all else as it was.
+"""Edits of a scene file's text: other positions of its camera and lights, and all else as it was.
 
-tomlkit keeps how a text is laid out. It takes time that grows with the square of some texts' lengths, so that it gets
-only the statements that give positions.
+tomlkit keeps how a text is laid out. Its time grows with the square of some texts' lengths, so that tomlkit gets only
+the statements that give positions.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from raytracer.core.validation import Vec3
-from raytracer.formats.toml_tables import statements
+from raytracer.formats.toml_text import statements
 
 # Characters of all these statements; tomlkit takes a second or two for so many.
 _MOST = 1 << 18
@@ -19,10 +19,10 @@ _HEADER = re.compile(r"""[ \t]*\[\[?[ \t]*(?:(["']?)(camera|lights)\1[ \t]*\])?"
 _KEY = re.compile(r"""[ \t]*(["']?)(camera|lights|position)\1[ \t]*[.=]""")
 
 
-def with_positions(text: str, camera: Vec3, lights: Sequence[Vec3]) -> str:
-    """A TOML text with the position of its table `camera`, and those of `lights`, replaced.
+def replace_positions(text: str, camera: Vec3, lights: Sequence[Vec3]) -> str:
+    """Replace the position in the table `camera` of a TOML text, and the positions in its `lights`.
 
-    Raises ValueError where that cannot be done.
+    Raises ValueError for a text with which that cannot be done.
     """
     import tomlkit  # takes long to import, and few sessions need it
     from tomlkit.exceptions import TOMLKitError

@@ -13,7 +13,7 @@ from typing import IO, NamedTuple
 
 from raytracer.core.validation import InputError
 
-_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
 # The first chunk, IHDR: its length and kind; width, height, bits, colour type, compression, filter, interlace; its CRC.
 _BEGIN = struct.Struct(">L4s2L5BL")
 # Samples of a pixel, and how many bits these may have, by the colour type.
@@ -51,7 +51,7 @@ class Header(NamedTuple):
 
 def read_header(file: IO[bytes], most_pixels: int) -> Header:
     """The first chunk of a file. Raises InputError for more pixels than `most_pixels`."""
-    if file.read(len(_SIGNATURE)) != _SIGNATURE:
+    if file.read(len(SIGNATURE)) != SIGNATURE:
         raise InputError("expected a PNG file")
     begin = file.read(_BEGIN.size)
     if len(begin) < _BEGIN.size or begin[:8] != b"\0\0\0\rIHDR":

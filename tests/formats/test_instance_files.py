@@ -15,8 +15,9 @@ import pytest
 
 import raytracer as rt
 from raytracer.app.viewer.file_watcher import Files
-from raytracer.formats import instance_file
-from raytracer.formats.instance_file import copied, is_plain, read_instances
+from raytracer.formats import companion_files, instance_csv
+from raytracer.formats.companion_files import copied, is_plain_name
+from raytracer.formats.instance_files import READERS, read_instances
 
 BALL = rt.Sphere((0, 0, 0), 1)
 
@@ -83,7 +84,7 @@ def test_a_wrong_csv_file_is_refused_by_its_line(tmp_path: Path, data: str | byt
     ["/etc/a.csv", "../a.csv", "b/a.csv", "b\\a.csv", "c:a.csv", "a.csv:b.csv", "..", "", ".csv", "a.txt", "a\0.csv"],
 )
 def test_only_a_plain_name_names_a_file(tmp_path: Path, name: str) -> None:
-    assert not is_plain(name)
+    assert not is_plain_name(name, READERS)
     with pytest.raises(rt.InputError, match=r"^expected the plain name of a .csv or .npz file"):
         read_instances(BALL, tmp_path, name)
 
@@ -98,10 +99,10 @@ def test_only_a_regular_file_of_bounded_size_is_read(tmp_path: Path, monkeypatch
     for name in names:
         with pytest.raises(rt.InputError, match=f"^{name}: expected a file beside the scene file: it is a folder"):
             read_instances(BALL, tmp_path, name)
-    monkeypatch.setattr(instance_file, "MAX_BYTES", 1000)
+    monkeypatch.setattr(companion_files, "MAX_BYTES", 1000)
     with pytest.raises(rt.InputError, match=r"^a.csv: expected a file of at most 1000 bytes"):
         of_csv(tmp_path, "x,y,z\n" + "0,0,0\n" * 1000)
-    monkeypatch.setattr(instance_file, "MAX_SURFACES", 100)
+    monkeypatch.setattr(instance_csv, "MAX_SURFACES", 100)
     with pytest.raises(rt.InputError, match=r"^a.csv:102: expected at most 100 rows"):
         of_csv(tmp_path, "x,y,z\n" + "0,0,0\n" * 101)
 

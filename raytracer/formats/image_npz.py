@@ -1,0 +1,43 @@
+"""Pictures in `.npz` files: all arrays, as floating-point numbers, and the metadata as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.core.npz import read_arrays, read_shape
+from raytracer.core.validation import InputError
+from raytracer.formats.radiance import MAX_PIXELS, check_pixels, check_radiance
+
+_MAX_ARRAY = 16 * 3 * MAX_PIXELS
+
+
+def write(file: IO[bytes], arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, str]) -> None:
+    """Write a picture's arrays, by their names, and its metadata."""
+    import json  # which a .png does without
+
+    # The metadata is text and no object, so that it loads without pickles.
+    contents: dict[str, Any] = {**arrays, "metadata": np.array(json.dumps(dict(metadata)))}
+    np.savez(file, **contents)
+
+
+def read_size(file: IO[bytes]) -> tuple[int, int]:
+    """Read (width, height), and no more of a file. Raises InputError."""
+    height, width, _ = read_shape(file, "radiance", _check_array, _MAX_ARRAY)
+    return width, height
+
+
+def read_radiance(file: IO[bytes]) -> NDArray[Any]:
+    """Read the array `radiance`. Raises InputError."""
+    [picture] = read_arrays(file, lambda names: ["radiance"], _check_array, _MAX_ARRAY).values()
+    check_radiance(picture, "radiance")
+    return picture
+
+
+def _check_array(name: str, shape: tuple[int, ...], dtype: Any) -> None:
+    if len(shape) != 3 or shape[2] != 3 or min(shape) < 1 or dtype.kind != "f":
+        raise InputError(f"expected an array (H, W, 3) of floating-point numbers, got {shape} of {dtype}", name)
+    check_pixels(shape[1], shape[0])

@@ -1,0 +1,131 @@
+"""Pictures in `.png` files: written with 8 bits as sRGB, read with 8 or 16 bits of colour or grey.
+
+Pictures are not written by Pillow, whose import and search for each row's best filter take longer than all this.
+"""
+
+from __future__ import annotations
+
+import struct
+import warnings
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import IO, TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.core.validation import InputError, printable
+from raytracer.formats.png_chunks import SIGNATURE, check_whole, read_header
+from raytracer.formats.radiance import MAX_PIXELS, row_blocks
+from raytracer.formats.srgb import decode_srgb, encode_srgb8
+
+if TYPE_CHECKING:
+    from PIL.ImageFile import ImageFile
+
+
+class Levels:
+    """A picture as the levels (H, W, 3) of a PNG, and the radiance of each level: an eighth of the radiance's memory.
+
+    Rows by a slice are float64 radiance, as an array's would be.
+    """
+
+    def __init__(self, levels: NDArray[Any], radiance: NDArray[np.float64]) -> None:
+        self._levels = levels
+        self._radiance = radiance
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(height, width, 3)."""
+        return self._levels.shape
+
+    def __getitem__(self, rows: slice) -> NDArray[np.float64]:
+        return self._radiance[self._levels[rows]]
+
+
+def write(file: IO[bytes], arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, str]) -> None:
+    """Write the array `radiance` as PNG (8-bit sRGB), with the metadata as text (ISO/IEC 15948)."""
+    radiance = arrays["radiance"]
+    height, width = radiance.shape[:2]
+    file.write(SIGNATURE)
+    _write_chunk(file, b"IHDR", struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0))  # 8 bits, RGB
+    for key, value in metadata.items():
+        _write_chunk(file, b"iTXt", key.encode("latin-1") + bytes(5) + value.encode())  # plain, no language
+    # Differences to the left neighbour are mostly small, and runs of zeros in flat parts.
+    compressor = zlib.compressobj(strategy=zlib.Z_RLE)
+    for rows in row_blocks(radiance.shape):
+        pixels = encode_srgb8(radiance[rows]).reshape(-1, 3 * width)
+        filtered = np.ones((len(pixels), 1 + 3 * width), np.uint8)  # a row begins with its filter; 1 is "Sub"
+        filtered[:, 1:4] = pixels[:, :3]
+        np.subtract(pixels[:, 3:], pixels[:, :-3], out=filtered[:, 4:])
+        if data := compressor.compress(filtered.data):
+            _write_chunk(file, b"IDAT", data)
+    _write_chunk(file, b"IDAT", compressor.flush())
+    _write_chunk(file, b"IEND", b"")
+
+
+def _write_chunk(file: IO[bytes], kind: bytes, data: bytes) -> None:
+    file.write(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)))
+
+
+def read_size(file: IO[bytes]) -> tuple[int, int]:
+    """Read (width, height), and no more of a file. Raises InputError."""
+    return read_header(file, MAX_PIXELS)[:2]
+
+
+def read_radiance(file: IO[bytes]) -> Levels:
+    """Read an opaque picture of 8 or 16 bits. Raises InputError."""
+    deep = check_whole(file, MAX_PIXELS).bits == 16
+    try:
+        pixels = _deep(file) if deep else _plain(file)
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # what damaged files can raise is not written down anywhere
+        raise InputError(f"expected a PNG file: {' '.join(printable(str(error)).split())[:100]}") from None
+    most = 65535 if deep else 255
+    if pixels.shape[2] == 4 and (pixels[..., 3] != most).any():
+        raise InputError("expected an opaque picture, got one with transparent pixels")
+    return Levels(pixels[..., :3], decode_srgb(np.arange(most + 1) / most))
+
+
+@contextmanager
+def _undecoded(file: IO[bytes]) -> Iterator[ImageFile]:
+    """A PNG, whose pixels are not read yet."""
+    from PIL import Image
+
+    file.seek(0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # its size is known to be right
+        picture = Image.open(file, formats=["PNG"])
+    with picture:
+        yield picture
+
+
+def _plain(file: IO[bytes]) -> NDArray[Any]:
+    """The pixels (H, W, 4) of a PNG with 8 bits or less."""
+    with _undecoded(file) as picture:
+        if picture.mode == "P" and picture.palette:
+            colours = len(picture.palette.palette) // 3  # before the pixels are there, which fill the palette up
+            if np.asarray(picture).max() >= colours:
+                raise InputError(f"expected a PNG file: a pixel has none of the palette's {colours} colours")
+        return np.asarray(picture.convert("RGBA"))
+
+
+def _deep(file: IO[bytes]) -> NDArray[Any]:
+    """The pixels (H, W, 3 or 4) of a PNG with 16 bits.
+
+    Pillow keeps the first 8 bits of colours, the upper ones. By another layout the lower ones are first.
+    """
+    with _undecoded(file) as picture:
+        layout = str(picture.tile[0][3])
+        if "transparency" in picture.info or layout not in ("RGB;16B", "RGBA;16B", "I;16B"):
+            raise InputError(f"expected RGB, RGBA or grey of 16 bits without transparent pixels, got {layout}")
+        if layout == "I;16B":
+            return np.repeat(np.asarray(picture)[..., None], 3, axis=2)
+        upper = np.asarray(picture).astype(np.uint16)
+    with _undecoded(file) as picture:
+        codec, box, offset, _ = picture.tile[0]
+        picture.tile = [(codec, box, offset, layout.replace("16B", "16L"))]  # pyright: ignore[reportAttributeAccessIssue]
+        upper <<= 8  # in place, as all of this is large
+        upper |= np.asarray(picture)
+        return upper

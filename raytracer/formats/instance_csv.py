@@ -1,0 +1,85 @@
+"""Instances' places in a `.csv` file with the header `x,y,z` or `x,y,z,scale`."""
+
+from __future__ import annotations
+
+import csv
+from array import array
+from collections.abc import Iterator
+
+from raytracer.core.validation import InputError, shown
+from raytracer.scene.instances import Instances
+from raytracer.scene.solids import MAX_SURFACES, Solid
+
+# Bytes of a line of a .csv. Four numbers take some 100.
+_MAX_LINE = 1 << 18
+# Empty ones count, and are not more than the others.
+_MAX_LINES = 2 * MAX_SURFACES
+
+_HEADERS = (["x", "y", "z"], ["x", "y", "z", "scale"])
+_COLUMNS = {"positions": "x,y,z", "scales": "scale"}
+
+
+def read(solid: Solid, data: bytes) -> Instances:
+    """Read `solid` at the places in a file's bytes. Raises InputError, with the line."""
+    import numpy as np
+
+    numbers, lines, width = _csv_numbers(data)
+    table = np.array(numbers).reshape(-1, width)
+    try:
+        return Instances(solid, table[:, :3], table[:, 3] if width == 4 else 1.0)
+    except InputError as error:
+        match error.keys:
+            case (str() as field, int() as row, *_):
+                raise InputError(f"{_COLUMNS[field]}: {error.reason}", line=lines[row]) from None
+        raise
+
+
+def _csv_numbers(data: bytes) -> tuple[array[float], array[int], int]:
+    """The numbers row by row, the line of each row, and how many a row has."""
+    numbers, lines, header = array("d"), array("q"), []
+    for number, line in enumerate(_csv_lines(data), start=1):
+        try:
+            # Line by line, as no number goes on in the next one.
+            row = next(csv.reader([line], strict=True), [])
+        except csv.Error as error:
+            raise InputError(f"expected CSV: {error}", line=number) from None
+        if number == 1:
+            header = [cell.strip() for cell in row]
+            if header not in _HEADERS:
+                got = shown(",".join(header))
+                raise InputError(f"expected the header {' or '.join(map(','.join, _HEADERS))}, got {got}", line=1)
+            continue
+        if not row:
+            continue
+        if len(lines) == MAX_SURFACES:
+            raise InputError(f"expected at most {MAX_SURFACES} rows", line=number)
+        try:
+            # Python's float() takes digits of all scripts, and 1_0 for 10.
+            if len(row) != len(header) or not line.isascii() or "_" in line:
+                raise ValueError
+            numbers.extend([float(cell) for cell in row])
+        except ValueError:
+            expected = f"{len(header)} numbers: {','.join(header)}"
+            raise InputError(f"expected {expected}, got {shown(','.join(row))}", line=number) from None
+        lines.append(number)
+    return numbers, lines, len(header)
+
+
+def _csv_lines(data: bytes) -> Iterator[str]:
+    """The lines of a text, at least one, without their ends. Raises InputError for one too long, or too many."""
+    start = 3 if data.startswith(b"\xef\xbb\xbf") else 0  # a byte order mark, with which spreadsheets begin
+    newline = b"\n" if b"\n" in data else b"\r"
+    for number in range(1, _MAX_LINES + 1):
+        end = data.find(newline, start, start + _MAX_LINE)
+        last = end < 0 and len(data) - start <= _MAX_LINE
+        if end < 0 and not last:
+            raise InputError(f"expected CSV: lines of at most {_MAX_LINE} bytes", line=number)
+        line = data[start:] if last else data[start:end]
+        try:
+            yield line.decode().removesuffix("\r")
+        except UnicodeDecodeError as error:
+            raise InputError(f"expected UTF-8 text: {error.reason} at byte {start + error.start}") from None
+        if last:
+            return
+        start = end + 1
+    raise InputError(f"expected CSV: at most {_MAX_LINES} lines", line=_MAX_LINES + 1)

@@ -1,0 +1,51 @@
+"""Measured reflectance in a file beside the scene file, in a format by the file's suffix.
+
+A new format is a function that reads a table, and an entry in READERS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING
+
+from raytracer.core.validation import InputError, shown
+from raytracer.formats.companion_files import is_plain_name
+
+if TYPE_CHECKING:
+    from raytracer.scene.materials.merl import Measured
+
+# Tables in a scene: each takes 17 MiB here and on the GPU.
+MAX_TABLES = 16
+
+
+def _read_merl(path: Path, folder: Path) -> Measured:
+    from raytracer.scene.materials.merl import read  # with NumPy, which few scene files need
+
+    return read(path, folder)
+
+
+# Each reads a table from a file that is in the folder when all links are followed. Raises InputError.
+READERS: dict[str, Callable[[Path, Path], Measured]] = {".binary": _read_merl}
+
+
+class MeasuredFiles:
+    """The tables in the folder of a scene file, each of which is read once. Without a folder there are none."""
+
+    def __init__(self, folder: Path | None) -> None:
+        self._folder = folder
+        self._tables: dict[str, Measured] = {}
+
+    def read(self, name: object) -> Measured:
+        """Read the table in the file `name`. Raises InputError."""
+        if not isinstance(name, str) or not is_plain_name(name, READERS):
+            expected = f"the plain name of a {' or '.join(READERS)} file in the scene file's folder"
+            raise InputError(f"expected {expected}, got {shown(name)}")
+        if self._folder is None:
+            raise InputError("a text is in no folder; load() the scene's file instead")
+        if name not in self._tables:
+            if len(self._tables) == MAX_TABLES:
+                raise InputError(f"expected at most {MAX_TABLES} {' or '.join(READERS)} files in a scene")
+            read = READERS[PurePath(name).suffix.lower()]
+            self._tables[name] = read(self._folder / name, self._folder)
+        return self._tables[name]

@@ -1,0 +1,158 @@
+"""The sections of a scene file: their tables to a Scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from raytracer.core.suggest import did_you_mean, known
+from raytracer.core.validation import InputError, check_choice, check_text, shown, within
+from raytracer.formats import csg_expression
+from raytracer.formats.companion_files import ByteBudget
+from raytracer.formats.instance_files import read_instances
+from raytracer.formats.material_library import MaterialLibrary
+from raytracer.formats.measured_files import MeasuredFiles
+from raytracer.formats.toml_tables import as_list, as_table, build, check_table
+from raytracer.scene.instances import Instances
+from raytracer.scene.materials.material import Material
+from raytracer.scene.materials.models import MODELS
+from raytracer.scene.scene import Camera, PointLight, Scene
+from raytracer.scene.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves
+
+T = TypeVar("T")
+
+# In the expressions of all objects together: as many as a scene can have primitives.
+MAX_OPERATORS = MAX_SURFACES
+# The keys of a table of instances, which are no struct's fields.
+_INSTANCES = ("positions", "scales", "file")
+_PRIMITIVES: dict[str, type[Primitive]] = {"sphere": Sphere, "plane": Plane}
+
+
+def build_scene(table: dict[str, Any], name: str, folder: Path | None) -> tuple[Scene, str]:
+    """Build the scene of that name from a file's sections. The text is a warning of shapes without use, or "".
+
+    `folder`: where the files that the sections name are; None if there can be none. Raises InputError.
+    """
+    measured = MeasuredFiles(folder)
+    materials = _named(table, "materials", lambda value, name: _material(value, name, measured))
+    library = MaterialLibrary()
+    shapes = _named(table, "shapes", lambda value, name: _shape(value, name, materials, library))
+    _check_operators(table["objects"])
+    solids = _named(table, "objects", lambda value, _: _object(value, shapes, table["objects"]))
+    objects = solids | _all_instances(table, solids, folder)
+    with within("lights"):
+        lights = [_light(value, i) for i, value in enumerate(as_list(table.get("lights", [])))]
+    with within("camera"):
+        camera = build(Camera, table["camera"])
+    scene = Scene(
+        objects=tuple(objects.values()),
+        lights=lights,
+        camera=camera,
+        materials=tuple(materials.values()),
+        name=name,
+        **{key: table[key] for key in ("ambient", "background") if key in table},
+    )
+    return scene, _unused(shapes, solids.values())
+
+
+def _named(table: dict[str, Any], key: str, make: Callable[[Any, str], T]) -> dict[str, T]:
+    """The results of `make(value, name)` for each entry of the table at `key`."""
+    made: dict[str, T] = {}
+    with within(key):
+        for name, value in as_table(table.get(key, {})).items():
+            with within(name):
+                made[name] = make(value, name)
+    return made
+
+
+def _check_operators(objects: Any) -> None:
+    """Raise InputError where the expressions of all objects together have too many operators."""
+    texts = [text for text in objects.values() if isinstance(text, str)] if isinstance(objects, dict) else []
+    if (count := sum(text.count(sign) for text in texts for sign in "~-&|")) > MAX_OPERATORS:
+        raise InputError(f"expected at most {MAX_OPERATORS} operators in all, got {count}", "objects")
+
+
+def _light(value: Any, i: int) -> PointLight:
+    with within(i):
+        return build(PointLight, value)
+
+
+def _material(value: Any, name: str, measured: MeasuredFiles) -> Material:
+    # The label is the table's own name, so `name` is no key of the table.
+    model = check_choice(as_table(value).get("model", "phong"), "model", MODELS)
+    parameters = dict(check_table(value, ("model", *MODELS[model].parameters)))
+    if "file" in parameters:
+        with within("file"):
+            parameters["file"] = measured.read(parameters["file"])
+    return Material(**parameters, name=name)
+
+
+def _shape(value: Any, name: str, materials: dict[str, Material], library: MaterialLibrary) -> Primitive:
+    if not csg_expression.is_name(name):
+        raise InputError('expected a name of letters, digits and "_" that begins with no digit')
+    table = check_table(value, ("material", *_PRIMITIVES), ("material",))
+    with within("material"):
+        material = _material_of(table["material"], materials, library)
+    kinds = [kind for kind in _PRIMITIVES if kind in table]
+    if len(kinds) != 1:
+        raise InputError(f"expected one of sphere or plane, got {' and '.join(kinds) or 'neither'}")
+    with within(kinds[0]):
+        return build(_PRIMITIVES[kinds[0]], table[kinds[0]], material=material)
+
+
+def _material_of(name: Any, materials: dict[str, Material], library: MaterialLibrary) -> Material:
+    """The file's own material of that name, or a published one."""
+    if isinstance(name, str) and name in materials:
+        return materials[name]
+    if not isinstance(name, str) or "/" not in name:
+        near = did_you_mean(name, materials) if isinstance(name, str) else ""
+        raise InputError(f"expected the name of a material, got {shown(name)} ({known(materials)}){near}")
+    return library.material(name)
+
+
+def _object(text: Any, shapes: dict[str, Primitive], objects: dict[str, Any]) -> Solid:
+    if not isinstance(text, str):
+        raise InputError(f"expected a string, an expression over shapes, got {shown(text)}")
+    return csg_expression.parse(text, shapes, objects)
+
+
+def _all_instances(table: dict[str, Any], solids: dict[str, Solid], folder: Path | None) -> dict[str, Instances]:
+    """The table [instances]. Each is bounded alone, and here all are together, before they take time and memory."""
+    budget = ByteBudget()
+    count = 0
+
+    def make(value: Any, name: str) -> Instances:
+        nonlocal count
+        made = _instances(value, name, solids, folder, budget)
+        count += len(made) * len(leaves(solids[name]))
+        if count > MAX_SURFACES:
+            raise InputError(f"expected at most {MAX_SURFACES} primitives in all, got {count}")
+        return made
+
+    return _named(table, "instances", make)
+
+
+def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | None, budget: ByteBudget) -> Instances:
+    if name not in solids:
+        raise InputError(f"expected the name of an object ({known(solids)}){did_you_mean(name, solids)}")
+    table = check_table(value, _INSTANCES)
+    if ("file" in table) == ("positions" in table):
+        got = "both" if "file" in table else "neither"
+        raise InputError(f"expected one of positions or file, got {got}")
+    if "file" not in table:
+        return Instances(solids[name], table["positions"], table.get("scales", 1.0))
+    if "scales" in table:
+        raise InputError(f"expected scales in {shown(table['file'])}, not here too", "scales")
+    with within("file"):
+        if folder is None:
+            raise InputError("expected positions: a text is in no folder; load() the scene's file instead")
+        return read_instances(solids[name], folder, check_text(table["file"], ()), budget)
+
+
+def _unused(shapes: dict[str, Primitive], objects: Iterable[Solid]) -> str:
+    """A warning of shapes that no object uses, or ""."""
+    used = {id(leaf) for solid in objects for leaf in leaves(solid)}
+    unused = [name for name, shape in shapes.items() if id(shape) not in used]
+    shown = ", ".join(unused[:5]) + (", ..." if len(unused) > 5 else "")
+    return f"no object uses the shape{'s' if len(unused) > 1 else ''} {shown}" if unused else ""
