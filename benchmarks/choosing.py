@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import raytracer as rt
-from benchmarks.report import fill
+from benchmarks.pages import fill
 from raytracer.analysis.tradeoffs import plots
 from raytracer.analysis.tradeoffs.approximations import add_approximations
 from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Extent, plan

@@ -13,8 +13,8 @@ import msgspec
 from rich.progress import track
 
 import raytracer as rt
-from benchmarks.measure import FRAMES, Bench
-from benchmarks.report import machine
+from benchmarks.bench import FRAMES, Bench
+from benchmarks.pages import machine_lines
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings, Shading
@@ -61,7 +61,7 @@ def main() -> None:
         "Written by `python -m benchmarks.shading`: frames of the assignment at 1280x720, 1 sample, hard shadows, all",
         f"materials made the model's (`--shading`); each in turns with Phong, medians of {FRAMES * bench.rounds}.",
         "",
-        machine(bench),
+        machine_lines(bench),
         "",
         "| shading | times Phong's |",
         "|---|---|",

@@ -1,4 +1,4 @@
-"""What a benchmark needs: frames and pictures of ours and of others, in turns, and whether pictures agree."""
+"""The bench: times of frames and pictures, ours and others' in turns, and whether pictures agree."""
 
 import time
 from collections.abc import Callable
@@ -39,7 +39,7 @@ _FEW, _MANY, _SMALL = 16, 4000, (64, 36)
 
 
 class Agreement:
-    """What was found of pictures, in words; whether they are right."""
+    """How pictures agree, in words; whether they are right."""
 
     def __init__(self) -> None:
         self.findings: list[str] = []
@@ -117,7 +117,7 @@ class Bench:
             return time.perf_counter() - begin
 
     def rendered(self, scene: rt.Scene, settings: rt.Settings) -> Image:
-        """What render() gives."""
+        """The picture that render() draws."""
         image = self._renderer.render(scene, self.size, settings, geometry=False)
         self.context.__enter__()  # render() leaves no context current; here one is throughout
         return image
