@@ -54,7 +54,8 @@ def main() -> None:
     options = parser.parse_args()
     bench = Bench(Renderer(shared_device()), SIZE, options.rounds)
     start = time.perf_counter()
-    found = costs(bench, rt.load("assignment"))
+    with bench.context:
+        found = costs(bench, rt.load("assignment"))
     lines = [
         "# What shading costs",
         "",
