@@ -6,9 +6,8 @@ GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
 # libatomic1: Dr.Jit, on which Mitsuba is built, loads it.
 TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 libatomic1 xvfb xdotool ?povray
 
-# Tests of what shaders compute, which does not depend on how OpenGL is reached: run on EGL only.
-ONCE := analysis ground_truth/test_rough_surfaces.py ground_truth/test_converged.py scene/test_merl.py \
-	$(patsubst %,rendering/test_%.py,article brdf error_estimate mirrors peers soft soft_cells)
+# The tests that make test runs again on OSMesa: of OpenGL itself, and of pictures. make check runs all again.
+ON_OSMESA := tests/gpu tests/rendering/test_picture.py
 
 .PHONY: demo test view check extremes bench clean help
 .DELETE_ON_ERROR:
@@ -18,27 +17,32 @@ demo: .venv/core ## render the assignment to assignment.png (the default)
 	@tools/system-packages $(GL_PACKAGES)
 	$(BIN)/raytracer render $(SCENE) -o assignment.png --samples 16
 
-test: .venv/dev ## run the tests on EGL, then those that need OpenGL again on OSMesa
+test: .venv/dev ## run all tests but the slow ones on EGL, then some again on OSMesa
+	$(call run_tests,-m 'not slow',-m 'gl and not slow' $(ON_OSMESA))
+
+# $(call run_tests,SELECTION ON EGL,SELECTION ON OSMESA)
+define run_tests
 	@tools/system-packages $(patsubst ?%,'?%',$(TEST_PACKAGES))
 	@if dpkg -s libosmesa6 >/dev/null 2>&1; then \
 		set -ex; \
-		RAYTRACER_BACKEND=egl $(BIN)/python -m pytest; \
-		RAYTRACER_BACKEND=osmesa $(BIN)/python -m pytest -m gl $(addprefix --ignore tests/,$(ONCE)); \
+		RAYTRACER_BACKEND=egl $(BIN)/python -m pytest $(1); \
+		RAYTRACER_BACKEND=osmesa $(BIN)/python -m pytest $(2); \
 	else \
 		echo 'There is no package libosmesa6 here: the OpenGL tests are not run again on OSMesa.'; \
-		RAYTRACER_TEST_BACKENDS='egl window' RAYTRACER_BACKEND=egl $(BIN)/python -m pytest; \
+		RAYTRACER_TEST_BACKENDS='egl window' RAYTRACER_BACKEND=egl $(BIN)/python -m pytest $(1); \
 	fi
+endef
 
 view: .venv/core ## open the assignment in a window
 	@tools/system-packages $(GL_PACKAGES) libglx-mesa0
 	$(BIN)/raytracer view $(SCENE)
 
-check: .venv/dev ## lint, formatting, types, directions of imports, then test
+check: .venv/dev ## lint, formatting, types, directions of imports, then all tests, also the slow ones
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
 	$(BIN)/lint-imports
-	@$(MAKE) --no-print-directory test
+	$(call run_tests,,-m gl)
 
 extremes: .venv/core ## measure how wrong pictures are at the extremes, into benchmarks/results
 	@tools/system-packages $(GL_PACKAGES)

@@ -24,8 +24,8 @@ from raytracer.analysis.tradeoffs.summaries import shadow_differences, slopes
 from raytracer.core.progress import progress_bar
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.presets import flags, over
 from raytracer.scene.sequences import SEQUENCES, sample_points
+from raytracer.scene.settings_patch import fewest, flags
 
 # Of discs and lines, in spacings of samples.
 _WIDTHS = (0.25, 0.5, 1.0, 1.5, 2.0)
@@ -53,7 +53,7 @@ def front(trade: Tradeoffs) -> str:
     rows = []
     for result in found:
         configuration = result.configuration
-        text = f"`{flags(over({}, configuration.settings)) or '--samples 1'}`"
+        text = f"`{flags(fewest(configuration.settings)) or '--samples 1'}`"
         if configuration.scale != 1.0:
             text += f" at {configuration.scale:g} times the size"
         rows.append([text, _ms(result), f"{result.samples:.1f}", _error(result)])
@@ -95,7 +95,7 @@ def exact(trade: Tradeoffs) -> str:
     return _table(
         ["16 samples", "ms", "error"],
         [
-            [f"`{flags(over({}, result.configuration.settings)) or 'as it is'}`", _ms(result), _error(result)]
+            [f"`{flags(fewest(result.configuration.settings)) or 'as it is'}`", _ms(result), _error(result)]
             for result in own.values()
         ],
     )

@@ -22,7 +22,8 @@ from benchmarks.unseen import SIZE, unseen
 from raytracer.formats.image import Image
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.settings import ASKED_SAMPLES, Settings
+from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import ASKED_SAMPLES
 
 SAMPLES = 2, 4, 8, 16, 32, 64
 # What was asked: estimates within 25 % of the true error, and errors at most 1.1 times those asked for, of 95 %.

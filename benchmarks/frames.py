@@ -17,6 +17,7 @@ import glfw
 
 from raytracer.app.viewer.events import Cursor, Press
 from raytracer.app.viewer.window import Viewer, opened
+from raytracer.scene.settings_patch import EMPTY
 from tests.displays import environment, x_server
 from tests.processes import running
 
@@ -67,7 +68,7 @@ def main() -> None:
     """Measure and print, where there is a display; or else again where there is one."""
     name = sys.argv[1] if len(sys.argv) > 1 else "assignment"
     if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
-        with opened(name, {"size": SIZE}, budget=1e9) as viewer:
+        with opened(name, EMPTY, SIZE, budget=1e9) as viewer:
             measure_frames(viewer)
         return
     with x_server(*SIZE) as display:

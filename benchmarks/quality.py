@@ -25,8 +25,9 @@ from benchmarks.bench import Bench
 from benchmarks.pages import fill, machine_lines
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.presets import QUALITIES, flags
-from raytracer.scene.settings import Settings, Shadows
+from raytracer.scene.options import Shadows
+from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import QUALITIES, flags
 
 
 class _Case(NamedTuple):
@@ -73,7 +74,8 @@ def reference(renderer: Renderer, name: str, folder: Path | None) -> NDArray[np.
 def rows(renderer: Renderer, name: str, rounds: int, right: NDArray[np.float32]) -> list[QualityRow]:
     """All qualities on one scene, in turns."""
     scene = rt.load(name)
-    settings = {quality: Settings(**fields, shadows=SCENES[name].shadows) for quality, fields in QUALITIES.items()}
+    shadows = SCENES[name].shadows
+    settings = {quality: patch.replace(shadows=shadows).resolve() for quality, patch in QUALITIES.items()}
     found: dict[str, tuple[rt.Image, list[float]]] = {}
     for k in range(rounds):
         for quality, each in settings.items():
@@ -117,9 +119,9 @@ def table(found: list[QualityRow]) -> str:
     names = list(dict.fromkeys(row.scene for row in found))
     head = " | ".join(f"`{name}`, {_says(SCENES[name])}" for name in names)
     lines = [f"| quality | the same as | {head} |", "|---|---|" + "---|" * len(names)]
-    for quality, fields in QUALITIES.items():
+    for quality, patch in QUALITIES.items():
         by_scene = {row.scene: row for row in found if row.quality == quality}
-        lines.append(f"| `{quality}` | `{flags(fields)}` | {' | '.join(_cell(by_scene[name]) for name in names)} |")
+        lines.append(f"| `{quality}` | `{flags(patch)}` | {' | '.join(_cell(by_scene[name]) for name in names)} |")
     return "\n".join(lines)
 
 

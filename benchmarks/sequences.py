@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 from rich.progress import track
 
 from raytracer.analysis.tradeoffs.pareto import slope
-from raytracer.scene.sequences import _SCRAMBLES, SEQUENCES, Sequence, _sobol, sample_place, sample_points, scatters
+from raytracer.scene.sequences import (
+    _SCRAMBLES,
+    SEQUENCES,
+    SampleSequence,
+    sample_place,
+    sample_points,
+    scatters,
+    scrambled_sobol,
+)
 
 SIZE = 128, 128
 # Those that a grid can have, too.
@@ -57,7 +65,7 @@ def pixel_digits() -> Places:
     return (sample_points(0, SIZE, "sobol", 2) / UNIT).astype(np.uint32).reshape(-1, 2) ^ centre
 
 
-def of_sequence(edges: Edges, sequence: Sequence) -> list[float]:
+def of_sequence(edges: Edges, sequence: SampleSequence) -> list[float]:
     """Its errors with so many samples as in SAMPLES."""
     errors = []
     for n in SAMPLES:
@@ -69,7 +77,7 @@ def of_sequence(edges: Edges, sequence: Sequence) -> list[float]:
 
 def of_scrambles(edges: Edges, scrambles: tuple[int, int]) -> NDArray[np.float64]:
     """(2, FIRST): the errors of Sobol's points with these, the same in all pixels, and with each pixel's digits."""
-    places = np.array([_sobol(k, *scrambles) for k in range(FIRST[-1])], np.uint32)
+    places = np.array([scrambled_sobol(k, *scrambles) for k in range(FIRST[-1])], np.uint32)
     return np.stack([edges.errors(places, digits, FIRST) for digits in (np.zeros((1, 2), np.uint32), pixel_digits())])
 
 
@@ -78,7 +86,9 @@ def mean(errors: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.exp(np.log(errors).mean(axis=-1))
 
 
-def as_markdown(found: dict[Sequence, list[float]], chosen: NDArray[np.float64], others: NDArray[np.float64]) -> str:
+def as_markdown(
+    found: dict[SampleSequence, list[float]], chosen: NDArray[np.float64], others: NDArray[np.float64]
+) -> str:
     """The tables as Markdown. `chosen` (2, FIRST), `others` (pairs, 2, FIRST)."""
     lines = [
         "# Where samples lie, and what an edge makes of it",
@@ -116,7 +126,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
     options = parser.parse_args()
     edges = Edges(SIZE[0] * SIZE[1])
-    found: dict[Sequence, list[float]] = {sequence: of_sequence(edges, sequence) for sequence in SEQUENCES}
+    found: dict[SampleSequence, list[float]] = {sequence: of_sequence(edges, sequence) for sequence in SEQUENCES}
     pairs = np.random.default_rng(1).integers(0, 2**32, (options.pairs, 2)).tolist()
     others = np.stack([of_scrambles(edges, (x, y)) for x, y in track(pairs, "pairs")])
     text = as_markdown(found, of_scrambles(edges, _SCRAMBLES), others)

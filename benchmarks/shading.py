@@ -7,7 +7,6 @@ import argparse
 import time
 from pathlib import Path
 from statistics import median
-from typing import get_args
 
 import msgspec
 from rich.progress import track
@@ -17,7 +16,8 @@ from benchmarks.bench import FRAMES, Bench
 from benchmarks.pages import machine_lines
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.settings import Settings, Shading
+from raytracer.scene.materials.models import SHADINGS
+from raytracer.scene.settings import Settings
 
 SIZE = (1280, 720)
 # Most that a GGX material may cost, of Phong.
@@ -31,7 +31,7 @@ def _round_light(scene: rt.Scene) -> rt.Scene:
 
 def costs(bench: Bench, scene: rt.Scene) -> dict[str, float]:
     """Of each model, and of soft shadows: how many times the time of Phong's frames, drawn in turns, a frame takes."""
-    what = {model: (scene, Settings(shading=model)) for model in get_args(Shading)}
+    what = {model: (scene, Settings(shading=model)) for model in SHADINGS}
     what["phong, soft shadows"] = _round_light(scene), Settings(shading="phong", shadows="soft")
     phong = what.pop("phong")
     found = {}

@@ -23,8 +23,8 @@ from raytracer.core.output import check_folder, written_whole
 from raytracer.core.progress import Progress, progress_bar
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.presets import flags, over
 from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import fewest, flags
 
 # How much longer tune's pick may take.
 ASKED = 1.15
@@ -132,7 +132,7 @@ def as_markdown(rows: list[TuningRow], renderer: Renderer, size: tuple[int, int]
 
 
 def _cells(found: Trial) -> str:
-    return f"`{flags(over({}, found.settings)) or '--samples 1'}` | {1e3 * found.seconds:.1f} | {found.error:.2g}"
+    return f"`{flags(fewest(found.settings)) or '--samples 1'}` | {1e3 * found.seconds:.1f} | {found.error:.2g}"
 
 
 def main() -> None:

@@ -8,7 +8,7 @@ from typing import get_args
 import numpy as np
 
 import raytracer as rt
-from raytracer.scene.settings import Shadows
+from raytracer.scene.options import Shadows
 
 # A pixel's width at the distance of what the camera looks at, for pictures of SIZE: thin features are thin of that.
 SIZE = (480, 270)

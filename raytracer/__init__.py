@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from raytracer.scene.lights import PointLight
     from raytracer.scene.materials.lobe import Lobe
     from raytracer.scene.materials.material import Material
-    from raytracer.scene.presets import quality
     from raytracer.scene.scene import Scene
     from raytracer.scene.settings import Settings
+    from raytracer.scene.settings_patch import quality
     from raytracer.scene.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union
     from raytracer.version import __version__ as __version__
 
@@ -95,7 +95,7 @@ _SCENES = {
     "load": "formats.scene_file",
     "load_all": "formats.scene_file",
     "load_settings": "formats.scene_file",
-    "quality": "scene.presets",
+    "quality": "scene.settings_patch",
 }
 _PICTURES = {
     "Comparison": "analysis.image_difference",

@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 
 from raytracer.app.viewer import file_watcher
+from raytracer.compiler import compiled_scene
 from raytracer.compiler.glsl import preprocessor
 from raytracer.gpu.device import _shared, shared_device
 from raytracer.rendering.renderer import Renderer
+
+pytest.register_assert_rewrite("tests.pictures")  # so that an assertion that fails there shows its values
 
 
 def pytest_configure() -> None:
@@ -67,6 +70,12 @@ def shaders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for module in (preprocessor, file_watcher):
         monkeypatch.setattr(module, "shaders_folder", lambda: folder)
     return folder
+
+
+@pytest.fixture
+def always_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So that the walk, whose text grows with a scene, can be compared."""
+    monkeypatch.setattr(compiled_scene, "FEW", 0)
 
 
 @pytest.fixture(autouse=True)

@@ -14,6 +14,29 @@ CHECKOUT = Path(__file__).parent.parent
 ASSIGNMENT = CHECKOUT / "assets" / "scenes" / "assignment.toml"
 
 COLORS = [rt.Material(kd=kd) for kd in ((0.8, 0.1, 0.1), (0.1, 0.2, 0.9), (0.1, 0.8, 0.2), (0.6, 0.6, 0.6))]
+FLOOR = rt.Plane((0, 1, 0), 0, COLORS[3])
+BALL = rt.Sphere((0, 1, 0), 1, COLORS[0]) - rt.Sphere((0.6, 1.6, 0.5), 0.7, COLORS[1])
+SUN, LAMP = rt.PointLight((4, 7, 4)), rt.PointLight((-3, 2, 3), (0.5, 0.4, 0.3))
+
+# A scene file that is right, in which tests make mistakes.
+GOOD = """\
+background = [0.5, 0.7, 0.9]
+[camera]
+position = [0, 3, 6]
+look_at = [0, 2, 0]
+[[lights]]
+position = [4.0, 7.0, 4.0]
+[materials.red]
+kd = [0.64, 0.08, 0.08]
+[shapes.a]
+sphere = { center = [-1.0, 2.0, 0.0], radius = 1.5 }
+material = "red"
+[shapes.b]
+plane = { normal = [0, 1, 0], offset = 0.0 }
+material = "red"
+[objects]
+one = "a - b"
+"""
 
 
 @functools.cache
@@ -39,6 +62,36 @@ def under_spheres(scene: rt.Scene, *radii: float) -> rt.Scene:
     """`scene` with lights of these radii, in turn."""
     lights = [msgspec.structs.replace(l, radius=radii[i % len(radii)]) for i, l in enumerate(scene.lights)]
     return msgspec.structs.replace(scene, lights=lights)
+
+
+def lens(x: float, y: float, z: float, scale: float = 1.0) -> rt.Solid:
+    """Two spheres' intersection with a bite taken out."""
+    a, b, c = ((x + dx * scale, y, z + dz * scale) for dx, dz in ((-0.4, 0), (0.4, 0), (0.1, 0.6)))
+    return (rt.Sphere(a, scale, COLORS[0]) & rt.Sphere(b, scale, COLORS[1])) - rt.Sphere(c, 0.7 * scale, COLORS[2])
+
+
+def still_life(
+    *more: rt.Solid,
+    lights: Sequence[rt.PointLight] = (SUN,),
+    eye: tuple[float, float, float] = (0, 3, 6),
+    at: tuple[float, float, float] = (0, 1, 0),
+    fov: float = 53.13,
+) -> rt.Scene:
+    """A cut ball on the ground."""
+    return rt.Scene([BALL, FLOOR, *more], lights, rt.Camera(eye, at, vertical_fov=fov))
+
+
+def with_lights(scene: rt.Scene, *lights: rt.PointLight) -> rt.Scene:
+    return msgspec.structs.replace(scene, lights=lights)
+
+
+def some_light(rng: np.random.Generator, low: float, high: float) -> rt.PointLight:
+    """One in any direction, mostly from above, 10^low to 10^high away."""
+    place = rng.normal(size=3)
+    place *= 10.0 ** rng.uniform(low, high) / np.linalg.norm(place)
+    if rng.random() < 0.8:
+        place[1] = abs(place[1])
+    return rt.PointLight(tuple(place.tolist()), tuple(rng.uniform(0, 1, 3).tolist()))
 
 
 def random_tree(rng: np.random.Generator, spheres: int) -> rt.Solid:

@@ -27,11 +27,6 @@ def modules() -> list[str]:
     return names
 
 
-def test_no_module_has_the_name_of_a_function() -> None:
-    names = {name.split(".")[1] for name in modules()}
-    assert not names & {*rt.__all__}
-
-
 IMPORT_ALL = f"""
 import importlib, inspect, random, sys
 import raytracer as rt

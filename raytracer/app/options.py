@@ -8,11 +8,13 @@ import warnings
 from functools import partial
 from typing import Any, get_args
 
-from raytracer.scene.materials.models import MODELS
-from raytracer.scene.presets import OWN, QUALITIES, Fields, flags
+from raytracer.scene.materials.models import MODELS, SHADINGS
+from raytracer.scene.options import CompileOptions, Evaluator, Precision, Shadows
 from raytracer.scene.scene import Scene
-from raytracer.scene.sequences import SEQUENCES, Sequence
-from raytracer.scene.settings import ASKED_SAMPLES, Evaluator, Precision, Settings, Shading, Shadows, scene_warnings
+from raytracer.scene.sequences import SEQUENCES, SampleSequence
+from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import ASKED_SAMPLES, QUALITIES, SettingsPatch, flags
+from raytracer.scene.warnings import scene_warnings
 
 # Of a whole number. More are too many in any case, and are more than an error shows; Python refuses some thousands.
 _MOST_DIGITS = 300
@@ -49,15 +51,17 @@ def add_size(parser: argparse.ArgumentParser, default: str = "1280x720") -> None
     )
 
 
-def add_own(parser: argparse.ArgumentParser, *names: str) -> None:
-    """Those of presets.OWN that are named: what given() looks for. Nothing is stored that is not given."""
+def add_compile_options(
+    parser: argparse.ArgumentParser, names: tuple[str, ...] = CompileOptions.__struct_fields__
+) -> None:
+    """Add the options of these names, for chosen_settings(). Nothing is stored of an option that is not there."""
     options: dict[str, dict[str, Any]] = {
         "shading": {
             "metavar": "MODEL",
-            "choices": ("none", *get_args(Shading)),
+            "choices": ("none", *SHADINGS),
             "type": _model,
             "help": "a model for all materials, as like theirs as it can be (default: none, each one's own): "
-            + ", ".join(get_args(Shading)),
+            + ", ".join(SHADINGS),
         },
         "shadows": {"choices": get_args(Shadows), "help": "default: hard"},
         "evaluator": {
@@ -81,11 +85,16 @@ def add_own(parser: argparse.ArgumentParser, *names: str) -> None:
 
 
 def add_settings(
-    parser: argparse.ArgumentParser, samples: int, sequences: tuple[Sequence, ...] = SEQUENCES, *, adaptive: bool
+    parser: argparse.ArgumentParser,
+    samples: int,
+    sequences: tuple[SampleSequence, ...] = tuple(SEQUENCES),
+    *,
+    adaptive: bool,
 ) -> None:
-    """--size, --quality and all of Settings, of which `adaptive` may be left out: what given() looks for.
+    """Add --size, --quality and all of Settings, without --adaptive if that is False.
 
-    `samples` is the default, which is only told: nothing is stored that is not given, as a scene file may give it.
+    `samples` is the default, which is only told: nothing is stored of an option that is not there, as a scene file may
+    give it.
     """
     add = partial(parser.add_argument, default=argparse.SUPPRESS)
     limited = "--max-error, --time or --adaptive" if adaptive else "--max-error or --time"
@@ -93,7 +102,7 @@ def add_settings(
     add(
         "--quality",
         choices=tuple(QUALITIES),
-        help="settings by a name, " + "; ".join(f"{name}: {flags(fields)}" for name, fields in QUALITIES.items()),
+        help="settings by a name, " + "; ".join(f"{name}: {flags(patch)}" for name, patch in QUALITIES.items()),
     )
     add(
         "--samples",
@@ -122,14 +131,19 @@ def add_settings(
         choices=sequences,
         help="where in a pixel its samples lie (default: sobol, the only one that tells the error)",
     )
-    add_own(parser, *OWN)
+    add_compile_options(parser)
 
 
-def given(options: argparse.Namespace) -> Fields:
-    """What the command line gives of that, for presets.combined()."""
-    names = (*Settings.__struct_fields__, "quality", "size")
-    found = {name: getattr(options, name) for name in names if hasattr(options, name)}
-    return {name: None if value == "none" else value for name, value in found.items()}
+def chosen_settings(options: argparse.Namespace) -> SettingsPatch:
+    """The settings that the command line gives."""
+    names = [name for name in SettingsPatch.__struct_fields__ if hasattr(options, name)]
+    fields: dict[str, Any] = {name: None if (value := getattr(options, name)) == "none" else value for name in names}
+    return SettingsPatch(**fields)
+
+
+def chosen_size(options: argparse.Namespace) -> tuple[int, int] | None:
+    """The size that the command line gives, or None."""
+    return getattr(options, "size", None)
 
 
 def warn_about(name: str, scene: Scene, settings: Settings) -> None:
@@ -154,7 +168,7 @@ def picture_size(text: str) -> tuple[int, int]:
 
 
 def _model(text: str) -> str:
-    if text in MODELS and text not in get_args(Shading):
+    if text in MODELS and text not in SHADINGS:
         table = f'model = "{text}" and file = "..."'
         raise argparse.ArgumentTypeError(f"{text} needs a table, which only a material of a scene file gives: {table}")
     return text

@@ -20,11 +20,10 @@ from raytracer.core.validation import InputError, check_path
 from raytracer.formats import instance_files, measured_files
 from raytracer.formats.companion_files import is_plain_name
 from raytracer.formats.scene_sections import build_scene
-from raytracer.formats.settings_section import DEFAULT_SIZE, settings_table
+from raytracer.formats.settings_section import DEFAULT_SIZE, SettingsSection, parse_section
 from raytracer.formats.toml_edit import replace_positions
 from raytracer.formats.toml_tables import check_table
 from raytracer.formats.toml_text import parse_toml
-from raytracer.scene.presets import Fields, combined
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 
@@ -70,11 +69,11 @@ def load_all(path: str | os.PathLike[str]) -> SceneFile:
 
     Warns and raises as `load`, and for wrong settings.
     """
-    scene, fields = _read_all(path)
-    return SceneFile(scene, fields.get("size", DEFAULT_SIZE), combined(fields))
+    scene, section = _read_all(path)
+    return SceneFile(scene, section.size or DEFAULT_SIZE, section.settings.resolve())
 
 
-def _read_all(path: str | os.PathLike[str]) -> tuple[Scene, Fields]:
+def _read_all(path: str | os.PathLike[str]) -> tuple[Scene, SettingsSection]:
     return parse_all(*read(path))
 
 
@@ -87,7 +86,7 @@ def load_settings(path: str | os.PathLike[str]) -> Settings:
     """
     path, text = read(path)
     with _located(path, text):
-        return combined(settings_table(parse_toml(text).get("settings", {})))
+        return parse_section(parse_toml(text).get("settings", {})).settings.resolve()
 
 
 def read(path: str | os.PathLike[str]) -> tuple[Path, str]:
@@ -120,13 +119,13 @@ def parse(path: Path, text: str) -> Scene:
     return parse_all(path, text)[0]
 
 
-def parse_all(path: Path, text: str) -> tuple[Scene, Fields]:
-    """As parse(), and what the file's [settings] give, for presets.combined()."""
+def parse_all(path: Path, text: str) -> tuple[Scene, SettingsSection]:
+    """As parse(), and the file's [settings]."""
     with _located(path, text):
-        scene, given, unused = _scene(text, path.stem.encode(errors="replace").decode(), path.parent)
+        scene, section, unused = _scene(text, path.stem.encode(errors="replace").decode(), path.parent)
     if unused:
         warnings.warn(f"{path}: {unused}", stacklevel=4)
-    return scene, given
+    return scene, section
 
 
 @contextmanager
@@ -174,11 +173,11 @@ def moved(text: str, scene: Scene, folder: Path | None = None) -> str:
     return result
 
 
-def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, Fields, str]:
-    """The scene, its file's settings, and a warning or "".
+def _scene(text: str, name: str, folder: Path | None) -> tuple[Scene, SettingsSection, str]:
+    """The scene, its file's [settings], and a warning or "".
 
     `folder`: where its files of instances are; None if it can have none.
     """
     table = check_table(parse_toml(text), _TOP, _NEEDED)
     scene, unused = build_scene(table, name, folder)
-    return scene, settings_table(table.get("settings", {})), unused
+    return scene, parse_section(table.get("settings", {})), unused

@@ -1,24 +1,43 @@
-"""The [settings] of a scene file: how it is to be rendered, where the command line does not say otherwise."""
+"""The table [settings] of a scene file: how the scene is rendered where the command line does not say otherwise."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import msgspec
+
 from raytracer.core.validation import check_size, within
 from raytracer.formats.toml_tables import check_table
-from raytracer.scene.presets import Fields, combined
 from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import EMPTY, SettingsPatch, fewest
 
 # Width and height in pixels of a picture, where nobody says otherwise.
 DEFAULT_SIZE = 1280, 720
 _KEYS = (*Settings.__struct_fields__, "quality", "size")
 
 
-def settings_table(value: Any) -> Fields:
-    """The fields of the table: see presets.combined(); "size" is (width, height). Errors have the path of keys."""
+class SettingsSection(msgspec.Struct, frozen=True):
+    """The settings that a file gives, and the picture's width and height, or None."""
+
+    settings: SettingsPatch = EMPTY
+    size: tuple[int, int] | None = None
+
+
+def parse_section(value: Any) -> SettingsSection:
+    """Check the table [settings]. Errors have the path of keys."""
     with within("settings"):
         fields = dict(check_table(value, _KEYS))
-        if "size" in fields:
-            fields["size"] = check_size(fields["size"])
-        combined(fields)
-    return fields
+        size = check_size(fields.pop("size")) if "size" in fields else None
+        settings = SettingsPatch(**fields)
+        settings.resolve()
+    return SettingsSection(settings, size)
+
+
+def section_text(settings: Settings, size: tuple[int, int] | None = None) -> str:
+    """Write the table [settings] that makes `settings`, with `size` if there is one."""
+    lines = [f"size = [{size[0]}, {size[1]}]"] if size else []
+    lines += [
+        f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value}"
+        for name, value in fewest(settings).fields().items()
+    ]
+    return "\n".join(["[settings]", *lines]) + "\n"

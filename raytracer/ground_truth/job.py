@@ -8,8 +8,9 @@ from typing import Any
 import msgspec
 
 from raytracer.core.validation import check_size, number, whole
+from raytracer.scene.options import MAX_SAMPLES
 from raytracer.scene.scene import Scene
-from raytracer.scene.settings import MAX_SAMPLES, Settings
+from raytracer.scene.settings import Settings
 
 # Samples of a pixel in the first round, in which all pixels are: each of its 4 sets then has 2 x 2 boxes.
 FIRST_SAMPLES = 16

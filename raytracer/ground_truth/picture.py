@@ -11,9 +11,11 @@ from raytracer.formats.image import Image
 from raytracer.ground_truth.converged import trace_converged
 from raytracer.ground_truth.cost import check_cost, estimate_cost
 from raytracer.ground_truth.job import SAMPLES, TOLERANCE, Job, check_accuracy
-from raytracer.scene.presets import combined, own
+from raytracer.scene.options import Shading, Shadows
 from raytracer.scene.scene import Scene, checked_scene
-from raytracer.scene.settings import Settings, Shading, Shadows, checked_settings, scene_warnings
+from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import SettingsPatch, checked_patch
+from raytracer.scene.warnings import scene_warnings
 
 # A sixteenth of the pixels that render makes: the processor traces them in float64, in seconds to minutes.
 REFERENCE_SIZE = (320, 180)
@@ -53,9 +55,8 @@ def reference(
     and for a scene or a size that needs more memory than this machine has.
     """
     scene = checked_scene(scene)
-    keywords = {"shading": shading, "shadows": shadows, "bounces": bounces}
-    chosen = {key: value for key, value in keywords.items() if value is not None}
-    used = combined(own(checked_settings(settings)), chosen)
+    chosen = SettingsPatch.without_none(shading=shading, shadows=shadows, bounces=bounces)
+    used = (checked_patch(settings).without_sampling() | chosen).resolve()
     size = check_size(size)
     samples, tolerance = check_accuracy(samples, tolerance)
     cache = check_flag(cache, "cache")

@@ -11,10 +11,12 @@ from raytracer.formats.image import Image
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.presets import Quality, combined
+from raytracer.scene.options import Evaluator, Precision, Shading, Shadows
 from raytracer.scene.scene import Scene, checked_scene
-from raytracer.scene.sequences import Sequence as SampleSequence
-from raytracer.scene.settings import Evaluator, Precision, Settings, Shading, Shadows, checked_settings, scene_warnings
+from raytracer.scene.sequences import SampleSequence
+from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import Quality, SettingsPatch, checked_patch
+from raytracer.scene.warnings import scene_warnings
 
 if TYPE_CHECKING:
     from raytracer.gpu.context import Backend
@@ -43,8 +45,8 @@ def render(
 ) -> Image:
     """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
 
-    See `Settings` for `samples` to `bounces`. Those given come before `quality`, a name for some (presets.py), that
-    before the fields of `settings`, and these before the defaults; None takes nothing back. `adaptive` is in place of
+    See `Settings` for `samples` to `bounces`. Those given come before `quality`, a name for some, that before the
+    fields of `settings`, and these before the defaults; None takes nothing back. `adaptive` is in place of
     `max_error` and `time`, and these of it. `samples` is 4096 where one of the three is given here without it.
     The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
     `backend` is how OpenGL is reached: "auto" (the default, unless the variable RAYTRACER_BACKEND is set), "egl",
@@ -63,21 +65,20 @@ def render(
     context opens or in such a child, RuntimeError if called by `progress`, MemoryError if the picture does not fit.
     """
     scene = checked_scene(scene)
-    keywords = {
-        "quality": quality,
-        "samples": samples,
-        "adaptive": adaptive,
-        "max_error": max_error,
-        "time": time,
-        "sequence": sequence,
-        "shading": shading,
-        "shadows": shadows,
-        "evaluator": evaluator,
-        "precision": precision,
-        "bounces": bounces,
-    }
-    fields = {key: value for key, value in keywords.items() if value is not None}
-    settings = combined(checked_settings(settings), fields)
+    chosen = SettingsPatch.without_none(
+        quality=quality,
+        samples=samples,
+        adaptive=adaptive,
+        max_error=max_error,
+        time=time,
+        sequence=sequence,
+        shading=shading,
+        shadows=shadows,
+        evaluator=evaluator,
+        precision=precision,
+        bounces=bounces,
+    )
+    settings = (checked_patch(settings) | chosen).resolve()
     size = check_size(size)
     geometry = check_flag(geometry, "geometry")
     check_progress(progress)

@@ -1,4 +1,21 @@
-"""The description of a picture: solids, lights, a camera, materials, settings, sample sequences; frozen values.
+"""The description of a picture: solids, lights, a camera, materials, and the settings of how the picture is made.
 
-May import: core.
+All are frozen values that check themselves when they are made. The package imports core alone: no OpenGL, and NumPy
+only where instances and measured materials are made. Other packages may use:
+
+    scene: Scene, checked_scene
+    solids: Sphere, Plane, the operators, and the trees' leaves and nodes in order
+    instances: Instances
+    lights: PointLight, FALLOFFS
+    camera: Camera
+    materials: a package of its own
+    settings: Settings
+    options: CompileOptions, SamplingOptions (the halves of Settings), Shadows, Evaluator, Precision, Shading
+    settings_patch: SettingsPatch, quality, QUALITIES, fewest, flags, changes, checked_patch (settings from many places)
+    sequences: SEQUENCES, PROGRESSIVE, sample_place, sample_points, scatters
+    warnings: scene_warnings and its parts
+
+A new sequence is a row in sequences.py. A new falloff is a name in lights.py, a formula in irradiance.glsl and one in
+float64 in ground_truth/light_rays.py. A new setting is a field in options.py, in its half and with its check, in
+settings.py with its meaning, and in settings_patch.py; and an option of the command line in app/options.py.
 """

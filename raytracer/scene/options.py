@@ -1,52 +1,51 @@
-"""The two halves of settings: options of which shaders are made, and options of how many samples are drawn."""
+"""The two halves of settings: options of which shaders are made, and options of how many samples are drawn.
+
+Each half checks its own fields. `Settings` says what they mean, and has all of them.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+import math
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import msgspec
 
 from raytracer.core.record import Record
-from raytracer.scene.sequences import Sequence
+from raytracer.core.validation import InputError, check_choice, number, set_fields, shown, whole
+from raytracer.scene.materials.models import MODELS, SHADINGS, Shading
+from raytracer.scene.sequences import PROGRESSIVE, SEQUENCES, SampleSequence
 
 if TYPE_CHECKING:
     from raytracer.scene.lights import PointLight
     from raytracer.scene.materials.material import Material
 
+MAX_SAMPLES = 65536
+MAX_BOUNCES = 64
+
 Shadows = Literal["off", "hard", "diluted", "soft"]
-# All models but those that need more than numbers.
-Shading = Literal[
-    "phong",
-    "blinn",
-    "lambert",
-    "minnaert",
-    "phong_normalized",
-    "blinn_normalized",
-    "strauss",
-    "lafortune",
-    "oren_nayar",
-    "eon",
-    "torrance_sparrow",
-    "cook_torrance",
-    "ggx",
-    "beckmann",
-    "split",
-    "diffuse_microfacet",
-    "he",
-    "mirror",
-]
 Evaluator = Literal["cells", "walk", "roth"]
 Precision = Literal[32, 64]
 
 
 class CompileOptions(Record, frozen=True):
-    """The settings that decide the shaders and the arrays of a scene. Fields are as in Settings, which checks them."""
+    """The settings that decide the shaders and the arrays of a scene."""
 
     shading: Shading | None = None
     shadows: Shadows = "hard"
     evaluator: Evaluator = "cells"
     precision: Precision = 32
     bounces: int = 8
+
+    def __post_init__(self) -> None:
+        set_fields(
+            self,
+            bounces=whole(self.bounces, "bounces", 0, MAX_BOUNCES),
+            shadows=check_choice(self.shadows, "shadows", get_args(Shadows)),
+            evaluator=check_choice(self.evaluator, "evaluator", get_args(Evaluator)),
+            precision=_check_precision(self.precision),
+        )
+        if (shading := self.shading) is not None:
+            set_fields(self, shading=check_choice(shading, "shading", SHADINGS, hint=shading_hint(shading)))
 
     def shaded(self, material: Material) -> Material:
         """Convert `material` to the model of `shading`, if there is one.
@@ -65,13 +64,36 @@ class CompileOptions(Record, frozen=True):
 
 
 class SamplingOptions(Record, frozen=True):
-    """The settings that decide how many samples are drawn, and where. Fields are as in Settings, which checks them."""
+    """The settings that decide how many samples are drawn, and where."""
 
     samples: int = 1
-    sequence: Sequence = "sobol"
+    sequence: SampleSequence = "sobol"
     adaptive: float | None = None
     max_error: float | None = None
     time: float | None = None
+
+    def __post_init__(self) -> None:
+        set_fields(
+            self,
+            samples=whole(self.samples, "samples", 1, MAX_SAMPLES),
+            sequence=check_choice(self.sequence, "sequence", SEQUENCES),
+        )
+        for key, unit in (("adaptive", "linear radiance"), ("max_error", "linear radiance"), ("time", "seconds")):
+            if (value := getattr(self, key)) is not None:
+                expected = f"a finite number above 0 ({unit})"
+                set_fields(self, **{key: number(value, key, math.ulp(0.0), expected=expected)})
+                fit = _ESTIMATING if key == "max_error" else PROGRESSIVE
+                if self.sequence not in fit:
+                    raise InputError(f"expected {' or '.join(fit)} with {key}, got {shown(self.sequence)}", "sequence")
+        if self.adaptive is not None and self.has_stopping_rule:
+            raise InputError(
+                "expected none with max_error or time, which decide themselves where samples go: leave out one or the "
+                "other",
+                "adaptive",
+            )
+        if self.sequence not in PROGRESSIVE and math.isqrt(self.samples) ** 2 != self.samples:
+            expected = f"a square number, such as 16, for the sequence {self.sequence}"
+            raise InputError(f"expected {expected}, got {self.samples}", "samples")
 
     @property
     def has_stopping_rule(self) -> bool:
@@ -85,5 +107,25 @@ class SamplingOptions(Record, frozen=True):
 
     @property
     def estimates_error(self) -> bool:
-        """Whether the samples tell the picture's error: more than one, of the sequence sobol."""
-        return self.sequence == "sobol" and self.samples > 1
+        """Whether the samples tell the picture's error: more than one, of a sequence that tells it."""
+        return SEQUENCES[self.sequence].estimates_error and self.samples > 1
+
+
+_ESTIMATING = tuple(name for name, traits in SEQUENCES.items() if traits.estimates_error)
+
+
+def shading_hint(name: Any) -> str:
+    """End an error about a shading where `name` is a model that needs a file; else ""."""
+    if isinstance(name, str) and name in MODELS and name not in SHADINGS:
+        return f'; {name} needs a file, so only a material can have it: model = "{name}", file = "brass.binary"'
+    return ""
+
+
+def _check_precision(bits: Any) -> int:
+    try:
+        result = whole(bits, "precision", 32, 64)
+    except InputError:
+        result = 0
+    if result not in get_args(Precision):
+        raise InputError(f"expected one of {', '.join(map(str, get_args(Precision)))}, got {shown(bits)}", "precision")
+    return result

@@ -1,14 +1,15 @@
-"""Where in a pixel its samples lie."""
+"""The sequences of sample places in a pixel, all in one table: `SEQUENCES`.
+
+A new sequence is a name in `SampleSequence`, and a row in `SEQUENCES` with the function that places its samples.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, get_args
+from collections.abc import Callable
+from typing import Any, Literal, NamedTuple
 
-Sequence = Literal["sobol", "r2", "random", "grid", "rotated", "corners"]
-# Of these any number of first points is spread over the pixel, so samples can be added one at a time.
-PROGRESSIVE: tuple[Sequence, ...] = ("sobol", "r2", "random")
-SEQUENCES: tuple[Sequence, ...] = get_args(Sequence)
+SampleSequence = Literal["sobol", "r2", "random", "grid", "rotated", "corners"]
 
 # What scrambles Sobol's two dimensions: of 1500 random pairs the one whose first 2, 3, 4, 8, 16, 32 and 64 points were
 # least wrong about which share of a pixel an edge cuts off. Among 1500 others (benchmarks/sequences.py) it is second,
@@ -18,23 +19,23 @@ _SCRAMBLES = 0xE7DAAF3E, 0xBB162E79
 _ALPHA = (0.7548776662466927, 0.5698402909980532)
 
 
-def sample_place(k: int, sequence: Sequence = "sobol", samples: int = 1) -> tuple[int, int]:
+def sample_place(k: int, sequence: SampleSequence = "sobol", samples: int = 1) -> tuple[int, int]:
     """Sample k = 0, 1, 2, ... of a pixel that gets so many, in 2^-24 of the pixel: x from the left, y from the top.
 
     The first of "sobol", and the only one of all but "random" and "corners", is the pixel's centre.
     """
-    x, y = _sobol(k, *_SCRAMBLES) if sequence == "sobol" else (v * 2.0**24 for v in _point(k, sequence, samples))
-    return int(x), int(y)
+    x, y = SEQUENCES[sequence].place(k, samples)
+    return int(x * 2.0**24), int(y * 2.0**24)
 
 
-def scatters(sequence: Sequence, samples: int) -> bool:
+def scatters(sequence: SampleSequence, samples: int) -> bool:
     """Whether each pixel exchanges digits of its own in the samples' places: of a single one none, and where the order
     is another than that of digits it would be lost.
     """
-    return sequence in ("sobol", "random") and samples > 1
+    return SEQUENCES[sequence].is_scattered and samples > 1
 
 
-def sample_points(k: int, size: tuple[int, int], sequence: Sequence = "sobol", samples: int = 1) -> Any:
+def sample_points(k: int, size: tuple[int, int], sequence: SampleSequence = "sobol", samples: int = 1) -> Any:
     """(2,), or (H, W, 2) where they differ: where sample k is in the pixels of a picture of `size` (width, height), in
     [0, 1)^2, x from the left, y from the top. The same as camera.glsl has.
     """
@@ -49,38 +50,51 @@ def sample_points(k: int, size: tuple[int, int], sequence: Sequence = "sobol", s
     return place * 2.0**-24
 
 
-def _point(k: int, sequence: Sequence, samples: int) -> tuple[float, float]:
-    """In [0, 1)^2, of all sequences but "sobol"; of n x n samples
-
-    "r2": the additive recurrence of Roberts (2018, "The unreasonable effectiveness of quasirandom sequences").
-    "random": independent points, always the same.
-    "grid": the middles of n x n squares.
-    "rotated": a grid sheared so that each of n^2 rows and columns has one point; of 4, the rotated grid of hardware.
-    "corners": the corners of n x n squares, as the plain double loop over i / n and j / n has it.
-    """
-    match sequence:
-        case "r2":
-            return (0.5 + k * _ALPHA[0]) % 1.0, (0.5 + k * _ALPHA[1]) % 1.0
-        case "random":
-            from random import Random
-
-            generator = Random(k)
-            return generator.random(), generator.random()
-        case _:
-            n = math.isqrt(samples)
-            j, i = divmod(k, n)
-            if sequence == "corners":
-                return i / n, j / n
-            if sequence == "rotated":
-                return (i + (j + 0.5) / n) / n, (j + (n - 0.5 - i) / n) / n
-            return (i + 0.5) / n, (j + 0.5) / n
+def _r2(k: int, _: int) -> tuple[float, float]:
+    """The additive recurrence of Roberts (2018, "The unreasonable effectiveness of quasirandom sequences")."""
+    return (0.5 + k * _ALPHA[0]) % 1.0, (0.5 + k * _ALPHA[1]) % 1.0
 
 
-def _sobol(k: int, x_seed: int, y_seed: int) -> tuple[int, int]:
+def _random(k: int, _: int) -> tuple[float, float]:
+    """Independent points, always the same."""
+    from random import Random
+
+    generator = Random(k)
+    return generator.random(), generator.random()
+
+
+def _grid(k: int, samples: int) -> tuple[float, float]:
+    """The middles of n x n squares."""
+    n = math.isqrt(samples)
+    j, i = divmod(k, n)
+    return (i + 0.5) / n, (j + 0.5) / n
+
+
+def _rotated(k: int, samples: int) -> tuple[float, float]:
+    """A grid sheared so that each of n^2 rows and columns has one point; of 4, the rotated grid of hardware."""
+    n = math.isqrt(samples)
+    j, i = divmod(k, n)
+    return (i + (j + 0.5) / n) / n, (j + (n - 0.5 - i) / n) / n
+
+
+def _corners(k: int, samples: int) -> tuple[float, float]:
+    """The corners of n x n squares, as the plain double loop over i / n and j / n has it."""
+    n = math.isqrt(samples)
+    j, i = divmod(k, n)
+    return i / n, j / n
+
+
+def _sobol(k: int, _: int) -> tuple[float, float]:
     """Point k of Sobol's (1967) first two dimensions, a (0, 2)-sequence, with Owen's nested scrambling: of the first
     2^m points each box of any shape 2^-i x 2^(i - m) holds one. Then shifted digit by digit so that point 0 is the
-    centre. In 2^-24.
+    centre. To 24 digits.
     """
+    x, y = scrambled_sobol(k, *_SCRAMBLES)
+    return x * 2.0**-24, y * 2.0**-24
+
+
+def scrambled_sobol(k: int, x_seed: int, y_seed: int) -> tuple[int, int]:
+    """Point k of Sobol's sequence, scrambled by the two seeds, in 2^-24."""
     x = _reversed(_scrambled(k, x_seed) ^ _scrambled(0, x_seed))
     y = _reversed(_scrambled(_pascal(k), y_seed) ^ _scrambled(0, y_seed))
     return (x >> 8) ^ 1 << 23, (y >> 8) ^ 1 << 23
@@ -107,3 +121,28 @@ def _pascal(x: int) -> int:
     x ^= x >> 4 & 0x0F0F0F0F
     x ^= x >> 8 & 0x00FF00FF
     return x ^ x >> 16
+
+
+class SequenceTraits(NamedTuple):
+    """A sequence: where its samples lie, and facts that others ask for."""
+
+    # Of sample k of so many: its place in [0, 1)^2.
+    place: Callable[[int, int], tuple[float, float]]
+    # Any number of first points is spread over the pixel, so samples can be added one at a time. The other sequences
+    # take a square number.
+    is_progressive: bool = False
+    # Each pixel exchanges digits of its own: the order of the points must be that of digits, or be lost without harm.
+    is_scattered: bool = False
+    # The samples tell the error of their mean.
+    estimates_error: bool = False
+
+
+SEQUENCES: dict[SampleSequence, SequenceTraits] = {
+    "sobol": SequenceTraits(_sobol, is_progressive=True, is_scattered=True, estimates_error=True),
+    "r2": SequenceTraits(_r2, is_progressive=True),
+    "random": SequenceTraits(_random, is_progressive=True, is_scattered=True),
+    "grid": SequenceTraits(_grid),
+    "rotated": SequenceTraits(_rotated),
+    "corners": SequenceTraits(_corners),
+}
+PROGRESSIVE: tuple[SampleSequence, ...] = tuple(name for name, traits in SEQUENCES.items() if traits.is_progressive)

@@ -23,10 +23,12 @@ from raytracer.analysis.rounding_bounds import UNIT
 from raytracer.app.cli import main
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.settings import Evaluator, Precision, Settings, precision_warning
+from raytracer.scene.options import Evaluator, Precision
+from raytracer.scene.settings import Settings
+from raytracer.scene.warnings import precision_warning
 from tests import scenes
+from tests.pictures import assert_agrees, check_truth
 from tests.processes import finished
-from tests.rendering.test_picture import assert_agrees, check
 
 BALL = rt.Sphere((0, 0, 0), 1, scenes.COLORS[0])
 
@@ -38,6 +40,7 @@ def test_the_bounds_of_the_ledger_are_kept(renderer: Renderer, row: Callable[...
     assert findings and [f for f in findings if not f.kept] == []
 
 
+@pytest.mark.slow
 @pytest.mark.gl
 def test_random_scenes_over_all_ranges_have_no_fault(renderer: Renderer) -> None:
     assert [f for f in fuzz.measure_random_scenes(renderer, 200) if not f.kept] == []
@@ -173,7 +176,7 @@ def test_where_32_bits_end_64_go_on(renderer: Renderer) -> None:
     assert "--precision 64" in str(precision_warning(scene, Settings()))
     assert precision_warning(scene, Settings(precision=64)) is None
     assert find_pixel_doubt(scene, (32, 32), 32).doubtful.mean() > 0.2
-    check(renderer, scene, (32, 32), Settings(precision=64))
+    check_truth(renderer, scene, (32, 32), Settings(precision=64))
 
 
 def test_a_warning_comes_where_the_smallest_radius_is_lost_and_not_before() -> None:

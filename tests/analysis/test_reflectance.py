@@ -125,6 +125,7 @@ def test_numbers_and_runs_are_expected_only_where_they_were_found() -> None:
     assert expectation_of(Material("phong", kd=0.1)) is None
 
 
+@pytest.mark.slow
 @pytest.mark.gl
 @pytest.mark.parametrize("model", MEASURED)
 def test_laws_hold_with_any_other_parameters(model: str) -> None:

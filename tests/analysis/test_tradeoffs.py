@@ -26,8 +26,8 @@ from raytracer.app.cli import main
 from raytracer.formats.image import Image
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials.material import Material
-from raytracer.scene.presets import combined, over
-from raytracer.scene.sequences import Sequence, sample_place
+from raytracer.scene.sequences import SampleSequence, sample_place
+from raytracer.scene.settings_patch import SettingsPatch, fewest
 from tests import scenes
 
 gl = pytest.mark.gl
@@ -50,7 +50,7 @@ def test_the_slope_of_a_power_law_is_its_exponent(p: float) -> None:
     assert slope([4], [0.1]) is None
 
 
-def coverage_error(sequence: Sequence, n: int) -> float:
+def coverage_error(sequence: SampleSequence, n: int) -> float:
     """Root mean square error of the share of a pixel that is beyond an edge, over random edges through it.
 
     What it should be is known exactly: the edge's normal (cos a, sin a) and its offset, with a below 45 degrees and the
@@ -92,15 +92,15 @@ def test_every_knob_is_there_once_and_against_its_own_kind_of_shadows(extent) ->
 
 
 def test_what_is_no_knob_is_as_the_scene_file_has_it_and_flags_are_over_it() -> None:
-    of_file = {"samples": 64, "adaptive": 0.01, "shading": "blinn", "shadows": "soft", "bounces": 2, "precision": 64}
-    made = plan(scenes.assignment(), QUICK, of_file)
+    file_settings = SettingsPatch(samples=64, adaptive=0.01, shading="blinn", shadows="soft", bounces=2, precision=64)
+    made = plan(scenes.assignment(), QUICK, file_settings)
     everything = [c.settings for c in made.configurations] + [target.settings for target in made.targets.values()]
     assert {(settings.shading, settings.bounces) for settings in everything} == {("blinn", 2)}
     assert {settings.precision for settings in everything} == {32, 64}
     labels = {c.label: c for c in made.configurations if c.target == MAIN}
     assert "16 sobol" in labels and "4 sobol, 32 bits" in labels
     for made_one in made.configurations:
-        assert combined(of_file, over(of_file, made_one.settings)) == made_one.settings
+        assert (file_settings | fewest(made_one.settings, file_settings)).resolve() == made_one.settings
     flags = measuring.Tradeoffs("", (1, 1), 1, {}, made, {}, [measuring.Result(labels["16 sobol"], [])])
     assert "--samples 16 --shadows hard --adaptive none" in as_csv(flags)
 

@@ -16,11 +16,10 @@ from raytracer.analysis.tradeoffs import tune as tune_module
 from raytracer.analysis.tradeoffs.trials import Trial, Trials
 from raytracer.analysis.tradeoffs.tune import LADDER, asked, grid, tune
 from raytracer.app.cli import main
-from raytracer.app.commands.tune_cli import settings_section
-from raytracer.app.options import add_settings, given
+from raytracer.app.options import add_settings, chosen_settings
 from raytracer.formats.scene_file import load_settings, parse_all
+from raytracer.formats.settings_section import section_text
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.presets import combined
 from raytracer.scene.settings import Settings
 from tests import scenes
 
@@ -40,6 +39,7 @@ def test_candidates_are_all_different_and_keep_what_is_given() -> None:
     assert {settings.samples for settings in found if settings.adaptive is None} >= {*LADDER}
 
 
+@pytest.mark.slow
 @pytest.mark.gl
 @pytest.mark.usefixtures("few_rounds")
 def test_the_pick_meets_the_error_against_many_random_samples(renderer: Renderer) -> None:
@@ -108,8 +108,8 @@ def test_the_table_holds_what_is_not_by_default() -> None:
         Settings(samples=4096, max_error=0.002, precision=64),
         Settings(samples=6),
     ):
-        table = tomllib.loads(settings_section(settings))["settings"]
-        if settings.asks:
+        table = tomllib.loads(section_text(settings))["settings"]
+        if settings.sampling.has_stopping_rule:
             assert "samples" not in table, "the default is another one then"
             table["samples"] = settings.samples
         assert Settings(**table) == settings
@@ -137,13 +137,14 @@ def test_what_the_command_prints_makes_what_it_measured_as_flags_over_the_file_a
     assert (measured.shadows, measured.bounces) == ("diluted", 3) and "at 96x54" in line
     parser = argparse.ArgumentParser()
     add_settings(parser, 1, adaptive=True)
-    flags = given(parser.parse_args(line.partition(":")[0].split()))
-    assert combined(parse_all(file, file.read_text())[1], flags) == measured
+    flags = chosen_settings(parser.parse_args(line.partition(":")[0].split()))
+    assert (parse_all(file, file.read_text())[1].settings | flags).resolve() == measured
     file.write_text(f"{scenes.ASSIGNMENT.read_text()}\n{table}")
-    assert load_settings(file) == measured and parse_all(file, file.read_text())[1]["size"] == (96, 54)
+    assert load_settings(file) == measured and parse_all(file, file.read_text())[1].size == (96, 54)
 
 
 @pytest.mark.gl
+@pytest.mark.usefixtures("few_rounds")
 @pytest.mark.parametrize("target", [("--time", "1e-6"), ("--max-error", "1e-9")])
 def test_what_cannot_be_met_is_status_1_with_the_closest_and_no_search_through_all(
     target: tuple[str, str], capsys: pytest.CaptureFixture[str]
@@ -155,6 +156,7 @@ def test_what_cannot_be_met_is_status_1_with_the_closest_and_no_search_through_a
 
 
 @pytest.mark.gl
+@pytest.mark.usefixtures("few_rounds")
 @pytest.mark.parametrize("measured", [0, 3])
 def test_ctrl_c_prints_the_best_of_what_was_measured(
     measured: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

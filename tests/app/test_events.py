@@ -6,7 +6,7 @@ import argparse
 import itertools
 import math
 import shlex
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import msgspec
 import numpy as np
@@ -15,7 +15,7 @@ import pytest
 import raytracer as rt
 from raytracer.app.cli import main
 from raytracer.app.commands.render_cli import add_arguments as render_arguments
-from raytracer.app.options import given as given_by
+from raytracer.app.options import chosen_settings
 from raytracer.app.viewer.events import (
     CONTROLS,
     Control,
@@ -39,15 +39,16 @@ from raytracer.app.viewer.events import (
 from raytracer.app.viewer.orbit import turn_camera, turn_light
 from raytracer.app.viewer.overlay import _box, panels
 from raytracer.app.viewer.titles import compiling, compiling_title, title
-from raytracer.scene.presets import Fields, combined
-from raytracer.scene.settings import Shading, Shadows
+from raytracer.scene.materials.models import SHADINGS
+from raytracer.scene.options import Shadows
+from raytracer.scene.settings_patch import EMPTY, SettingsPatch
 from tests import scenes
 
 TEXT = scenes.ASSIGNMENT.read_text()
 
 
-def opened(scene: rt.Scene | None = None, of_file: Fields | None = None, **given: object) -> State:
-    return start(TEXT, scene or scenes.assignment(), of_file or {}, given)
+def opened(scene: rt.Scene | None = None, file_settings: SettingsPatch = EMPTY, **chosen: Any) -> State:
+    return start(TEXT, scene or scenes.assignment(), file_settings, SettingsPatch(**chosen))
 
 
 def after(state: State, *events: Event) -> State:
@@ -109,7 +110,7 @@ def test_tab_selects_the_light_that_moves_and_home_and_r_put_things_back() -> No
 
 @pytest.mark.parametrize(
     ("key", "presses"),
-    [("B", len(get_args(Shading))), ("S", len(get_args(Shadows))), ("A", 4), ("N", 2), ("Z", 2), ("M", 2)],
+    [("B", len(SHADINGS)), ("S", len(get_args(Shadows))), ("A", 4), ("N", 2), ("Z", 2), ("M", 2)],
 )
 def test_a_toggle_makes_a_new_picture_at_each_press_and_comes_back(key: str, presses: int) -> None:
     state, seen = opened(), []
@@ -134,14 +135,14 @@ def test_each_of_the_shadings_and_shadows_there_are_is_reached_by_its_key() -> N
         state = after(state, Key("S"), Key("B"))
         seen |= {state.settings.shadows, state.settings.shading}
     # None, the scene's own shading, is phong here.
-    assert seen == {*get_args(Shadows), None, *get_args(Shading)} - {"phong"}
+    assert seen == {*get_args(Shadows), None, *SHADINGS} - {"phong"}
 
     mixed = rt.Sphere((0, 0, 0), 1, rt.Material()) | rt.Sphere((1, 0, 0), 1, rt.Material(model="blinn"))
     state, order = opened(scenes.of(mixed)), []
     for key in "BBVVVB":
         state = after(state, Key(key))
         order.append(state.settings.shading)
-    assert order == ["phong", "blinn", "phong", None, get_args(Shading)[-1], None]
+    assert order == ["phong", "blinn", "phong", None, SHADINGS[-1], None]
     given = opened(shading="phong")
     assert after(given, Key("B")).settings.shading == "blinn", "no key press without effect"
 
@@ -263,37 +264,38 @@ def test_the_command_renders_the_picture_that_is_shown() -> None:
 
 
 def test_the_command_renders_with_what_the_window_has_whatever_the_file_says() -> None:
-    files: list[Fields] = [
-        {},
-        {"samples": 16, "shading": "ggx"},
-        {"max_error": 0.01},
-        {"time": 2.0, "samples": 8},
-        {"adaptive": 0.1, "samples": 16},
-        {"quality": "high", "shadows": "off"},
+    files = [
+        EMPTY,
+        SettingsPatch(samples=16, shading="ggx"),
+        SettingsPatch(max_error=0.01),
+        SettingsPatch(time=2.0, samples=8),
+        SettingsPatch(adaptive=0.1, samples=16),
+        SettingsPatch(quality="high", shadows="off"),
     ]
-    flags: list[Fields] = [{}, {"max_error": 0.001}, {"time": 1.0, "max_error": None}, {"quality": "draft"}]
-    for of_file, given, keys in itertools.product(files, flags, ("", "A", "BS", "V")):
-        state = after(opened(of_file=of_file, **given), *map(Key, keys))
+    flags = [{}, {"max_error": 0.001}, {"time": 1.0, "max_error": None}, {"quality": "draft"}]
+    for file_settings, chosen, keys in itertools.product(files, flags, ("", "A", "BS", "V")):
+        state = after(opened(file_settings=file_settings, **chosen), *map(Key, keys))
         words = shlex.split(command(state, (640, 360), "a.toml"))
         options = argparse.ArgumentParser()
         render_arguments(options)
-        assert combined(of_file, given_by(options.parse_args(["a.toml", *words[3:]]))) == state.settings
+        chosen_again = chosen_settings(options.parse_args(["a.toml", *words[3:]]))
+        assert (file_settings | chosen_again).resolve() == state.settings
     assert "--max-error 0.001 " in command(opened(max_error=0.001), (8, 8), "a.toml") + " "
 
 
 def test_saved_settings_are_taken_up_where_the_file_has_changed_them() -> None:
-    state = after(opened(of_file={"samples": 16, "shadows": "soft"}, bounces=3), Key("B"))
+    state = after(opened(file_settings=SettingsPatch(samples=16, shadows="soft"), bounces=3), Key("B"))
     assert (state.settings.samples, state.limit) == (16, 16)
-    same = after(state, Loaded(TEXT, scenes.assignment(), {"shadows": "soft", "samples": 16}))
+    same = after(state, Loaded(TEXT, scenes.assignment(), SettingsPatch(shadows="soft", samples=16)))
     assert same.settings == state.settings
-    other = after(state, Loaded(TEXT, scenes.assignment(), {"samples": 16, "max_error": 0.01, "bounces": 8}))
+    other = after(state, Loaded(TEXT, scenes.assignment(), SettingsPatch(samples=16, max_error=0.01, bounces=8)))
     assert other.settings == msgspec.structs.replace(state.settings, shadows="hard", max_error=0.01)
     assert other.settings.bounces == 3 and other.settings.shading == "blinn"
     gone = after(other, Loaded(TEXT, scenes.assignment()))
     assert (gone.settings.samples, gone.limit, gone.settings.max_error) == (256, 256, None)
     with pytest.raises(rt.InputError, match=r"^settings.sequence: expected one of sobol, r2, random for a window"):
-        after(state, Loaded(TEXT, scenes.assignment(), {"sequence": "grid"}))
-    assert opened(of_file={"sequence": "grid"}, sequence="r2").settings.sequence == "r2"
+        after(state, Loaded(TEXT, scenes.assignment(), SettingsPatch(sequence="grid")))
+    assert opened(file_settings=SettingsPatch(sequence="grid"), sequence="r2").settings.sequence == "r2"
 
 
 def test_the_overlay_is_twice_as_large_at_display_scale_2_and_fits_into_any_window() -> None:

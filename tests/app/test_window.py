@@ -25,6 +25,7 @@ from raytracer.app.viewer.orbit import scale_camera, scale_light, turn_camera, t
 from raytracer.app.viewer.window import _LOOK, Viewer
 from raytracer.ground_truth import ray_tracer
 from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import SettingsPatch
 from tests.displays import SIZE, TIMEOUT, Window, environment, shown, window, x_server
 from tests.processes import finished, output_of
 from tests.scenes import ASSIGNMENT, CHECKOUT, assignment, copy_checkout
@@ -287,8 +288,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opened]]:
             samples: int = 4,
             budget: float = 1e9,
         ) -> Opened:
-            given = {"samples": samples, "size": size}
-            viewer = window_module.opened(scene, given, budget)
+            viewer = window_module.opened(scene, SettingsPatch(samples=samples), size, budget)
             found.append(Opened(windows.enter_context(viewer)))
             return found[0]
 
@@ -616,6 +616,7 @@ def test_a_file_that_is_saved_as_the_window_opens_is_shown_as_it_was_saved(
     assert opened(scene=file).viewer.state.scene == rt.load(file)
 
 
+@pytest.mark.slow
 @pytest.mark.window
 def test_two_thousand_frames_with_toggles_and_resizes_leave_nothing_behind(opened: Callable[..., Opened]) -> None:
     one = opened(size=(96, 54), budget=0.033)

@@ -11,13 +11,13 @@ import pytest
 
 import raytracer as rt
 from raytracer.analysis.pixel_doubt import find_pixel_doubt
-from raytracer.compiler import compiled_scene
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.compiled import compiled, sources
-from tests.pictures import assert_same
+from tests.pictures import check_lists
+from tests.scenes import lens
 
 pytestmark = pytest.mark.gl
 
@@ -26,34 +26,15 @@ RED, BLUE, GREEN, GREY = scenes.COLORS
 FLOOR = rt.Plane((0, 1, 0), -2.5, GREY)
 
 
-@pytest.fixture
-def always_listed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """So that the walk, whose text grows with a scene, can be compared."""
-    monkeypatch.setattr(compiled_scene, "FEW", 0)
-
-
-def check(renderer: Renderer, scene: rt.Scene, size: tuple[int, int] = SIZE, **settings: object) -> None:
-    chosen = Settings(**settings)  # pyright: ignore[reportArgumentType]
-    assert compiled(scene, chosen).has_lists
-    cells = renderer.render(scene, size, chosen)
-    walk = renderer.render(scene, size, msgspec.structs.replace(chosen, evaluator="walk"))
-    assert_same(renderer, cells, walk)
-
-
-def lens(x: float, y: float, z: float, scale: float = 1.0) -> rt.Solid:
-    a, b, c = ((x + dx * scale, y, z + dz * scale) for dx, dz in ((-0.4, 0), (0.4, 0), (0.1, 0.6)))
-    return (rt.Sphere(a, scale, RED) & rt.Sphere(b, scale, BLUE)) - rt.Sphere(c, 0.7 * scale, GREEN)
-
-
 @pytest.mark.parametrize("seed", range(12))
 def test_random_trees_are_the_same(renderer: Renderer, always_listed: None, seed: int) -> None:
-    check(renderer, scenes.random_scene(seed), shadows="diluted" if seed % 2 else "hard", samples=1 + seed % 2)
+    check_lists(renderer, scenes.random_scene(seed), shadows="diluted" if seed % 2 else "hard", samples=1 + seed % 2)
 
 
 def test_the_walk_tells_more_than_80_objects_apart(renderer: Renderer) -> None:
     # llvmpipe counts to 80 levels of `else`: of 100 objects one after the other the last were taken for others.
     balls = [rt.Sphere((i % 10 - 4.5, i // 10 - 4.5, 0), 0.4, scenes.COLORS[i % 3]) for i in range(100)]
-    check(renderer, scenes.of(*balls, eye=(0, 0, 12)), (64, 64), shadows="off")
+    check_lists(renderer, scenes.of(*balls, eye=(0, 0, 12)), (64, 64), shadows="off")
 
 
 def test_objects_of_several_shapes_and_programs_are_the_same(renderer: Renderer, always_listed: None) -> None:
@@ -61,9 +42,9 @@ def test_objects_of_several_shapes_and_programs_are_the_same(renderer: Renderer,
     objects = [lens(0, 0, 0), lens(-2, 0.4, -1, 0.7), ball, rt.Sphere((0, 2, 0), 0.5), FLOOR]
     objects += [rt.Sphere((-1, -1, 1), 0.9, RED) & half, ~rt.Sphere((0, 0, 0), 30, BLUE), rt.Plane((0, 0, -1), 9, RED)]
     for shadows in ("off", "hard", "diluted"):
-        check(renderer, scenes.of(*objects, eye=(0.5, 1, 6)), shadows=shadows)
-    check(renderer, scenes.of(*objects[:4], eye=(0.5, 1, 6)), shading="blinn")
-    check(renderer, scenes.of(*objects[4:], eye=(0.5, 1, 6)))
+        check_lists(renderer, scenes.of(*objects, eye=(0.5, 1, 6)), shadows=shadows)
+    check_lists(renderer, scenes.of(*objects[:4], eye=(0.5, 1, 6)), shading="blinn")
+    check_lists(renderer, scenes.of(*objects[4:], eye=(0.5, 1, 6)))
 
 
 def test_of_surfaces_that_coincide_the_first_objects_is_seen(renderer: Renderer, always_listed: None) -> None:
@@ -73,8 +54,8 @@ def test_of_surfaces_that_coincide_the_first_objects_is_seen(renderer: Renderer,
     for first in range(4):
         solids = [a, a2, cut, joined]
         solids = [*solids[first:], *solids[:first]]
-        check(renderer, scenes.of(*solids, FLOOR, floor))
-        check(renderer, scenes.of(floor, *solids, FLOOR))
+        check_lists(renderer, scenes.of(*solids, FLOOR, floor))
+        check_lists(renderer, scenes.of(floor, *solids, FLOOR))
 
 
 @pytest.mark.parametrize("scale", [1e-5, 1.0, 1e5])
@@ -88,12 +69,12 @@ def test_cameras_and_lights_anywhere_see_the_same(renderer: Renderer, always_lis
             x, y, z = light
             lights = [rt.PointLight((scale * x, scale * y, scale * z)), rt.PointLight((0, 9 * scale, scale))]
             camera = rt.Camera(eye, (0.1 * scale, 0, -scale), vertical_fov=70)  # pyright: ignore[reportArgumentType]
-            check(renderer, rt.Scene(objects, lights, camera), (64, 36), shadows="diluted")
+            check_lists(renderer, rt.Scene(objects, lights, camera), (64, 36), shadows="diluted")
 
 
 def test_objects_too_large_to_be_points_are_the_same(renderer: Renderer, always_listed: None) -> None:
     objects = [lens(0, 0, 0, 3), lens(-1.5, 1.5, 2, 0.3), FLOOR, lens(2, 0, 1)]
-    check(renderer, scenes.of(*objects, eye=(0, 0, 6)), (640, 360))
+    check_lists(renderer, scenes.of(*objects, eye=(0, 0, 6)), (640, 360))
 
 
 def test_a_chain_and_a_balanced_tree_of_many_holes_are_one_picture(renderer: Renderer) -> None:
@@ -124,7 +105,7 @@ def test_balls_so_far_that_their_roots_round_to_one_are_the_same(
     union = functools.reduce(operator.or_, [rt.Sphere(place, radius, RED) for place in places])
     fov = float(np.degrees(40 * radius / distance))
     camera = rt.Camera((0, 0, 0), (0, 0, -1), vertical_fov=fov)
-    check(renderer, rt.Scene([union], [rt.PointLight((4, 7, 4))], camera), (96, 64))
+    check_lists(renderer, rt.Scene([union], [rt.PointLight((4, 7, 4))], camera), (96, 64))
 
 
 def test_a_ray_may_meet_more_leaves_of_a_chain_than_are_kept(renderer: Renderer, always_listed: None) -> None:
@@ -139,7 +120,7 @@ def test_a_ray_may_meet_more_leaves_of_a_chain_than_are_kept(renderer: Renderer,
     ):
         assert compiled(scenes.of(solid)).batches.programs[0].pruner.is_chain
         for eye in ((0.1, 0.3, 5), (0.01, 0.02, 0.3), (0.5, 0.2, 2.2)):
-            check(renderer, scenes.of(solid, eye=eye), (64, 36), shadows="diluted")
+            check_lists(renderer, scenes.of(solid, eye=eye), (64, 36), shadows="diluted")
 
 
 def test_many_instances_agree_with_the_reference(renderer: Renderer) -> None:
@@ -183,6 +164,7 @@ def crowd() -> rt.Instances:
     return rt.Instances(lens - rt.Sphere((0, 0.032, 0), 0.028, RED), places)
 
 
+@pytest.mark.slow
 def test_a_horizon_behind_many_objects_changes_nothing_of_their_shadows(renderer: Renderer) -> None:
     # The ground blocks no ray from above it to the light. Rays from the horizon come from beyond the light's reach.
     lights, camera = [rt.PointLight((4, 12, 8))], rt.Camera((0, 3, 6), (0, 2.95, 0), vertical_fov=4)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import msgspec
 import numpy as np
 import pytest
@@ -13,67 +11,21 @@ from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_sce
 from raytracer.compiler.direction_cells import CELL
 from raytracer.gpu.cell_draw import runs
 from raytracer.ground_truth.ray_tracer import Tracer, camera_rays
-from raytracer.rendering.renderer import TILE, Renderer
+from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Plane, Solid, leaves
 from tests import scenes
 from tests.compiled import cells, compiled
+from tests.pictures import check_cells
+from tests.scenes import BALL, FLOOR, LAMP, SUN, some_light, still_life, with_lights
 
 SIZE = (160, 90)
-FLOOR = rt.Plane((0, 1, 0), 0, scenes.COLORS[3])
-BALL = rt.Sphere((0, 1, 0), 1, scenes.COLORS[0]) - rt.Sphere((0.6, 1.6, 0.5), 0.7, scenes.COLORS[1])
-SUN, LAMP, THIRD = rt.PointLight((4, 7, 4)), rt.PointLight((-3, 2, 3), (0.5, 0.4, 0.3)), rt.PointLight((1, 5, -6))
-
-
-def check(
-    renderer: Renderer,
-    scene: rt.Scene,
-    size: tuple[int, int] = SIZE,
-    settings: Settings | None = None,
-    tile: int = TILE,
-) -> None:
-    """`cells` makes the radiance that `walk` makes."""
-    settings = settings or Settings()
-    assert settings.evaluator == "cells", "the default"
-    cells = renderer.render(scene, size, settings, geometry=False, tile=tile).radiance
-    walk = msgspec.structs.replace(settings, evaluator="walk")
-    expected = renderer.render(scene, size, walk, geometry=False).radiance
-    if "llvmpipe" in renderer.device.limits.driver:
-        np.testing.assert_array_equal(cells, expected)
-        only = renderer.render(scene, size, settings, geometry=False, tile=tile, only=True).radiance
-        np.testing.assert_array_equal(only, expected)
-    else:  # other compilers may contract a product and a sum in one of two programs, and not in the other
-        np.testing.assert_allclose(cells, expected, rtol=0, atol=1e-6)
-
-
-def still_life(
-    *more: rt.Solid,
-    lights: Sequence[rt.PointLight] = (SUN,),
-    eye: tuple[float, float, float] = (0, 3, 6),
-    at: tuple[float, float, float] = (0, 1, 0),
-    fov: float = 53.13,
-) -> rt.Scene:
-    """A cut ball on the ground."""
-    return rt.Scene([BALL, FLOOR, *more], lights, rt.Camera(eye, at, vertical_fov=fov))
-
-
-def with_lights(scene: rt.Scene, *lights: rt.PointLight) -> rt.Scene:
-    return msgspec.structs.replace(scene, lights=lights)
-
-
-def some_light(rng: np.random.Generator, low: float, high: float) -> rt.PointLight:
-    """One in any direction, mostly from above, 10^low to 10^high away."""
-    place = rng.normal(size=3)
-    place *= 10.0 ** rng.uniform(low, high) / np.linalg.norm(place)
-    if rng.random() < 0.8:
-        place[1] = abs(place[1])
-    return rt.PointLight(tuple(place.tolist()), tuple(rng.uniform(0, 1, 3).tolist()))
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("size", [(1280, 720), (321, 181), (17, 5), (16, 16), (5, 200), (1, 1)])
 def test_the_assignment_is_the_same_in_any_size(renderer: Renderer, size: tuple[int, int]) -> None:
-    check(renderer, scenes.assignment(), size)
+    check_cells(renderer, scenes.assignment(), size)
 
 
 @pytest.mark.gl
@@ -81,15 +33,15 @@ def test_the_assignment_is_the_same_in_any_size(renderer: Renderer, size: tuple[
 @pytest.mark.parametrize("shading", [None, "phong", "blinn"])
 def test_the_assignment_is_the_same_in_any_setting(renderer: Renderer, shadows: str, shading: str | None) -> None:
     settings = Settings(samples=3, shadows=shadows, shading=shading)  # pyright: ignore[reportArgumentType]
-    check(renderer, scenes.assignment(), SIZE, settings)
+    check_cells(renderer, scenes.assignment(), SIZE, settings)
 
 
 @pytest.mark.gl
 def test_the_assignment_is_the_same_in_doubles_and_in_tiles(renderer: Renderer) -> None:
     for tile in (48, 37):
-        check(renderer, scenes.assignment(), (201, 113), Settings(samples=3), tile=tile)
+        check_cells(renderer, scenes.assignment(), (201, 113), Settings(samples=3), tile=tile)
     if 64 in renderer.device.limits.precisions:
-        check(renderer, scenes.assignment(), SIZE, Settings(samples=2, precision=64))
+        check_cells(renderer, scenes.assignment(), SIZE, Settings(samples=2, precision=64))
 
 
 # Of few primitives, so that they compile soon, and not unbounded, so that there are plane-only cells.
@@ -106,7 +58,7 @@ def test_a_random_scene_is_the_same(renderer: Renderer, seed: int, lights: int) 
     for k in range(4):
         scene = with_lights(scene, *(some_light(rng, -0.5, 1.5) for _ in range(lights)))
         shadows = "diluted" if k % 2 else "hard"
-        check(renderer, scene, (128, 72), Settings(shadows=shadows, samples=1 + 2 * (k % 3 == 0)))
+        check_cells(renderer, scene, (128, 72), Settings(shadows=shadows, samples=1 + 2 * (k % 3 == 0)))
 
 
 @pytest.mark.gl
@@ -116,8 +68,8 @@ def test_lights_anywhere_give_the_same(renderer: Renderer) -> None:
         (-1.001, 1, 0), (0, 2.05, 0), (0, 3, 6), (0, 1e-3, 3), (0, 1e-3, 0), (3, 1e3, 1), (6e5, 8e5, 1e5), (1e6, 1, 0),
     ]  # fmt: skip
     for place in places:
-        check(renderer, still_life(lights=[rt.PointLight(place)]))
-        check(renderer, still_life(lights=[SUN, rt.PointLight(place)]))
+        check_cells(renderer, still_life(lights=[rt.PointLight(place)]))
+        check_cells(renderer, still_life(lights=[SUN, rt.PointLight(place)]))
 
 
 @pytest.mark.gl
@@ -129,9 +81,9 @@ def test_cameras_anywhere_see_the_same(renderer: Renderer) -> None:
     for eye in eyes:
         for at in ((0.1, 0.8, 0.2), (2.0, 0.0, -30.0)):
             distance = np.linalg.norm(np.subtract(eye, at))
-            check(renderer, still_life(lights=[SUN, LAMP], eye=eye, at=at))
+            check_cells(renderer, still_life(lights=[SUN, LAMP], eye=eye, at=at))
             close = float(np.degrees(2.0 * np.arctan(4.0 / distance)))
-            check(renderer, still_life(lights=[SUN, LAMP], eye=eye, at=at, fov=close))
+            check_cells(renderer, still_life(lights=[SUN, LAMP], eye=eye, at=at, fov=close))
 
 
 @pytest.mark.gl
@@ -149,7 +101,7 @@ def test_a_ball_near_its_light_seen_from_afar_is_the_same(renderer: Renderer, aw
         eye = at + back / np.linalg.norm(back) * away
         fov = float(np.degrees(2.0 * np.arctan(1.5 * height / away)))
         camera = rt.Camera(tuple(eye.tolist()), tuple(at.tolist()), vertical_fov=min(fov, 120.0))
-        check(renderer, rt.Scene([ball, FLOOR], [rt.PointLight((0, height, 0))], camera), (320, 180))
+        check_cells(renderer, rt.Scene([ball, FLOOR], [rt.PointLight((0, height, 0))], camera), (320, 180))
 
 
 @pytest.mark.gl
@@ -157,26 +109,26 @@ def test_a_ball_near_its_light_seen_from_afar_is_the_same(renderer: Renderer, aw
 def test_any_field_of_view_is_the_same(renderer: Renderer, fov: float) -> None:
     # At an outline, at the ground's horizon, at the edge of the shadow, and at nothing.
     for at in ((0.0, 1.0, 0.0), (-0.951, 1.01, 0.31), (0.0, 3.0, -1e6), (-1.2, 0.0, -1.0), (1.0, 9.0, -3.0)):
-        check(renderer, still_life(lights=[SUN, LAMP], at=at, fov=fov))
+        check_cells(renderer, still_life(lights=[SUN, LAMP], at=at, fov=fov))
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
 def test_any_scale_and_place_is_the_same(renderer: Renderer, scale: float) -> None:
     scene = enlarge_scene(still_life(lights=[SUN, LAMP]), scale)
-    check(renderer, scene)
-    check(renderer, move_scene(scene, (0.61e6 * scale, 0.37e6 * scale, -0.7e6 * scale)))
+    check_cells(renderer, scene)
+    check_cells(renderer, move_scene(scene, (0.61e6 * scale, 0.37e6 * scale, -0.7e6 * scale)))
 
 
 @pytest.mark.gl
 def test_several_half_spaces_shade_each_other_the_same(renderer: Renderer) -> None:
     wall, slope = rt.Plane((0, 0, 1), -3, scenes.COLORS[1]), rt.Plane((-1, 0.2, 0.1), -4, scenes.COLORS[2])
     twin, ceiling = rt.Plane((0, -2, 0), 0, scenes.COLORS[0]), rt.Plane((0, -1, 0), -6, scenes.COLORS[3])
-    behind = rt.PointLight((-1, 2, -5))
+    behind, third = rt.PointLight((-1, 2, -5)), rt.PointLight((1, 5, -6))
     for more in ((wall,), (wall, slope), (wall, slope, ceiling), (twin,)):
-        for lights in ((SUN,), (LAMP, behind), (SUN, LAMP, THIRD)):
+        for lights in ((SUN,), (LAMP, behind), (SUN, LAMP, third)):
             for eye in ((0, 3, 6), (2.0, 1.0, -2.9), (0, 0.05, 3)):
-                check(renderer, still_life(*more, lights=lights, eye=eye), SIZE, Settings(shadows="diluted"))
+                check_cells(renderer, still_life(*more, lights=lights, eye=eye), SIZE, Settings(shadows="diluted"))
 
 
 @pytest.mark.gl
@@ -190,7 +142,7 @@ def test_scenes_without_balls_or_without_half_spaces_are_the_same(renderer: Rend
         [rt.Instances(rt.Sphere((0, 0, 0), 0.3), [(x, 0.3, z) for x in range(3) for z in range(3)]), FLOOR],
     ):
         for lights in ([], [SUN], [SUN, LAMP]):
-            check(renderer, rt.Scene(objects, lights, camera))
+            check_cells(renderer, rt.Scene(objects, lights, camera))
 
 
 def test_a_scene_may_have_plane_only_cells_unless_an_object_reaches_far() -> None:

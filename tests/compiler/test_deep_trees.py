@@ -20,7 +20,7 @@ from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.compiled import compiled, sources
-from tests.compiler.test_candidate_lists import check
+from tests.pictures import check_lists
 
 pytestmark = pytest.mark.gl
 
@@ -104,7 +104,7 @@ def test_deep_trees_are_the_same(renderer: Renderer, planes: bool) -> None:
     rng = np.random.default_rng(2)
     for count, spread in ((40, 1.0), (100, 3.0)):
         scene = scenes.of(alternating(count, rng, spread, planes), BALL, eye=(0.3, 0.5, 6))
-        check(renderer, scene, SIZE, shadows="diluted")
+        check_lists(renderer, scene, SIZE, shadows="diluted")
 
 
 @pytest.mark.parametrize("bounded", [False, True])
@@ -116,7 +116,7 @@ def test_instances_of_trees_with_half_spaces_are_the_same(renderer: Renderer, bo
     many = rt.Instances(tree, rng.uniform(-3, 3, (6, 3)), rng.uniform(0.3, 0.6, 6))
     other = rt.Instances(alternating(6, rng), rng.uniform(-3, 3, (4, 3)), 0.5)
     scene = scenes.of(many, other, many.solid, rt.Plane((0, 1, 0), -2.5, GREY), eye=(0.3, 0.5, 6))
-    check(renderer, scene, SIZE, shadows="diluted")
+    check_lists(renderer, scene, SIZE, shadows="diluted")
 
 
 @pytest.mark.parametrize("count", [13, 40])
@@ -124,7 +124,7 @@ def test_half_spaces_alone_are_the_same(renderer: Renderer, count: int) -> None:
     rng = np.random.default_rng(4)
     normals = rng.normal(size=(count, 3))
     planes = [rt.Plane(n, -float(d), RED) for n, d in zip(normals.tolist(), rng.uniform(1, 9, count), strict=True)]
-    check(renderer, scenes.of(*planes, eye=(0, 0, 0.5)), SIZE)
+    check_lists(renderer, scenes.of(*planes, eye=(0, 0, 0.5)), SIZE)
 
 
 @pytest.mark.parametrize("shadows", ["hard", "soft"])
@@ -258,6 +258,7 @@ def test_more_lights_without_shadows_take_more_steps(renderer: Renderer, has_rou
         live.close()
 
 
+@pytest.mark.slow
 def test_many_spheres_have_many_lights(renderer: Renderer) -> None:
     spheres = rt.Instances(BALL, np.random.default_rng(1).uniform(-3, 3, (100_000, 3)), 0.02)
     scene = split([spheres], rt.PointLight((4, 7, 4)), 43, AHEAD)

@@ -15,7 +15,7 @@ from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Evaluator, Settings
 from tests import scenes
-from tests.rendering.test_picture import check
+from tests.pictures import check_truth
 
 pytestmark = pytest.mark.gl
 
@@ -99,7 +99,7 @@ def test_1_the_camera_may_be_inside_any_solid(
 ) -> None:
     a, b = rt.Sphere((-0.7, 0, 0), 1, scenes.COLORS[0]), rt.Sphere((0.7, 0, 0), 1, scenes.COLORS[1])
     for solid in (a | b, a & b, a - b, ~a, ~~b, ~(a | b)):
-        check(renderer, scenes.of(solid, eye=eye, at=(0.3, -0.2, -3)), (64, 36), Settings(evaluator=evaluator))
+        check_truth(renderer, scenes.of(solid, eye=eye, at=(0.3, -0.2, -3)), (64, 36), Settings(evaluator=evaluator))
 
 
 def test_2_a_difference_keeps_the_front_of_its_first_operand(renderer: Renderer) -> None:
@@ -115,7 +115,7 @@ def test_3_no_list_overflows(renderer: Renderer, evaluator: Evaluator) -> None:
         row = row | rt.Sphere((0, 0, -k), 0.4, scenes.COLORS[k % 3])
     assert max_hits(row) == 14
     scene = scenes.of(row - rt.Sphere((0, 0, -1), 4.5), eye=(0.001, 0.002, 5), at=(0, 0, -6))
-    check(renderer, scene, (64, 36), Settings(evaluator=evaluator))
+    check_truth(renderer, scene, (64, 36), Settings(evaluator=evaluator))
     image = renderer.render(scene, (65, 37), Settings(evaluator=evaluator))
     assert image.depth is not None
     assert image.depth[18, 32] == pytest.approx(10.6, rel=1e-3)

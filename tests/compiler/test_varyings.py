@@ -16,7 +16,7 @@ from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.compiled import sources
-from tests.compiler.test_shaders import code
+from tests.shader_text import code
 
 SIZE = (40, 24)
 PROMISED, USUAL = 59, 123  # components beside gl_PointSize: by OpenGL 3.3, and by many drivers

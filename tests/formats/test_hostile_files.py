@@ -18,7 +18,7 @@ from raytracer.core.npz import read_arrays
 from raytracer.formats.instance_files import read_instances
 from raytracer.formats.scene_file import load, loads, moved
 from tests import scenes
-from tests.formats.test_scene_file import GOOD
+from tests.scenes import GOOD
 
 BALL = rt.Sphere((0, 0, 0), 1)
 SECRET = "root:$6$secret:19000:0:99999:7:::\n"

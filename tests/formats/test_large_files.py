@@ -123,6 +123,7 @@ SCENES: dict[str, tuple[Callable[[], str], str]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_a_scene_file_of_any_content_is_read_or_refused_within_bounds(tmp_path: Path, name: str) -> None:
     make, says = SCENES[name]

@@ -14,25 +14,7 @@ from raytracer.app.cli import main
 from raytracer.app.viewer.orbit import turn_camera, turn_light
 from raytracer.formats.scene_file import examples, load, loads, moved
 from tests import scenes
-
-GOOD = """\
-background = [0.5, 0.7, 0.9]
-[camera]
-position = [0, 3, 6]
-look_at = [0, 2, 0]
-[[lights]]
-position = [4.0, 7.0, 4.0]
-[materials.red]
-kd = [0.64, 0.08, 0.08]
-[shapes.a]
-sphere = { center = [-1.0, 2.0, 0.0], radius = 1.5 }
-material = "red"
-[shapes.b]
-plane = { normal = [0, 1, 0], offset = 0.0 }
-material = "red"
-[objects]
-one = "a - b"
-"""
+from tests.scenes import GOOD
 
 
 def test_the_assignment_is_the_scene_of_the_assignment() -> None:
@@ -293,6 +275,7 @@ def test_a_control_character_in_a_name_does_not_reach_the_terminal(tmp_path: Pat
     assert status == 2 and errors.count("\n") == 1 and "\x1b" not in errors
 
 
+@pytest.mark.slow
 def test_two_thousand_mutated_scene_files_end_in_status_0_or_2(tmp_path: Path) -> None:
     rng = random.Random(2)
     path = tmp_path / "scene.toml"

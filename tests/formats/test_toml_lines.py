@@ -136,6 +136,7 @@ def numbers_in(value: Any, keys: Keys = ()) -> Iterator[tuple[Keys, int]]:
         yield keys, value
 
 
+@pytest.mark.slow
 def test_every_number_of_texts_at_random_is_found_on_its_line() -> None:
     for seed in range(300):
         text = Writer(seed).text()

@@ -87,7 +87,7 @@ def test_camera_rays_go_where_the_formula_says() -> None:
 
 
 def test_samples_begin_at_the_centre_and_spread_evenly() -> None:
-    for sequence in SEQUENCES[:2]:
+    for sequence in list(SEQUENCES)[:2]:
         np.testing.assert_array_equal(sample_points(0, (3, 2), sequence), (0.5, 0.5))
     points = np.array([sample_points(k, (1, 1), samples=256)[0, 0] for k in range(256)])
     assert points.min() >= 0 and points.max() < 1

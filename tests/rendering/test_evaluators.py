@@ -126,8 +126,12 @@ SIZES = [(1, 1), (2, 3), (16, 9), (40, 30), (1, 300), (300, 1), (33, 17), (5, 90
 
 
 # Of forty primitives the walk takes long to compile, the more so with shadows.
+CASES = [("forty", "off"), *itertools.product(STRUCTURES, get_args(Shadows))]
+
+
 @pytest.mark.parametrize(
-    ("structure", "shadows"), [("forty", "off"), *itertools.product(STRUCTURES, get_args(Shadows))]
+    ("structure", "shadows"),
+    [pytest.param(*case, marks=[] if case[1] == "hard" else pytest.mark.slow) for case in CASES],
 )
 def test_random_scenes_are_the_same(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch, structure: str, shadows: Shadows
@@ -183,6 +187,7 @@ def test_a_mirror_inside_of_an_unbounded_object_shows_the_object(
             check(renderer, monkeypatch, scene, (64, 36), Settings(bounces=bounces))
 
 
+@pytest.mark.slow
 def test_random_scenes_with_mirrors_are_the_same(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     mirror = rt.Material("mirror")
     for k, structure in enumerate(["a ball and a half-space", "bounded trees", "unbounded trees", "unbounded trees"]):

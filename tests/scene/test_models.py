@@ -10,11 +10,12 @@ import pytest
 
 from raytracer.analysis.reflectance.tables import markdown
 from raytracer.app.cli import main
+from raytracer.compiler.glsl.materials import FUNCTIONS
 from raytracer.core.validation import InputError
 from raytracer.formats.material_library import collections, read_collection
 from raytracer.formats.material_schema import materials_schema
 from raytracer.scene.materials.material import Material
-from raytracer.scene.materials.models import FUNCTIONS, MODELS
+from raytracer.scene.materials.models import MODELS
 from tests.scenes import CHECKOUT
 
 PARAMETERS = [(name, parameter) for name, model in MODELS.items() for parameter in model.parameters.values()]

@@ -12,7 +12,7 @@ from raytracer.app.cli import main
 from raytracer.formats.material_library import collections, published, read_collection
 from raytracer.formats.scene_file import examples
 from raytracer.scene.materials.models import MODELS
-from raytracer.scene.settings import scene_warnings
+from raytracer.scene.warnings import scene_warnings
 from tests import scenes
 
 

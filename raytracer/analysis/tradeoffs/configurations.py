@@ -8,10 +8,11 @@ from typing import Any, NamedTuple, get_args
 
 import msgspec
 
-from raytracer.scene.presets import Fields, combined, own
+from raytracer.scene.options import Evaluator, Shadows
 from raytracer.scene.scene import Scene
 from raytracer.scene.sequences import SEQUENCES
-from raytracer.scene.settings import Evaluator, Settings, Shadows
+from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import EMPTY, SettingsPatch
 
 # Lights of a scene none of which has a radius get one for soft shadows: this share of their distance from what the
 # camera looks at, so penumbras are seen as wide everywhere. The sun's is 0.005, a bulb's over a table 0.05.
@@ -50,13 +51,13 @@ class Configuration(msgspec.Struct, frozen=True):
 class Plan(msgspec.Struct):
     """All that is to be measured; `left_out` says of which knobs there is nothing, and why.
 
-    `of_file`: what the scene file's [settings] give.
+    `file_settings`: what the scene file's [settings] give.
     """
 
     targets: dict[str, Target]
     configurations: list[Configuration]
     left_out: list[tuple[str, str]]
-    of_file: Fields = {}
+    file_settings: SettingsPatch = EMPTY
 
 
 class Extent(NamedTuple):
@@ -103,13 +104,12 @@ QUICK = Extent(
 MAIN = "hard shadows"
 
 
-def plan(scene: Scene, extent: Extent = FULL, of_file: Fields | None = None) -> Plan:
+def plan(scene: Scene, extent: Extent = FULL, file_settings: SettingsPatch = EMPTY) -> Plan:
     """What is tried on `scene`, apart from shading (approximations.py).
 
     What is no knob, and what knobs are turned from, is as the scene file's [settings] have it; but for the shadows.
     """
-    of_file = of_file or {}
-    base = msgspec.structs.replace(combined(own(of_file)), shadows="hard")
+    base = file_settings.without_sampling().resolve().replace(shadows="hard")
     round_scene, note = with_round_lights(scene)
     kinds = {"hard": scene, "off": scene, "diluted": scene, "soft": round_scene}
     targets = [
@@ -119,7 +119,7 @@ def plan(scene: Scene, extent: Extent = FULL, of_file: Fields | None = None) -> 
     if not scene.lights:
         targets = targets[:1]
         left_out = [("shadows", "the scene has no lights")]
-    found = Plan({target.name: target for target in targets}, [], left_out, of_file)
+    found = Plan({target.name: target for target in targets}, [], left_out, file_settings)
     merged: dict[object, Configuration] = {}
     for made in _configurations(extent, base):
         if made.target in found.targets:

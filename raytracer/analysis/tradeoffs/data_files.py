@@ -10,7 +10,7 @@ from typing import Any
 from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs
 from raytracer.analysis.tradeoffs.summaries import shadow_differences, slopes
 from raytracer.analysis.tradeoffs.targets import RESOLVED_FROM
-from raytracer.scene.presets import Fields, flags, over
+from raytracer.scene.settings_patch import SettingsPatch, fewest, flags
 
 _FIELDS: tuple[str, ...] = (
     "target",
@@ -34,7 +34,7 @@ _FIELDS: tuple[str, ...] = (
 )
 
 
-def as_row(result: Result, of_file: Fields) -> dict[str, Any]:
+def as_row(result: Result, file_settings: SettingsPatch) -> dict[str, Any]:
     """The measurements of a configuration, by the CSV's columns.
 
     `flags`: the options with which `raytracer render` draws the picture, given the file's [settings].
@@ -45,7 +45,7 @@ def as_row(result: Result, of_file: Fields) -> dict[str, Any]:
         "target": configuration.target,
         "configuration": configuration.label,
         "knobs": "; ".join(configuration.knobs),
-        "flags": flags(over(of_file, configuration.settings)),
+        "flags": flags(fewest(configuration.settings, file_settings)),
         "scale": configuration.scale,
         "refused": result.refused,
     }
@@ -76,7 +76,7 @@ def as_csv(trade: Tradeoffs) -> str:
         writer.writerow(
             {
                 key: f"{value:.6g}" if isinstance(value, float) else value
-                for key, value in as_row(result, trade.plan.of_file).items()
+                for key, value in as_row(result, trade.plan.file_settings).items()
             }
         )
     return text.getvalue()
@@ -101,7 +101,7 @@ def as_json(trade: Tradeoffs) -> str:
         },
         "shadows": shadow_differences(trade),
         "configurations": [
-            {**as_row(result, trade.plan.of_file), "rounds": result.seconds} for result in trade.results
+            {**as_row(result, trade.plan.file_settings), "rounds": result.seconds} for result in trade.results
         ],
     }
     return json.dumps(found, indent=1, allow_nan=False) + "\n"

@@ -67,7 +67,7 @@ def _rmse(result: Result) -> float:
 
 def _families(trade: Tradeoffs, results: Sequence[Result]) -> dict[str, list[Result]]:
     """The techniques that are compared, and their configurations."""
-    plain = [r for r in results if r.configuration.scale == 1.0 and not r.configuration.settings.refines]
+    plain = [r for r in results if r.configuration.scale == 1.0 and not r.configuration.settings.sampling.is_adaptive]
     found = {f"sequence {name}": [] for name in dict.fromkeys(r.configuration.settings.sequence for r in plain)}
     for result in plain:
         found[f"sequence {result.configuration.settings.sequence}"].append(result)

@@ -61,7 +61,7 @@ class Trials:
     def measure(self, settings: Settings) -> Trial:
         """Render for the error and one time; before that, where programs are not compiled yet, once for that."""
         if settings not in self._known:
-            kind = settings.samples == 1, settings.adaptive is not None, settings.asks
+            kind = settings.samples == 1, settings.adaptive is not None, settings.sampling.has_stopping_rule
             if kind not in self._compiled:
                 self._compiled.add(kind)
                 self.seconds(settings)

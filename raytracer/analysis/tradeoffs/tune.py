@@ -18,7 +18,8 @@ import msgspec
 from raytracer.analysis.tradeoffs.trials import MOST, TIMES, Trial, Trials
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.scene import Scene
-from raytracer.scene.settings import ASKED_SAMPLES, Settings
+from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import ASKED_SAMPLES
 
 # 1, 2, 3, 4, 6, 8, 12, ... samples.
 LADDER = sorted({2**k for k in range(11)} | {3 * 2**k for k in range(9)})
@@ -160,7 +161,7 @@ def _descended(full: Trials, met: list[Trial], goal: _Goal, progress: Callable[[
 
 def _beside(settings: Settings) -> list[Settings]:
     """Candidates with a step more or fewer samples, a threshold a step away, or both."""
-    if settings.asks:
+    if settings.sampling.has_stopping_rule:
         return []
     k = LADDER.index(settings.samples)
     thresholds: list[float | None] = [None]

@@ -6,15 +6,20 @@ import argparse
 import math
 import time
 
-import msgspec
-
-from raytracer.app.options import add_own, add_scene, add_size, given, warn_about, whole
+from raytracer.app.options import (
+    add_compile_options,
+    add_scene,
+    add_size,
+    chosen_settings,
+    chosen_size,
+    warn_about,
+    whole,
+)
 from raytracer.core.output import check_output
 from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import complain, say
 from raytracer.core.validation import about, check_size
 from raytracer.formats.scene_file import parse_all, read
-from raytracer.scene.presets import combined, own
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="more samples where a pixel's error is estimated to be above T, in linear radiance "
         f"(default: {TOLERANCE:g})",
     )
-    add_own(parser, "shading", "shadows", "bounces")
+    add_compile_options(parser, ("shading", "shadows", "bounces"))
     parser.add_argument(
         "--no-cache",
         action="store_true",
@@ -61,18 +66,18 @@ def run(options: argparse.Namespace) -> int:
     from raytracer.ground_truth.job import Job
     from raytracer.ground_truth.picture import REFERENCE_SIZE, WORTH_MENTION
 
-    flags = given(options)
-    combined(own(flags))
-    size = flags.get("size", REFERENCE_SIZE)
+    chosen = chosen_settings(options).without_sampling()  # --samples is the reference's own
+    chosen.resolve()
+    size = chosen_size(options) or REFERENCE_SIZE
     check_size(size)
     output = check_output(options.output, (".npz",))
-    scene, of_file = parse_all(*read(options.scene))
-    settings = combined(own(of_file), own(flags))
+    scene, section = parse_all(*read(options.scene))
+    settings = (section.settings.without_sampling() | chosen).resolve()
     with about(options.scene):
         for material in scene.materials:
             settings.shaded(material)
         check_cost(scene, size)
-    warn_about(options.scene, scene, msgspec.structs.replace(settings, precision=64))
+    warn_about(options.scene, scene, settings.replace(precision=64))
     start = time.monotonic()
     traced = False
 

@@ -9,15 +9,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from raytracer.app.options import add_backend, add_scene, add_settings, given, warn_about
+from raytracer.app.options import add_backend, add_scene, add_settings, chosen_settings, chosen_size, warn_about
 from raytracer.core.memory import check_memory, picture_bytes
 from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import complain, say
 from raytracer.core.validation import about, check_size
 from raytracer.formats.scene_file import parse_all, read
 from raytracer.formats.settings_section import DEFAULT_SIZE
-from raytracer.scene.presets import Fields, combined
 from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import UNSET, SettingsPatch
 
 if TYPE_CHECKING:
     from raytracer.formats.image import Image
@@ -42,12 +42,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run `render`; the exit status."""
     # What is wrong is found as early as it can be: most of it before NumPy and OpenGL are loaded.
-    flags = given(options)
-    combined(flags)
-    scene, of_file = parse_all(*read(options.scene))
+    chosen = chosen_settings(options)
+    chosen.resolve()
+    scene, section = parse_all(*read(options.scene))
     with about(f"{options.scene}: [settings] and the options given"):  # that exclude each other
-        settings = combined(of_file, flags)
-    size = flags.get("size") or of_file.get("size") or DEFAULT_SIZE
+        settings = (section.settings | chosen).resolve()
+    size = chosen_size(options) or section.size or DEFAULT_SIZE
 
     with _imports_kept():
         from raytracer.core.output import check_output
@@ -58,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
     check_size(size)
     output = check_output(options.output, FORMATS)
     geometry = FORMATS[output.suffix.lower()].has_geometry
-    check_memory(picture_bytes(size, geometry, settings.refines), size)
+    check_memory(picture_bytes(size, geometry, settings.sampling.is_adaptive), size)
     warn_about(options.scene, scene, settings)
     renderer = Renderer(shared_device(options.backend, options.device))
     start = time.monotonic()
@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
     took = time.monotonic() - start
     say(f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {took:.1f} s", str(image.estimate))
     if missed := _missed(image, settings):
-        if _by_number(of_file, flags):
+        if _is_error_chosen(section.settings, chosen):
             complain(f"{output}: {missed}")
             return 1
         say(missed)  # the samples are as many as the user wants: no mistake
@@ -119,7 +119,7 @@ def _missed(image: Image, settings: Settings) -> str:
     return f"{found} and was to be below {settings.max_error:g}; {remedy}"
 
 
-def _by_number(of_file: Fields, flags: Fields) -> bool:
-    """Whether the error was asked for by a number. By a quality's name it is asked for with so many samples at most."""
-    places = (flags,) if "quality" in flags else (of_file, flags)
-    return any(place.get("max_error") is not None for place in places)
+def _is_error_chosen(in_file: SettingsPatch, chosen: SettingsPatch) -> bool:
+    """Whether a user gave max_error as a number. A quality gives it with so many samples at most."""
+    patches = (in_file, chosen) if chosen.quality is UNSET else (chosen,)
+    return any(patch.max_error not in (UNSET, None) for patch in patches)

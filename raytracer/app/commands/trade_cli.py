@@ -6,15 +6,12 @@ import argparse
 import os
 from pathlib import Path
 
-import msgspec
-
-from raytracer.app.options import add_backend, add_scene, add_size, given, warn_about, whole
+from raytracer.app.options import add_backend, add_scene, add_size, chosen_size, warn_about, whole
 from raytracer.core.interrupts import STATUS
 from raytracer.core.progress import step_bar, tell_step
 from raytracer.core.terminal import say
 from raytracer.core.validation import InputError, about, check_size
 from raytracer.formats.scene_file import parse_all, read
-from raytracer.scene.presets import combined, own
 
 # Small, as the references that errors are measured against take their time; quick is for tests.
 _SIZE, _QUICK_SIZE = (320, 180), (64, 36)
@@ -52,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run `trade`; the exit status, STATUS if Ctrl-C ended it before all was measured."""
-    scene, of_file = parse_all(*read(options.scene))
+    scene, section = parse_all(*read(options.scene))
     if options.rounds is not None and options.rounds < 1:
         raise InputError("expected at least 1, got 0", "--rounds")
     from raytracer.analysis.tradeoffs.approximations import add_approximations
@@ -64,8 +61,8 @@ def run(options: argparse.Namespace) -> int:
     from raytracer.gpu.device import shared_device
     from raytracer.rendering.renderer import Renderer
 
-    check_matplotlib()  # not trade out when all is measured
-    size = given(options).get("size") or (_QUICK_SIZE if options.quick else _SIZE)
+    check_matplotlib()  # not found out when all is measured
+    size = chosen_size(options) or (_QUICK_SIZE if options.quick else _SIZE)
     check_size(size)
     folder = Path(options.output)
     if os.path.lexists(folder):
@@ -74,10 +71,9 @@ def run(options: argparse.Namespace) -> int:
         check_folder(folder.parent, folder.name)
     extent = QUICK if options.quick else FULL
     renderer = Renderer(shared_device(options.backend, options.device))
-    warn_about(
-        options.scene, scene, msgspec.structs.replace(combined(own(of_file)), shadows="hard")
-    )  # as plan() has it
-    planned = plan(scene, extent, of_file)
+    base = section.settings.without_sampling().resolve()
+    warn_about(options.scene, scene, base.replace(shadows="hard"))  # as plan() has it
+    planned = plan(scene, extent, section.settings)
     add_approximations(planned, scene, extent, renderer)
     with about(options.scene):
         trade = measure_tradeoffs(

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import argparse
 
-from raytracer.app.options import add_scene, add_settings, given
+from raytracer.app.options import add_scene, add_settings, chosen_settings, chosen_size
 from raytracer.core.interrupts import STATUS
 from raytracer.core.validation import check_size, number
-from raytracer.scene.presets import combined
 from raytracer.scene.sequences import PROGRESSIVE
 
 
@@ -33,15 +32,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run `view`; the exit status."""
     budget = number(options.budget, "--budget", 0.001, 1e6, "milliseconds in [0.001, 1e6]") / 1000.0
-    flags = given(options)
-    combined(flags)
+    chosen, size = chosen_settings(options), chosen_size(options)
+    chosen.resolve()
 
     from raytracer.app.viewer.window import view
 
-    if "size" in flags:
-        check_size(flags["size"])
+    if size:
+        check_size(size)
     try:
-        view(options.scene, flags, budget)
+        view(options.scene, chosen, size, budget)
     except KeyboardInterrupt:  # one of the ways to close the window
         return STATUS
     return 0

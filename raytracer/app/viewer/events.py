@@ -9,24 +9,27 @@ from __future__ import annotations
 import enum
 import math
 import shlex
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, TypeVar, get_args
+from collections.abc import Callable, Sequence
+from typing import Literal, TypeVar, get_args
 
 import msgspec
 
 from raytracer.app.viewer import orbit
 from raytracer.compiler.glsl.shaders import Show
 from raytracer.core.validation import InputError, shown
-from raytracer.scene.presets import Fields, combined, flags, over
+from raytracer.scene.materials.models import SHADINGS
+from raytracer.scene.options import Shadows
 from raytracer.scene.scene import Scene, used_models
 from raytracer.scene.sequences import PROGRESSIVE
-from raytracer.scene.settings import NO_RADIUS, Settings, Shading, Shadows
+from raytracer.scene.settings import Settings
+from raytracer.scene.settings_patch import EMPTY, UNSET, SettingsPatch, changes, checked_patch, fewest, flags
+from raytracer.scene.warnings import NO_RADIUS
 
 T = TypeVar("T")
 
 # Samples a pixel to which a still picture is refined unless the user names another number.
 DEFAULT_SAMPLES = 256
-_DEFAULTS: Fields = {"samples": DEFAULT_SAMPLES}
+_DEFAULTS = SettingsPatch(samples=DEFAULT_SAMPLES)
 # Dragging along the window's height turns by this angle.
 _TURN = math.pi
 # One step of the wheel changes a distance by this factor.
@@ -45,7 +48,7 @@ class State(msgspec.Struct, frozen=True):
     scene: Scene
     settings: Settings  # its samples are those to which a still picture is refined
     limit: int  # those at first, which A offers besides 1, 4 and 16
-    of_file: Mapping[str, Any] = {}  # the settings that the file gives
+    file_settings: SettingsPatch = EMPTY  # the settings that the file gives
     show: Show = "picture"
     light: int = 0  # the selected one
     marker: bool = True
@@ -105,7 +108,7 @@ class Loaded(msgspec.Struct, frozen=True):
 
     text: str
     scene: Scene
-    of_file: Mapping[str, Any] = {}  # its settings
+    file_settings: SettingsPatch = EMPTY  # its settings
 
 
 class Failed(msgspec.Struct, frozen=True):
@@ -129,13 +132,13 @@ class Hinted(msgspec.Struct, frozen=True):
 Event = Key | Press | Release | Cursor | Wheel | Loaded | Failed | Told | Hinted
 
 
-def start(text: str, scene: Scene, of_file: Fields, given: Fields) -> State:
+def start(text: str, scene: Scene, file_settings: SettingsPatch, chosen: SettingsPatch) -> State:
     """The state of a window that opens on `scene`, which is in a file of this text and these settings.
 
-    The settings `given` besides are in place of the file's. Raises InputError for those that no window can have.
+    The settings `chosen` by the user are in place of the file's. Raises InputError for those that no window can have.
     """
-    settings = _of_window(_DEFAULTS, of_file, given)
-    return State(text, scene, scene, settings, settings.samples, of_file)
+    settings = _window_settings(_DEFAULTS | file_settings | chosen)
+    return State(text, scene, scene, settings, settings.samples, file_settings)
 
 
 def step(state: State, event: Event) -> tuple[State, Redo]:
@@ -165,8 +168,8 @@ def step(state: State, event: Event) -> tuple[State, Redo]:
                 new = _set(new, scene=orbit.scale_camera(state.scene, factor))
             else:
                 new = _set(new, scene=orbit.scale_light(state.scene, state.light, factor))
-        case Loaded(text, scene, of_file):
-            new = _set(_resettled(_reloaded(new, scene), of_file), text=text, error="")
+        case Loaded(text, scene, file_settings):
+            new = _set(_resettled(_reloaded(new, scene), file_settings), text=text, error="")
         case Failed(error):
             new = _set(new, error=error)
         case Told(notice):
@@ -180,7 +183,7 @@ def reverted(state: State, good: State) -> State:
     """`state` with the picture of `good`, because its own cannot be drawn."""
     light = min(state.light, max(0, len(good.scene.lights) - 1))
     picture = {
-        name: getattr(good, name) for name in ("text", "loaded", "scene", "settings", "limit", "of_file", "show")
+        name: getattr(good, name) for name in ("text", "loaded", "scene", "settings", "limit", "file_settings", "show")
     }
     return _set(state, **picture, light=light)
 
@@ -209,8 +212,8 @@ def _reloaded(state: State, scene: Scene) -> State:
     return _set(state, loaded=scene, scene=msgspec.structs.replace(scene, camera=camera, lights=lights), light=light)
 
 
-def _of_window(*places: Fields) -> Settings:
-    settings = combined(*places)
+def _window_settings(patch: SettingsPatch) -> Settings:
+    settings = patch.resolve()
     if settings.sequence not in PROGRESSIVE:
         raise InputError(
             f"expected one of {', '.join(PROGRESSIVE)} for a window, which adds one sample after "
@@ -220,13 +223,16 @@ def _of_window(*places: Fields) -> Settings:
     return settings
 
 
-def _resettled(state: State, of_file: Fields) -> State:
+def _resettled(state: State, file_settings: SettingsPatch) -> State:
     """With the file's settings in place of those before: what differs is taken up, all else stays as it is."""
-    before, now = (msgspec.structs.asdict(combined(_DEFAULTS, fields)) for fields in (state.of_file, of_file))
-    changed = {key: value for key, value in now.items() if value != before[key]}
-    settings = _of_window(msgspec.structs.asdict(state.settings), {"samples": state.settings.samples, **changed})
-    limit = settings.samples if "samples" in changed else state.limit
-    return _set(state, settings=settings, limit=limit, of_file=of_file)
+    before, now = ((_DEFAULTS | patch).resolve() for patch in (state.file_settings, file_settings))
+    changed = changes(before, now)
+    keeps_samples = changed.samples is UNSET
+    if keeps_samples:
+        changed = changed.replace(samples=state.settings.samples)
+    settings = _window_settings(checked_patch(state.settings) | changed)
+    limit = state.limit if keeps_samples else settings.samples
+    return _set(state, settings=settings, limit=limit, file_settings=file_settings)
 
 
 def _next(choices: Sequence[T], now: T, by: int = 1) -> T:
@@ -240,7 +246,7 @@ def _with_settings(state: State, **fields: object) -> State:
 def _shading(state: State, by: int = 1) -> State:
     """To the next shading that differs: None is like "phong" where all materials are phong."""
     own = used_models(state.loaded)
-    choices = [None, *(shading for shading in get_args(Shading) if own != [shading])]
+    choices = [None, *(shading for shading in SHADINGS if own != [shading])]
     return _with_settings(state, shading=_next(choices, state.settings.shading, by))
 
 
@@ -312,4 +318,4 @@ def command(state: State, size: tuple[int, int], path: str) -> str:
     """The command line that renders a file of the state's scene to its picture in the window."""
     output = path.removesuffix(".toml") + "-rendered.png"  # not a name of P's
     parts = "raytracer render", shlex.quote(path), "-o", shlex.quote(output), f"--size {size[0]}x{size[1]}"
-    return " ".join(filter(None, (*parts, flags(over(state.of_file, state.settings)))))
+    return " ".join(filter(None, (*parts, flags(fewest(state.settings, state.file_settings)))))

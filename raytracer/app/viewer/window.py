@@ -46,7 +46,7 @@ from raytracer.gpu.context import open_window
 from raytracer.gpu.device import Device
 from raytracer.rendering.progressive import Live
 from raytracer.rendering.renderer import Renderer, metadata
-from raytracer.scene.presets import Fields
+from raytracer.scene.settings_patch import SettingsPatch
 
 # Seconds. How often files are looked at; also, Python notices Ctrl+C only between two waits for events.
 _LOOK = 0.05
@@ -61,9 +61,9 @@ _NAMES = {glfw.KEY_TAB: "Tab", glfw.KEY_HOME: "Home", glfw.KEY_ESCAPE: "Escape"}
 _OTHER_MODIFIERS = glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER
 
 
-def view(scene: str, given: Fields, budget: float) -> None:
+def view(scene: str, chosen: SettingsPatch, size: tuple[int, int] | None, budget: float) -> None:
     """Show a scene until the user closes its window. Arguments and errors are those of `opened`."""
-    with opened(scene, given, budget) as viewer:
+    with opened(scene, chosen, size, budget) as viewer:
         while not glfw.window_should_close(viewer.window):
             wait = viewer.frame()
             if wait > 0.0:
@@ -74,23 +74,24 @@ def view(scene: str, given: Fields, budget: float) -> None:
 
 
 @contextmanager
-def opened(scene: str | os.PathLike[str], given: Fields, budget: float) -> Iterator[Viewer]:
+def opened(
+    scene: str | os.PathLike[str], chosen: SettingsPatch, size: tuple[int, int] | None, budget: float
+) -> Iterator[Viewer]:
     """A window with the scene that `load` takes for `scene`, closed after the block.
 
-    The settings `given` (see presets.combined()) are in place of those of its file: `samples` are those to which a
-    still picture is refined at most, "size" is in screen coordinates. `budget` is the seconds that a sample of a moving
-    picture may take before its pixels are enlarged. Raises ContextError if no window opens, InputError for a wrong
-    scene file; drawing raises InputError for a scene beyond this driver's limits.
+    The settings `chosen` by the user are in place of those of its file: `samples` are those to which a still picture is
+    refined at most. `size` is in screen coordinates, or None for the file's. `budget` is the seconds that a sample of a
+    moving picture may take before its pixels are enlarged. Raises ContextError if no window opens, InputError for a
+    wrong scene file; drawing raises InputError for a scene beyond this driver's limits.
     """
     path, text = read(scene)
     files = Files(path)
     if files.has_scene:  # it may have been saved before changes were looked for
         path, text = read(path)
-    loaded, of_file = parse_all(path, text)
+    loaded, section = parse_all(path, text)
     with about(path):
-        state = start(text, loaded, of_file, given)
-    size = given.get("size") or of_file.get("size") or DEFAULT_SIZE
-    context, window = open_window(size, compiling_title(state))
+        state = start(text, loaded, section.settings, chosen)
+    context, window = open_window(size or section.size or DEFAULT_SIZE, compiling_title(state))
     try:
         viewer = Viewer(context, window, files, state, budget)
         yield viewer
@@ -141,7 +142,7 @@ class Viewer:
         if Redo.SCREENSHOT in redo:
             self._screenshot_due = True
             settings = self.state.settings
-            most = f"{'up to ' if settings.asks else ''}{settings.samples} samples a pixel"
+            most = f"{'up to ' if settings.sampling.has_stopping_rule else ''}{settings.samples} samples a pixel"
             self.handle(Told(f"a screenshot will be written with {most}"))
         if Redo.EXPORT in redo:
             self._write(self._export)
@@ -265,9 +266,9 @@ class Viewer:
         path = self._files.scene
         try:
             text = read(path)[1] if self._files.has_scene else self.state.text
-            loaded, of_file = parse_all(path, text)
+            loaded, section = parse_all(path, text)
             with about(path):
-                self.handle(Loaded(text, loaded, of_file))
+                self.handle(Loaded(text, loaded, section.settings))
         except InputError as error:
             complain(*str(error).splitlines())
             self.handle(Failed(str(error)))
@@ -304,8 +305,7 @@ class Viewer:
 
     def _screenshot(self) -> str:
         state, live = self._drawn or self.state, self.live
-        drawn: Fields = {"samples": live.samples, "adaptive": None, "max_error": None, "time": None}
-        settings = msgspec.structs.replace(state.settings, **drawn)
+        settings = state.settings.replace(samples=live.samples, adaptive=None, max_error=None, time=None)
         text = metadata(state.scene, live.size, settings, live.estimate())
         text["Description"] += f", showing {state.show}" if state.show != "picture" else ""
         path = write_numbered(state.scene.name, ".png", live.image(text).write_png)

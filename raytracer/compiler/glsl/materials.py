@@ -8,7 +8,23 @@ The models themselves are in `shaders/brdf/`, one file each, with one signature:
 from __future__ import annotations
 
 from raytracer.compiler.material_layout import LOBE_PARTS, Layout
-from raytracer.scene.materials.models import FUNCTIONS, MODELS
+from raytracer.scene.materials.models import MODELS
+
+# Parts of models: a scene's shader has only the forms that its materials choose. Each function has a type, a name, and
+# parameters besides the Material. With "fresnel", fresnel() calls schlickFresnel() of brdf/fresnel_schlick.glsl, or
+# the function of another form.
+Function = tuple[str, str, str]
+FUNCTIONS: dict[str, tuple[Function, ...]] = {
+    "fresnel": (("vec3", "fresnel", "float VoH"),),
+    "masking": (("float", "masking", "float l, float v, float NoL, float NoV"),),
+    "smith": (("float", "smith", "float mu"),),
+    "distribution": (
+        ("float", "D", "vec3 N, vec3 S"),
+        ("float", "slope", "float mu"),
+        ("vec2", "extent", "float alpha"),
+    ),
+    "form": (("vec3", "form", "vec3 N, vec3 L, vec3 V"),),
+}
 
 
 def material_text(layout: Layout) -> str:

@@ -19,8 +19,6 @@ _DIFFUSE, _SPECULAR = ("kd", "rho", "color"), ("ks", "f0")
 _BLACK = (0.0, 0.0, 0.0)
 # Models whose diffuse part has no 1/pi.
 WITHOUT_PI = ("phong", "blinn", "strauss")
-# Needs a file.
-UNTRANSLATED = ("merl",)
 
 
 def translated(material: Material, model: str) -> Material:

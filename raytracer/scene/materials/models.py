@@ -10,7 +10,7 @@ A name means the same in all models that have it: `rho` is an albedo, `f0` a ref
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import msgspec
 
@@ -51,23 +51,6 @@ class Model(msgspec.Struct, frozen=True):
     parameters: dict[str, Parameter]
     # Whether part of it reflects to one direction only, for which there are reflection rays.
     mirrors: bool = False
-
-
-# Parts of models that a scene's shader has just in the forms that its materials choose. Of each: type, name, and
-# parameters besides the Material. With "fresnel", fresnel() calls schlickFresnel() of brdf/fresnel_schlick.glsl, or
-# that of another form.
-Function = tuple[str, str, str]
-FUNCTIONS: dict[str, tuple[Function, ...]] = {
-    "fresnel": (("vec3", "fresnel", "float VoH"),),
-    "masking": (("float", "masking", "float l, float v, float NoL, float NoV"),),
-    "smith": (("float", "smith", "float mu"),),
-    "distribution": (
-        ("float", "D", "vec3 N, vec3 S"),
-        ("float", "slope", "float mu"),
-        ("vec2", "extent", "float alpha"),
-    ),
-    "form": (("vec3", "form", "vec3 N, vec3 L, vec3 V"),),
-}
 
 
 def _color(name: str, default: float, meaning: str, high: float = 1.0, **more: Any) -> Parameter:
@@ -280,3 +263,30 @@ MODELS: dict[str, Model] = {
         Parameter("file", "measured", None, "the .binary file, in the scene file's folder or below"),
     ),
 }
+# The models to which every material can be converted: those whose parameters all have defaults. "merl" needs a file.
+# The names are written down for static types only: SHADINGS has them from the table, and a test compares the two.
+Shading = Literal[
+    "phong",
+    "blinn",
+    "lambert",
+    "minnaert",
+    "phong_normalized",
+    "blinn_normalized",
+    "strauss",
+    "lafortune",
+    "oren_nayar",
+    "eon",
+    "torrance_sparrow",
+    "cook_torrance",
+    "ggx",
+    "beckmann",
+    "split",
+    "diffuse_microfacet",
+    "he",
+    "mirror",
+]
+SHADINGS: tuple[Shading, ...] = tuple(
+    cast("Shading", name)
+    for name, model in MODELS.items()
+    if all(parameter.default is not None for parameter in model.parameters.values())
+)

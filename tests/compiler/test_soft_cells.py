@@ -13,14 +13,14 @@ from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.compiled import cells
-from tests.compiler import test_candidate_lists, test_culling
+from tests.pictures import check_cells, check_lists
+from tests.scenes import lens, some_light, still_life, with_lights
 
 pytestmark = pytest.mark.gl
 
 SIZE = (128, 72)
 RADII = [1e-6, 0.05, 1.0, 6.0, 40.0]
 RED, BLUE, GREEN, GREY = scenes.COLORS
-always_listed = test_candidate_lists.always_listed
 
 
 def soft(**fields: object) -> Settings:
@@ -31,7 +31,7 @@ def some_lights(rng: np.random.Generator, size: float) -> list[rt.PointLight]:
     """Three of any radius in a scene of that size: some below the ground, among the objects, or around them all."""
     found = []
     for _ in range(3):
-        light = test_culling.some_light(rng, np.log10(size) - 1.0, np.log10(size) + 1.0)
+        light = some_light(rng, np.log10(size) - 1.0, np.log10(size) + 1.0)
         radius = size * 10.0 ** rng.uniform(-4, 1)
         found.append(msgspec.structs.replace(light, radius=radius if rng.random() < 0.9 else 0.0))
     return found
@@ -41,8 +41,8 @@ def some_lights(rng: np.random.Generator, size: float) -> list[rt.PointLight]:
 @pytest.mark.parametrize("precision", [32, 64])
 def test_the_assignment_is_the_same(renderer: Renderer, radius: float, precision: int) -> None:
     scene = scenes.under_spheres(scenes.assignment(), radius)
-    test_culling.check(renderer, scene, (160, 90), soft(precision=precision))
-    test_culling.check(renderer, scene, (101, 67), soft(precision=precision), tile=48)
+    check_cells(renderer, scene, (160, 90), soft(precision=precision))
+    check_cells(renderer, scene, (101, 67), soft(precision=precision), tile=48)
 
 
 @pytest.mark.parametrize("seed", range(16))
@@ -50,31 +50,29 @@ def test_few_objects_are_the_same(renderer: Renderer, seed: int) -> None:
     rng = np.random.default_rng((7, seed))
     second = rt.Plane(tuple(rng.normal(size=3).tolist()), -3.0, GREEN)
     eye = tuple((rng.normal(size=3) + np.array((0, 2, 5))).tolist())
-    scene = test_culling.still_life(*([second] if seed % 2 else []), lights=some_lights(rng, 3.0), eye=eye)
-    test_culling.check(renderer, scene, SIZE, soft())
+    scene = still_life(*([second] if seed % 2 else []), lights=some_lights(rng, 3.0), eye=eye)
+    check_cells(renderer, scene, SIZE, soft())
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_random_trees_by_lists_are_the_same(renderer: Renderer, always_listed: None, seed: int) -> None:
     rng = np.random.default_rng((8, seed))
-    scene = test_culling.with_lights(scenes.random_scene(seed), *some_lights(rng, 2.0))
-    test_candidate_lists.check(renderer, scene, SIZE, shadows="soft", samples=2)
+    scene = with_lights(scenes.random_scene(seed), *some_lights(rng, 2.0))
+    check_lists(renderer, scene, SIZE, shadows="soft", samples=2)
 
 
 @pytest.mark.parametrize("scale", [1e-5, 1.0, 1e5])
 def test_many_objects_are_the_same(renderer: Renderer, scale: float) -> None:
     rng = np.random.default_rng(3)
     places = scale * rng.uniform((-4, -2, -6), (4, 3, 1), (10, 3))
-    many = rt.Instances(test_candidate_lists.lens(0, 0, 0, scale), places, rng.uniform(0.2, 0.6, 10))
-    cut = test_candidate_lists.lens(0, 3 * scale, -2 * scale, scale) - rt.Sphere(
-        (0, 3 * scale, -2 * scale), 0.3 * scale, RED
-    )
+    many = rt.Instances(lens(0, 0, 0, scale), places, rng.uniform(0.2, 0.6, 10))
+    cut = lens(0, 3 * scale, -2 * scale, scale) - rt.Sphere((0, 3 * scale, -2 * scale), 0.3 * scale, RED)
     floor = rt.Plane((0, 1, 0), -2.5 * scale, GREY)
     camera = rt.Camera((0, scale, 6 * scale), (0, 0, 0), vertical_fov=60)
     for objects in ([many, floor], [many, floor, cut & rt.Sphere((0, 3 * scale, -2 * scale), scale, BLUE)]):
         for _ in range(3):
             scene = rt.Scene(objects, some_lights(rng, 4.0 * scale), camera)
-            test_candidate_lists.check(renderer, scene, SIZE, shadows="soft", samples=2)
+            check_lists(renderer, scene, SIZE, shadows="soft", samples=2)
 
 
 @pytest.mark.parametrize("radius", [0.1, 2.0, 1e3])
@@ -84,14 +82,14 @@ def test_a_light_touches_and_holds_points_and_balls(renderer: Renderer, always_l
     for place in ((0.0, 0.6 + 0.6 + radius, 0.0), (0.0, 0.0, 0.0), (0.75, 0.6, 0.0), (0.0, -0.5, 2.0), (0.0, 0.6, 0.0)):
         light = rt.PointLight(place, radius=radius)
         scene = rt.Scene([*balls, floor], [light], rt.Camera((0, 2, 5), (0, 0.5, 0)))
-        test_candidate_lists.check(renderer, scene, (96, 54), shadows="soft", samples=2)
-        test_culling.check(renderer, scene, (96, 54), soft())
+        check_lists(renderer, scene, (96, 54), shadows="soft", samples=2)
+        check_cells(renderer, scene, (96, 54), soft())
 
 
 def test_lights_that_differ_only_in_radius_get_lists_of_their_own(renderer: Renderer, always_listed: None) -> None:
     scene = scenes.of(*(rt.Sphere((i, 0, 0), 0.4, RED) for i in range(-2, 3)), rt.Plane((0, 1, 0), -1, GREY))
     for radius in (0.1, 3.0, 0.1):
-        test_candidate_lists.check(renderer, scenes.under_spheres(scene, radius, 0.0), SIZE, shadows="soft")
+        check_lists(renderer, scenes.under_spheres(scene, radius, 0.0), SIZE, shadows="soft")
 
 
 def test_large_lights_have_few_cells(renderer: Renderer) -> None:
@@ -99,7 +97,7 @@ def test_large_lights_have_few_cells(renderer: Renderer) -> None:
     rng = np.random.default_rng(1)
     near, far = rng.uniform(-40, 40, (20_000, 3)), rng.uniform(-1e5, 1e5, (30_000, 3))
     for places in (near, np.concatenate([near, far])):
-        many = rt.Instances(test_candidate_lists.lens(0, 0, 0), places, 0.2)
+        many = rt.Instances(lens(0, 0, 0), places, 0.2)
         scene = rt.Scene([many], [rt.PointLight((0, 60, 0), radius=100.0)], rt.Camera((0, 0, 100), (0, 0, 0)))
         assert np.isfinite(renderer.render(scene, (32, 18), soft(), geometry=False).radiance).all()
 
@@ -122,4 +120,4 @@ def test_balls_that_are_not_widened_are_found_out(
     for module in (culling, candidate_lists):
         monkeypatch.setattr(module, "widening", lambda *_: 0.0)
     with pytest.raises(AssertionError):
-        test_culling.check(renderer, scene, (320, 180), soft())
+        check_cells(renderer, scene, (320, 180), soft())

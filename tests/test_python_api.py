@@ -13,7 +13,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.formats import scene_file
-from raytracer.scene.presets import combined
+from raytracer.scene.settings_patch import SettingsPatch, checked_patch
 from tests import scenes
 
 SIZE = (16, 9)
@@ -38,16 +38,12 @@ def test_render_takes_settings_and_keywords_before_their_fields() -> None:
     ]
     for keywords in cases:
         image = rt.render(scene, SIZE, settings, **keywords)
-        used = combined({"samples": 4, "shadows": "diluted", "shading": "blinn", "bounces": 1}, without_none(keywords))
+        used = (checked_patch(settings) | SettingsPatch.without_none(**keywords)).resolve()
         assert f"{SIZE[0]}x{SIZE[1]}, {used}" == image.metadata["Description"]
     # They exclude each other: the keyword is in place of the field.
     assert "adaptive=0.1, " in rt.render(scene, SIZE, rt.quality("normal"), adaptive=0.1).metadata["Description"]
     asked = rt.render(scene, SIZE, rt.Settings(samples=16, adaptive=0.1), max_error=0.5).metadata["Description"]
     assert "adaptive=None" in asked and "max_error=0.5" in asked and "samples=4096" in asked
-
-
-def without_none(fields: dict[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in fields.items() if value is not None}
 
 
 @pytest.mark.parametrize("settings", ["high", {"samples": 4}, 4, rt.Settings, True], ids=repr)

@@ -1,0 +1,106 @@
+"""Warnings about scenes whose picture may well be another one than meant.
+
+Each warning is one sentence for a user.
+"""
+
+from __future__ import annotations
+
+import math
+
+from raytracer.core.validation import Vec3, shown
+from raytracer.scene.instances import Instances
+from raytracer.scene.materials.material import Material
+from raytracer.scene.materials.models import MODELS, REFLECTED
+from raytracer.scene.scene import Scene
+from raytracer.scene.settings import Settings
+from raytracer.scene.solids import Solid, Sphere, leaves
+
+# Materials that get a warning each; a scene may have a million.
+_NAMED = 5
+
+
+def scene_warnings(scene: Scene, settings: Settings) -> list[str]:
+    """Everything to tell a user whose picture of `scene` may well be another one than meant: one sentence each."""
+    single = precision_warning(scene, settings), shadows_warning(scene, settings)
+    return [*filter(None, single), *brightness_warnings(scene)]
+
+
+NO_RADIUS = "no light has a radius"
+
+
+def shadows_warning(scene: Scene, settings: Settings) -> str | None:
+    """A warning of soft shadows where every light is a point, or None."""
+    if settings.shadows != "soft" or not scene.lights or any(light.radius for light in scene.lights):
+        return None
+    return f"soft shadows are hard ones here, as {NO_RADIUS}: give a light one, such as radius = 0.5"
+
+
+def brightness_warnings(scene: Scene) -> list[str]:
+    """A warning for each material that reflects more light than reaches it, such as one of colours from 0 to 255."""
+    bright = [(i, material, keys) for i, material in enumerate(scene.materials) if (keys := _too_bright(material))]
+    warnings = [
+        f"material {shown(material.name or i)}: {keys}: above 1 more light is reflected than comes in (colours are "
+        "linear and from 0 to 1, not from 0 to 255)"
+        for i, material, keys in bright[:_NAMED]
+    ]
+    if len(bright) > _NAMED:
+        warnings.append(f"{len(bright) - _NAMED} more materials reflect more light than comes in")
+    return warnings
+
+
+def _too_bright(material: Material) -> str:
+    """The parameters of a material that are above 1, and should not be; "" if none is."""
+    values = material.parameters
+    colors = (p.name for p in MODELS[material.model].parameters.values() if p.unit == REFLECTED and p.name in values)
+    return ", ".join(
+        f"{name} = {str(max(values[name])).removesuffix('.0')}" for name in colors if max(values[name]) > 1.0
+    )
+
+
+# In float32 a point at distance d is known to about 4 x 2^-24 d. Once that is 1 % of a sphere's
+# radius, its cuts and the shadows on it begin to be visibly off: a ratio of 41943.
+_RESOLVED = 0.01 * 2.0**24 / 4.0
+
+
+def precision_warning(scene: Scene, settings: Settings) -> str | None:
+    """What to tell a user whose scene goes beyond what its precision resolves, or None.
+
+    The measure is the largest distance from the camera at which a sphere can be seen over the smallest radius.
+    """
+    if settings.precision == 64:
+        return None
+    eye = scene.camera.position
+    reached = [_reach_of_many(o, eye) if isinstance(o, Instances) else _reach(o, eye) for o in scene.objects]
+    farthest, smallest = max(far for far, _ in reached), min(small for _, small in reached)
+    if farthest <= _RESOLVED * smallest:
+        return None
+    return (
+        f"the largest distance ({farthest:.2g}) is {farthest / smallest:.2g} times the smallest radius "
+        f"({smallest:.2g}), more than the {_RESOLVED:.0f} that 32 bits resolve to 1 %: try --precision 64"
+    )
+
+
+def _reach(solid: Solid, eye: Vec3) -> tuple[float, float]:
+    """The largest distance at which a sphere can be seen, and the smallest radius; (0, inf) without spheres.
+
+    From outside it is seen as far as its outline, from inside as far as its other side.
+    """
+    spheres = [leaf for leaf in leaves(solid) if isinstance(leaf, Sphere)]
+    farthest = 0.0
+    for sphere in spheres:
+        power = sphere.power(eye)
+        far = math.sqrt(power) if power > 0.0 else math.dist(sphere.center, eye) + sphere.radius
+        farthest = max(farthest, far)
+    return farthest, min((sphere.radius for sphere in spheres), default=math.inf)
+
+
+def _reach_of_many(instances: Instances, eye: Vec3) -> tuple[float, float]:
+    """As _reach(), all at once: float64 is exact enough for a warning."""
+    import numpy as np
+
+    centers, radii = instances.spheres()
+    distance = np.linalg.norm(centers - eye, axis=2)
+    outside = distance > radii
+    outline = np.sqrt(np.where(outside, (distance - radii) * (distance + radii), 0.0))
+    far = np.where(outside, outline, distance + radii)
+    return float(far.max(initial=0.0)), float(radii.min(initial=math.inf))

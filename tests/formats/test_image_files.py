@@ -1,0 +1,201 @@
+"""Files of pictures: what is right is read to the last bit, what is wrong is refused in one line."""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+import re
+import struct
+import zipfile
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.lib import format as npy
+from PIL import Image as Pillow
+
+import raytracer as rt
+from raytracer.app.cli import main
+from raytracer.formats.image import Image
+from raytracer.formats.image_files import load_radiance
+from tests.picture_files import chunk, grey, png, png16, save
+
+
+def test_a_png_is_read_as_what_was_written_within_half_a_level(tmp_path: Path) -> None:
+    radiance = np.random.default_rng(3).uniform(0, 1, (9, 11, 3))
+    read = load_radiance(save(tmp_path / "a.PNG", radiance))[:]
+    encoded = [np.where(v <= 0.0031308, 12.92 * v, 1.055 * v ** (1 / 2.4) - 0.055) for v in (radiance, read)]
+    assert np.abs(encoded[0] - encoded[1]).max() <= 0.5 / 255 + 1e-5  # the standard's two pieces meet but nearly
+    np.testing.assert_array_equal(Image(read).srgb8(), Image(radiance).srgb8())
+
+
+KINDS = [(bits, 0, 1) for bits in (1, 2, 4, 8, 16)] + [(8, 2, 3), (16, 2, 3), (8, 6, 4), (16, 6, 4), (8, 4, 2)]
+KINDS += [(bits, 3, 1) for bits in (1, 2, 4, 8)]
+
+
+@pytest.mark.parametrize("interlaced", [False, True])
+@pytest.mark.parametrize(("bits", "colour", "samples"), KINDS)
+def test_a_png_of_any_kind_is_read_if_it_is_whole_and_refused_if_anything_of_it_is_missing(
+    tmp_path: Path, bits: int, colour: int, samples: int, interlaced: bool
+) -> None:
+    rng = np.random.default_rng(bits)
+    path = tmp_path / "a.png"
+    for size in ((5, 7), (1, 1), (9, 2), (2, 9)):
+        pixels = rng.integers(0, 1 << bits, (*size, samples))
+        if colour in (4, 6):
+            pixels[..., -1] = (1 << bits) - 1
+        palette = rng.integers(0, 256, (1 << min(bits, 8), 3), np.uint8)
+        more = chunk(b"PLTE", palette.tobytes()) if colour == 3 else chunk(b"tEXt", b"Title\0a")
+        parts = png(pixels, bits, colour, interlaced, more)
+        path.write_bytes(b"".join(parts))
+        shown = palette[pixels[..., 0]] / 255 if colour == 3 else pixels[..., : 3 if colour in (2, 6) else 1]
+        shown = np.broadcast_to(shown if colour == 3 else shown / ((1 << bits) - 1), (*size, 3))
+        expected = np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4)
+        np.testing.assert_allclose(load_radiance(path)[:], expected, rtol=1e-12)
+        whole = path.read_bytes()
+        _, head, _, first, second, end = parts
+        taller, lower = (bytearray(head) for _ in range(2))
+        taller[15], lower[15] = size[0] + 1, size[0] - 1
+        wrong = [whole[: k * len(whole) // 40] for k in range(40)] + [whole[:-1], whole[: -len(end)], whole + b"\0"]
+        wrong += [whole.replace(second, b""), whole.replace(first, b""), whole.replace(first, first + more)]
+        wrong += [whole.replace(head, chunk(b"IHDR", bytes(other[8:-4]))) for other in (taller, lower)]
+        wrong += [whole.replace(head, head + head), whole.replace(end, first + end), whole.replace(b"IDAT", b"IDAU")]
+        for k in range(8, len(whole), 5):
+            broken = bytearray(whole)
+            broken[k] ^= 4
+            wrong.append(bytes(broken))
+        for data in wrong:
+            path.write_bytes(data)
+            with pytest.raises(rt.InputError, match=r"a.png: expected (a PNG file|at most 33554432 pixels)"):
+                load_radiance(path)
+
+
+def test_a_png_that_was_cut_off_with_all_its_chunks_right_is_refused(tmp_path: Path) -> None:
+    # The data of one row of four, deflated and with all checksums right, which decoders fill up with black.
+    path = tmp_path / "a.png"
+    pixels = np.full((4, 4, 3), 200)
+    whole, short = (png(pixels[:rows], 8, 2, False) for rows in (4, 1))
+    path.write_bytes(b"".join([*whole[:3], *short[3:]]))
+    with pytest.raises(rt.InputError, match=r"a.png: expected a PNG file: pixels are missing"):
+        load_radiance(path)
+    path.write_bytes(b"".join([*short[:3], *whole[3:]]))
+    with pytest.raises(rt.InputError, match=r"a.png: expected a PNG file: it has more pixels than"):
+        load_radiance(path)
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+def test_of_a_png_of_16_bits_all_bits_count(tmp_path: Path, channels: int) -> None:
+    pixels = np.random.default_rng(channels).integers(0, 65536, (5, 7, channels))
+    if channels == 4:
+        pixels[..., 3] = 65535
+    path = tmp_path / "a.png"
+    path.write_bytes(png16(pixels))
+    encoded = np.broadcast_to(pixels[..., :3], (5, 7, 3)) / 65535
+    expected = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    np.testing.assert_allclose(load_radiance(path)[:], expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("mode", ["1", "L", "LA", "P", "RGBA"])
+def test_pngs_of_other_kinds_are_what_they_look_like(tmp_path: Path, mode: str) -> None:
+    with Pillow.new("RGB", (4, 3), (255, 255, 255)) as picture:
+        picture.convert(mode).save(tmp_path / "a.png")
+    np.testing.assert_array_equal(load_radiance(tmp_path / "a.png")[:], np.ones((3, 4, 3)))
+
+
+def a_transparent_png(path: Path) -> None:
+    Pillow.new("RGBA", (4, 4), (1, 2, 3, 254)).save(path)
+
+
+def a_transparent_palette(path: Path) -> None:
+    Pillow.new("P", (4, 4)).save(path, transparency=0)
+
+
+def a_png_of_colours(count: float, *, late: bool = False) -> Callable[[Path], object]:
+    """A PNG of 2 bits whose pixels are 0 to 3, with a palette of so many colours."""
+    palette = chunk(b"PLTE", bytes(round(3 * count)))
+    begin, head, _, first, second, end = png(np.arange(4).reshape(2, 2, 1), 2, 3, False, palette)
+    parts = (begin, head, first, second, palette, end) if late else (begin, head, palette, first, second, end)
+    return lambda path: path.write_bytes(b"".join(parts))
+
+
+def a_png_cut_off(path: Path) -> None:
+    Image(np.random.default_rng(1).uniform(0, 1, (64, 64, 3))).save(path)
+    path.write_bytes(path.read_bytes()[:2000])
+
+
+def a_huge_png(path: Path) -> None:
+    path.write_bytes(
+        png16(np.zeros((1, 1, 3), int)).replace(struct.pack(">2I", 1, 1), struct.pack(">2I", 2**30, 2**30))
+    )
+
+
+def a_png_of_two_headers(path: Path) -> None:
+    data = png16(np.zeros((1, 1, 3), int))
+    kind = b"IHDR" + struct.pack(">2I5B", 10_000, 10_000, 8, 2, 0, 0, 0)
+    path.write_bytes(data[:33] + data[8:12] + kind + struct.pack(">I", zlib.crc32(kind)) + data[33:])
+
+
+def a_file_of(size: int) -> Callable[[Path], None]:
+    """It takes no place on the disk."""
+
+    def write(path: Path) -> None:
+        path.touch()
+        os.truncate(path, size)
+
+    return write
+
+
+def a_huge_npz(path: Path) -> None:
+    header = io.BytesIO()
+    npy.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (1, 2**25 + 1, 3)})
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("radiance.npy", header.getvalue())
+
+
+def a_pickle(path: Path) -> None:
+    np.savez(path, radiance=np.full((2, 2, 3), None, object))
+
+
+@pytest.mark.parametrize(
+    ("name", "write", "says"),
+    [
+        ("a.png", None, "expected a picture that can be read: No such file"),
+        ("a.jpg", None, "expected a file that ends in .png or .npz"),
+        ("a.png", Path.mkdir, "it is a folder"),
+        ("a.png", lambda path: path.write_bytes(b"not a png"), "expected a PNG file"),
+        ("a.png", a_transparent_png, "opaque"),
+        ("a.png", a_transparent_palette, "opaque"),
+        ("a.png", a_png_of_colours(3), "a pixel has none of the palette's 3 colours"),
+        ("a.png", a_png_of_colours(0), "its palette has a wrong length"),
+        ("a.png", a_png_of_colours(10 / 3), "its palette has a wrong length"),
+        ("a.png", a_png_of_colours(5), "its palette has a wrong length"),
+        ("a.png", a_png_of_colours(4, late=True), "its palette is missing"),
+        ("a.png", a_png_cut_off, "expected a PNG file: "),
+        ("a.png", a_huge_png, "expected at most 33554432 pixels"),
+        ("a.png", a_png_of_two_headers, "expected at most 33554432 pixels, got 10000x10000"),
+        ("a.png", a_file_of(2**29 + 1), "expected a file of at most 536870912 bytes, got 536870913"),
+        ("a.png", lambda path: path.write_bytes(png16(np.zeros((2, 2, 2), int))), "got LA;16B"),
+        ("a.npz", lambda path: path.write_bytes(b"not a zip"), "expected an .npz file"),
+        ("a.npz", lambda path: np.savez(path, depth=np.zeros(3)), "expected an array radiance, got 'depth'"),
+        ("a.npz", lambda path: np.savez(path, radiance=np.zeros((3, 4))), r"radiance: expected an array \(H, W, 3\)"),
+        ("a.npz", lambda path: np.savez(path, radiance=np.zeros((3, 4, 3), int)), "floating-point"),
+        ("a.npz", a_pickle, "floating-point"),
+        ("a.npz", lambda path: np.savez(path, radiance=grey(math.nan)), "finite numbers within .*, got 144 others"),
+        ("a.npz", a_file_of(2**31), "expected a file of at most 2147483647 bytes, got 2147483648"),
+        ("a.npz", a_huge_npz, "expected at most 33554432 pixels, got 33554433x1"),
+    ],
+)
+def test_a_file_that_is_no_picture_is_one_line_that_names_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, write: Callable[[Path], Any] | None, says: str
+) -> None:
+    path = tmp_path / name
+    if write:
+        write(path)
+    other = save(tmp_path / "other.npz", grey(0.5))
+    assert main(["compare", other, str(path)]) == 2
+    errors = capsys.readouterr().err
+    assert errors.startswith(f"raytracer: {path}: ") and errors.count("\n") == 1 and re.search(says, errors)
