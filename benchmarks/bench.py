@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from contextlib import ExitStack, closing
+from contextlib import closing
 from statistics import median
 
 import moderngl
@@ -16,9 +16,12 @@ from raytracer.compiler.frame import make_frame
 from raytracer.formats.image import Image
 from raytracer.formats.srgb import encode_srgb8
 from raytracer.ground_truth import ray_tracer
-from raytracer.rendering.passes import Passes
-from raytracer.rendering.progressive import Live
+from raytracer.rendering.accumulation import Accumulation, is_measured
+from raytracer.rendering.block_measurements import BlockMeasurements
+from raytracer.rendering.programs import find_programs
+from raytracer.rendering.progressive import ProgressivePicture
 from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.solids import leaves
 
 Size = tuple[int, int]
@@ -75,45 +78,52 @@ class Bench:
         self.software = any(name in self.context.info["GL_RENDERER"] for name in ("llvmpipe", "softpipe"))
         self.size, self.rounds = size, rounds
         self._renderer = renderer
-        self._live = Live(renderer, budget=1.0)
+        self._picture = ProgressivePicture(renderer.device, budget=1.0)
         self._traced: dict[tuple[str, int], tuple[Picture, float]] = {}
 
     def frame(self, scene: rt.Scene, settings: rt.Settings, size: Size | None = None) -> float:
         """The seconds that all samples of a frame take, with everything about its scene on the GPU already."""
         self.start(scene, settings, size)
         begin = time.perf_counter()
-        for _ in range(settings.samples):
-            self._live.sample()
+        while not self._picture.is_done:
+            self._picture.step()
         return time.perf_counter() - begin
 
     def first_frame(self, scene: Callable[[], rt.Scene], settings: rt.Settings) -> float:
         """The seconds from making a scene to the end of its frame."""
         begin = time.perf_counter()
         self.start(scene(), settings)
-        for _ in range(settings.samples):
-            self._live.sample()
+        while not self._picture.is_done:
+            self._picture.step()
         return time.perf_counter() - begin
 
     def start(self, scene: rt.Scene, settings: rt.Settings, size: Size | None = None) -> None:
         """Bring everything about a scene to the GPU. Raises InputError for one that it cannot take."""
-        self._live.start(scene, settings, "picture", size or self.size, moving=False)
+        self._picture.start(scene, settings, "picture", size or self.size, moving=False)
 
     def radiance(self, scene: rt.Scene, settings: rt.Settings, size: Size | None = None) -> NDArray[np.float32]:
         """(H, W, 3): what a frame leaves on the GPU."""
         self.frame(scene, settings, size)
-        return self._live.image({}).radiance
+        return self._picture.image({}).radiance
 
     def summed(self, scene: rt.Scene, settings: rt.Settings) -> float:
-        """The seconds in which render() draws all samples and reads their sum: a window has no adaptive ones."""
-        area = (0, 0, *self.size)
-        with ExitStack() as stack:
-            passes = stack.enter_context(closing(Passes(self.context, self.size)))
-            frame = make_frame(compile(scene, settings.compile_options), self.size, self._renderer.device.limits)
-            passes.load(self._renderer.programs(frame.compiled), frame, settings.sampling)
-            sampler = stack.enter_context(closing(self._renderer.sampler(settings, self.size)))
-            sampler.sum(passes, area, self.size)  # memory is new the first time
+        """The seconds in which render() draws all samples and reads their sum."""
+        device, options, area = self._renderer.device, settings.sampling, (0, 0, *self.size)
+        with closing(TileRenderer(device, self.size)) as tiles:
+            compiled = compile(scene, settings.compile_options)
+            tiles.load(find_programs(device, compiled), make_frame(compiled, self.size, device.limits))
+            is_needed = is_measured(options, estimates=True)
+            measurements = BlockMeasurements(device, tiles.player, self.size) if is_needed else None
+
+            def draw() -> None:
+                accumulation = Accumulation(tiles, measurements, options, area, self.size)
+                while not accumulation.is_done():
+                    accumulation.step()
+                accumulation.result(errors=False)
+
+            draw()  # memory is new the first time
             begin = time.perf_counter()
-            sampler.sum(passes, area, self.size)
+            draw()
             return time.perf_counter() - begin
 
     def rendered(self, scene: rt.Scene, settings: rt.Settings) -> Image:

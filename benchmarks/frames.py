@@ -46,7 +46,7 @@ def measure_frames(viewer: Viewer) -> None:
         viewer.frame()
 
     def bare() -> None:
-        viewer.live.sample()
+        viewer.picture.step()
         glfw.swap_buffers(viewer.window)
 
     for act in (moved, bare) * 5:

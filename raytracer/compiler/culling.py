@@ -109,23 +109,6 @@ def occupied_cells(
     return OccupiedCells(picture, cubes)
 
 
-def cells_under(rectangles: NDArray[np.int32], shape: tuple[int, int], side: int) -> Mask:
-    """Which squares of `side` pixels, of a picture of `shape` (rows, columns) of them, the rectangles touch.
-
-    `rectangles` are (N, 4 or more): first column and row of pixels, and behind the last.
-    """
-    first, last = rectangles[:, :2] // side, (rectangles[:, 2:4] - 1) // side
-    count = np.zeros((shape[0] + 1, shape[1] + 1), np.int64)
-    for rows, columns, sign in (
-        (first[:, 1], first[:, 0], 1),
-        (first[:, 1], last[:, 0] + 1, -1),
-        (last[:, 1] + 1, first[:, 0], -1),
-        (last[:, 1] + 1, last[:, 0] + 1, 1),
-    ):
-        np.add.at(count, (rows, columns), sign)
-    return count.cumsum(0).cumsum(1)[:-1, :-1] > 0
-
-
 def reach(light: Array, centers: Array, radii: Array) -> float:
     """How long rays to a light may be for what PASSING says of them."""
     if not len(radii):

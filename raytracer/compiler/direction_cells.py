@@ -18,7 +18,7 @@ Ints = NDArray[np.int64]
 
 # Side of the cells in which a picture is divided, in pixels.
 CELL = 16
-# Side of the blocks in which a cell is divided where only some of its pixels are drawn (adaptive.py): one
+# Side of the blocks in which a cell is divided where only some of its pixels are drawn (stopping_rule.py): one
 # that divides CELL. llvmpipe shades 4 x 4 pixels at a time, GPUs 4 x 8 and the like.
 BLOCK = 4
 # By how much, relative to a ball's radius and to its bounds, they are widened: it decides whether a

@@ -21,7 +21,6 @@ from raytracer.compiler.scene_lists import (
     GRIDS,
     LightLists,
     light_casters,
-    list_rounds,
     listed_cells,
     make_camera_lists,
     make_light_lists,
@@ -29,7 +28,6 @@ from raytracer.compiler.scene_lists import (
 from raytracer.compiler.surfaces import touched_surface
 from raytracer.compiler.view_space import View, make_view, pixel_scale
 from raytracer.core.validation import InputError
-from raytracer.scene.lights import PointLight
 
 if TYPE_CHECKING:
     from raytracer.scene.materials.merl import Measured
@@ -59,7 +57,7 @@ class LightNumbers(msgspec.Struct, frozen=True, eq=False):
     """The numbers of lights."""
 
     key: Key
-    touched: dict[PointLight, int | None]  # the surface that each light is on
+    touched: dict[Key, int | None]  # the surface that a light is on, by its position and radius
     block: bytes
 
 
@@ -138,7 +136,7 @@ def make_frame(
     surfaces = _surfaces(compiled, view, size, previous)
     materials = _materials(compiled, view, limits, previous)
     lists = _lists(compiled, view, surfaces, size, limits, previous)
-    ray, to_light = list_rounds(lists) if lists else (ray_rounds(compiled),) * 2
+    ray, to_light = lists.rounds if lists else (ray_rounds(compiled),) * 2
     frame = Frame(
         compiled=compiled,
         size=size,
@@ -201,12 +199,12 @@ def _lights(compiled: CompiledScene, view: View, surfaces: SurfaceNumbers, previ
     if previous and previous.lights.key == key:
         return previous.lights
     known = previous.lights.touched if previous and previous.view.surfaces is view.surfaces else {}
-    touched = {
-        light: known[light] if light in known else touched_surface(view.surfaces, light) for light in compiled.lights
-    }
-    on = [touched[light] for light in compiled.lights]
-    precision = compiled.options.precision
-    block = packing.lights_block(view, compiled.lights, on, surfaces.coinciding, precision)
+    touched: dict[Key, int | None] = {}
+    for light in compiled.lights:
+        place = light.position, light.radius
+        touched[place] = known[place] if place in known else touched_surface(view.surfaces, light)
+    on = [touched[light.position, light.radius] for light in compiled.lights]
+    block = packing.lights_block(view, compiled.lights, on, surfaces.coinciding, compiled.options.precision)
     return LightNumbers(key, touched, block)
 
 

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.batches import Batches
 from raytracer.compiler.candidate_lists import Lister, Lists
-from raytracer.compiler.culling import OccupiedCells, cells_under
+from raytracer.compiler.culling import OccupiedCells
 from raytracer.compiler.direction_cells import CELL
+from raytracer.compiler.meshes import cells_under
 from raytracer.compiler.program_rows import check_listed
 from raytracer.compiler.rounds import OF_ENTRY
 from raytracer.compiler.view_space import View
@@ -61,6 +62,7 @@ class LightLists(msgspec.Struct, frozen=True, eq=False):
     ends: NDArray[np.int32]  # the texels `ends` of lists.glsl
     everything: tuple[int, int]  # where the list of all objects begins and ends
     picture_ends: NDArray[np.int32]  # (cells, 2): where the list of each cell of the picture begins and ends
+    rounds: tuple[int, int]  # of loops, of one ray of the camera or a mirror, and of one to a light
 
 
 def make_camera_lists(view: View, batches: Batches, numbers: NDArray[np.float32], size: tuple[int, int]) -> CameraLists:
@@ -114,6 +116,7 @@ def make_light_lists(
     first = np.cumsum([0, *map(len, parts)])
     reach = [camera.lister.reach(light) if is_short else np.inf for light in lights]
     reaches = np.column_stack((reach, np.zeros(len(lights)))).astype(np.float32)
+    everything = int(first[1]), int(first[2])
     return LightLists(
         camera=camera,
         casters=casters,
@@ -123,8 +126,9 @@ def make_light_lists(
         grid=grid,
         entries=np.concatenate(parts),
         ends=np.concatenate((lists.ends, reaches.view(np.int32))),
-        everything=(int(first[1]), int(first[2])),
+        everything=everything,
         picture_ends=camera.lists.ends + np.int32(first[2]),
+        rounds=_most_rounds(camera, lists, everything[1] - everything[0] if has_mirrors else 0),
     )
 
 
@@ -156,23 +160,19 @@ def _cube_lists(lister: Lister, lights: Sequence[PointLight], spheres: int, most
     raise AssertionError
 
 
-def list_rounds(lists: LightLists) -> tuple[int, int]:
-    """Rounds of loops of one ray of the camera or a mirror, and of one to a light, by the longest lists: a program
-    takes as many for each root of its surfaces as it has codes. But of the list of all objects, rays are taken to pass
-    all objects that share code.
+def _most_rounds(camera: CameraLists, lights: Lists, everything: int) -> tuple[int, int]:
+    """Rounds of loops of one ray, by the longest lists: a program takes as many for each root of its surfaces as it has
+    codes. But of the list of all objects, with `everything` entries, rays are taken to pass all that share code.
     """
-    camera, light = (int(np.diff(part.ends).max(initial=0)) for part in (lists.camera.lists, lists.lists))
-    programs = lists.camera.batches.programs
+    longest, longest_to_light = (int(np.diff(lists.ends).max(initial=0)) for lists in (camera.lists, lights))
+    programs = camera.batches.programs
     trees = any(not batch.pruner.is_chain for batch in programs)
 
     def rounds(codes: int) -> int:
         return codes * max(2 * codes if trees else 0, OF_ENTRY)
 
-    ray = rounds(camera)
-    if lists.has_mirrors:
-        everything = lists.everything[1] - lists.everything[0]
-        ray = max(ray, rounds(everything) if programs else everything)
-    return ray, rounds(light)
+    ray = max(rounds(longest), rounds(everything) if programs else everything)
+    return ray, rounds(longest_to_light)
 
 
 def listed_cells(lists: LightLists, lights: Sequence[PointLight]) -> OccupiedCells:

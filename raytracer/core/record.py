@@ -34,7 +34,7 @@ class Record(msgspec.Struct, frozen=True):
         for name in changes:
             if name not in self.__struct_fields__:
                 raise _unknown_field(name, type(self).__name__, self.__struct_fields__)
-        return type(self)(**{name: getattr(self, name) for name in self.__struct_fields__} | changes)
+        return msgspec.structs.replace(self, **changes)
 
     __replace__ = replace
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import io
 import os
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -34,6 +35,22 @@ def _check_keyword(key: Any) -> None:
         raise InputError(f"expected names of 1 to 79 characters of Latin-1, got {shown(key)}", "metadata")
 
 
+class Geometry(NamedTuple):
+    """The surfaces that the centre rays of a picture's pixels meet: arrays as those of an Image."""
+
+    depth: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    material: NDArray[np.int32]
+
+
+class GeometrySource(ABC):
+    """The maker of a picture's geometry. An Image may hold one in place of each of the three arrays."""
+
+    @abstractmethod
+    def geometry(self) -> Geometry:
+        """The arrays, made at the first call."""
+
+
 @public
 class Image(Record, frozen=True, eq=False):
     """A rendered picture. All arrays have the top row first.
@@ -42,7 +59,8 @@ class Image(Record, frozen=True, eq=False):
     or None if they were not asked for: `depth` (H, W) float32, the distance along the unit ray,
     inf where nothing was hit; `normal` (H, W, 3) float32, unit, world space, towards the viewer's
     side, 0 where nothing was hit; `material` (H, W) int32, index into `Scene.materials`, -1 where
-    nothing was hit. The reference's images are float64. `samples` (H, W) int32: how many each pixel
+    nothing was hit. The GPU finds these three at the first access to one of them, or when the image is pickled or
+    saved as .npz. The reference's images are float64. `samples` (H, W) int32: how many each pixel
     got, of a picture with adaptive samples, else None. `error` (H, W) float32: the estimated root mean square error of
     each pixel over red, green and blue, linear radiance, nan where it is not known. `estimate` says that of the
     picture. `metadata`, text by names, goes into files. `np.asarray(image)` is the radiance. Raises InputError for what
@@ -64,7 +82,9 @@ class Image(Record, frozen=True, eq=False):
             raise InputError(f"expected an array (H, W, 3) of numbers, got {_kind(radiance)}", "radiance")
         shape = radiance.shape[:2]
         for name in ("depth", "normal", "material", "samples", "error"):
-            value: Any = getattr(self, name)
+            value: Any = self._stored(name)
+            if isinstance(value, GeometrySource):
+                continue
             expected = radiance.shape if name == "normal" else shape
             if value is not None and not (_is_numbers(value) and value.shape == expected):
                 raise InputError(f"expected an array {expected} of numbers or None, got {_kind(value)}", name)
@@ -75,6 +95,14 @@ class Image(Record, frozen=True, eq=False):
         for key, text in self.metadata.items():
             _check_keyword(key)
             check_text(text, ("metadata", key))
+
+    def _stored(self, name: str) -> Any:
+        """A field's value; of an array of the geometry the source, if the field holds that."""
+        return _GEOMETRY[name].stored(self) if name in _GEOMETRY else getattr(self, name)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # With the arrays, so that no reader of the pickle needs OpenGL.
+        return type(self), tuple(getattr(self, name) for name in self.__struct_fields__)
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
         """The radiance itself, for NumPy: a copy only where NumPy asks for one, or for another `dtype`."""
@@ -125,3 +153,26 @@ class Image(Record, frozen=True, eq=False):
     def write_png(self, file: IO[bytes]) -> None:
         """Write the picture to a binary file as PNG (8-bit sRGB), with the metadata as text."""
         self.write(file, ".png")
+
+
+class _GeometryField:
+    """The attribute of an Image for an array of its geometry."""
+
+    def __init__(self, field: Any) -> None:
+        """`field` is the attribute that gives the stored value."""
+        self._field = field
+
+    def stored(self, image: Image) -> Any:
+        """The array, None, or the source of the array."""
+        return self._field.__get__(image)
+
+    def __get__(self, image: Image | None, owner: type[Image] | None = None) -> Any:
+        if image is None:
+            return self
+        value = self.stored(image)
+        return getattr(value.geometry(), self._field.__name__) if isinstance(value, GeometrySource) else value
+
+
+_GEOMETRY = {name: _GeometryField(getattr(Image, name)) for name in Geometry._fields}
+for _name, _field in _GEOMETRY.items():
+    setattr(Image, _name, _field)

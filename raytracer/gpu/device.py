@@ -9,11 +9,11 @@ from weakref import WeakKeyDictionary
 
 import moderngl
 
+from raytracer.compiler.draws import MARGIN
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble
 from raytracer.compiler.limits import DriverLimits
 from raytracer.core.interrupts import deferred
 from raytracer.gpu.adapters import Adapter, leave
-from raytracer.gpu.cell_draw import MARGIN
 from raytracer.gpu.context import chosen, open_context
 from raytracer.gpu.gl import BufferTexture, Context, Program, varying_components
 from raytracer.gpu.turns import alone, check_process, turn
@@ -42,16 +42,12 @@ def shared_device(backend: str | None = None, adapter: Adapter | None = None) ->
     if key not in _shared:
         with alone():
             if key not in _shared:  # another thread may have been before
-                _shared[key] = _open(backend, adapter)
+                context = open_context(backend, adapter)
+                try:
+                    _shared[key] = Device(context, *key)
+                finally:
+                    leave(context)  # also where the constructor failed before its own end
     return _shared[key]
-
-
-def _open(backend: str | None, adapter: Adapter | None) -> Device:
-    context = open_context(backend, adapter)
-    try:
-        return Device(context)
-    finally:
-        leave(context)  # also where the constructor failed before its own end
 
 
 class Blending(NamedTuple):
@@ -68,9 +64,12 @@ OVER = Blending(moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA)
 class Device:
     """One OpenGL context with its driver's limits and the programs that were used last, by their texts."""
 
-    def __init__(self, context: Context) -> None:
-        """Ask `context` for its limits, after which no context is current."""
-        self.context = context
+    def __init__(self, context: Context, backend: str | None = None, adapter: Adapter | None = None) -> None:
+        """Ask `context` for its limits, after which no context is current.
+
+        `backend` and `adapter` are how shared_device() finds such a device in another process.
+        """
+        self.context, self.backend, self.adapter = context, backend, adapter
         self._programs: dict[tuple[str, str], Program] = {}  # the least recently used first
         self._held: WeakKeyDictionary[object, set[Program]] = WeakKeyDictionary()
         with context:

@@ -9,10 +9,10 @@ import numpy as np
 
 from raytracer.compiler.frame import Frame
 from raytracer.gpu.gl import BufferTexture, set_sampler, volume_texture
+from raytracer.gpu.texture_units import SCENE_UNITS
 
-# Binding points of uniform blocks, and texture units; 0 and 1 are those of passes.py.
+# Binding points of uniform blocks.
 _BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2}
-_UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7, "measured": 8}
 
 
 class SceneBuffers:
@@ -66,7 +66,7 @@ class SceneBuffers:
         for name in self._blocks:
             if name in program:
                 program[name].binding = _BLOCKS[name]  # pyright: ignore[reportAttributeAccessIssue]
-        for name, unit in _UNITS.items():
+        for name, unit in SCENE_UNITS.items():
             if name in program:
                 set_sampler(self._context, program, name, unit)
 
@@ -75,9 +75,9 @@ class SceneBuffers:
         for name, buffer in self._blocks.items():
             buffer.bind_to_uniform_block(_BLOCKS[name])
         for name, texture in self._textures.items():
-            texture.use(_UNITS[name])
+            texture.use(SCENE_UNITS[name])
         if self._measured:
-            self._measured.use(_UNITS["measured"])
+            self._measured.use(SCENE_UNITS["measured"])
 
     def close(self) -> None:
         """Give back everything on the GPU."""

@@ -61,6 +61,11 @@ def check_process() -> None:
         )
 
 
+def is_cut_off() -> bool:
+    """Whether this process was forked from one that had begun with OpenGL, and so cannot use OpenGL."""
+    return _process.is_cut_off
+
+
 def begin() -> None:
     """Take note that this process uses OpenGL from now on. Raises ContextError as check_process()."""
     check_process()
@@ -68,16 +73,16 @@ def begin() -> None:
 
 
 @contextmanager
-def alone() -> Iterator[None]:
-    """Keep all other threads from OpenGL for a block.
+def exclusive() -> Iterator[None]:
+    """Keep all other threads of this process from such a block.
 
-    Raises RuntimeError within another such block of the same thread, ContextError as check_process().
+    Raises RuntimeError within another such block of the same thread.
     """
-    check_process()
     process = _process
     if process.owner == threading.get_ident():
         raise RuntimeError(
-            "expected no use of OpenGL from within a picture's progress callback: render when that picture is done"
+            "expected no use of OpenGL from within a picture's progress callback: render, and read depth, normal or "
+            "material of other pictures, when that picture is done"
         )
     with process.lock:
         try:
@@ -85,6 +90,14 @@ def alone() -> Iterator[None]:
             yield
         finally:
             process.owner = None
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """Keep all other threads from OpenGL for a block. Errors are those of exclusive() and check_process()."""
+    check_process()
+    with exclusive():
+        yield
 
 
 @contextmanager

@@ -11,7 +11,8 @@ from raytracer.formats.image import Image
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.options import Evaluator, Precision, Shading, Shadows
+from raytracer.scene.materials.models import Shading
+from raytracer.scene.options import Evaluator, Precision, Shadows
 from raytracer.scene.scene import Scene, checked_scene
 from raytracer.scene.sequences import SampleSequence
 from raytracer.scene.settings import Settings

@@ -1,43 +1,58 @@
-"""The blocks of BLOCK x BLOCK pixels of a tile: which are still drawn on, and what is found of each."""
+"""The blocks of BLOCK x BLOCK pixels of a tile: how many samples each has got, and which get more."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import NamedTuple
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import BLOCK, CELL
-from raytracer.gpu.cell_draw import Mask, Rectangle, Squares, runs, viewport
-from raytracer.gpu.gl import release, set_uniforms
-from raytracer.rendering.passes import Passes
+from raytracer.compiler.meshes import PER_CELL, Mask, Rectangle
+from raytracer.rendering.stopping_rule import APRON
 
-_PER_CELL = CELL // BLOCK
+# The most pixels beyond each of a tile's sides that surrounded() adds to it.
+MARGIN = CELL + BLOCK + APRON
 
 
-class Blocks:
-    """Those of one tile's area, whole cells. Arrays are (rows, columns), the lowest row first, as OpenGL has it.
+def surrounded(tile: Rectangle, size: tuple[int, int]) -> Rectangle:
+    """The area that decides on a tile's pixels: the tile's blocks and APRON pixels around, in whole cells."""
+    (x, right), (y, top) = (
+        (
+            max(0, (at // BLOCK * BLOCK - APRON) // CELL * CELL),
+            min(side, -(-(-(-(at + length) // BLOCK) * BLOCK + APRON) // CELL) * CELL),
+        )
+        for side, at, length in zip(size, tile[:2], tile[2:], strict=True)
+    )
+    return x, y, right - x, top - y
 
-    `active`: which get more samples; `samples`: how many each has got.
-    """
 
-    def __init__(self, area: Rectangle, passes: Passes) -> None:
-        """Have `passes` draw all of the area."""
-        self.area = area
-        self.cells = passes.cells(area)  # those with active blocks
-        shape = [_PER_CELL * side for side in self.cells.shape]
-        self.samples: NDArray[np.int32] = np.zeros(shape, np.int32)
-        self.active: Mask = np.ones(shape, bool)
-        self._passes = passes
-        passes.draw_all()
+class Blocks(NamedTuple):
+    """The blocks of an area, whole cells. Arrays are (rows, columns), the lowest row first, as OpenGL has it."""
 
-    def keep(self, wanted: Mask) -> None:
-        """Have only those of the active blocks drawn that are `wanted`."""
-        self.active &= wanted
-        by_cell = self.active.reshape(len(self.cells), _PER_CELL, -1, _PER_CELL)
-        self.cells = np.asarray(by_cell.any(axis=(1, 3)))
-        self._passes.draw_only(self.active, self.area[:2])
+    area: Rectangle
+    cells: Mask  # the cells with active blocks in which anything may be seen
+    active: Mask  # the blocks that get more samples
+    is_whole: bool  # whether these are all
+    samples: NDArray[np.int32]  # how many each has got
+
+    @staticmethod
+    def all_of(area: Rectangle, cells: Mask) -> Blocks:
+        """All blocks of an area in whose `cells` anything may be seen, without a sample."""
+        shape = PER_CELL * cells.shape[0], PER_CELL * cells.shape[1]
+        return Blocks(area, cells, np.ones(shape, bool), True, np.zeros(shape, np.int32))
+
+    def sampled(self) -> Blocks:
+        """The same after one more sample of the active blocks."""
+        return self._replace(samples=self.samples + self.active)
+
+    def narrowed(self, active: Mask) -> Blocks:
+        """The same with fewer blocks `active`."""
+        return self._replace(active=active, cells=self.by_cell(active), is_whole=bool(active.all()))
+
+    def by_cell(self, mask: Mask) -> Mask:
+        """(rows, columns) of cells: those with a block that is True in `mask`."""
+        return np.asarray(mask.reshape(len(self.cells), PER_CELL, -1, PER_CELL).any(axis=(1, 3)))
 
     def samples_in(self, tile: Rectangle) -> NDArray[np.int32]:
         """(H, W), top row first: how many samples each pixel got in a part of the area."""
@@ -56,36 +71,3 @@ class Blocks:
         """Where the blocks of a tile are in the arrays."""
         x, y = tile[0] - self.area[0], tile[1] - self.area[1]
         return slice(y // BLOCK, -(-(y + tile[3]) // BLOCK)), slice(x // BLOCK, -(-(x + tile[2]) // BLOCK))
-
-
-class BlockPass:
-    """Draws what one fragment shader finds of each block: a pixel there is a block here. On the GPU until closed."""
-
-    def __init__(
-        self, context: moderngl.Context, program: moderngl.Program, target: tuple[int, int], components: int
-    ) -> None:
-        """`target` is the size in pixels of the largest area."""
-        self._context = context
-        self._squares = Squares(context, program)
-        columns, rows = (-(-side // CELL) * _PER_CELL for side in target)
-        self._found = context.texture((columns, rows), components, dtype="f4")
-        self._target = context.framebuffer([self._found])
-
-    def find(self, blocks: Blocks, cells: Mask, **uniforms: object) -> NDArray[np.float32]:
-        """(rows, columns, components): 0 in all but these of the blocks' cells. Textures must be bound."""
-        rows, columns = blocks.active.shape
-        port, shown = viewport((0, 0, columns, rows))
-        draw: dict[str, Any] = {"draw.viewport": shown}
-        set_uniforms(self._squares.program, side=_PER_CELL, drawn=blocks.area[2:], **draw, **uniforms)
-        self._squares.set(runs(cells))
-        self._target.use()
-        self._target.viewport, self._target.scissor = port, (0, 0, columns, rows)
-        self._target.clear()
-        self._squares.draw()
-        data = self._target.read((0, 0, columns, rows), components=self._found.components, dtype="f4")
-        return np.frombuffer(data, np.float32).reshape(rows, columns, -1)
-
-    def close(self) -> None:
-        """Give back everything on the GPU but the program."""
-        self._squares.release()
-        release(self._context, self._target, self._found)

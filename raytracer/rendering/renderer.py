@@ -2,36 +2,34 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
 from functools import partial
+from typing import Any
 
 import msgspec
 import numpy as np
 
-from raytracer.compiler.compiled_scene import CompiledScene, compile
-from raytracer.compiler.direction_cells import CELL
-from raytracer.compiler.frame import Frame, make_frame
-from raytracer.compiler.glsl.shaders import Show, plain_vertex_source, program_sources
+from raytracer.compiler.compiled_scene import compile
+from raytracer.compiler.frame import make_frame
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
-from raytracer.rendering.error_estimate import Moved, estimated
-from raytracer.rendering.passes import Passes, Programs, Rectangle
-from raytracer.rendering.sampler import Sampler
-from raytracer.scene.options import SamplingOptions
+from raytracer.rendering.accumulation import Accumulation, complete, is_measured, margin
+from raytracer.rendering.block_measurements import BlockMeasurements
+from raytracer.rendering.estimator import TileStatistics, estimate
+from raytracer.rendering.geometry import DrawnGeometry, View
+from raytracer.rendering.programs import find_programs
+from raytracer.rendering.tile_renderer import TileRenderer
+from raytracer.rendering.tiles import TILE, place, split, tile_size
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 
-# Side of a tile in pixels. A tile's targets take up to 60 bytes a pixel, 252 MB at this size.
-TILE = 2048
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
 # plane-only cells than it takes to compile.
 _WORTH_PLANE_ONLY = 2**20
-# Pixels of a tile of a picture with 1 sample: rows of cells in the processor's cache.
-_STRIP = 2**18
 
 
 def metadata(
@@ -82,116 +80,70 @@ class Renderer:
         `only`: it is the process's only one, so programs that take longer to compile than they save are done without.
         Without `estimates` it is not told how wrong it is, unless that is what samples are taken for.
         """
-        estimates |= settings.asks
-        moved: list[Moved] = []
+        options = settings.sampling
+        estimates |= options.has_stopping_rule
+        statistics: list[TileStatistics] = []
         pixels, count = 0, 0.0
         compiled = compile(scene, settings.compile_options)
         self.device.limits.check(compiled)
         width, height = size
-        margin = Sampler.margin(settings)
-        tile = min(tile, self.device.limits.target - 2 * margin)
-        if tile > CELL:
-            tile = tile // CELL * CELL
+        around = margin(options)
+        tile = min(tile, self.device.limits.target - 2 * around)
+        source: Any = (
+            DrawnGeometry(self.device, View(scene, settings.compile_options, size, tile)) if geometry else None
+        )
         image = Image(
             radiance=np.empty((height, width, 3), np.float32),
-            depth=np.empty((height, width), np.float32) if geometry else None,
-            normal=np.empty((height, width, 3), np.float32) if geometry else None,
-            material=np.empty((height, width), np.int32) if geometry else None,
-            samples=np.empty((height, width), np.int32) if settings.refines else None,
+            depth=source,
+            normal=source,
+            material=source,
+            samples=np.empty((height, width), np.int32) if options.is_adaptive else None,
             error=np.empty((height, width), np.float32) if geometry and estimates else None,
         )
-        # What is drawn only once costs less than the memory that it is drawn into, the first time that is used.
-        rows = tile if settings.samples > 1 else max(CELL, _STRIP // min(width, tile) // CELL * CELL)
-        shape = min(width, tile), min(height, tile, rows)
-        tiles = list(_tiles(size, shape))
-        target = min(width, shape[0] + 2 * margin), min(height, shape[1] + 2 * margin)
+        shape = tile_size(size, tile, is_drawn_once=settings.samples == 1)
+        tiles = list(split(size, shape))
+        target = min(width, shape[0] + 2 * around), min(height, shape[1] + 2 * around)
         with self.device.turn(), ExitStack() as stack:
+            renderer = stack.enter_context(closing(TileRenderer(self.device, target, one_shot=True)))
             plane_only = not only or width * height * settings.samples >= _WORTH_PLANE_ONLY
             frame = make_frame(compiled, size, self.device.limits, plane_only=plane_only)
-            if geometry:
-                self._find_geometry(image, frame, tiles, shape)
-            passes = stack.enter_context(closing(Passes(self.device.context, target, once=True)))
-            passes.load(self.programs(compiled, plane_only=plane_only), frame, settings.sampling)
-            sampler = stack.enter_context(closing(self.sampler(settings, target, estimates=estimates)))
-            if settings.time is not None:
-                sampler.warm(passes)
+            renderer.load(find_programs(self.device, compiled, plane_only=plane_only), frame)
+            measurements = None
+            if is_measured(options, estimates=estimates):
+                measurements = BlockMeasurements(self.device, renderer.player, target)
+            if options.time is not None:
+                renderer.warm()
+                if measurements:
+                    measurements.warm()
             begin = time.perf_counter()
             for i, rectangle in enumerate(tiles):
+                accumulation = Accumulation(renderer, measurements, options, rectangle, size, estimates=estimates)
                 done = partial(_add_progress, progress, i * settings.samples, len(tiles) * settings.samples)
                 # Until when this tile's share, and those of all before it, is over.
                 pixels += rectangle[2] * rectangle[3]
-                seconds = None
-                if settings.time is not None:
-                    seconds = begin + settings.time * pixels / (width * height) - time.perf_counter()
-                summed = sampler.sum(
-                    passes, rectangle, size, seconds=seconds, errors=image.error is not None, progress=done
-                )
-                where = _place(rectangle, size)
-                image.radiance[where] = summed.mean
-                count += np.mean(summed.samples) * rectangle[2] * rectangle[3]
-                if summed.moved:
-                    moved.append(summed.moved)
+                until = math.inf
+                if options.time is not None:
+                    until = begin + options.time * pixels / (width * height)
+                complete(accumulation, until, done)
+                result = accumulation.result(errors=image.error is not None)
+                where = place(rectangle, height)
+                image.radiance[where] = result.mean
+                count += np.mean(result.samples) * rectangle[2] * rectangle[3]
+                if result.statistics:
+                    statistics.append(result.statistics)
                 if image.samples is not None:
-                    image.samples[where] = summed.samples
+                    image.samples[where] = result.samples
                 if image.error is not None:
-                    image.error[where] = np.nan if summed.error is None else summed.error
+                    image.error[where] = np.nan if result.error is None else result.error
             took = time.perf_counter() - begin
         samples = float(count) / (width * height)
-        if len(moved) == len(tiles):
-            estimate = estimated(moved, size, samples, took)
+        if len(statistics) == len(tiles):
+            error = estimate(statistics, size, samples, took)
         else:
-            estimate = Estimate(samples, took, unknown=_why_unknown(settings, estimates))
-        return msgspec.structs.replace(image, estimate=estimate, metadata=metadata(scene, size, settings, estimate))
-
-    def _find_geometry(
-        self,
-        image: Image,
-        frame: Frame,
-        tiles: Sequence[Rectangle],
-        target: tuple[int, int],
-    ) -> None:
-        """Fill in what the centre rays of an image's pixels see."""
-        with closing(Passes(self.device.context, target, geometry=True)) as passes:
-            passes.load(self.programs(frame.compiled, None), frame, SamplingOptions())  # its sample is the centre
-            for rectangle in tiles:
-                passes.draw(rectangle, 0, anew=True)
-                passes.read_geometry(image, _place(rectangle, frame.size))
-
-    def sampler(self, settings: Settings, target: tuple[int, int], *, estimates: bool = True) -> Sampler:
-        """What draws samples into targets of that size; else as Sampler's. The device's context must be current."""
-        program = partial(self.device.program, vertex=plain_vertex_source())
-        return Sampler(self.device.context, program, settings, target, estimates=estimates)
-
-    def programs(self, compiled: CompiledScene, show: Show | None = "picture", *, plane_only: bool = True) -> Programs:
-        """What draws a scene; with `show` None only what each pixel sees. The device's context must be current.
-
-        Without `plane_only`, plane-only cells that are not empty are drawn as all others are.
-        """
-        sources = program_sources(compiled, show, self.device.limits.varyings, plane_only=plane_only)
-        programs = {name: self.device.program(source.fragment, source.vertex) for name, source in sources.items()}
-        return Programs(**{"see": None} | programs)
-
-    def has_programs(self, compiled: CompiledScene, show: Show | None = "picture") -> bool:
-        """Whether programs() compiles nothing. Raises ShaderError as that does."""
-        sources = program_sources(compiled, show, self.device.limits.varyings).values()
-        return all(self.device.has_program(source.fragment, source.vertex) for source in sources)
+            error = Estimate(samples, took, unknown=_why_unknown(settings, estimates))
+        return msgspec.structs.replace(image, estimate=error, metadata=metadata(scene, size, settings, error))
 
 
 def _add_progress(progress: Progress | None, before: int, total: int, done: int) -> None:
     if progress:
         progress(before + done, total)
-
-
-def _place(tile: Rectangle, size: tuple[int, int]) -> tuple[slice, slice]:
-    """A tile's rows and columns in arrays with the top row first."""
-    x, y, width, height = tile
-    return slice(size[1] - y - height, size[1] - y), slice(x, x + width)
-
-
-def _tiles(size: tuple[int, int], tile: tuple[int, int]) -> Iterator[Rectangle]:
-    """The tiles of a picture, from the top row down; `tile` is the size of the largest."""
-    width, height = size
-    # Counted from the lowest row, as the cells and blocks are that they consist of.
-    for y in reversed(range(0, height, tile[1])):
-        for x in range(0, width, tile[0]):
-            yield x, y, min(tile[0], width - x), min(tile[1], height - y)

@@ -1,6 +1,6 @@
 // The largest standard error of the means of a block's pixels, for adaptive sampling.
 // A fragment is a block of BLOCK x BLOCK pixels; errors are in linear radiance. With an APRON of pixels around the
-// block, the result is at least the error that an edge may cause if no sample hits it. raytracer/rendering/adaptive.py explains
+// block, the result is at least the error that an edge may cause if no sample hits it. raytracer/rendering/stopping_rule.py explains
 // both.
 
 uniform sampler2D radianceSum;  // sums of samples, and in a of their squared lengths

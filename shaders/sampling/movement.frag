@@ -1,5 +1,5 @@
 // The movement of a block's means between two numbers of samples, and the variance of its samples.
-// A fragment is a block of BLOCK x BLOCK pixels. raytracer/rendering/error_estimate.py estimates the picture's error from both.
+// A fragment is a block of BLOCK x BLOCK pixels. raytracer/rendering/estimator.py estimates the picture's error from both.
 
 #include "sampling/sums.glsl"
 

@@ -310,7 +310,7 @@ def test_a_moving_picture_has_one_sample_a_frame_with_enlarged_pixels_and_then_s
 ) -> None:
     monkeypatch.setattr(window_module, "_STILL", FOREVER)
     one = opened(samples=400, budget=AT_ONCE)
-    live = one.viewer.live
+    live = one.viewer.picture
     one.frame(Press("left"))
     for k in range(1, 5):
         one.frame(Cursor(0.1 * k, 0.5))
@@ -329,7 +329,7 @@ def test_a_picture_that_may_move_again_waits_and_a_still_one_gets_as_many_sample
 ) -> None:
     monkeypatch.setattr(window_module, "_STILL", FOREVER)
     one = opened(samples=400, size=(16, 9), budget=FOREVER)
-    live = one.viewer.live
+    live = one.viewer.picture
     one.frame(Press("left"))
     one.frame(Cursor(0.1, 0.5))
     swaps = one.swaps
@@ -339,7 +339,7 @@ def test_a_picture_that_may_move_again_waits_and_a_still_one_gets_as_many_sample
     assert live.samples == 1 and one.swaps == swaps + 1, "the same picture under an overlay"
     monkeypatch.setattr(window_module, "_STILL", 0.0)
     one.frame()
-    assert live.samples == 1 and not live.done
+    assert live.samples == 1 and not live.is_done
     one.frame()
     assert live.samples == 400 and live.rmse()
 
@@ -353,7 +353,7 @@ def test_a_picture_whose_error_cannot_be_found_has_its_samples_and_the_mistake(
     one = opened(samples=8)
     for _ in range(2):
         one.until_idle()
-        assert one.viewer.live.samples == 8 and one.viewer.live.rmse() is None
+        assert one.viewer.picture.samples == 8 and one.viewer.picture.rmse() is None
         assert "sampling/movement.frag:" in one.viewer.state.error
         assert "8 of 8 samples, phong" in glfw.get_window_title(one.viewer.window)
         one.viewer.handle(Wheel(1.0, True))
@@ -369,7 +369,7 @@ def test_the_title_has_the_error_and_a_still_picture_ends_with_what_was_asked_fo
     file.write_text(BALL + "[settings]\nmax_error = 0.004\nsize = [64, 36]\n")
     one = opened(scene=file, size=None, samples=1000)
     one.until_idle()
-    drawn, window = one.viewer.live, one.viewer.window
+    drawn, window = one.viewer.picture, one.viewer.window
     assert drawn.size == (64, 36) and 4 <= drawn.samples < 1000 and (drawn.rmse() or 1.0) < 0.004
     assert f"{drawn.samples} of 1000 samples, error {drawn.rmse():.2g}, " in glfw.get_window_title(window)
     one.frame(Key("P"))
@@ -402,7 +402,7 @@ def test_nothing_is_drawn_for_a_still_picture_or_a_minimised_window(
         assert one.frame() == _LOOK
     assert one.swaps == swaps
     one.frame(Key("H"))
-    assert one.swaps == swaps + 1 and one.viewer.live.samples == 4, "the same picture under an overlay"
+    assert one.swaps == swaps + 1 and one.viewer.picture.samples == 4, "the same picture under an overlay"
 
     for name, instead in (("get_framebuffer_size", lambda _: (0, 0)), ("get_window_attrib", lambda *_: 1)):
         with monkeypatch.context() as patch:
@@ -449,7 +449,7 @@ def test_keys_in_a_row_count_all_and_only_the_last_ones_programs_are_compiled_wh
     pictures = rendered(assignment(), samples=4), rendered(assignment(), samples=4, shading="minnaert")
     half = slice(SIZE[1] // 3, 2 * SIZE[1] // 3)  # without marker and text
     one = opened(samples=4)
-    programs = one.viewer.live._device._programs
+    programs = one.viewer.picture._device._programs
     one.viewer.handle(Key("L"))
     one.until_idle()
     compiled = len(programs)
@@ -520,7 +520,7 @@ def test_a_screenshot_of_a_picture_with_one_sample_is_what_render_renders(
     monkeypatch.setattr(window_module, "_STILL", FOREVER)
     pictures = rendered(assignment()), rendered(turn_light(assignment(), 0, half_turns(0.1 * SIZE[1]), 0.0))
     one = opened(samples=samples, budget=budget)
-    live = one.viewer.live
+    live = one.viewer.picture
     one.frame(Cursor(0.0, 0.5), Press("left"))
     one.frame(Wheel(1.0, True))
     one.frame(Wheel(-1.0, True))
@@ -642,7 +642,7 @@ def test_two_thousand_frames_with_toggles_and_resizes_leave_nothing_behind(opene
         )
         if k % 10 == 0:
             glfw.set_window_size(one.viewer.window, 96 + k % 7, 54 + k % 5)
-            one.viewer.live.reread()
+            one.viewer.picture.reread()
         one.frame()
         if k == 199:
             left, memory = objects(), resident()

@@ -9,7 +9,7 @@ import pytest
 import raytracer as rt
 from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_scene
 from raytracer.compiler.direction_cells import CELL
-from raytracer.gpu.cell_draw import runs
+from raytracer.compiler.meshes import runs
 from raytracer.ground_truth.ray_tracer import Tracer, camera_rays
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings

@@ -15,7 +15,7 @@ from raytracer.compiler import program_rows, scene_lists
 from raytracer.compiler.glsl.preprocessor import Source
 from raytracer.compiler.glsl.shaders import Show
 from raytracer.compiler.rounds import roth_loops
-from raytracer.rendering.progressive import Live
+from raytracer.rendering.progressive import ProgressivePicture
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
@@ -237,25 +237,28 @@ def test_loops_of_every_sort_that_the_driver_does_not_end_are_refused(
 def test_the_window_shows_nothing_of_what_the_driver_does_not_end(
     renderer: Renderer, show: Show, has_round_limit: bool
 ) -> None:
-    live = Live(renderer, 1e9)
+    picture = ProgressivePicture(renderer.device, 1e9)
     with renderer.device.context:
         if has_round_limit:
             with pytest.raises(rt.InputError, match="at most 65535 steps"):
-                live.start(row(400), Settings(), show, SIZE, moving=False)
-        live.close()
+                picture.start(row(400), Settings(), show, SIZE, moving=False)
+                picture.step()
+        picture.close()
 
 
 def test_more_lights_without_shadows_take_more_steps(renderer: Renderer, has_round_limit: bool) -> None:
     facets = rt.Instances(rt.Sphere((0, 0, 0), 1, FACETS), [(0, 0, -3.0 * i) for i in range(20)])
     one, many = (split([facets], rt.PointLight((0, 30, 0)), count, AHEAD) for count in (1, 200))
     settings = Settings(shadows="off")
-    live = Live(renderer, 1e9)
+    picture = ProgressivePicture(renderer.device, 1e9)
     with renderer.device.context:
-        live.start(one, settings, "picture", SIZE, moving=False)
+        picture.start(one, settings, "picture", SIZE, moving=False)
+        picture.step()
         if has_round_limit:
             with pytest.raises(rt.InputError, match="at most 65535 steps"):
-                live.start(many, settings, "picture", SIZE, moving=False)
-        live.close()
+                picture.start(many, settings, "picture", SIZE, moving=False)
+                picture.step()
+        picture.close()
 
 
 @pytest.mark.slow

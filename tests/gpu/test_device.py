@@ -9,7 +9,7 @@ import pytest
 import raytracer as rt
 from raytracer.compiler.glsl.preprocessor import assemble
 from raytracer.gpu.device import ADD, Device, shared_device
-from raytracer.rendering.progressive import Live
+from raytracer.rendering.progressive import ProgressivePicture
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
@@ -69,13 +69,13 @@ def test_a_window_that_reads_its_shaders_again_leaves_another_window_its_program
     own = Renderer(Device(renderer.device.context))
     expected = renderer.render(other, SIZE, settings).radiance
     with own.device.context:
-        first, second = Live(own, budget=1.0), Live(own, budget=1.0)
+        first, second = ProgressivePicture(own.device, budget=1.0), ProgressivePicture(own.device, budget=1.0)
         second.start(other, settings, "picture", SIZE, moving=False)
-        second.sample()
+        second.step()
         first.start(scene, settings, "picture", SIZE, moving=False)
         first.reread()
         first.start(scene, settings, "picture", SIZE, moving=False)
-        second.sample()
+        second.step()
         radiance = second.image({}).radiance
         first.close()
         second.close()

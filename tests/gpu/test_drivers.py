@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 import raytracer as rt
+from raytracer.compiler.draws import sample_at
 from raytracer.compiler.frame import make_frame
-from raytracer.rendering.passes import Passes
+from raytracer.rendering.programs import find_programs
 from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.compiled import compiled
@@ -62,10 +64,10 @@ def test_what_a_driver_has_no_room_for_is_refused_again_when_tried_again(
             with pytest.raises(rt.InputError, match=rf"^objects: expected at most {most} .*buffer textures\), got"):
                 make_frame(compiled(scene), SIZE, limits)
     with renderer.device.context:
-        passes = Passes(renderer.device.context, SIZE)
+        tiles = TileRenderer(renderer.device, SIZE)
         frame = make_frame(compiled(scene), SIZE, renderer.device.limits)
-        passes.load(renderer.programs(frame.compiled), frame, settings.sampling)
-        passes.draw((0, 0, *SIZE), 0, anew=True)
-        radiance = passes.read_sum((0, 0, *SIZE))
-        passes.close()
+        tiles.load(find_programs(renderer.device, frame.compiled), frame)
+        tiles.draw((0, 0, *SIZE), sample_at(0, settings.sampling))
+        radiance = tiles.read_sums((0, 0, *SIZE), 3)
+        tiles.close()
     np.testing.assert_array_equal(radiance, renderer.render(scene, SIZE, settings).radiance)

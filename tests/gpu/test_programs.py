@@ -8,9 +8,10 @@ import pytest
 
 import raytracer as rt
 from raytracer import glsl
+from raytracer.app.viewer.canvas import Canvas
 from raytracer.gpu import device
 from raytracer.gpu.device import Device
-from raytracer.rendering.progressive import Live
+from raytracer.rendering.progressive import ProgressivePicture
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
@@ -73,16 +74,17 @@ def test_the_window_keeps_what_it_draws_with(renderer: Renderer, monkeypatch: py
     monkeypatch.setattr(device, "KEPT_TEXT", 0)
     own, settings = Renderer(Device(renderer.device.context)), Settings(samples=4)
     with renderer.device.context:
-        live = Live(own, budget=1.0)
+        live, canvas = ProgressivePicture(own.device, budget=1.0), Canvas(own.device)
         screen = own.device.context.framebuffer([own.device.context.texture(SIZE, 4)])
         for spheres in (2, 3, 4):
             live.start(scene_with(spheres), settings, "picture", SIZE, moving=False)
-            while not live.done:
-                live.sample()
+            while not live.is_done:
+                live.step()
                 own.render(scene_with(1), SIZE, Settings())  # another picture meanwhile
                 renderer.device.context.__enter__()  # which leaves no context current
-            live.present(screen, None, scene_with(spheres).camera, 1.0)
+            canvas.present(screen, live, None, scene_with(spheres).camera, 1.0)
         radiance, programs = live.image({}).radiance, len(own.device._programs)
         live.close()
+        canvas.close()
     assert programs <= 12, "those of the last scene, of the window, and of the error"
     np.testing.assert_allclose(radiance, renderer.render(scene_with(4), SIZE, settings).radiance, rtol=1e-6)

@@ -9,8 +9,8 @@ import pytest
 
 import raytracer as rt
 from raytracer.app.cli import main
-from raytracer.rendering.adaptive import FIRST
 from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.stopping_rule import FIRST
 from raytracer.scene.settings import Evaluator, Settings, Shadows
 from tests import scenes
 

@@ -14,7 +14,8 @@ import pytest
 import raytracer as rt
 from raytracer.compiler import compiled_scene
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.settings import Settings, Shadows
+from raytracer.scene.options import Shadows
+from raytracer.scene.settings import Settings
 from raytracer.scene.solids import leaves, with_leaves
 from tests import scenes
 from tests.pictures import assert_same

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 import raytracer as rt
+from raytracer.compiler.draws import sample_at
 from raytracer.compiler.frame import make_frame
-from raytracer.formats.scene_file import load, named_files
-from raytracer.rendering.passes import Passes
+from raytracer.formats.scene_file import companion_paths, load
+from raytracer.rendering.programs import find_programs
 from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.materials import merl
 from raytracer.scene.settings import Settings
 from tests import scenes
@@ -128,7 +130,7 @@ def test_a_scene_file_names_a_table_in_its_folder(file: Path, baked: merl.Measur
     scene = file.parent / "scene.toml"
     scene.write_text(f'{text[:start]}[materials.red]\nmodel = "merl"\nfile = "rough.binary"\n{text[end:]}')
     assert load(scene).materials[0].file == baked
-    assert named_files(scene, scene.read_text()) == [file]
+    assert companion_paths(scene, scene.read_text()) == [file]
 
 
 def test_a_table_that_many_materials_name_is_read_once_and_there_may_be_sixteen(file: Path, tmp_path: Path) -> None:
@@ -161,11 +163,11 @@ def test_tables_that_do_not_fit_leave_those_of_the_scene_before(renderer: Render
         # As if there were room for one table only.
         with pytest.raises(rt.InputError, match="materials: expected at most 1 measured"):
             make_frame(compiled(two), size, msgspec.structs.replace(limits, volume_layers=179), frame)
-        passes = Passes(renderer.device.context, size)
-        passes.load(renderer.programs(frame.compiled), frame, settings.sampling)
-        passes.draw((0, 0, *size), 0, anew=True)
-        picture = passes.read_sum((0, 0, *size))
-        passes.close()
+        tiles = TileRenderer(renderer.device, size)
+        tiles.load(find_programs(renderer.device, frame.compiled), frame)
+        tiles.draw((0, 0, *size), sample_at(0, settings.sampling))
+        picture = tiles.read_sums((0, 0, *size), 3)
+        tiles.close()
     np.testing.assert_array_equal(picture, renderer.render(good, size, settings).radiance)
 
 

@@ -15,8 +15,9 @@ from raytracer.formats.image import Image
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials.material import Material
+from raytracer.scene.options import Evaluator
 from raytracer.scene.scene import Scene
-from raytracer.scene.settings import Evaluator, Settings
+from raytracer.scene.settings import Settings
 
 # Without ambient light or highlights: black where no light reaches, and only there.
 MATTE = tuple(

@@ -26,7 +26,7 @@ LADDER = sorted({2**k for k in range(11)} | {3 * 2**k for k in range(9)})
 THRESHOLDS = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
 # With fewer, adaptive samples, of which all pixels get 3, leave out next to nothing.
 ADAPTIVE_FROM = 8
-# Of the error that is asked for: estimates are on the safe side by up to 1.4 (error_estimate.py), so less may do.
+# Of the error that is asked for: estimates are on the safe side by up to 1.4 (estimator.py), so less may do.
 ASKED_ERRORS = (1.0, 1.15, 1.3)
 
 # The side of the pictures on which candidates are ranked, of the picture's.

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import glfw
-import moderngl
 import msgspec
 
+from raytracer.app.viewer.canvas import Canvas
 from raytracer.app.viewer.events import (
     Button,
     Cursor,
@@ -40,12 +40,13 @@ from raytracer.core.output import write_numbered
 from raytracer.core.terminal import complain, say
 from raytracer.core.validation import InputError, about
 from raytracer.formats.companion_files import copied
-from raytracer.formats.scene_file import moved, named_files, parse_all, read
+from raytracer.formats.scene_file import companion_paths, edit_positions, find_scene, parse_document, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.gpu.context import open_window
 from raytracer.gpu.device import Device
-from raytracer.rendering.progressive import Live
-from raytracer.rendering.renderer import Renderer, metadata
+from raytracer.gpu.gl import Context
+from raytracer.rendering.progressive import ProgressivePicture
+from raytracer.rendering.renderer import metadata
 from raytracer.scene.settings_patch import SettingsPatch
 
 # Seconds. How often files are looked at; also, Python notices Ctrl+C only between two waits for events.
@@ -84,14 +85,12 @@ def opened(
     moving picture may take before its pixels are enlarged. Raises ContextError if no window opens, InputError for a
     wrong scene file; drawing raises InputError for a scene beyond this driver's limits.
     """
-    path, text = read(scene)
+    path = find_scene(scene)
     files = Files(path)
-    if files.has_scene:  # it may have been saved before changes were looked for
-        path, text = read(path)
-    loaded, section = parse_all(path, text)
+    document = read_document(path)
     with about(path):
-        state = start(text, loaded, section.settings, chosen)
-    context, window = open_window(size or section.size or DEFAULT_SIZE, compiling_title(state))
+        state = start(document, chosen)
+    context, window = open_window(size or document.section.size or DEFAULT_SIZE, compiling_title(state))
     try:
         viewer = Viewer(context, window, files, state, budget)
         yield viewer
@@ -103,11 +102,12 @@ def opened(
 class Viewer:
     """Draws what is due into a window, and waits otherwise."""
 
-    def __init__(self, context: moderngl.Context, window: Any, files: Files, state: State, budget: float) -> None:
+    def __init__(self, context: Context, window: Any, files: Files, state: State, budget: float) -> None:
         self.state = state
-        renderer = Renderer(Device(context))
+        device = Device(context)
         context.__enter__()  # the window's context is current as long as the window is open
-        self.live = Live(renderer, budget)
+        self.picture = ProgressivePicture(device, budget)
+        self.canvas = Canvas(device)
         self.context, self.window = context, window
         self._files, self._budget = files, budget
         self._redo = Redo.SAMPLES
@@ -129,7 +129,8 @@ class Viewer:
     def close(self) -> None:
         """Write a screenshot that is due, and give back what is on the GPU."""
         self._take_screenshot()
-        self.live.close()
+        self.picture.close()
+        self.canvas.close()
 
     def handle(self, event: Event) -> None:
         """Take the state after `event`, and do what it wants done at once."""
@@ -152,24 +153,24 @@ class Viewer:
         size = glfw.get_framebuffer_size(self.window)
         if 0 in size or glfw.get_window_attrib(self.window, glfw.ICONIFIED):
             return _LOOK
-        live, begin = self.live, time.perf_counter()
+        picture, begin = self.picture, time.perf_counter()
         still_in = self._moved_at + _STILL - begin
         hint, since = self._hinted
         if hint and begin > since + _HINT:
             self.handle(Hinted(""))
-        if Redo.SAMPLES in self._redo or size != live.size:
+        if Redo.SAMPLES in self._redo or size != picture.size:
             if self._drawn and not self._is_compiled():
                 self._announce()
                 if begin < self._pressed_at + _TOGETHER:
                     return _LOOK
             self._moved_at = begin
             self._begin(size, moving=True)
-        elif live.moving and still_in <= 0.0:
+        elif picture.is_moving and still_in <= 0.0:
             self._begin(size, moving=False)
-        elif live.moving:
+        elif picture.is_moving:
             if Redo.PRESENT not in self._redo:
                 return still_in
-        elif not live.done:
+        elif not picture.is_done:
             self._refine(begin)
         elif self._screenshot_due:
             self._take_screenshot()
@@ -177,19 +178,19 @@ class Viewer:
             return _LOOK
         self._present()
         now = time.perf_counter()
-        if now > self._titled_at + _RETITLE or live.done:
+        if now > self._titled_at + _RETITLE or picture.is_done:
             self._titled_at = now
-            text = title(self.state, live.samples, 1000.0 * (now - begin), live.rmse())
+            text = title(self.state, picture.samples, 1000.0 * (now - begin), picture.rmse())
             glfw.set_window_title(self.window, text)
         return 0.0
 
     def _is_compiled(self) -> bool:
         """Whether the programs of the picture that is wanted are compiled; also if there can be none."""
-        live, state = self.live, self.state
-        if not self._reloaded and live.has_structure(state.scene, state.settings, state.show):
+        picture, state = self.picture, self.state
+        if not self._reloaded and picture.has_structure(state.scene, state.settings, state.show):
             return True
         try:
-            return live.is_compiled(state.scene, state.settings, state.show)
+            return picture.is_compiled(state.scene, state.settings, state.show)
         except (InputError, ShaderError):
             return True
 
@@ -202,12 +203,12 @@ class Viewer:
     def _refine(self, begin: float) -> None:
         """Draw one more sample, or as many as the budget allows since `begin`."""
         self._sample()
-        while not self.live.done and time.perf_counter() < begin + self._budget:
+        while not self.picture.is_done and time.perf_counter() < begin + self._budget:
             self._sample()
 
     def _sample(self) -> None:
         try:
-            self.live.sample()
+            self.picture.step()
         except ShaderError as error:  # of those that find the error, without which the picture goes on
             complain(*str(error).splitlines())
             self.handle(Failed(str(error)))
@@ -216,10 +217,11 @@ class Viewer:
         """Start the picture and draw its first sample; or that of the state before, if this is impossible."""
         if moving:
             self._take_screenshot()
-        if self._reloaded:  # not before: a screenshot is of what the files held until now
-            self.live.reread()
         self._redo &= ~Redo.SAMPLES
         try:
+            if self._reloaded:  # not before: a screenshot is of what the files held until now
+                self.canvas.load_programs()
+                self.picture.reread()
             self._start(self.state, size, moving)
         except (InputError, ShaderError) as error:
             if isinstance(error, InputError):
@@ -232,26 +234,27 @@ class Viewer:
             self._start(self.state, size, moving)
             self.handle(Failed(message) if self._reloaded else Told(message))
         self._drawn, self._reloaded = self.state, False
-        self._sample()
 
     def _start(self, state: State, size: tuple[int, int], moving: bool) -> None:
-        self.live.start(state.scene, state.settings, state.show, size, moving=moving)
+        """Start a picture and draw its first sample, which tells whether shaders come to an end."""
+        self.picture.start(state.scene, state.settings, state.show, size, moving=moving)
+        self._sample()
 
     def _present(self, note: str = "") -> None:
         """Show the picture under the overlay, with `note` in place of a notice."""
-        state, size = self.state, self.live.size
+        state, size = self.state, self.picture.size
         if note:
             state = msgspec.structs.replace(state, notice=note)
         scale = glfw.get_window_content_scale(self.window)[1]
         wanted = (state.help, state.notice, state.hint, state.error, state.light, len(state.scene.lights), size, scale)
         if wanted != self._panels:
-            self.live.set_panels(panels(state, size, scale))
-            self.live.set_label(label(state, scale))
+            self.canvas.set_panels(panels(state, size, scale))
+            self.canvas.set_label(label(state, scale))
             self._panels = wanted
         if state.hint != self._hinted[0]:
             self._hinted = state.hint, time.perf_counter()
         marked = state.scene.lights[state.light] if state.marker and state.scene.lights else None
-        self.live.present(self.context.screen, marked, state.scene.camera, scale)
+        self.canvas.present(self.context.screen, self.picture, marked, state.scene.camera, scale)
         glfw.swap_buffers(self.window)
         self._redo &= ~Redo.PRESENT
 
@@ -265,10 +268,11 @@ class Viewer:
             return
         path = self._files.scene
         try:
-            text = read(path)[1] if self._files.has_scene else self.state.text
-            loaded, section = parse_all(path, text)
+            # A pipe is not read twice.
+            again = self._files.has_scene
+            document = read_document(path) if again else parse_document(path, self.state.document.text)
             with about(path):
-                self.handle(Loaded(text, loaded, section.settings))
+                self.handle(Loaded(document))
         except InputError as error:
             complain(*str(error).splitlines())
             self.handle(Failed(str(error)))
@@ -293,32 +297,33 @@ class Viewer:
         A single sample is drawn again, as that of a picture of one: a moving picture's pixels may be enlarged, and a
         still one's first sample is not the pixel's centre.
         """
-        live, drawn = self.live, self._drawn
+        picture, drawn = self.picture, self._drawn
         if not self._screenshot_due or not drawn:
             return
         self._screenshot_due = False
-        if live.samples == 1:
+        if picture.samples == 1:
             settings = msgspec.structs.replace(drawn.settings, samples=1)
-            self._start(msgspec.structs.replace(drawn, settings=settings), live.size, moving=False)
-            live.sample()
+            self._start(msgspec.structs.replace(drawn, settings=settings), picture.size, moving=False)
         self._write(self._screenshot)
 
     def _screenshot(self) -> str:
-        state, live = self._drawn or self.state, self.live
-        settings = state.settings.replace(samples=live.samples, adaptive=None, max_error=None, time=None)
-        text = metadata(state.scene, live.size, settings, live.estimate())
+        state, picture = self._drawn or self.state, self.picture
+        settings = state.settings.replace(samples=picture.samples, adaptive=None, max_error=None, time=None)
+        text = metadata(state.scene, picture.size, settings, picture.estimate())
         text["Description"] += f", showing {state.show}" if state.show != "picture" else ""
-        path = write_numbered(state.scene.name, ".png", live.image(text).write_png)
-        return f"wrote {path}: {live.size[0]}x{live.size[1]}, {live.samples} of {state.settings.samples} samples"
+        path = write_numbered(state.scene.name, ".png", picture.image(text).write_png)
+        return (
+            f"wrote {path}: {picture.size[0]}x{picture.size[1]}, {picture.samples} of {state.settings.samples} samples"
+        )
 
     def _export(self) -> str:
         try:
-            text = moved(self.state.text, self.state.scene, self._files.scene.parent)
+            text = edit_positions(self.state.document.text, self.state.scene, self._files.scene.parent)
         except RuntimeError as error:
             raise RuntimeError(f"{self._files.scene}: {error}") from None
-        with copied(named_files(self._files.scene, text), Path()):
+        with copied(companion_paths(self._files.scene, text), Path()):
             path = write_numbered(self.state.scene.name, ".toml", lambda file: file.write(text.encode()))
-        return f"wrote {path}; to render its picture: {command(self.state, self.live.size, str(path))}"
+        return f"wrote {path}; to render its picture: {command(self.state, self.picture.size, str(path))}"
 
     def _on_refresh(self, _window: Any) -> None:
         # At once: while a user resizes a window, macOS and Windows return from no other call.

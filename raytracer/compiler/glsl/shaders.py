@@ -25,6 +25,7 @@ from raytracer.compiler.glsl.constants import (
 )
 from raytracer.compiler.glsl.preprocessor import Source, assemble
 from raytracer.compiler.glsl.ray_queries import camera_query, mirror_query, shadow_query
+from raytracer.compiler.meshes import EMPTY, PLANE_ONLY, SEE, SHADE, SHAPES
 from raytracer.compiler.rounds import may_take_many_rounds
 from raytracer.scene.options import Shadows
 
@@ -43,30 +44,28 @@ class ProgramSource(NamedTuple):
 def program_sources(
     compiled: CompiledScene, show: Show | None, varyings: int = ALL, *, plane_only: bool = True
 ) -> dict[str, ProgramSource]:
-    """The programs that draw a scene; with `show` None only what each pixel sees.
+    """The programs that draw a scene, by their names (meshes.py); with `show` None they draw only what each pixel sees.
 
-    `see` finds what each pixel sees, unless `shade` finds all that is under objects that share code; `shapes` finds the
-    same where such objects are. `shade` computes the light. `plane_only` does both in plane-only cells, `empty` in
-    empty ones. Without `plane_only`, plane-only cells are drawn as all others are. `varyings` is how many components of
-    varyings the driver has.
+    Without `plane_only`, plane-only cells are drawn as all others are. `varyings` is how many components of varyings
+    the driver has.
     """
     handed = handed_constants(compiled, varyings)
     sources: dict[str, ProgramSource] = {}
     cells = _vertex_source(compiled, handed)
     if show != "picture" or not compiled.is_over_planes:
-        sources["see"] = ProgramSource(cells, _visibility_source(compiled, handed, geometry=show != "picture"))
+        sources[SEE] = ProgramSource(cells, _visibility_source(compiled, handed, geometry=show != "picture"))
     if show == "picture":
-        sources["shade"] = ProgramSource(cells, _shade_source(compiled, handed))
+        sources[SHADE] = ProgramSource(cells, _shade_source(compiled, handed))
     elif show:
-        sources["shade"] = ProgramSource(
+        sources[SHADE] = ProgramSource(
             cells, assemble(f"window/show_{show}.frag", _defines(compiled), _material(compiled))
         )
     if compiled.has_lists and compiled.batches.shapes:
-        sources["shapes"] = _shapes_source(compiled, handed, geometry=show != "picture")
+        sources[SHAPES] = _shapes_source(compiled, handed, geometry=show != "picture")
     if show == "picture" and compiled.has_plane_only_cells:
         if plane_only and compiled.batches.planes:
-            sources["plane_only"] = ProgramSource(cells, _plane_only_source(compiled, handed))
-        sources["empty"] = ProgramSource(plain_vertex_source(), assemble("passes/empty.frag"))
+            sources[PLANE_ONLY] = ProgramSource(cells, _plane_only_source(compiled, handed))
+        sources[EMPTY] = ProgramSource(plain_vertex_source(), assemble("passes/empty.frag"))
     return sources
 
 

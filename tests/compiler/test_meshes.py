@@ -1,12 +1,11 @@
-"""The rectangles of objects that share code: on which squares of a picture they lie."""
+"""The rectangles of objects of kinds: on which squares of a picture they lie."""
 
 import math
 
 import numpy as np
 
 import raytracer as rt
-from raytracer.compiler.culling import cells_under
-from raytracer.gpu.rectangle_draw import touching, which_touch
+from raytracer.compiler.meshes import cells_under, touching, which_touch
 from tests.compiled import frame
 
 ROWS, COLUMNS, SIDE = 9, 13, 4

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import raytracer as rt
 from raytracer.formats.estimate import Estimate
 from raytracer.ground_truth import ray_tracer
-from raytracer.rendering.error_estimate import FACTOR, is_surely_below
+from raytracer.rendering.estimator import FACTOR
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.sequences import sample_points
 from raytracer.scene.settings import Settings, Shadows
@@ -142,8 +142,8 @@ def test_a_part_of_a_picture_tells_where_the_whole_is_worst(
 ) -> None:
     size = 320, 180
     whole = renderer.render(scenes.assignment(), size, settings)
-    monkeypatch.setattr("raytracer.rendering.convergence._ENOUGH", 0)
-    monkeypatch.setattr("raytracer.rendering.convergence._PART", 7)  # so few cells that the worst is not among them
+    monkeypatch.setattr("raytracer.rendering.estimator._ENOUGH", 0)
+    monkeypatch.setattr("raytracer.rendering.estimator._PART", 7)  # so few cells that the worst is not among them
     part = renderer.render(scenes.assignment(), size, settings)
     assert whole.estimate and part.estimate and part.estimate.worst and part.error is not None
     assert whole.estimate.rmse != part.estimate.rmse
@@ -237,12 +237,3 @@ def test_no_pass_begins_without_time_for_it(renderer: Renderer) -> None:
     image = renderer.render(scenes.assignment(), (100, 60), settings, tile=64)
     assert image.samples is not None and (image.samples == 1).all()
     assert image.estimate and "for want of time" in str(image.estimate)
-
-
-def test_what_is_surely_below_is_further_below_with_few_samples() -> None:
-    def below(rmse: float, samples: int) -> bool:
-        return is_surely_below(1.0, lambda: rmse, samples)
-
-    assert below(0.9, 8) and not below(0.9, 4)
-    assert below(0.7, 2) and not below(0.7, 1)
-    assert not below(0.1, 7) and below(0.1, 12)

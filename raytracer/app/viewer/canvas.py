@@ -1,0 +1,124 @@
+"""The canvas of the window: the picture, a light's marker with its label, and panels of text over it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler.direction_cells import BLOCK
+from raytracer.compiler.draws import Draw, Rectangle, Screen
+from raytracer.compiler.glsl.preprocessor import assemble
+from raytracer.compiler.view_space import in_picture
+from raytracer.gpu.device import Device
+from raytracer.gpu.draw_player import DrawPlayer
+from raytracer.gpu.gl import Framebuffer, set_uniforms
+from raytracer.rendering.progressive import ProgressivePicture
+from raytracer.scene.scene import Camera, PointLight
+
+# Text or the like: (h, w, 4) uint8 with the top row first, and the window's pixel under its lower left one.
+Panel = tuple[NDArray[np.uint8], tuple[int, int]]
+
+# The programs, and values of the types that their uniforms should have.
+_PROGRAMS: dict[str, dict[str, object]] = {
+    "present": {"samples": 1.0, "enlarged": 1, "hasBefore": False, "hasStopped": False},
+    "marker": {"center": (0.0, 0.0), "radius": 1.0, "fill": (0.0, 0.0, 0.0), "inView": True},
+    "panel": {"corner": (0, 0)},
+}
+# In pixels, at display scale 1. A marker is as large as a cursor, which users find.
+MARKER_RADIUS = 14.0
+_LABEL_GAP = 4.0
+_LABEL = "label"
+
+
+class Canvas:
+    """What the window shows. The device's context must be current in all calls."""
+
+    def __init__(self, device: Device) -> None:
+        """Compile the programs. Raises ShaderError as load_programs()."""
+        self._device = device
+        self._player = DrawPlayer(device)
+        self._panels: list[Rectangle] = []
+        self._label: tuple[int, int] | None = None  # its size
+        self.load_programs()
+
+    def load_programs(self) -> None:
+        """Read the shaders' files again. Raises ShaderError for a mistake in them, which leaves all as it was."""
+        programs = {name: self._device.program(assemble(f"window/{name}.frag", {"BLOCK": BLOCK})) for name in _PROGRAMS}
+        for name, uniforms in _PROGRAMS.items():
+            set_uniforms(programs[name], **uniforms)
+        self._player.use(programs)
+
+    def set_panels(self, panels: Sequence[Panel]) -> None:
+        """Take panels in place of those before."""
+        for k in range(len(self._panels)):
+            self._player.remove_texture(f"panel{k}")
+        self._panels = [(*corner, *self._add_texture(f"panel{k}", pixels)) for k, (pixels, corner) in enumerate(panels)]
+
+    def set_label(self, label: NDArray[np.uint8] | None) -> None:
+        """Take a panel to be shown beside the marker, if any."""
+        self._player.remove_texture(_LABEL)
+        self._label = None if label is None else self._add_texture(_LABEL, label)
+
+    def _add_texture(self, name: str, pixels: NDArray[np.uint8]) -> tuple[int, int]:
+        """Bring (h, w, 4) pixels to the GPU; their width and height."""
+        size = pixels.shape[1], pixels.shape[0]
+        self._player.add_texture(name, size, 4, "f1")
+        self._player.write(name, pixels[::-1])
+        return size
+
+    def present(
+        self,
+        screen: Framebuffer,
+        picture: ProgressivePicture,
+        marked: PointLight | None,
+        camera: Camera,
+        scale: float,
+    ) -> None:
+        """Draw a picture into `screen`, with a marker and its label at the light `marked`, and the panels on top.
+
+        `scale` is the display's: markers are that much larger.
+        """
+        size, textures = picture.size, picture.textures()
+        screen_area = 0, 0, size[0], size[1]
+        uniforms = {
+            "samples": float(picture.samples),
+            "enlarged": picture.enlarged,
+            "hasBefore": "summedBefore" in textures,
+            "hasStopped": "blockSamples" in textures,
+        }
+        inputs = {sampler: sampler for sampler in textures}
+        draws = [Draw("present", Screen(), ("screen",), screen_area, screen_area, uniforms, inputs)]
+        if marked:
+            radius = MARKER_RADIUS * scale
+            x, y, in_view = in_picture(camera, marked.position, size, radius)
+            fill = np.array(marked.color) / max(1.0, *marked.color)
+            uniforms = {"center": (x, y), "radius": radius, "fill": tuple(fill), "inView": in_view}
+            around = int(x - radius) - 1, int(y - radius) - 1, int(2 * radius) + 3, int(2 * radius) + 3
+            draws.append(Draw("marker", Screen(), ("screen",), screen_area, around, uniforms))
+            if self._label:
+                corner = _beside((x, y), radius + _LABEL_GAP * scale, self._label, size)
+                draws.append(_panel_draw(_LABEL, (*corner, *self._label), screen_area))
+        draws += [_panel_draw(f"panel{k}", panel, screen_area) for k, panel in enumerate(self._panels)]
+        self._player.play(draws, screen=screen, textures=textures)
+
+    def close(self) -> None:
+        """Give back everything on the GPU but the device's programs."""
+        self._player.close()
+
+
+def _panel_draw(texture: str, panel: Rectangle, area: Rectangle) -> Draw:
+    """The draw of a texture at its place in the window."""
+    return Draw("panel", Screen(), ("screen",), area, panel, {"corner": panel[:2]}, {"panel": texture}, "over")
+
+
+def _beside(
+    place: tuple[float, float], distance: float, panel: tuple[int, int], window: tuple[int, int]
+) -> tuple[int, int]:
+    """The lower left pixel of a panel at a distance to the right of a place, or to the left where the window ends."""
+    x, y = place
+    right = x + distance
+    left = right if right + panel[0] <= window[0] else x - distance - panel[0]
+    lower = min(max(0.0, y - panel[1] / 2.0), max(0.0, float(window[1] - panel[1])))
+    return int(max(0.0, left)), int(lower)

@@ -1,0 +1,172 @@
+"""The draws of one sample, as a list of values: no OpenGL here, so that any player can play the same list.
+
+A player has programs and textures by the names that are used here. For each `Draw` it binds the textures of `inputs`,
+sets those of the `uniforms` that the program has, and draws the mesh into the textures of `target`. gpu/draw_player.py
+is the player for OpenGL.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any, Literal, NamedTuple
+
+import msgspec
+
+from raytracer.compiler.meshes import EMPTY, PLANE_ONLY, SEE, SHADE, SHAPES, Cells, Meshes, Rectangle, Rectangles
+from raytracer.scene.options import SamplingOptions
+from raytracer.scene.sequences import sample_place, scatters
+
+# Samples that are summed in float32. Then a new sum begins, and the host adds both in float64: rounding of a longer
+# sum would outweigh the gain by more samples.
+SUMMED = 256
+# Pixels of a viewport around its tile: points with a centre beyond it are not drawn.
+MARGIN = 128
+# How a pixel gets its new value: that replaces the old one, by a logic operation where it is a "copy"; is added; or
+# covers it by its alpha.
+Blending = Literal["replace", "copy", "add", "over"]
+
+
+class Screen(msgspec.Struct, frozen=True):
+    """A mesh for screen.vert: one triangle that covers the whole viewport."""
+
+
+class Clear(msgspec.Struct, frozen=True):
+    """The value that all pixels of an `area` of a texture get: the first component in a texture of depths. A texture
+    of integers gets 0.
+    """
+
+    texture: str
+    value: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    area: Rectangle | None = None  # the whole texture
+
+
+class Draw(msgspec.Struct, frozen=True):
+    """A mesh that a program draws.
+
+    `target` names textures, or is "screen" alone; `depth` names the depth texture of a depth test. `area` is where
+    pixels are drawn, `viewport` where the picture is. If `is_long`, a player may draw one part of the area after
+    another; draws in a row into the same part then follow each other.
+    """
+
+    program: str
+    mesh: Cells | Rectangles | Screen
+    target: tuple[str, ...]
+    area: Rectangle
+    viewport: Rectangle
+    uniforms: Mapping[str, Any]
+    inputs: Mapping[str, str] = {}  # the name of a texture for that of a sampler
+    blending: Blending = "replace"
+    depth: str | None = None
+    is_long: bool = False
+
+
+Step = Clear | Draw
+
+
+class Sample(NamedTuple):
+    """One sample of each pixel."""
+
+    number: int  # 0, 1, ...
+    place: tuple[int, int]  # in the pixel, from its upper left corner, in 2^-24 of it
+    is_scattered: bool  # whether each pixel exchanges digits of the place
+
+    @property
+    def starts_sum(self) -> bool:
+        """Whether a new sum of samples begins."""
+        return self.number % SUMMED == 0
+
+
+def sample_at(number: int, options: SamplingOptions) -> Sample:
+    """The sample with that number of a picture with these options."""
+    place = sample_place(number, options.sequence, options.samples)
+    return Sample(number, place, scatters(options.sequence, options.samples))
+
+
+def viewport(area: Rectangle) -> tuple[Rectangle, Rectangle]:
+    """The viewport for an area of the picture in the lower left of a target, and the part of the picture it shows."""
+    x, y, width, height = area
+    size = width + 2 * MARGIN, height + 2 * MARGIN
+    return (-MARGIN, -MARGIN, *size), (x - MARGIN, y - MARGIN, *size)
+
+
+def sample_draws(
+    meshes: Meshes,
+    tile: Rectangle,
+    sample: Sample,
+    background: tuple[float, float, float],
+    seen: Collection[str],
+    *,
+    shades: bool,
+    one_shot: bool,
+) -> list[Step]:
+    """The draws of one sample of a tile, in the lower left of targets of its size or larger.
+
+    `seen` names the textures that SEE draws into, in its order: "surface", and "others", for the distances that SHAPES
+    compares with, and "normalDepth", where there are such. If `shades`, light is summed in the texture "radiance".
+    If `one_shot`, the picture is drawn once, and a driver that compiles on a CPU has less to compile.
+    """
+    port, shown = viewport(tile)
+    uniforms = {
+        "draw.tileOrigin": tile[:2],
+        "draw.viewport": shown,
+        "draw.samplePlace": sample.place,
+        "draw.scatter": -1 if sample.is_scattered else 0,
+        "draw.sampleIndex": sample.number,
+    }
+    area = (0, 0, *tile[2:])
+    blending: Blending = "copy" if one_shot else "replace"
+    steps = _seeing(meshes, area, port, uniforms, tuple(seen), blending)
+    if shades:
+        inputs = {name: name for name in seen if name != "others"}
+        steps += _shading(meshes, area, port, uniforms, inputs, background, sample, blending)
+    return steps
+
+
+def _seeing(
+    meshes: Meshes,
+    area: Rectangle,
+    port: Rectangle,
+    uniforms: Mapping[str, Any],
+    seen: tuple[str, ...],
+    blending: Blending,
+) -> list[Step]:
+    """The draws that find what pixels see."""
+    steps: list[Step] = []
+    if SEE in meshes.cells:
+        mesh = meshes.cells[SEE]
+        steps.append(Draw(SEE, mesh, seen, area, port, uniforms, blending=blending, is_long=True))
+    elif meshes.rectangles:
+        steps.append(Clear("surface"))
+    if meshes.rectangles:
+        inputs = {"others": "others"} if "others" in seen else {}
+        target = tuple(name for name in seen if name != "others")
+        steps.append(Clear("depth", (1.0, 0.0, 0.0, 0.0), area))
+        steps.append(Draw(SHAPES, meshes.rectangles, target, area, port, uniforms, inputs, blending, "depth"))
+    return steps
+
+
+def _shading(
+    meshes: Meshes,
+    area: Rectangle,
+    port: Rectangle,
+    uniforms: Mapping[str, Any],
+    inputs: Mapping[str, str],
+    background: tuple[float, float, float],
+    sample: Sample,
+    blending: Blending,
+) -> list[Step]:
+    """The draws that add the light of what pixels see to the sums, or start new sums."""
+    # All pixels are drawn, so a first sample need neither find 0 there nor be added to it.
+    replaces = sample.starts_sum and meshes.is_whole
+    fills = replaces and blending == "copy"  # with the light of empty cells
+    steps: list[Step] = []
+    if fills:
+        r, g, b = background
+        steps.append(Clear("radiance", (r, g, b, r * r + g * g + b * b)))  # as empty.frag has it
+    elif sample.starts_sum and not replaces:
+        steps.append(Clear("radiance"))
+    for name in (SHADE, PLANE_ONLY, EMPTY):
+        if name in meshes.cells and not (fills and name == EMPTY):
+            mesh, how = meshes.cells[name], blending if replaces else "add"
+            steps.append(Draw(name, mesh, ("radiance",), area, port, uniforms, inputs, how, is_long=True))
+    return steps

@@ -1,0 +1,179 @@
+"""The meshes of a tile: which cells, blocks of cells and rectangles of a picture each program draws."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler.direction_cells import BLOCK, CELL
+
+Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower left pixel
+Mask = NDArray[np.bool_]
+Ints = NDArray[np.int32]
+
+# The programs of a scene by their names: what each pixel sees, and over it the objects that are drawn one by one; the
+# light of that; and for cells in which there are only half-spaces, or nothing, one program for both.
+SEE, SHAPES, SHADE, PLANE_ONLY, EMPTY = "see", "shapes", "shade", "plane_only", "empty"
+
+PER_CELL = CELL // BLOCK
+# What a rectangle costs besides its pixels, in pixels.
+_RECTANGLE_COST = 64
+
+
+class Cells(msgspec.Struct, frozen=True, eq=False):
+    """A mesh for cells.vert: squares of the picture, each `side` pixels wide.
+
+    Each of `rows` (N, 3 or 5) is a run of squares: its first column and row, its length, and where the list of that
+    cell begins and ends. If `as_points`, each run is one square, and best drawn as a point.
+    """
+
+    rows: Ints
+    side: int
+    as_points: bool = False
+
+
+class Rectangles(msgspec.Struct, frozen=True, eq=False):
+    """A mesh for kinds.vert: those of the scene's rectangles with these `numbers`.
+
+    `costs` (N,) are in pixels, and `largest` is the largest side.
+    """
+
+    numbers: Ints
+    costs: NDArray[np.int64]
+    largest: int
+
+
+class Coverage(msgspec.Struct, frozen=True, eq=False):
+    """Which program draws which part of a picture of `size` (width, height)."""
+
+    size: tuple[int, int]
+    cells: Mapping[str, Mask]  # (rows, columns) of cells for each program, the lowest row first
+    lists: Ints | None  # (cells, 2): where each cell's list begins and ends, in a scene with lists
+    rectangles: Ints | None  # (N, 4 or more), for SHAPES: first column and row of pixels, and behind the last
+    background: tuple[float, float, float]
+
+    def seen_cells(self, area: Rectangle) -> Mask:
+        """(rows, columns): in which cells of an area anything may be seen."""
+        part = _cells_of(area)
+        if EMPTY in self.cells:
+            return ~self.cells[EMPTY][part]
+        return np.ones(next(iter(self.cells.values()))[part].shape, bool)
+
+    def one_cell(self) -> Coverage:
+        """A picture of one cell, which is drawn by all programs that draw any of this one."""
+        cells = {name: np.ones((1, 1), bool) for name, cells in self.cells.items() if cells.any()}
+        busy = self.cells[SHADE].argmax() if SHADE in self.cells else 0
+        lists = None if self.lists is None else self.lists[busy : busy + 1]
+        rectangles = None if self.rectangles is None else self.rectangles[:1]
+        return Coverage((CELL, CELL), cells, lists, rectangles, self.background)
+
+
+class Meshes(NamedTuple):
+    """The meshes of one tile, by program. If `is_whole`, they cover all of its pixels."""
+
+    cells: Mapping[str, Cells]
+    rectangles: Rectangles | None
+    is_whole: bool
+
+
+def tile_meshes(coverage: Coverage, tile: Rectangle, mask: Mask | None, list_readers: Collection[str]) -> Meshes:
+    """The meshes of a tile, or of those of its blocks that are True in `mask`.
+
+    A mask is (rows, columns) of blocks, whole cells, the lowest row first; its tile begins where a cell does.
+    `list_readers` names the programs that read the lists of cells.
+    """
+    meshes = {}
+    for name, cells in coverage.cells.items():
+        lists = coverage.lists if name in list_readers else None
+        mesh = _cell_mesh(cells, tile, mask, lists)
+        if len(mesh.rows):
+            meshes[name] = mesh
+    rectangles = None
+    if coverage.rectangles is not None:
+        rectangles = _rectangle_mesh(coverage.rectangles, coverage.size, tile, mask)
+    return Meshes(meshes, rectangles, mask is None)
+
+
+def _cell_mesh(cells: Mask, tile: Rectangle, mask: Mask | None, lists: Ints | None) -> Cells:
+    part = cells[_cells_of(tile)]
+    per = 1
+    if mask is not None:
+        per = PER_CELL
+        part = part.repeat(per, axis=0).repeat(per, axis=1) & mask
+    as_points = mask is not None or lists is not None
+    rows = squares(part) if as_points else runs(part)
+    rows[:, :2] += np.array([tile[0] // CELL * per, tile[1] // CELL * per], np.int32)
+    if lists is not None:
+        column, row = rows[:, :2].T // per
+        rows = np.column_stack([rows, lists[row * cells.shape[1] + column]]).astype(np.int32)
+    return Cells(rows, CELL // per, as_points)
+
+
+def _rectangle_mesh(rectangles: Ints, size: tuple[int, int], tile: Rectangle, mask: Mask | None) -> Rectangles:
+    if mask is not None:
+        numbers = np.flatnonzero(which_touch(rectangles, mask, tile[:2], BLOCK))
+    elif tile == (0, 0, *size):
+        numbers = np.arange(len(rectangles))
+    else:
+        numbers = np.flatnonzero(touching(rectangles, tile))
+    sides = rectangles[numbers, 2:4] - rectangles[numbers, :2]
+    costs = sides[:, 0].astype(np.int64) * sides[:, 1] + _RECTANGLE_COST
+    return Rectangles(numbers.astype(np.int32), costs, int(sides.max(initial=0)))
+
+
+def _cells_of(area: Rectangle) -> tuple[slice, slice]:
+    """Rows and columns of the cells of an area."""
+    x, y, width, height = area
+    return slice(y // CELL, -(-(y + height) // CELL)), slice(x // CELL, -(-(x + width) // CELL))
+
+
+def runs(cells: Mask) -> Ints:
+    """(N, 3): column, row and length of each run of cells that are True along a row."""
+    edges = np.diff(np.pad(cells, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    row, first = np.nonzero(edges == 1)
+    _, end = np.nonzero(edges == -1)
+    return np.column_stack([first, row, end - first]).astype(np.int32)
+
+
+def squares(cells: Mask) -> Ints:
+    """(N, 3): column and row of each cell that is True, and 1."""
+    row, column = np.nonzero(cells)
+    return np.column_stack([column, row, np.ones_like(row)]).astype(np.int32)
+
+
+def which_touch(rectangles: Ints, squares: Mask, corner: tuple[int, int], side: int) -> Mask:
+    """(N,): which rectangles touch a square of `side` pixels that is True. The first begins at the pixel `corner`."""
+    sums = np.pad(squares.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    most = squares.shape[1], squares.shape[0]
+    low = np.clip((rectangles[:, :2] - corner) // side, 0, most)
+    high = np.clip((rectangles[:, 2:4] - corner - 1) // side + 1, 0, most)
+    (x0, y0), (x1, y1) = low.T, np.maximum(high, low).T
+    return sums[y1, x1] - sums[y0, x1] - sums[y1, x0] + sums[y0, x0] > 0
+
+
+def touching(rectangles: Ints, area: Rectangle) -> Mask:
+    """(N,): which rectangles share a pixel with an area."""
+    x, y, width, height = area
+    x0, y0, x1, y1 = rectangles[:, :4].T
+    return (x0 < x + width) & (x < x1) & (y0 < y + height) & (y < y1)
+
+
+def cells_under(rectangles: Ints, shape: tuple[int, int], side: int) -> Mask:
+    """Which squares of `side` pixels, of a picture of `shape` (rows, columns) of them, the rectangles touch.
+
+    `rectangles` are (N, 4 or more): first column and row of pixels, and behind the last.
+    """
+    first, last = rectangles[:, :2] // side, (rectangles[:, 2:4] - 1) // side
+    count = np.zeros((shape[0] + 1, shape[1] + 1), np.int64)
+    for rows, columns, sign in (
+        (first[:, 1], first[:, 0], 1),
+        (first[:, 1], last[:, 0] + 1, -1),
+        (last[:, 1] + 1, first[:, 0], -1),
+        (last[:, 1] + 1, last[:, 0] + 1, 1),
+    ):
+        np.add.at(count, (rows, columns), sign)
+    return count.cumsum(0).cumsum(1)[:-1, :-1] > 0

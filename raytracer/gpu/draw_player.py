@@ -1,0 +1,225 @@
+"""The player of lists of draws (compiler/draws.py) for OpenGL."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler.draws import Clear, Draw, Screen, Step
+from raytracer.compiler.meshes import Cells, Rectangle, Rectangles
+from raytracer.gpu.cell_draw import CellDraw
+from raytracer.gpu.device import ADD, OVER, Device
+from raytracer.gpu.gl import (
+    Context,
+    Framebuffer,
+    Program,
+    Texture,
+    clear_integers,
+    depth_buffer,
+    release,
+    set_sampler,
+    set_uniforms,
+)
+from raytracer.gpu.rectangle_draw import RectangleDraw
+from raytracer.gpu.texture_units import UNITS
+
+# Seconds that a draw should take: well below what stalls a desktop.
+_SHORT_DRAW = 0.05
+_FIRST_DRAW, _LEAST_DRAW = 2**16, 2**12  # pixels
+_BLENDING = {"replace": None, "copy": None, "add": ADD, "over": OVER}
+
+
+class ScreenDraw:
+    """What one program draws of a triangle that covers the viewport. On the GPU until released."""
+
+    def __init__(self, context: Context, program: Program) -> None:
+        self._array = context.vertex_array(program, [])
+
+    def upload(self, mesh: Screen) -> None:
+        """Do nothing: screen.vert makes the triangle itself."""
+
+    def draw(self) -> None:
+        """Draw it into the framebuffer in use."""
+        self._array.render(vertices=3)
+
+    def release(self) -> None:
+        """Give back everything on the GPU but the program."""
+        self._array.release()
+
+
+_MESHES: dict[type, type[CellDraw | RectangleDraw | ScreenDraw]] = {
+    Cells: CellDraw,
+    Rectangles: RectangleDraw,
+    Screen: ScreenDraw,
+}
+
+
+class DrawPlayer:
+    """Programs and textures by name, and the framebuffers and meshes that draws of them need. On the GPU until closed.
+
+    The device's context must be current in all calls.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._device, self._context = device, device.context
+        self._held = device.held_by(self)
+        self._programs: dict[str, Program] = {}
+        self._meshes: dict[str, CellDraw | RectangleDraw | ScreenDraw] = {}  # by program
+        self._textures: dict[str, Any] = {}
+        self._framebuffers: dict[tuple[str, ...], Framebuffer] = {}  # by textures, the one of depths last
+        self._long_draws: dict[str, int] = {}  # by program: how many pixels take _SHORT_DRAW
+
+    def use(self, programs: Mapping[str, Program], instead_of: Collection[str] = ()) -> None:
+        """Take programs by their names, in place of those that have the names, and drop those `instead_of` which."""
+        for name in {*programs, *instead_of} & self._programs.keys():
+            if self._programs[name] is not programs.get(name):
+                if mesh := self._meshes.pop(name, None):
+                    release(self._context, mesh)
+                del self._programs[name]
+                self._long_draws.pop(name, None)
+        for name, program in programs.items():
+            for sampler, unit in UNITS.items():
+                if sampler in program:
+                    set_sampler(self._context, program, sampler, unit)
+            self._programs[name] = program
+        self._held.clear()
+        self._held.update(self._programs.values())
+
+    def has_program(self, name: str) -> bool:
+        """Whether a program has that name."""
+        return name in self._programs
+
+    def add_texture(self, name: str, size: tuple[int, int], components: int, dtype: str = "f4") -> None:
+        """Have a texture of `size` (width, height), in place of one that has the name."""
+        self.remove_texture(name)
+        self._textures[name] = self._context.texture(size, components, dtype=dtype)
+
+    def add_depth(self, name: str, size: tuple[int, int]) -> None:
+        """Have a texture of depths, of `size` (width, height)."""
+        self._textures[name] = depth_buffer(self._context, size)
+
+    def texture(self, name: str) -> Texture:
+        """The texture of that name, for another player's draws."""
+        return self._textures[name]
+
+    def has_texture(self, name: str) -> bool:
+        """Whether a texture has that name."""
+        return name in self._textures
+
+    def write(self, name: str, values: NDArray[Any]) -> None:
+        """Bring (H, W, ...) values, the lowest row first, to the lower left of a texture."""
+        height, width = values.shape[:2]
+        self._textures[name].write(np.ascontiguousarray(values), viewport=(0, 0, width, height))
+
+    def read(self, name: str, area: Rectangle, components: int) -> NDArray[Any]:
+        """(H, W, components): an area of a texture, the lowest row first."""
+        dtype = self._textures[name].dtype
+        data = self._framebuffer((name,)).read(area, components=components, dtype=dtype)
+        return np.frombuffer(data, {"f4": np.float32, "i4": np.int32}[dtype]).reshape(area[3], area[2], components)
+
+    def play(
+        self,
+        steps: Iterable[Step],
+        *,
+        screen: Framebuffer | None = None,
+        textures: Mapping[str, Texture] | None = None,
+    ) -> None:
+        """Play a list of draws. `screen` is the target "screen", and `textures` are another player's."""
+        known = self._textures | dict(textures or {})
+        for part, group in groupby(steps, _part):
+            if part is None:
+                for step in group:
+                    if isinstance(step, Clear):
+                        self._clear(step)
+                    else:
+                        self._draw(step, step.area, known, screen)
+                continue
+            draws = [step for step in group if isinstance(step, Draw)]
+            for band in self._bands(part[1], draws[0].program):
+                for draw in draws:
+                    self._draw(draw, band, known, screen)
+                self._context.finish()
+
+    def _clear(self, step: Clear) -> None:
+        texture = self._textures[step.texture]
+        if step.texture == "depth":
+            framebuffer = self._framebuffer((), step.texture)
+            framebuffer.scissor = step.area or (0, 0, *framebuffer.size)
+            framebuffer.clear(depth=step.value[0])
+            return
+        framebuffer = self._framebuffer((step.texture,))
+        if texture.dtype == "i4":
+            clear_integers(self._context, framebuffer)
+            return
+        # All of it: a part llvmpipe clears by drawing, with a program to be compiled.
+        framebuffer.scissor = step.area or (0, 0, *framebuffer.size)
+        framebuffer.use()
+        framebuffer.clear(color=step.value)
+
+    def _draw(self, draw: Draw, area: Rectangle, textures: Mapping[str, Any], screen: Framebuffer | None) -> None:
+        program = self._programs[draw.program]
+        framebuffer = screen if draw.target == ("screen",) else self._framebuffer(draw.target, draw.depth)
+        assert framebuffer
+        mesh = self._mesh(draw, program)
+        framebuffer.use()
+        framebuffer.viewport, framebuffer.scissor = draw.viewport, area
+        set_uniforms(program, **draw.uniforms)
+        for sampler, name in draw.inputs.items():
+            textures[name].use(UNITS[sampler])
+        copies = draw.blending == "copy" and self._device.limits.is_llvmpipe
+        with self._device.state(blending=_BLENDING[draw.blending], depth_test=draw.depth is not None, logic_op=copies):
+            mesh.draw()
+
+    def _mesh(self, draw: Draw, program: Program) -> CellDraw | RectangleDraw | ScreenDraw:
+        """The mesh of a draw on the GPU."""
+        mesh = self._meshes.get(draw.program)
+        if mesh is None:
+            mesh = self._meshes[draw.program] = _MESHES[type(draw.mesh)](self._context, program)
+        mesh.upload(draw.mesh)  # pyright: ignore[reportArgumentType]
+        return mesh
+
+    def _bands(self, area: Rectangle, program: str) -> Iterator[Rectangle]:
+        """The area in rows of pixels that take `program` long enough to be worth a draw, and no longer."""
+        x, y, width, height = area
+        top = y + height
+        while y < top:
+            rows = min(top - y, -(-self._long_draws.get(program, _FIRST_DRAW) // width))
+            begin = time.perf_counter()
+            yield x, y, width, rows
+            change = _SHORT_DRAW / max(time.perf_counter() - begin, 1e-9)
+            self._long_draws[program] = max(_LEAST_DRAW, int(rows * width * min(max(change, 0.25), 8.0)))
+            y += rows
+
+    def forget_times(self) -> None:
+        """Forget how long draws take: of few pixels it tells nothing."""
+        self._long_draws.clear()
+
+    def _framebuffer(self, target: tuple[str, ...], depth: str | None = None) -> Framebuffer:
+        key = (*target, depth or "")
+        if key not in self._framebuffers:
+            colors = [self._textures[name] for name in target]
+            self._framebuffers[key] = self._context.framebuffer(colors, self._textures[depth] if depth else None)
+        return self._framebuffers[key]
+
+    def remove_texture(self, name: str) -> None:
+        """Give back the texture of that name, if there is one."""
+        if name in self._textures:
+            for key in [key for key in self._framebuffers if name in key]:
+                release(self._context, self._framebuffers.pop(key))
+            release(self._context, self._textures.pop(name))
+
+    def close(self) -> None:
+        """Give back everything on the GPU but the programs."""
+        release(self._context, *self._framebuffers.values(), *self._meshes.values(), *self._textures.values())
+        for things in (self._framebuffers, self._meshes, self._textures, self._programs, self._held):
+            things.clear()
+
+
+def _part(step: Step) -> tuple[tuple[str, ...], Rectangle] | None:
+    """The target and area in which long draws follow each other part by part; None for others."""
+    return (step.target, step.area) if isinstance(step, Draw) and step.is_long else None

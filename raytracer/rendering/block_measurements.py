@@ -1,0 +1,114 @@
+"""Measurements of a tile's blocks on the GPU: how far means moved, and how far apart samples lie."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler.direction_cells import BLOCK, CELL
+from raytracer.compiler.draws import Clear, Draw, viewport
+from raytracer.compiler.glsl.preprocessor import Source, assemble
+from raytracer.compiler.glsl.shaders import plain_vertex_source
+from raytracer.compiler.meshes import PER_CELL, Cells, Mask, runs
+from raytracer.gpu.device import Device
+from raytracer.gpu.draw_player import DrawPlayer
+from raytracer.rendering.pixel_blocks import Blocks
+from raytracer.rendering.stopping_rule import APRON, NEXT
+
+_SUMMED_BEFORE = {"summedBefore": "summedBefore"}
+
+
+def _source(name: str, **defines: int) -> Source:
+    return assemble(f"sampling/{name}.frag", {"BLOCK": BLOCK} | defines)
+
+
+# The fragment shader of each program, by name.
+_SOURCES = {
+    "error": partial(_source, "error", APRON=0),
+    "error_around": partial(_source, "error", APRON=APRON),
+    "movement": partial(_source, "movement"),
+    "movement_of_sums": partial(_source, "movement", SUMMED_BEFORE=1),
+    "kept": partial(_source, "sums"),
+    "kept_sums": partial(_source, "sums", SUMMED_BEFORE=1),
+}
+
+
+class BlockMeasurements:
+    """Draws of a tile's blocks, in which one pixel is a block of the tile. They read the tile's sums from `player`.
+
+    Its textures are the player's: "blocks", and "earlierSum" for sums that are kept.
+    """
+
+    def __init__(self, device: Device, player: DrawPlayer, target: tuple[int, int]) -> None:
+        """`target` is the size of the largest area in pixels."""
+        self._device, self._player, self._target = device, player, target
+        columns, rows = (-(-side // CELL) * PER_CELL for side in target)
+        player.use({}, instead_of=_SOURCES)
+        player.add_texture("blocks", (columns, rows), 4)
+        player.add_texture("earlierSum", target, 4)
+
+    def errors(self, blocks: Blocks, samples: int, summed: int) -> NDArray[np.float32]:
+        """(rows, columns): the error of each block by error.frag, 0 in cells without active blocks.
+
+        There are so many `samples`, of which `summed` are in the tile's sums.
+        """
+        # Later, pixels around a block may have fewer samples.
+        program = "error_around" if blocks.is_whole else "error"
+        return self._measure(program, blocks, {}, samples, summed)[..., 0]
+
+    def movement(self, blocks: Blocks, samples: int, summed: int, earlier: int) -> NDArray[np.float32]:
+        """(rows, columns, 4): what movement.frag gives of each block, 0 in cells without active blocks.
+
+        There are so many `samples`, of which `summed` are in the tile's sums. `earlier` are in those that were kept.
+        """
+        before = samples > summed
+        inputs = {"earlierSum": "earlierSum"} | (_SUMMED_BEFORE if before else {})
+        program = "movement_of_sums" if before else "movement"
+        return self._measure(program, blocks, inputs, samples, summed, earlier=float(earlier))
+
+    def keep_sums(self, area: tuple[int, int, int, int], cells: Mask, *, before: bool) -> None:
+        """Keep the sums in some cells of an area, with those of samples `before` those in the tile's sums."""
+        size = 0, 0, *area[2:]
+        port, shown = viewport(size)
+        inputs = {"radianceSum": "radiance"} | (_SUMMED_BEFORE if before else {})
+        # Both, so that a mistake in either is told with the first sample.
+        self._compiled("movement_of_sums" if before else "movement")
+        program = self._compiled("kept_sums" if before else "kept")
+        uniforms = {"draw.viewport": shown}
+        self._player.play([Draw(program, Cells(runs(cells), CELL), ("earlierSum",), size, port, uniforms, inputs)])
+
+    def warm(self) -> None:
+        """Have the driver compile all that the other methods draw, by draws of one cell."""
+        area = 0, 0, min(CELL, self._target[0]), min(CELL, self._target[1])
+        self._player.add_texture("summedBefore", self._target, 3)
+        blocks = Blocks.all_of(area, np.ones((1, 1), bool))
+        for samples in (NEXT, 2 * NEXT):
+            self.keep_sums(area, blocks.cells, before=samples > NEXT)
+            self.movement(blocks, samples, NEXT, 1)
+        some = blocks.active.copy()
+        some[0, 0] = False
+        for each in (blocks, blocks.narrowed(some)):
+            self.errors(each, NEXT, NEXT)
+
+    def _measure(
+        self, program: str, blocks: Blocks, inputs: dict[str, str], samples: int, summed: int, **uniforms: Any
+    ) -> NDArray[np.float32]:
+        rows, columns = blocks.active.shape
+        area = 0, 0, columns, rows
+        port, shown = viewport(area)
+        uniforms |= {"draw.viewport": shown, "drawn": blocks.area[2:], "samples": float(samples)}
+        uniforms["summed"] = float(summed)
+        inputs = {"radianceSum": "radiance"} | inputs
+        mesh = Cells(runs(blocks.cells), PER_CELL)
+        draw = Draw(self._compiled(program), mesh, ("blocks",), area, port, uniforms, inputs)
+        self._player.play([Clear("blocks", area=area), draw])
+        return self._player.read("blocks", area, 1 if program.startswith("error") else 4)
+
+    def _compiled(self, name: str) -> str:
+        """The name of a program that the player has now."""
+        if not self._player.has_program(name):
+            self._player.use({name: self._device.program(_SOURCES[name](), plain_vertex_source())})
+        return name

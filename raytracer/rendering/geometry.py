@@ -1,0 +1,127 @@
+"""The geometry of a picture, drawn when it is asked for: the surfaces that the centre rays of the pixels meet."""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+from contextlib import closing
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from raytracer.compiler.compiled_scene import compile
+from raytracer.compiler.draws import sample_at
+from raytracer.compiler.frame import make_frame
+from raytracer.formats.image import Geometry, GeometrySource
+from raytracer.gpu.adapters import Adapter
+from raytracer.gpu.device import Device, shared_device
+from raytracer.gpu.turns import ContextError, exclusive, is_cut_off
+from raytracer.rendering.programs import find_programs
+from raytracer.rendering.tile_renderer import TileRenderer
+from raytracer.rendering.tiles import place, split, tile_size
+from raytracer.scene.options import CompileOptions, SamplingOptions
+from raytracer.scene.scene import Scene
+
+
+class View(msgspec.Struct, frozen=True):
+    """All that decides the geometry of a picture."""
+
+    scene: Scene
+    options: CompileOptions
+    size: tuple[int, int]
+    tile: int  # the side of the largest target in pixels
+
+
+def draw_geometry(device: Device, view: View) -> Geometry:
+    """The geometry of `view`. The device's context must be current.
+
+    Raises InputError if shaders do not come to an end, ShaderError for a mistake in `shaders/`.
+    """
+    width, height = view.size
+    # Surfaces that no ray reaches by shadows or mirrors need no lists.
+    compiled = compile(view.scene, view.options.replace(shadows="off", bounces=0))
+    frame = make_frame(compiled, view.size, device.limits, plane_only=False)
+    geometry = Geometry(
+        np.empty((height, width), np.float32),
+        np.empty((height, width, 3), np.float32),
+        np.empty((height, width), np.int32),
+    )
+    tile = tile_size(view.size, view.tile, is_drawn_once=True)
+    with closing(TileRenderer(device, tile, geometry=True)) as renderer:
+        renderer.load(find_programs(device, compiled, None), frame)
+        for rectangle in split(view.size, tile):
+            renderer.draw(rectangle, sample_at(0, SamplingOptions()))  # at the centre of each pixel
+            part = renderer.read_geometry(rectangle[2:])
+            for array, values in zip(geometry, part, strict=True):
+                array[place(rectangle, height)] = values
+    return geometry
+
+
+class DrawnGeometry(GeometrySource):
+    """The geometry of `view`, which `device` draws at the first access. Images share it with their copies."""
+
+    def __init__(self, device: Device, view: View) -> None:
+        self._device = device
+        self._view: View | None = view  # until it is drawn
+        self._geometry: Geometry | None = None
+
+    def geometry(self) -> Geometry:
+        """The arrays. Threads take turns: the first draws, all others wait for it.
+
+        Raises RuntimeError within a progress callback and errors as draw_geometry(). A forked process, where OpenGL is
+        of no use, has another process draw, and raises ContextError if that fails.
+        """
+        if self._geometry is None:
+            cut_off = is_cut_off()
+            # No other lock than that of OpenGL's turns: a thread that waited for a turn with a lock of this object
+            # would wait for ever if the turn's thread, in a progress callback, asked for the same arrays.
+            with exclusive() if cut_off else self._device.turn():
+                if self._view is not None:  # another thread may have been before
+                    view, device = self._view, self._device
+                    made = _drawn_elsewhere(device, view) if cut_off else draw_geometry(device, view)
+                    self._geometry, self._view = made, None
+        assert self._geometry is not None
+        return self._geometry
+
+
+# A new Python has the modules' paths before it unpickles what imports them.
+_DRAW = """
+import pickle, sys
+sys.path[:], task = pickle.load(sys.stdin.buffer)
+from raytracer.rendering.geometry import answer
+answer(task, sys.stdout.buffer)
+"""
+
+
+def _drawn_elsewhere(device: Device, view: View) -> Geometry:
+    """The geometry of `view` by another process, on the same kind of device."""
+    task = pickle.dumps((sys.path, pickle.dumps((device.backend, device.adapter, view))))
+    done = subprocess.run([sys.executable, "-c", _DRAW], input=task, capture_output=True, check=False)
+    if done.returncode:
+        lines = done.stderr.decode(errors="replace").strip().splitlines()
+        raise ContextError(
+            "this process was forked after its parent used OpenGL, and another process, which was to find depth, "
+            f"normal and material, failed: {lines[-1] if lines else f'exit status {done.returncode}'}"
+        )
+    result: Geometry | Exception = pickle.loads(done.stdout)
+    if isinstance(result, Exception):
+        raise result
+    return result
+
+
+def answer(task: bytes, output: Any) -> None:
+    """Draw the geometry of a pickled task and write it, or the error, as a pickle: the other process's part."""
+    backend, adapter, view = pickle.loads(task)
+    result = _drawn_here(backend, adapter, view)
+    output.write(pickle.dumps(result, pickle.HIGHEST_PROTOCOL))
+
+
+def _drawn_here(backend: str | None, adapter: Adapter | None, view: View) -> Geometry | Exception:
+    try:
+        device = shared_device(backend, adapter)
+        with device.turn():
+            return draw_geometry(device, view)
+    except Exception as error:  # for the process that asked
+        return error

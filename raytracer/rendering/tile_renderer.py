@@ -1,0 +1,187 @@
+"""The renderer of tiles: it draws one sample of a tile after another, and reads what they add up to."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler.direction_cells import CELL
+from raytracer.compiler.draws import Sample, sample_at, sample_draws
+from raytracer.compiler.frame import Frame
+from raytracer.compiler.meshes import (
+    EMPTY,
+    PLANE_ONLY,
+    SEE,
+    SHADE,
+    SHAPES,
+    Coverage,
+    Mask,
+    Meshes,
+    Rectangle,
+    tile_meshes,
+)
+from raytracer.compiler.rounds import MAX_ROUNDS
+from raytracer.core.validation import InputError
+from raytracer.formats.image import Geometry
+from raytracer.gpu.device import Device
+from raytracer.gpu.draw_player import DrawPlayer
+from raytracer.gpu.gl import Program, set_uniforms
+from raytracer.gpu.scene_buffers import SceneBuffers
+from raytracer.scene.options import SamplingOptions
+
+# The constant CUT_SHORT of cut_short.glsl.
+_CUT_SHORT = -(2**31)
+# Less than INF of real.glsl, more than any light.
+_INFINITE = 1e29
+_PROGRAMS = SEE, SHAPES, SHADE, PLANE_ONLY, EMPTY
+
+
+class TileRenderer:
+    """Targets of `target` (width, height) pixels, and a scene's numbers, on the GPU until closed.
+
+    With `geometry` there are targets for distances and normals, too, for a program SEE that gives them. `one_shot` is
+    for a picture that is drawn once: programs that draw quicker are then not worth their compilation.
+    """
+
+    def __init__(
+        self, device: Device, target: tuple[int, int], *, geometry: bool = False, one_shot: bool = False
+    ) -> None:
+        self.player = DrawPlayer(device)
+        self.target = target
+        self.has_geometry = geometry
+        self._one_shot = one_shot
+        self._is_software = device.limits.is_llvmpipe
+        self._buffers = SceneBuffers(device.context)
+        self._meshes: tuple[Rectangle, Mask | None, Meshes] | None = None  # those drawn last
+        self.player.add_texture("surface", target, 1, "i4")
+        if geometry:
+            self.player.add_texture("normalDepth", target, 4)
+        # The sums of the samples, and in a of their squared lengths.
+        self.player.add_texture("radiance", target, 4)
+
+    def load(self, programs: Mapping[str, Program], frame: Frame) -> None:
+        """Take the numbers of a frame. `programs` draw its structure, by their names.
+
+        Raises ShaderError if a program has a uniform of another type than it should have.
+        """
+        self._to_world = frame.view.rotation.astype(np.float32)
+        self._rounds = frame.rounds
+        self._buffers.upload(frame)
+        self._material_index = np.append(frame.compiled.surfaces.material, np.int32(-1))  # so also at index -1
+        self.player.use(programs, instead_of=_PROGRAMS)
+        self._meshes = None
+        self._coverage = _coverage(programs, frame)
+        self._list_readers = [name for name, program in programs.items() if "list" in program]
+        self._seen = self._find_seen(programs)
+        self._shades = SHADE in programs
+        for program in programs.values():
+            set_uniforms(program, **frame.uniforms, two=2)
+            self._buffers.attach(program)
+
+    def _find_seen(self, programs: Mapping[str, Program]) -> tuple[str, ...]:
+        """Have the textures that SEE and SHAPES draw into, and name them."""
+        others = SHAPES in programs and "others" in programs[SHAPES]
+        if others and not self.player.has_texture("others"):
+            self.player.add_texture("others", self.target, 2)
+        if SHAPES in programs and not self.player.has_texture("depth"):
+            self.player.add_depth("depth", self.target)
+        geometry = ("normalDepth",) if self.has_geometry else ()
+        return ("surface", *(("others",) if others else ()), *geometry)
+
+    def seen_cells(self, area: Rectangle) -> Mask:
+        """(rows, columns): in which cells of an area, whole ones, anything may be seen."""
+        return self._coverage.seen_cells(area)
+
+    def draw(self, tile: Rectangle, sample: Sample, mask: Mask | None = None) -> None:
+        """Draw one sample of a tile and wait for it: it is added to the sums, or new sums begin with it.
+
+        With a `mask` only those blocks of the tile are drawn that are True in it: (rows, columns), whole cells, the
+        lowest row first; the tile then begins where a cell does. Raises InputError if shaders do not come to an end.
+        """
+        if self._meshes is None or self._meshes[0] != tile or self._meshes[1] is not mask:
+            self._meshes = tile, mask, tile_meshes(self._coverage, tile, mask, self._list_readers)
+        self._play(self._meshes[2], tile, sample)
+        if sample.starts_sum and self._is_software and self._rounds > MAX_ROUNDS:
+            if self._shades:
+                self.read_sums((0, 0, *tile[2:]), 3)
+            if self.has_geometry:  # no light tells it
+                self._read_surface(tile[2:])
+
+    def _play(self, meshes: Meshes, tile: Rectangle, sample: Sample) -> None:
+        self._buffers.bind()
+        background, seen = self._coverage.background, self._seen
+        self.player.play(
+            sample_draws(meshes, tile, sample, background, seen, shades=self._shades, one_shot=self._one_shot)
+        )
+
+    def warm(self) -> None:
+        """Have the driver compile what draws of cells and of blocks need, by draws of one cell."""
+        coverage, area = self._coverage.one_cell(), (0, 0, CELL, CELL)
+        options = SamplingOptions(samples=2)
+        whole = tile_meshes(coverage, area, None, self._list_readers)
+        blocks = tile_meshes(coverage, area, np.ones((4, 4), bool), self._list_readers)
+        for meshes, index in ((whole, 0), (whole, 1), (blocks, 1)):
+            self._play(meshes, area, sample_at(index, options))
+        self.player.forget_times()
+
+    def read_sums(self, part: Rectangle, components: int) -> NDArray[np.float32]:
+        """(H, W, components), top row first: the sums of red, green and blue in a part of the target, and of the
+        samples' squared lengths.
+
+        Raises InputError if shaders did not come to an end in some pixels.
+        """
+        sums = self.player.read("radiance", part, components)
+        _check_rounds(sums[..., :3].min(initial=0.0) < -_INFINITE)
+        return sums[::-1]
+
+    def write_sums_before(self, total: NDArray[np.floating]) -> None:
+        """Bring the sums of all samples before those in the target to the GPU: (H, W, 3), the top row first."""
+        if not self.player.has_texture("summedBefore"):
+            self.player.add_texture("summedBefore", self.target, 3)
+        self.player.write("summedBefore", total[::-1].astype(np.float32))
+
+    def read_geometry(self, size: tuple[int, int]) -> Geometry:
+        """The surfaces that the sample just drawn sees, in the lower left part of that size."""
+        seen = self.player.read("normalDepth", (0, 0, *size), 4)[::-1]
+        surface = self._read_surface(size)
+        depth = np.where(surface == 0, np.float32(np.inf), seen[..., 3])
+        return Geometry(depth, seen[..., :3] @ self._to_world, self._material_index[np.abs(surface) - 1])
+
+    def _read_surface(self, size: tuple[int, int]) -> NDArray[np.int32]:
+        """(H, W), top row first: what the lower left part of that size sees. Raises InputError as read_sums()."""
+        surface = self.player.read("surface", (0, 0, *size), 1)[..., 0]
+        _check_rounds(surface.min() == _CUT_SHORT)
+        return surface[::-1]
+
+    def close(self) -> None:
+        """Give back everything on the GPU."""
+        self.player.close()
+        self._buffers.close()
+
+
+def _coverage(programs: Collection[str], frame: Frame) -> Coverage:
+    """Find which program draws which cells."""
+    masks = frame.cells
+    cells = {}
+    if EMPTY in programs:
+        cells[EMPTY] = masks.empty
+        if PLANE_ONLY in programs:
+            cells[PLANE_ONLY] = masks.plane_only
+    others = masks.others if EMPTY in programs else np.ones_like(masks.others)
+    cells |= {name: others for name in (SEE, SHADE) if name in programs}
+    rectangles = frame.rectangles if SHAPES in programs else None
+    return Coverage(frame.size, cells, frame.camera_lists, rectangles, frame.compiled.scene.background)
+
+
+def _check_rounds(cut_short: bool) -> None:
+    """Raise InputError if shaders were cut short (cut_short.glsl)."""
+    if cut_short:
+        raise InputError(
+            f"expected pixels whose rays take at most {MAX_ROUNDS} steps from primitive to primitive and in sums of "
+            "reflectance models, all lights together (llvmpipe computes no more), got one whose rays take more; "
+            "remedies are fewer primitives in one object, fewer lights, fewer nodes of diffuse_microfacet, fewer terms "
+            "of he, or a graphics card",
+            "objects",
+        )

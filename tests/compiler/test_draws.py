@@ -1,0 +1,157 @@
+"""The list of draws of a sample: what a player that knows no OpenGL is given."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.compiler.draws import MARGIN, SUMMED, Clear, Draw, Step, sample_at, sample_draws
+from raytracer.compiler.frame import make_frame
+from raytracer.compiler.meshes import EMPTY, PLANE_ONLY, SEE, SHADE, SHAPES, Cells, Coverage, tile_meshes
+from raytracer.gpu.draw_player import DrawPlayer
+from raytracer.rendering.programs import find_programs
+from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.tile_renderer import TileRenderer
+from raytracer.scene.options import SamplingOptions
+from raytracer.scene.settings import Settings
+from tests import scenes
+from tests.compiled import compiled
+
+SIZE = 48, 32
+TILE = 0, 0, *SIZE
+SKY = (0.25, 0.5, 1.0)
+FOUR = SamplingOptions(samples=4)
+
+
+def coverage(**cells: list[str]) -> Coverage:
+    """A picture of 2 x 3 cells, the lowest row first: "#" is drawn by that program."""
+    masks = {name: np.array([[c == "#" for c in row] for row in rows]) for name, rows in cells.items()}
+    return Coverage(SIZE, masks, None, None, SKY)
+
+
+GROUND = coverage(see=["#..", ".#."], shade=["#..", ".#."], plane_only=[".##", "..."], empty=["...", "#.#"])
+
+
+def played(steps: list[Step]) -> list[str]:
+    """What a player that only writes down does."""
+    lines = []
+    for step in steps:
+        if isinstance(step, Clear):
+            lines.append(f"clear {step.texture} to {step.value[0]:g}")
+        else:
+            lines.append(f"{step.program} into {'+'.join(step.target)}: {step.blending}")
+    return lines
+
+
+def draws_of(
+    picture: Coverage, number: int, mask: np.ndarray | None = None, *, one_shot: bool = False, shades: bool = True
+) -> list[Step]:
+    meshes = tile_meshes(picture, TILE, mask, ())
+    sample = sample_at(number, FOUR)
+    return sample_draws(meshes, TILE, sample, picture.background, ["surface"], shades=shades, one_shot=one_shot)
+
+
+def test_a_first_sample_replaces_and_later_ones_are_added() -> None:
+    see = "see into surface: replace"
+    lights = ("shade", "plane_only", "empty")
+    assert played(draws_of(GROUND, 0)) == [see, *(f"{name} into radiance: replace" for name in lights)]
+    assert played(draws_of(GROUND, 1)) == [see, *(f"{name} into radiance: add" for name in lights)]
+    assert played(draws_of(GROUND, SUMMED)) == played(draws_of(GROUND, 0))
+
+
+def test_in_a_picture_drawn_once_empty_cells_are_what_is_cleared_to() -> None:
+    see = "see into surface: copy"
+    first = ["clear radiance to 0.25", "shade into radiance: copy", "plane_only into radiance: copy"]
+    assert played(draws_of(GROUND, 0, one_shot=True)) == [see, *first]
+    lights = ("shade", "plane_only", "empty")
+    assert played(draws_of(GROUND, 1, one_shot=True)) == [see, *(f"{name} into radiance: add" for name in lights)]
+
+
+def test_only_what_is_in_the_mask_is_drawn_and_a_sum_of_a_part_starts_at_nothing() -> None:
+    mask = np.zeros((8, 12), bool)
+    mask[1, 2] = mask[5, 9] = True  # a block of the first cell and one of the last
+    for number, clear in ((1, []), (SUMMED, ["clear radiance to 0"])):
+        steps = draws_of(GROUND, number, mask, one_shot=True)
+        assert played(steps) == [
+            "see into surface: copy", *clear, "shade into radiance: add", "empty into radiance: add"
+        ]  # fmt: skip
+        cells = {step.program: step.mesh for step in steps if isinstance(step, Draw)}
+        for name, row in ((SEE, [2, 1, 1]), (SHADE, [2, 1, 1]), (EMPTY, [9, 5, 1])):
+            mesh = cells[name]
+            assert isinstance(mesh, Cells) and mesh.rows.tolist() == [row] and mesh.side == 4 and mesh.as_points
+
+
+def test_cells_in_a_row_are_one_run_and_with_lists_each_is_a_point() -> None:
+    rows = tile_meshes(GROUND, TILE, None, ()).cells[PLANE_ONLY].rows
+    assert rows.tolist() == [[1, 0, 2]]
+    listed = msgspec.structs.replace(GROUND, lists=np.arange(12, dtype=np.int32).reshape(6, 2))
+    meshes = tile_meshes(listed, TILE, None, [SHADE]).cells
+    assert meshes[SHADE].rows.tolist() == [[0, 0, 1, 0, 1], [1, 1, 1, 8, 9]] and meshes[SHADE].as_points
+    assert meshes[PLANE_ONLY].rows.tolist() == [[1, 0, 2]] and not meshes[PLANE_ONLY].as_points
+    assert tile_meshes(GROUND, (16, 16, 32, 16), None, ()).cells[SHADE].rows.tolist() == [[1, 1, 1]]
+
+
+def test_rectangles_are_drawn_over_what_is_seen_and_only_where_the_tile_is() -> None:
+    rectangles = np.array([[0, 0, 10, 10], [20, 20, 26, 21], [40, 2, 48, 32]], np.int32)
+    picture = msgspec.structs.replace(GROUND, rectangles=rectangles)
+    shapes = "shapes into surface: replace"
+    assert played(draws_of(picture, 0, shades=False)) == ["see into surface: replace", "clear depth to 1", shapes]
+    alone = msgspec.structs.replace(picture, cells={SHADE: GROUND.cells[SHADE]})
+    assert played(draws_of(alone, 0, shades=False)) == ["clear surface to 0", "clear depth to 1", shapes]
+    mesh = tile_meshes(picture, (0, 0, 32, 32), None, ()).rectangles
+    assert mesh and mesh.numbers.tolist() == [0, 1] and mesh.largest == 10
+
+
+def test_the_numbers_of_a_sample_are_in_all_draws() -> None:
+    tile = 16, 0, 32, 32
+    sample = sample_at(3, FOUR)
+    steps = sample_draws(
+        tile_meshes(GROUND, tile, None, ()), tile, sample, SKY, ["surface"], shades=True, one_shot=False
+    )
+    for step in steps:
+        assert isinstance(step, Draw) and step.is_long and step.area == (0, 0, 32, 32)
+        assert step.uniforms["draw.samplePlace"] == sample.place and step.uniforms["draw.sampleIndex"] == 3
+        assert step.uniforms["draw.tileOrigin"] == (16, 0) and step.uniforms["draw.scatter"] == -1
+        assert step.viewport == (-MARGIN, -MARGIN, 32 + 2 * MARGIN, 32 + 2 * MARGIN)
+
+
+def plain(value: object) -> bool:
+    """Whether a value is made of numbers, names and arrays."""
+    if isinstance(value, dict):
+        return all(plain(each) for each in value.items())
+    if isinstance(value, tuple):
+        return all(plain(each) for each in value)
+    if isinstance(value, msgspec.Struct):
+        return all(plain(each) for each in msgspec.structs.astuple(value))
+    return value is None or isinstance(value, (bool, int, float, str, np.ndarray))
+
+
+MANY = [rt.Sphere((0.3 * i, 0, 0), 0.1, scenes.COLORS[i % 4]) for i in range(40)]
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("scene", [scenes.assignment(), scenes.of(*MANY, rt.Plane((0, 1, 0), -2.5))])
+def test_another_player_is_given_values_only(
+    renderer: Renderer, scene: rt.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorded: list[Step] = []
+    original = DrawPlayer.play
+
+    def play(self: DrawPlayer, steps: list[Step], **keywords: object) -> None:
+        recorded.extend(steps)
+        original(self, steps, **keywords)  # pyright: ignore[reportArgumentType]
+
+    monkeypatch.setattr(DrawPlayer, "play", play)
+    settings = Settings(samples=2)
+    with renderer.device.turn():
+        tiles = TileRenderer(renderer.device, SIZE)
+        drawn = make_frame(compiled(scene, settings), SIZE, renderer.device.limits)
+        tiles.load(find_programs(renderer.device, drawn.compiled), drawn)
+        for number in range(2):
+            tiles.draw(TILE, sample_at(number, settings.sampling))
+        tiles.close()
+    names = {step.program for step in recorded if isinstance(step, Draw)}
+    assert SHADE in names and (SHAPES in names) == (len(scene.objects) > 20)
+    assert all(plain(step) for step in recorded)

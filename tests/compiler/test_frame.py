@@ -1,0 +1,144 @@
+"""A frame lends its parts to the next one: what did not change is the same object, and is not uploaded again."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.compiler import frame as frame_module
+from raytracer.compiler import packing, surfaces
+from raytracer.compiler.compiled_scene import compile as compile_scene
+from raytracer.compiler.frame import Frame, make_frame
+from raytracer.gpu.gl import BufferTexture
+from raytracer.gpu.scene_buffers import SceneBuffers
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Settings
+from tests import scenes
+from tests.compiled import LIMITS, frame
+
+SIZE = (64, 36)
+BALLS = [rt.Sphere((x % 5 - 2, x // 5 - 1, -(x % 3)), 0.45, scenes.COLORS[x % 4]) for x in range(20)]
+GROUND = rt.Plane((0, 1, 0), -1.5, scenes.COLORS[3])
+FEW, MANY = scenes.of(*BALLS[:2], GROUND), scenes.of(*BALLS, GROUND)
+SETTINGS = [Settings(), Settings(shadows="soft"), Settings(precision=64), Settings(evaluator="walk")]
+
+
+def following(before: Frame, scene: rt.Scene, settings: Settings) -> Frame:
+    compiled = compile_scene(scene, settings.compile_options, before.compiled)
+    return make_frame(compiled, before.size, LIMITS, before)
+
+
+def parts(frame: Frame) -> dict[str, Any]:
+    return {**frame.blocks, **frame.textures, "measured": frame.measured, "cells": frame.cells}
+
+
+def others(before: Frame, after: Frame) -> set[str]:
+    """The names of the parts that are other objects than before."""
+    old, new = parts(before), parts(after)
+    assert old.keys() == new.keys()
+    return {name for name in new if new[name] is not old[name]}
+
+
+@pytest.mark.parametrize("settings", SETTINGS)
+@pytest.mark.parametrize("scene", [FEW, MANY])
+def test_samples_change_no_part(scene: rt.Scene, settings: Settings) -> None:
+    before = frame(scene, SIZE, settings)
+    for sampling in ({"samples": 64}, {"samples": 9, "adaptive": 0.01}, {"samples": 9, "max_error": 0.1}, {"time": 9}):
+        assert others(before, following(before, scene, settings.replace(**sampling))) == set()
+    assert others(before, following(before, msgspec.structs.replace(scene), settings)) == set()
+
+
+@pytest.mark.parametrize("settings", SETTINGS)
+@pytest.mark.parametrize("scene", [FEW, MANY])
+def test_a_light_changes_only_what_lights_decide(scene: rt.Scene, settings: Settings) -> None:
+    before = frame(scene, SIZE, settings)
+    (light, *rest) = scene.lights
+    colored = msgspec.structs.replace(scene, lights=[msgspec.structs.replace(light, color=(0.1, 0.2, 0.3)), *rest])
+    assert others(before, following(before, colored, settings)) == {"Lights"}
+    moved = msgspec.structs.replace(scene, lights=[msgspec.structs.replace(light, position=(1, 5, 2)), *rest])
+    lists = {"lists", "ends"} if before.lists else set()
+    assert others(before, following(before, moved, settings)) <= {"Lights", "cells"} | lists
+
+
+@pytest.mark.parametrize("settings", SETTINGS)
+@pytest.mark.parametrize("scene", [FEW, MANY])
+def test_a_frame_after_another_is_as_one_alone(scene: rt.Scene, settings: Settings) -> None:
+    (light, *rest) = scene.lights
+    lights = [msgspec.structs.replace(light, position=BALLS[0].center, radius=0.45), *rest]
+    cameras = [scene.camera, rt.Camera((1, 2, 7), (0, 0, 0))]
+    before = frame(scene, SIZE, settings)
+    for other in (
+        msgspec.structs.replace(scene, lights=lights),
+        msgspec.structs.replace(scene, camera=cameras[1], lights=rest),
+        msgspec.structs.replace(scene, objects=BALLS[2:5], materials=()),
+        msgspec.structs.replace(scene, ambient=(1, 0, 0)),
+        FEW,
+        MANY,
+    ):
+        before = following(before, other, settings)
+        alone = frame(other, SIZE, settings)
+        assert before.uniforms == alone.uniforms and before.rounds == alone.rounds
+        assert dict(before.blocks) == dict(alone.blocks) and before.textures.keys() == alone.textures.keys()
+        for name, texels in alone.textures.items():
+            np.testing.assert_array_equal(before.textures[name], texels, err_msg=name)
+        np.testing.assert_array_equal(before.rectangles, alone.rectangles)
+        for name in ("plane_only", "empty", "others"):
+            np.testing.assert_array_equal(getattr(before.cells, name), getattr(alone.cells, name))
+
+
+def test_many_lights_on_surfaces_take_no_work_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[str] = []
+
+    def counted(module: Any, name: str) -> None:
+        function = getattr(module, name)
+        monkeypatch.setattr(module, name, lambda *arguments: (calls.append(name), function(*arguments))[1])
+
+    counted(packing, "coincidences")
+    counted(frame_module, "touched_surface")
+    lights = [rt.PointLight((0.1 * i, -1.5, 0)) for i in range(20)]
+    scene = msgspec.structs.replace(MANY, lights=lights)
+    before = frame(scene, SIZE)
+    assert calls == ["coincidences", *["touched_surface"] * 20]
+    assert set(before.lights.touched.values()) == {20}, "the ground, after 20 spheres"
+    calls.clear()
+    moved = msgspec.structs.replace(scene, lights=[*lights[1:], rt.PointLight((0, 1, 0), (0.5, 0.5, 0.5))])
+    after = following(before, moved, Settings())
+    assert calls == ["touched_surface"], "of the one that is new"
+    calls.clear()
+    following(after, msgspec.structs.replace(moved, camera=rt.Camera((1, 2, 7), (0, 0, 0))), Settings())
+    assert calls == ["coincidences"], "once for a camera"
+    assert surfaces.touched_surface is not frame_module.touched_surface
+
+
+@pytest.mark.gl
+def test_buffers_take_only_what_changed(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[str] = []
+    write_texels, write_block = BufferTexture.write, SceneBuffers._write_block
+
+    def texels(self: BufferTexture, data: Any) -> None:
+        written.append("texels")
+        write_texels(self, data)
+
+    def block(self: SceneBuffers, name: str, data: bytes) -> None:
+        written.append(name)
+        write_block(self, name, data)
+
+    monkeypatch.setattr(BufferTexture, "write", texels)
+    monkeypatch.setattr(SceneBuffers, "_write_block", block)
+    with renderer.device.context:
+        buffers = SceneBuffers(renderer.device.context)
+        before = frame(MANY, SIZE)
+        buffers.upload(before)
+        assert sorted(written) == ["Lights", *["texels"] * 6]
+        written.clear()
+        buffers.upload(following(before, MANY, Settings(samples=256)))
+        assert written == []
+        (light, *rest) = MANY.lights
+        brighter = msgspec.structs.replace(MANY, lights=[msgspec.structs.replace(light, color=(1, 0, 0)), *rest])
+        buffers.upload(following(before, brighter, Settings()))
+        assert written == ["Lights"]
+        buffers.close()

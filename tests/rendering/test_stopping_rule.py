@@ -1,0 +1,92 @@
+"""The rule by which samples end: on arrays, without OpenGL."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from raytracer.rendering.pixel_blocks import Blocks, surrounded
+from raytracer.rendering.stopping_rule import (
+    FIRST,
+    NEXT,
+    choose_blocks,
+    chooses_blocks,
+    is_choice_due,
+    is_surely_below,
+)
+from raytracer.scene.options import SamplingOptions
+
+ALL = np.ones((2, 3), bool)
+
+
+def test_what_is_surely_below_is_further_below_with_few_samples() -> None:
+    assert is_surely_below(1.0, 0.9, 8) and not is_surely_below(1.0, 0.9, 4)
+    assert is_surely_below(1.0, 0.7, 2) and not is_surely_below(1.0, 0.7, 1)
+    assert not is_surely_below(1.0, 0.1, 7) and is_surely_below(1.0, 0.1, 12)
+
+
+def test_choices_are_due_after_the_first_samples_and_at_powers_of_two() -> None:
+    threshold, error = SamplingOptions(samples=64, adaptive=0.1), SamplingOptions(samples=64, max_error=0.1)
+    assert [n for n in range(1, 65) if is_choice_due(threshold, n)] == [FIRST, 8, 16, 32, 64]
+    assert [n for n in range(1, 65) if is_choice_due(error, n)] == [4, 8, 16, 32, 64]
+    for options in (SamplingOptions(samples=64), SamplingOptions(samples=64, time=1.0, sequence="r2")):
+        assert not chooses_blocks(options) and not any(is_choice_due(options, n) for n in range(1, 65))
+
+
+def test_by_a_threshold_the_active_blocks_above_it_go_on() -> None:
+    active = np.array([[True, True, False], [True, True, True]])
+    errors = np.array([[0.2, 0.1, 0.9], [0.0, 0.11, 0.3]])
+    options = SamplingOptions(samples=64, adaptive=0.1)
+    choice = choose_blocks(options, active, errors, None, spare=None, pixels=96, growth=8.0)
+    np.testing.assert_array_equal(choice.active, [[True, False, False], [False, True, True]])
+
+
+def test_by_an_error_those_blocks_stop_that_held_next_to_none_of_it_twice() -> None:
+    options = SamplingOptions(samples=64, max_error=0.1)  # of 96 pixels: a squared error of 2.88, of which 5 % may stay
+    squared_errors = np.array([[1.0, 0.07, 0.07], [0.07, 0.0, 0.5]])
+    errors = np.sqrt(squared_errors)
+    first = choose_blocks(options, ALL, errors, squared_errors, spare=None, pixels=96, growth=8.0)
+    spare = np.array([[False, True, True], [False, True, False]])
+    np.testing.assert_array_equal(first.active, ALL)
+    assert first.spare is not None
+    np.testing.assert_array_equal(first.spare, spare)
+    then = choose_blocks(options, ALL, errors, squared_errors, spare=first.spare, pixels=96, growth=4.0)
+    np.testing.assert_array_equal(then.active, ~spare)
+    # What is left holds all that may be left already.
+    last = choose_blocks(options, then.active, errors, squared_errors, spare=then.spare, pixels=96, growth=2.0)
+    np.testing.assert_array_equal(last.active, then.active)
+
+
+def test_no_block_stops_where_those_that_could_turn_out_to_hold_much() -> None:
+    options = SamplingOptions(samples=64, max_error=0.1)
+    squared_errors = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 0.3]])
+    errors = np.sqrt(squared_errors)
+    choice = choose_blocks(options, ALL, errors, squared_errors, spare=ALL, pixels=96, growth=4.0)
+    np.testing.assert_array_equal(choice.active, ALL)
+
+
+def test_by_a_time_the_error_to_be_had_in_it_counts() -> None:
+    options = SamplingOptions(samples=NEXT**3, time=1.0)
+    squared_errors = np.array([[1.0, 0.01, 0.0], [0.0, 0.0, 1.0]])
+    spare = squared_errors < 0.1
+    for growth, stop in ((1.0, True), (6.0, False)):
+        choice = choose_blocks(options, ALL, squared_errors, squared_errors, spare=spare, pixels=96, growth=growth)
+        assert choice.active[0, 1] != stop and not choice.active[1, 0]
+
+
+def test_blocks_are_values() -> None:
+    blocks = Blocks.all_of((16, 32, 20, 16), np.array([[True, False]]))
+    some = blocks.active.copy()
+    some[:, :4] = False
+    narrowed = blocks.sampled().narrowed(some).sampled()
+    assert blocks.is_whole and not narrowed.is_whole and blocks.active.all() and not blocks.samples.any()
+    assert narrowed.cells.tolist() == [[False, True]] and np.unique(narrowed.samples).tolist() == [1, 2]
+    samples = narrowed.samples_in((30, 40, 6, 2))
+    assert samples.tolist() == [[1, 1, 2, 2, 2, 2]] * 2
+    np.testing.assert_array_equal(narrowed.divisors_in((30, 40, 6, 2)), samples[..., None].repeat(3, axis=2))
+    assert narrowed.part((30, 40, 6, 2)) == (slice(2, 3), slice(3, 5))
+
+
+def test_a_tile_is_surrounded_by_whole_cells_within_the_picture() -> None:
+    assert surrounded((32, 16, 16, 16), (100, 50)) == (16, 0, 48, 48)
+    assert surrounded((0, 0, 100, 50), (100, 50)) == (0, 0, 100, 50)
+    assert surrounded((33, 17, 2, 2), (100, 50)) == (16, 0, 32, 32)
