@@ -49,7 +49,7 @@ def by_process(name: str, seconds: float) -> Estimate:
     return Estimate(float(text["Samples"]), float(text["Seconds"]), rmse)
 
 
-def row(renderer: Renderer, name: str, seconds: float, runs: int, new: bool) -> str:
+def table_row(renderer: Renderer, name: str, seconds: float, runs: int, new: bool) -> str:
     """A line of the table."""
     kept = 0
     found: list[Estimate] = []
@@ -90,7 +90,7 @@ def main() -> None:
     cases = [(name, new, seconds) for name in SCENES for new, all_times in times for seconds in all_times]
     for name, new, seconds in track(cases, "cases"):
         in_process(renderer, name, None)  # compiles
-        lines.append(row(renderer, name, seconds, options.runs, new))
+        lines.append(table_row(renderer, name, seconds, options.runs, new))
     text = "\n".join(lines) + "\n"
     (options.output / "deadlines.md").write_text(text)
     print(text)

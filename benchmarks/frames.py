@@ -31,7 +31,7 @@ def milliseconds(act: Callable[[], None]) -> float:
     return 1000.0 * (time.perf_counter() - begin)
 
 
-def measure(viewer: Viewer) -> None:
+def measure_frames(viewer: Viewer) -> None:
     glfw.swap_interval(0)
     while viewer.frame() > 0.0:
         glfw.poll_events()
@@ -69,7 +69,7 @@ def main() -> None:
     name = sys.argv[1] if len(sys.argv) > 1 else "assignment"
     if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
         with opened(name, EMPTY, SIZE, budget=1e9) as viewer:
-            measure(viewer)
+            measure_frames(viewer)
         return
     with x_server(*SIZE) as display:
         command = (sys.executable, "-m", "benchmarks.frames", name)

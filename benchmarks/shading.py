@@ -12,8 +12,8 @@ import msgspec
 from rich.progress import track
 
 import raytracer as rt
-from benchmarks.measure import FRAMES, Bench
-from benchmarks.report import machine
+from benchmarks.bench import FRAMES, Bench
+from benchmarks.pages import machine_lines
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials.models import SHADINGS
@@ -54,14 +54,15 @@ def main() -> None:
     options = parser.parse_args()
     bench = Bench(Renderer(shared_device()), SIZE, options.rounds)
     start = time.perf_counter()
-    found = costs(bench, rt.load("assignment"))
+    with bench.context:
+        found = costs(bench, rt.load("assignment"))
     lines = [
         "# What shading costs",
         "",
         "Written by `python -m benchmarks.shading`: frames of the assignment at 1280x720, 1 sample, hard shadows, all",
         f"materials made the model's (`--shading`); each in turns with Phong, medians of {FRAMES * bench.rounds}.",
         "",
-        machine(bench),
+        machine_lines(bench),
         "",
         "| shading | times Phong's |",
         "|---|---|",

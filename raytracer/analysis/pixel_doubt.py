@@ -20,7 +20,7 @@ from raytracer.analysis.rounding_bounds import (
     UNIT,
     Rays,
     Roots,
-    View,
+    RoundedView,
     interval,
     moment_error,
     order_in_doubt,
@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-class Resolution(NamedTuple):
+class PixelDoubt(NamedTuple):
     """What rounding may change in a picture of one sample: arrays (H, W)."""
 
     doubtful: Mask  # what is seen may be another surface, or none
@@ -47,7 +47,7 @@ class Resolution(NamedTuple):
     radiance: Array  # |error| of the radiance, where neither is in doubt; inf where it has no bound
 
 
-def resolution(scene: Scene, size: tuple[int, int], precision: Precision = 32) -> Resolution:
+def find_pixel_doubt(scene: Scene, size: tuple[int, int], precision: Precision = 32) -> PixelDoubt:
     """The resolution of a picture of `scene` at `size` (width, height), one ray through each pixel's centre."""
     return _Analysis(scene, size, precision).run()
 
@@ -60,9 +60,9 @@ class _Analysis:
         self._R = view_space.rotation(scene.camera)
         self._eye = np.array(scene.camera.position)
         self._leaves = self._tracer.leaves
-        self._view = View(self._R, scene.camera.position, sum(size), self._u)
+        self._view = RoundedView(self._R, scene.camera.position, sum(size), self._u)
 
-    def run(self) -> Resolution:
+    def run(self) -> PixelDoubt:
         world = ray_tracer.camera_rays(self._scene.camera, self._size).reshape(-1, 3)
         count = len(world)
         none = np.zeros(count)
@@ -89,7 +89,7 @@ class _Analysis:
         depth = depth + UNIT[32] * np.where(hit, t, 0.0)
         normal = normal + FEW * UNIT[32] * hit
         shape = self._size[::-1]
-        return Resolution(
+        return PixelDoubt(
             doubtful.reshape(shape),
             depth.reshape(shape),
             normal.reshape(shape),

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from raytracer.analysis.numerics.ledger import Finding
+from raytracer.analysis.numerics.findings import Finding
 from raytracer.analysis.rounding_bounds import UNIT, moment_error
 from raytracer.gpu import glsl_call
 from raytracer.rendering.renderer import Renderer

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from raytracer.analysis.numerics.comparison import MATTE, findings
-from raytracer.analysis.numerics.ledger import Finding
-from raytracer.analysis.pixel_doubt import resolution
+from raytracer.analysis.numerics.findings import Finding
+from raytracer.analysis.numerics.pixel_errors import MATTE, findings
+from raytracer.analysis.pixel_doubt import find_pixel_doubt
 from raytracer.compiler.limits import MAX_ROTH_LOOPS
 from raytracer.compiler.rounds import roth_loops
 from raytracer.formats.image import Image
@@ -47,7 +47,7 @@ def shells(renderer: Renderer, short: bool) -> Iterator[Finding]:
         inside = Scene([outer - inner], [_LIGHT], Camera((0.2, 0.1, 0.3), (-0.3, -0.1, -1), vertical_fov=100))
         for bits in renderer.device.limits.precisions:
             image = renderer.render(inside, SIZE, Settings(precision=bits))
-            resolved = resolution(inside, SIZE, bits)
+            resolved = find_pixel_doubt(inside, SIZE, bits)
             lit, doubtful = (image.radiance > 0.0).any(axis=2), resolved.unlit | resolved.doubtful
             at_all = f"from inside, {at}"
             most = 0.05 if k <= 15 or bits == 64 else math.inf

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from raytracer.analysis.reflectance.measure import DEGREES, direction, measure
-from raytracer.analysis.reflectance.pictures import light_of, picture
+from raytracer.analysis.reflectance.pictures import draw_material, light_of
+from raytracer.analysis.reflectance.properties import DEGREES, measure_material, unit_direction
 from raytracer.analysis.reflectance.quadrature import Array
 from raytracer.core.output import Writer, written_whole
 from raytracer.core.progress import Progress
@@ -65,7 +65,7 @@ def plot_materials(
         _draw_lobes(lobes, material, renderer.device)
         _draw_albedo(figure.add_subplot(grid[1, i]), material, renderer.device, legend=i == 0)
         ball = figure.add_subplot(grid[2, i])
-        ball.imshow(picture(material, round(_INCHES * _DOTS), 16, renderer))
+        ball.imshow(draw_material(material, round(_INCHES * _DOTS), 16, renderer))
         ball.set_axis_off()
         ball.set_title(f"light of colour {'1' if light_of(material) == 1.0 else 'π'}", fontsize=8)
     lines = figure.axes[0].get_lines()[::2]
@@ -87,7 +87,7 @@ def _draw_lobes(axes: Any, material: Material, device: Device) -> None:
     """f, the mean of its channels, by the viewer in the plane of incidence, for light from some angles."""
     curves = []
     for degrees in _INCIDENCE:
-        wi = direction(degrees, 180.0)
+        wi = unit_direction(degrees, 180.0)
         angles = _viewers(degrees)
         wo = np.column_stack([np.sin(angles), np.zeros_like(angles), np.cos(angles)])
         curves.append((angles, (evaluate(material, wi, wo, device=device) / wi[2]).mean(axis=1)))
@@ -126,7 +126,7 @@ def _viewers(degrees: float) -> Array:
 
 
 def _draw_albedo(axes: Any, material: Material, device: Device, legend: bool) -> None:
-    found = measure(material, _DEGREES, device)
+    found = measure_material(material, _DEGREES, device)
     axes.axhline(1.0, color="0.6", lw=0.8)
     curves = [("of what is seen", found.albedos, "-")]
     if found.beams != found.albedos:
@@ -165,7 +165,7 @@ def plot_lecture(path: Path, h: float | None, device: Device, write: Writer = wr
     for column, across in enumerate((False, True)):
         both, apart = figure.add_subplot(grid[0, column]), figure.add_subplot(grid[1, column])
         for degrees, color in zip(_INCIDENCE, _COLORS, strict=True):
-            wi, wo = direction(degrees, 180.0), _around(direction(degrees), off, across)
+            wi, wo = unit_direction(degrees, 180.0), _around(unit_direction(degrees), off, across)
             up = wo[:, 2] > 0.0
             r, n = (evaluate(m, wi, wo[up], device=device)[:, 0].astype(float) for m in (phong, blinn))
             x = np.degrees(off[up])

@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
     renderer = Renderer(shared_device(options.backend, options.device))
     try:
         with about(options.scene):
-            found = tune(
+            tuned = tune(
                 renderer,
                 scene,
                 size,
@@ -80,15 +80,15 @@ def run(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         complain("interrupted before any picture of the full size was measured")
         return STATUS
-    _report(found, size, section)
-    if not found.complete:
+    _report(tuned, size, section)
+    if not tuned.complete:
         return STATUS
-    return 0 if found.pick else 1
+    return 0 if tuned.pick else 1
 
 
-def _report(found: Tuned, size: tuple[int, int], section: SettingsSection) -> None:
-    """Print what was found."""
-    best = found.best
+def _report(tuned: Tuned, size: tuple[int, int], section: SettingsSection) -> None:
+    """Print the settings, and how good they are."""
+    best = tuned.best
     # There are flags also where the file, or the defaults, give the same settings.
     options = flags(fewest(best.settings, section.settings)) or flags(fewest(best.settings))
     options = options or f"--samples {best.settings.samples}"
@@ -96,10 +96,10 @@ def _report(found: Tuned, size: tuple[int, int], section: SettingsSection) -> No
         f"{options}: {best.seconds:.3g} s, error {best.error:.2g} (RMSE, linear radiance), "
         f"{best.samples:.3g} samples a pixel at {size[0]}x{size[1]}"
     )
-    if not found.complete:
-        say(f"interrupted: the best of {found.tried} that were measured by then:")
-    if found.pick:
+    if not tuned.complete:
+        say(f"interrupted: the best of {tuned.tried} that were measured by then:")
+    if tuned.pick:
         say(says, "", *section_text(best.settings, section.size).splitlines())
     else:
-        why = ", and that tells that no other will" if found.hopeless else ""
-        say(f"of {found.tried} tried nothing meets that{why}; the closest is {says}")
+        why = ", and that tells that no other will" if tuned.hopeless else ""
+        say(f"of {tuned.tried} tried nothing meets that{why}; the closest is {says}")

@@ -1,4 +1,4 @@
-"""What a benchmark needs: frames and pictures of ours and of others, in turns, and whether pictures agree."""
+"""The bench: times of frames and pictures, ours and others' in turns, and whether pictures agree."""
 
 import time
 from collections.abc import Callable
@@ -43,7 +43,7 @@ _FEW, _MANY, _SMALL = 16, 4000, (64, 36)
 
 
 class Agreement:
-    """What was found of pictures, in words; whether they are right."""
+    """How pictures agree, in words; whether they are right."""
 
     def __init__(self) -> None:
         self.findings: list[str] = []
@@ -128,7 +128,7 @@ class Bench:
             return time.perf_counter() - begin
 
     def rendered(self, scene: rt.Scene, settings: rt.Settings) -> Image:
-        """What render() gives."""
+        """The picture that render() draws."""
         image = self._renderer.render(scene, self.size, settings, geometry=False)
         self.context.__enter__()  # render() leaves no context current; here one is throughout
         return image
@@ -159,7 +159,7 @@ class Bench:
         if count <= _FEW or (not povray.version() and count <= _MANY):
             width, height = self.size
             size = _SMALL if count > _FEW else self.size if samples == 1 else (width // 4, height // 4)
-            truth = ray_tracer.render(scene, size, settings).srgb8()
+            truth = ray_tracer.trace(scene, size, settings).srgb8()
             found.compare(encode_srgb8(self.radiance(scene, settings, size)), truth, f"float64's, {size[0]}x{size[1]}")
         if not found.findings:
             found.findings.append("not compared: that takes povray")

@@ -1,4 +1,4 @@
-"""What a material does, measured of the GLSL that renders: positivity, reciprocity, energy, and what facets add up to.
+"""Properties of a material, measured of the GLSL that renders: positivity, reciprocity, energy, sums over facets.
 
 Nothing here knows what is expected: see `expectations.py`.
 """
@@ -73,8 +73,8 @@ class Facets(msgspec.Struct, frozen=True):
     error: float
 
 
-class Measured(msgspec.Struct, frozen=True):
-    """What was found of a material."""
+class MaterialProperties(msgspec.Struct, frozen=True):
+    """The measured properties of a material."""
 
     material: Material
     least: float  # the least value of f cos(theta_i)
@@ -110,8 +110,10 @@ class Measured(msgspec.Struct, frozen=True):
         return True if self.largest.resolved else None
 
 
-def measure(material: Material, degrees: Sequence[float] = DEGREES, device: Device | None = None) -> Measured:
-    """All that there is to measure of a material; albedos at these angles to the normal."""
+def measure_material(
+    material: Material, degrees: Sequence[float] = DEGREES, device: Device | None = None
+) -> MaterialProperties:
+    """Measure all properties of a material; albedos at these angles to the normal."""
     seen = _Seen(material, device)
     extreme = _extreme_directions()
     pairs = len(extreme)
@@ -122,7 +124,7 @@ def measure(material: Material, degrees: Sequence[float] = DEGREES, device: Devi
     albedos = _albedos(material, degrees, seen, mirrored, beams=False)
     beams = albedos if reciprocity <= RECIPROCAL else _albedos(material, degrees, seen, mirrored, beams=True)
     added = facets(material, device=device) if distribution_of(material) else None
-    return Measured(material, seen.least, seen.finite, reciprocity, albedos, beams, delta, added)
+    return MaterialProperties(material, seen.least, seen.finite, reciprocity, albedos, beams, delta, added)
 
 
 class _Seen:
@@ -140,7 +142,7 @@ class _Seen:
         return values
 
 
-def direction(degrees: float, azimuth: float = 0.0) -> Array:
+def unit_direction(degrees: float, azimuth: float = 0.0) -> Array:
     """A unit direction at an angle to the normal, nearly, and an azimuth in degrees, whose float32 form is unit too.
 
     Near the horizon a length that is off by a rounding moves halfway vectors like an angle that is off by a lot more:
@@ -220,7 +222,7 @@ def _albedos(
     whole = make_layout([material]).is_anisotropic
     azimuths = (0.0, 30.0, 60.0, 90.0) if whole else (0.0,)
     fine = msgspec.structs.replace(_FINE, whole=whole)
-    directions = [direction(angle, azimuth) for angle in degrees for azimuth in azimuths]
+    directions = [unit_direction(angle, azimuth) for angle in degrees for azimuth in azimuths]
     values = np.zeros((len(directions), 3))
     errors = np.full(len(directions), math.inf)
     open_ = list(range(len(directions)))
@@ -262,7 +264,7 @@ def _integrals(
 
 def _mirrored(material: Material, degrees: Sequence[float], device: Device | None) -> Array:
     """What is reflected to the mirror direction only, (N, 3)."""
-    views = [direction(angle) for angle in degrees]
+    views = [unit_direction(angle) for angle in degrees]
     return call(f"{material.model}Mirrored", material, NORMAL, views, device=device).astype(float)
 
 
@@ -274,7 +276,7 @@ def distribution_of(material: Material) -> str | None:
 def facets(material: Material, degrees: Sequence[float] = _FACET_DEGREES, device: Device | None = None) -> Facets:
     """What its distribution D and masking G1 add up to, seen from these angles."""
     kind = distribution_of(material)
-    viewers = [direction(angle) for angle in degrees]
+    viewers = [unit_direction(angle) for angle in degrees]
     cosines = np.array([wo[2] for wo in viewers])
     masking = cosines / call(f"{kind}Slope", material, cosines, device=device)
 

@@ -1,53 +1,24 @@
-"""The benchmark's table in files."""
+"""The table of the times, as speed.md and speed.csv."""
 
 import csv
-import datetime
 import io
-import os
-import platform
 import re
 from collections.abc import Sequence
-from importlib.metadata import version
-from pathlib import Path
 
-from benchmarks import povray
-from benchmarks.measure import FRAMES, OTHER_RAYS, SAME_RAYS, TOLERANCE, Bench
-from benchmarks.rows import Measured, Row
-from raytracer.version import __version__
+from benchmarks.bench import FRAMES, OTHER_RAYS, SAME_RAYS, TOLERANCE, Bench
+from benchmarks.speed_rows import SpeedRow, Timing
 
 # A row, and what was measured or why that could not be.
-Result = tuple[Row, Measured | str]
+TimedRow = tuple[SpeedRow, Timing | str]
 
 
-def name(bench: Bench) -> str:
-    """The stem of the files: those of different GPUs lie beside each other."""
+def stem_of(bench: Bench) -> str:
+    """Return the stem of the files: those of different GPUs lie beside each other."""
     device = re.sub(r"[^a-z0-9]+", "-", bench.context.info["GL_RENDERER"].lower()).strip("-")
     return "speed" if bench.software else f"speed-{device}"
 
 
-def machine(bench: Bench) -> str:
-    """Everything that the times depend on, in a list."""
-    info = bench.context.info
-    lines = {
-        "processor": f"{_processor()}, {os.cpu_count()} cores, {platform.machine()}",
-        "driver": f"{info['GL_RENDERER']}, {info['GL_VERSION']}",
-        "raytracer": __version__,
-        "moderngl, NumPy, Python": f"{version('moderngl')}, {version('numpy')}, {platform.python_version()}",
-        "POV-Ray": povray.version() or "not installed: rows against it are left out",
-        "date": datetime.date.today().isoformat(),
-    }
-    return "\n".join(f"- {key}: {value}" for key, value in lines.items())
-
-
-def _processor() -> str:
-    try:
-        found = re.search(r"^model name\s*: (.*)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
-    except OSError:
-        found = None
-    return found[1] if found else platform.processor() or "unknown"
-
-
-def as_markdown(results: Sequence[Result], rates: Sequence[tuple[str, ...]], on: str, bench: Bench) -> str:
+def as_markdown(results: Sequence[TimedRow], rates: Sequence[tuple[str, ...]], on: str, bench: Bench) -> str:
     """The report."""
     width, height = bench.size
     lines = [
@@ -81,7 +52,7 @@ def as_markdown(results: Sequence[Result], rates: Sequence[tuple[str, ...]], on:
     return "\n".join(lines) + "\n"
 
 
-def _line(row: Row, found: Measured | str) -> str:
+def _line(row: SpeedRow, found: Timing | str) -> str:
     wanted = f"at {'most' if row.at_most else 'least'} {row.wanted:g}"
     if isinstance(found, str):
         return f"| {row.work} | {row.against} | | | | {wanted} | not available: {found} |"
@@ -97,7 +68,7 @@ def _milliseconds(seconds: float) -> str:
     return f"{1000.0 * seconds:.{1 if seconds < 0.1 else 0}f}"
 
 
-def as_csv(results: Sequence[Result]) -> str:
+def as_csv(results: Sequence[TimedRow]) -> str:
     """A line for each row; empty where it was not measured."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -111,13 +82,3 @@ def as_csv(results: Sequence[Result]) -> str:
             what = bound, row.wanted, row.reached(found), found.agreement.right
             writer.writerow((row.work, row.against, *(f"{time:.6g}" for time in times), *what, found.note))
     return text.getvalue()
-
-
-def fill(page: Path, name: str, text: str) -> None:
-    """Put a table between the marks of that name in a page."""
-    marks = f"<!-- {name} -->", f"<!-- end of {name} -->"
-    filled, count = re.subn(
-        f"{marks[0]}.*?{marks[1]}", lambda _: f"{marks[0]}\n{text}\n{marks[1]}", page.read_text(), flags=re.DOTALL
-    )
-    assert count == 1, f"{page}: expected one place for {name}, found {count}"
-    page.write_text(filled)
