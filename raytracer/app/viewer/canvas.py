@@ -15,7 +15,8 @@ from raytracer.gpu.device import Device
 from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.gpu.gl import Framebuffer, set_uniforms
 from raytracer.rendering.progressive import ProgressivePicture
-from raytracer.scene.scene import Camera, PointLight
+from raytracer.scene.camera import Camera
+from raytracer.scene.lights import PointLight
 
 # A picture of text: (h, w, 4) uint8 with the top row first, and the window's pixel under its lower left pixel.
 Panel = tuple[NDArray[np.uint8], tuple[int, int]]
