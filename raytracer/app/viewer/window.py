@@ -178,9 +178,9 @@ class Viewer:
     def _is_compiled(self) -> bool:
         """Whether the programs of the picture that is wanted are compiled; also if there can be none."""
         picture, state = self.picture, self.state
-        if not self._reloaded and picture.has_structure(state.scene, state.settings, state.show):
-            return True
         try:
+            if not self._reloaded and picture.has_structure(state.scene, state.settings, state.show):
+                return True
             return picture.is_compiled(state.scene, state.settings, state.show)
         except (InputError, ShaderError):
             return True
