@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from contextlib import closing
+from pathlib import Path
 from statistics import median
 
 import moderngl
@@ -131,6 +132,14 @@ class Bench:
         image = self._renderer.render(scene, self.size, settings, geometry=False)
         self.context.__enter__()  # render() leaves no context current; here one is throughout
         return image
+
+    def saved(self, scene: rt.Scene, path: Path, *, geometry: bool) -> float:
+        """The seconds in which a picture of 1 sample is rendered and saved."""
+        begin = time.perf_counter()
+        self._renderer.render(scene, self.size, rt.Settings(), geometry=geometry).save(path)
+        seconds = time.perf_counter() - begin
+        self.context.__enter__()  # as in rendered()
+        return seconds
 
     def traced(self, scene: rt.Scene, samples: int = 1, *, again: bool = False) -> tuple[Picture, float]:
         """POV-Ray's picture and seconds; of a run before, if there was one and it is not to run `again`."""

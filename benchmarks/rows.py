@@ -141,6 +141,18 @@ def _adaptive(bench: Bench) -> Measured:
     return Measured(ours, theirs, agreement, f"T = {settings.adaptive}, both with the read-back")
 
 
+def _unread_geometry(bench: Bench) -> Measured:
+    scene = _assignment()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "picture.png")
+        ours, theirs = in_turns(
+            bench.rounds,
+            lambda: bench.saved(scene, path, geometry=True),
+            lambda: bench.saved(scene, path, geometry=False),
+        )
+    return Measured(ours, theirs, bench.agreement(scene))
+
+
 def _command_line(bench: Bench, new: bool) -> Measured:
     """`new`: also to Mesa, which otherwise has the compiled programs on disk."""
     size = 1280, 720
@@ -190,6 +202,7 @@ ROWS = [
         for work, chain in (("sphere minus a union of 999", False), ("sphere minus 999, one by one", True))
     ),
     Row("adaptive", "assignment, 16 samples, adaptive", "full 16 samples", 0.35, _adaptive, at_most=True),
+    Row("geometry", "assignment, saved as .png", "the same with geometry=False", 1.1, _unread_geometry, at_most=True),
     Row("cold", "command line, again", "a bare process", 1.5, partial(_command_line, new=False), at_most=True),
     Row("cold", "command line, first ever", "a bare process", 1.5, partial(_command_line, new=True), at_most=True),
 ]

@@ -69,7 +69,7 @@ def check_cells(
     expected = renderer.render(scene, size, walk, geometry=False).radiance
     if "llvmpipe" in renderer.device.limits.driver:
         np.testing.assert_array_equal(cells, expected)
-        only = renderer.render(scene, size, settings, geometry=False, tile=tile, only=True).radiance
+        only = renderer.render(scene, size, settings, geometry=False, tile=tile, single_picture=True).radiance
         np.testing.assert_array_equal(only, expected)
     else:  # other compilers may contract a product and a sum in one of two programs, and not in the other
         np.testing.assert_allclose(cells, expected, rtol=0, atol=1e-6)

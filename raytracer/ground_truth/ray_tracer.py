@@ -131,7 +131,8 @@ def _radiance(
     V = -rd
     shifts = shifts if shifts is None else shifts[hit]
 
-    materials = [settings.shaded(leaf.material) for leaf in tracer.leaves]
+    options = settings.compile_options
+    materials = [options.shaded(leaf.material) for leaf in tracer.leaves]
     leaves_of = {m: [k for k, other in enumerate(materials) if other == m] for m in dict.fromkeys(materials)}
     groups = {material: np.isin(surface, leaves) for material, leaves in leaves_of.items()}
     I = np.zeros(P.shape)

@@ -3,9 +3,9 @@
 May import: core, scene, formats, compiler, gpu. Other packages may use
 
 - picture: render (public as raytracer.render)
-- renderer: Renderer, metadata
+- renderer: Renderer, for pictures by a device of one's own, in tiles, or without an estimate; metadata
 - progressive: ProgressivePicture, the picture of a window
-- brdf: evaluate, bake (public as raytracer.brdf)
+- brdf: evaluate, bake, call (public as raytracer.brdf)
 
 A sample's way through the other modules: accumulation steps from sample to sample of one tile. tile_renderer draws each
 sample by a list of draws (compiler/draws.py). block_measurements measures blocks of pixels on the GPU, estimator makes

@@ -32,7 +32,11 @@ BALL = rt.Sphere((0, 0, 0), 1, scenes.COLORS[0])
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.__name__)
+@pytest.mark.parametrize(
+    "row",
+    [pytest.param(row, marks=pytest.mark.slow if row.__name__ == "valid_scenes" else []) for row in ROWS],
+    ids=lambda row: row.__name__,
+)
 def test_the_bounds_of_the_ledger_are_kept(renderer: Renderer, row: Callable[..., Iterator[Finding]]) -> None:
     findings = list(row(renderer, True))
     assert findings and [f for f in findings if not f.kept] == []

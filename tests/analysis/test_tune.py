@@ -17,7 +17,7 @@ from raytracer.analysis.tradeoffs.trials import Measured, Stage
 from raytracer.analysis.tradeoffs.tune import LADDER, asked, grid, tune
 from raytracer.app.cli import main
 from raytracer.app.options import add_settings, chosen_settings
-from raytracer.formats.scene_file import load_settings, parse_all
+from raytracer.formats.scene_file import load_settings, parse_document
 from raytracer.formats.settings_section import section_text
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
@@ -138,9 +138,9 @@ def test_what_the_command_prints_makes_what_it_measured_as_flags_over_the_file_a
     parser = argparse.ArgumentParser()
     add_settings(parser, 1, adaptive=True)
     flags = chosen_settings(parser.parse_args(line.partition(":")[0].split()))
-    assert (parse_all(file, file.read_text())[1].settings | flags).resolve() == measured
+    assert (parse_document(file, file.read_text()).section.settings | flags).resolve() == measured
     file.write_text(f"{scenes.ASSIGNMENT.read_text()}\n{table}")
-    assert load_settings(file) == measured and parse_all(file, file.read_text())[1].size == (96, 54)
+    assert load_settings(file) == measured and parse_document(file, file.read_text()).section.size == (96, 54)
 
 
 @pytest.mark.gl

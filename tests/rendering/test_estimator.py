@@ -16,8 +16,9 @@ from raytracer.formats.estimate import Estimate
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.estimator import FACTOR
 from raytracer.rendering.renderer import Renderer
+from raytracer.scene.options import Shadows
 from raytracer.scene.sequences import sample_points
-from raytracer.scene.settings import Settings, Shadows
+from raytracer.scene.settings import Settings
 from tests import scenes
 
 Array = NDArray[np.float64]

@@ -24,7 +24,7 @@ from raytracer.rendering import geometry
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
-from tests.gpu.test_threads import in_threads
+from tests.threads import in_threads
 
 pytestmark = pytest.mark.gl
 
@@ -214,6 +214,15 @@ def test_copies_share_what_is_drawn(renderer: Renderer, drawn: list[geometry.Vie
     assert len(drawn) == 1
     assert_same(arrays(copies[1]), expected)
     assert image.replace(depth=None).depth is None
+
+
+def test_a_picture_of_another_size_is_no_picture_of_this_geometry(renderer: Renderer) -> None:
+    image = picture(renderer)
+    with pytest.raises(rt.InputError, match=r"^depth: expected an array \(5, 6\) .*, got one of shape \(27, 48\)"):
+        image.replace(radiance=np.zeros((5, 6, 3), np.float32))
+    other = rt.Image(np.zeros((5, 6, 3), np.float32), depth=None)
+    with pytest.raises(rt.InputError, match=r"^normal: expected an array \(5, 6, 3\)"):
+        other.replace(normal=image.normal)
 
 
 def test_a_deep_copy_has_arrays_of_its_own(renderer: Renderer, expected: list[np.ndarray]) -> None:

@@ -35,7 +35,7 @@ def test_the_assignment_agrees_with_the_reference(
     assert np.isfinite(image.radiance).all() and (image.radiance >= 0).all()
 
 
-@pytest.mark.parametrize("seed", [*range(40), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(40, 200))])
+@pytest.mark.parametrize("seed", [*range(24), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(24, 200))])
 def test_a_random_scene_agrees_with_the_reference(renderer: Renderer, seed: int) -> None:
     check_truth(renderer, scenes.random_scene(seed), (128, 72), Settings(shadows="off"))
 
@@ -163,7 +163,7 @@ def test_numbers_are_data_and_structure_is_compiled(renderer: Renderer) -> None:
 
     def programs_for(scene: rt.Scene) -> int:
         before = len(fresh.device._programs)
-        fresh.render(scene, (8, 8), Settings())
+        assert fresh.render(scene, (8, 8), Settings()).depth is not None
         return len(fresh.device._programs) - before
 
     ball, other = rt.Sphere((0, 0, 0), 1), rt.Sphere((0.5, 0, 0), 1)

@@ -7,10 +7,10 @@ import tomllib
 from typing import Any
 
 import pytest
-from raytracer.compiler.glsl.materials import FUNCTIONS
 
 from raytracer.analysis.reflectance.report import markdown
 from raytracer.app.cli import main
+from raytracer.compiler.glsl.materials import FUNCTIONS
 from raytracer.core.validation import InputError
 from raytracer.formats.material_library import collections, read_collection
 from raytracer.formats.material_schema import materials_schema

@@ -19,8 +19,9 @@ from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.instances import Instances
 from raytracer.scene.materials.material import Material
+from raytracer.scene.options import Evaluator
 from raytracer.scene.scene import Scene
-from raytracer.scene.settings import Evaluator, Settings
+from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Plane, Primitive, Solid, Sphere, with_leaves
 
 # Without ambient light or highlights: black where no light reaches, and only there.

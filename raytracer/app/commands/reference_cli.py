@@ -19,7 +19,7 @@ from raytracer.core.output import check_output
 from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import complain, say
 from raytracer.core.validation import about, check_size
-from raytracer.formats.scene_file import parse_all, read
+from raytracer.formats.scene_file import find_scene, read_document
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -69,7 +69,8 @@ def run(options: argparse.Namespace) -> int:
     size = chosen_size(options) or REFERENCE_SIZE
     check_size(size)
     output = check_output(options.output, (".npz",))
-    scene, section = parse_all(*read(options.scene))
+    document = read_document(find_scene(options.scene))
+    scene, section = document.scene, document.section
     settings = (section.settings.without_sampling() | chosen).resolve()
     with about(options.scene):
         for material in scene.materials:

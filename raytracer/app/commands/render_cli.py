@@ -14,7 +14,7 @@ from raytracer.core.memory import check_memory, picture_bytes
 from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import complain, say
 from raytracer.core.validation import about, check_size
-from raytracer.formats.scene_file import parse_all, read
+from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.scene.settings import Settings
 from raytracer.scene.settings_patch import UNSET, SettingsPatch
@@ -44,7 +44,8 @@ def run(options: argparse.Namespace) -> int:
     # What is wrong is found as early as it can be: most of it before NumPy and OpenGL are loaded.
     chosen = chosen_settings(options)
     chosen.resolve()
-    scene, section = parse_all(*read(options.scene))
+    document = read_document(find_scene(options.scene))
+    scene, section = document.scene, document.section
     with about(f"{options.scene}: [settings] and the options given"):  # that exclude each other
         settings = (section.settings | chosen).resolve()
     size = chosen_size(options) or section.size or DEFAULT_SIZE
@@ -64,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
     start = time.monotonic()
     # Beyond the driver's limits is the scene.
     with about(options.scene), progress_bar(f"rendering {output.name}") as progress:
-        image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, only=True)
+        image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, single_picture=True)
     with options.write(output) as file:
         image.write(file, output.suffix)
     took = time.monotonic() - start

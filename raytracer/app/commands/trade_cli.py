@@ -11,7 +11,7 @@ from raytracer.core.interrupts import STATUS
 from raytracer.core.progress import step_bar, tell_step
 from raytracer.core.terminal import say
 from raytracer.core.validation import InputError, about, check_size
-from raytracer.formats.scene_file import parse_all, read
+from raytracer.formats.scene_file import find_scene, read_document
 
 # Small, for a truth takes its time; quick is for tests.
 _SIZE, _QUICK_SIZE = (320, 180), (64, 36)
@@ -49,7 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run `trade`; the exit status, STATUS if Ctrl-C ended it before all was measured."""
-    scene, section = parse_all(*read(options.scene))
+    document = read_document(find_scene(options.scene))
+    scene, section = document.scene, document.section
     if options.rounds is not None and options.rounds < 1:
         raise InputError("expected at least 1, got 0", "--rounds")
     from raytracer.analysis.tradeoffs.approximations import add_approximations

@@ -18,7 +18,7 @@ from raytracer.app.options import (
 from raytracer.core.interrupts import STATUS
 from raytracer.core.terminal import complain, note, say
 from raytracer.core.validation import about, check_size, number
-from raytracer.formats.scene_file import parse_all, read
+from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE, SettingsSection, section_text
 from raytracer.scene.settings_patch import fewest, flags
 
@@ -55,7 +55,8 @@ def run(options: argparse.Namespace) -> int:
             number(value, name, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
     chosen = chosen_settings(options).without_sampling()  # --max-error and --time are targets
     chosen.resolve()
-    scene, section = parse_all(*read(options.scene))
+    document = read_document(find_scene(options.scene))
+    scene, section = document.scene, document.section
     size = chosen_size(options) or section.size or DEFAULT_SIZE
     from raytracer.analysis.tradeoffs.tune import tune
     from raytracer.gpu.device import shared_device

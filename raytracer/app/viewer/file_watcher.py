@@ -7,7 +7,7 @@ from pathlib import Path
 
 from raytracer.compiler.glsl.preprocessor import shaders_folder
 from raytracer.core.validation import InputError
-from raytracer.formats.scene_file import named_files, read
+from raytracer.formats.scene_file import companion_paths, read_text
 
 _SHADERS = (".glsl", ".frag", ".vert")
 
@@ -33,7 +33,7 @@ class Files:
             self._look_at(self.scene)
             if self._seen.get(self.scene) != before.get(self.scene):
                 with suppress(InputError):  # while it is wrong, it has the instances that it had
-                    self._instances = named_files(*read(self.scene))
+                    self._instances = companion_paths(self.scene, read_text(self.scene))
         shaders = (path for path in shaders_folder().rglob("[!.]*") if path.suffix in _SHADERS)
         for path in (*self._instances, *shaders):
             self._look_at(path)

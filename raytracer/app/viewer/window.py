@@ -36,7 +36,7 @@ from raytracer.core.output import write_numbered
 from raytracer.core.terminal import complain, say
 from raytracer.core.validation import InputError, about
 from raytracer.formats.companion_files import copied
-from raytracer.formats.scene_file import moved, named_files, parse_all, read
+from raytracer.formats.scene_file import companion_paths, edit_positions, find_scene, parse_document, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.gpu.context import open_window
 from raytracer.gpu.device import Device
@@ -78,14 +78,12 @@ def opened(
     moving picture may take before its pixels are enlarged. Raises ContextError if no window opens, InputError for a
     wrong scene file; drawing raises InputError for a scene beyond this driver's limits.
     """
-    path, text = read(scene)
+    path = find_scene(scene)
     files = Files(path)
-    if files.has_scene:  # it may have been saved before changes were looked for
-        path, text = read(path)
-    loaded, section = parse_all(path, text)
+    document = read_document(path)
     with about(path):
-        state = start(text, loaded, section.settings, chosen)
-    context, window = open_window(size or section.size or DEFAULT_SIZE, compiling_title(state))
+        state = start(document, chosen)
+    context, window = open_window(size or document.section.size or DEFAULT_SIZE, compiling_title(state))
     try:
         viewer = Viewer(context, window, files, state, budget)
         yield viewer
@@ -259,10 +257,11 @@ class Viewer:
             return
         path = self._files.scene
         try:
-            text = read(path)[1] if self._files.has_scene else self.state.text
-            loaded, section = parse_all(path, text)
+            # A pipe is not read twice.
+            again = self._files.has_scene
+            document = read_document(path) if again else parse_document(path, self.state.document.text)
             with about(path):
-                self.handle(Loaded(text, loaded, section.settings))
+                self.handle(Loaded(document))
         except InputError as error:
             complain(*str(error).splitlines())
             self.handle(Failed(str(error)))
@@ -308,10 +307,10 @@ class Viewer:
 
     def _export(self) -> str:
         try:
-            text = moved(self.state.text, self.state.scene, self._files.scene.parent)
+            text = edit_positions(self.state.document.text, self.state.scene, self._files.scene.parent)
         except RuntimeError as error:
             raise RuntimeError(f"{self._files.scene}: {error}") from None
-        with copied(named_files(self._files.scene, text), Path()):
+        with copied(companion_paths(self._files.scene, text), Path()):
             path = write_numbered(self.state.scene.name, ".toml", lambda file: file.write(text.encode()))
         return f"wrote {path}; to render its picture: {command(self.state, self.picture.size, str(path))}"
 
