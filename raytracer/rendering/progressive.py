@@ -69,6 +69,7 @@ class ProgressivePicture:
         self._measurements: BlockMeasurements | None = None
         self._accumulation: Accumulation | None = None
         self._structure: tuple[object, ...] = ()
+        self._compiled: CompiledScene | None = None
         self._frame: Frame | None = None
         self._programs: Mapping[str, Program] = {}
         self._rereads = False
@@ -143,7 +144,7 @@ class ProgressivePicture:
         return tiles
 
     def has_structure(self, scene: Scene, settings: Settings, show: Show) -> bool:
-        """Whether the programs of the picture before draw this one."""
+        """Whether the programs of the picture before draw this one. Raises InputError as `start`."""
         return self._structure == (self._compile(scene, settings).structure, show)
 
     def is_compiled(self, scene: Scene, settings: Settings, show: Show) -> bool:
@@ -153,7 +154,9 @@ class ProgressivePicture:
         return are_compiled(self._device, compiled, show)
 
     def _compile(self, scene: Scene, settings: Settings) -> CompiledScene:
-        return compile(scene, settings.compile_options, self._frame.compiled if self._frame else None)
+        """The compiled scene. It shares everything that it can with the one made last."""
+        self._compiled = compile(scene, settings.compile_options, self._compiled)
+        return self._compiled
 
     def step(self) -> None:
         """Draw one more sample and wait for it.
