@@ -8,9 +8,15 @@ from collections.abc import Callable
 
 import numpy as np
 
+<<<<<<< HEAD
 from raytracer.analysis.numerics.findings import Finding, worst
 from raytracer.analysis.numerics.pixel_errors import measure_pixel_errors, unit
 from raytracer.compiler.rounds import roth_loops
+=======
+from raytracer.analysis.numerics.comparison import compare, unit
+from raytracer.analysis.numerics.ledger import Finding, worst
+from raytracer.compiler.roth_bounds import roth_loops
+>>>>>>> compiler
 from raytracer.core.validation import InputError, Vec3
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
