@@ -34,8 +34,8 @@ def differences(renderer: Renderer, scene: rt.Scene, size: tuple[int, int]) -> t
     return float(relative), *shares, int((~right & ~resolved.doubtful).sum()), int(resolved.doubtful.sum())
 
 
-def _worst(found: list[tuple[float, float, float, int, int]]) -> str:
-    relative, depth, normal, wrong, doubtful = zip(*found, strict=True)
+def _worst(rows: list[tuple[float, float, float, int, int]]) -> str:
+    relative, depth, normal, wrong, doubtful = zip(*rows, strict=True)
     shares = f"{max(depth):.2f} and {max(normal):.2f} of their bounds"
     return f"depth {max(relative):.1e}, depth and normal {shares}, wrong {sum(wrong)}, doubtful {sum(doubtful)}"
 
@@ -46,12 +46,12 @@ def main() -> None:
     print(f"{renderer.device.limits.driver}, {renderer.device.context.info['GL_VERSION']}, {platform.machine()}\n")
     assignment = scenes.assignment()
 
-    found = [differences(renderer, assignment, SIZE)]
-    print(f"assignment, 1280x720: {_worst(found)}")
-    found = [
+    rows = [differences(renderer, assignment, SIZE)]
+    print(f"assignment, 1280x720: {_worst(rows)}")
+    rows = [
         differences(renderer, scenes.random_scene(seed), (128, 72)) for seed in track(range(200), "200 random scenes")
     ]
-    print(f"200 random scenes, 128x72: {_worst(found)}")
+    print(f"200 random scenes, 128x72: {_worst(rows)}")
 
     settings = Settings(samples=16)
     picture = renderer.render(assignment, SIZE, settings).srgb8().astype(int)

@@ -49,9 +49,11 @@ def _error(result: Result) -> str:
 
 def front(trade: Tradeoffs) -> str:
     """What nothing beats."""
-    found = sorted((result for result in trade.of(MAIN) if result.beaten_by is None), key=lambda result: result.median)
+    results = sorted(
+        (result for result in trade.of(MAIN) if result.beaten_by is None), key=lambda result: result.median
+    )
     rows = []
-    for result in found:
+    for result in results:
         configuration = result.configuration
         text = f"`{flags(fewest(configuration.settings)) or '--samples 1'}`"
         if configuration.scale != 1.0:
@@ -90,8 +92,8 @@ def shadows(trade: Tradeoffs) -> str:
 
 def exact(trade: Tradeoffs) -> str:
     """Precision and evaluators."""
-    found = [*trade.of_knob("precision"), *trade.of_knob("evaluator")]
-    own = {result.configuration.label: result for result in found}
+    results = [*trade.of_knob("precision"), *trade.of_knob("evaluator")]
+    own = {result.configuration.label: result for result in results}
     return _table(
         ["16 samples", "ms", "error"],
         [
@@ -118,9 +120,9 @@ def approximations(trade: Tradeoffs) -> str:
 def blind() -> str:
     """Of discs and of lines of ten pixels, anywhere, the share that no sample meets, by their width."""
     rows = []
-    for what, length, n in (("discs", 0, 4), ("discs", 0, 16), ("discs", 0, 64), ("lines, 10 pixels long", 10, 16)):
+    for shape, length, n in (("discs", 0, 4), ("discs", 0, 16), ("discs", 0, 64), ("lines, 10 pixels long", 10, 16)):
         missed = [_missed(width / math.sqrt(n), length, n) for width in _WIDTHS]
-        rows.append([what, str(n), f"{1.0 / math.sqrt(n):g}", *(f"{share:.0%}" for share in missed)])
+        rows.append([shape, str(n), f"{1.0 / math.sqrt(n):g}", *(f"{share:.0%}" for share in missed)])
     return _table(["", "samples", "spacing, pixels", *(f"{width:g} of it wide" for width in _WIDTHS)], rows)
 
 

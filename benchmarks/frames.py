@@ -59,8 +59,8 @@ def measure_frames(viewer: Viewer) -> None:
     print(f"{info['GL_RENDERER']}, {info['GL_VERSION']}, {platform.machine()}, {os.cpu_count()} cores")
     print(f"{viewer.state.scene.name}, {SIZE[0]}x{SIZE[1]}, {ROUNDS * FRAMES} frames each, milliseconds\n")
     print("| | median | 99th percentile |\n|---|---|---|")
-    for what, times in (("frame while the light moves", frames), ("bare passes and swap", passes)):
-        print(f"| {what} | {median(times):.1f} | {quantiles(times, n=100)[-1]:.1f} |")
+    for label, times in (("frame while the light moves", frames), ("bare passes and swap", passes)):
+        print(f"| {label} | {median(times):.1f} | {quantiles(times, n=100)[-1]:.1f} |")
     print(f"\nratio of the medians: {median(frames) / median(passes):.2f}")
 
 

@@ -13,7 +13,7 @@ from raytracer.version import __version__
 
 
 def machine_lines(bench: Bench) -> str:
-    """List in Markdown all that times depend on: processor, driver, versions and date."""
+    """List in Markdown the processor, the driver, versions and the date: times depend on them."""
     info = bench.context.info
     lines = {
         "processor": f"{_processor()}, {os.cpu_count()} cores, {platform.machine()}",
@@ -28,10 +28,10 @@ def machine_lines(bench: Bench) -> str:
 
 def _processor() -> str:
     try:
-        found = re.search(r"^model name\s*: (.*)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
+        match = re.search(r"^model name\s*: (.*)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
     except OSError:
-        found = None
-    return found[1] if found else platform.processor() or "unknown"
+        match = None
+    return match[1] if match else platform.processor() or "unknown"
 
 
 def fill(page: Path, name: str, text: str) -> None:

@@ -76,19 +76,19 @@ def rows(renderer: Renderer, name: str, rounds: int, right: NDArray[np.float32])
     scene = rt.load(name)
     shadows = SCENES[name].shadows
     settings = {quality: patch.replace(shadows=shadows).resolve() for quality, patch in QUALITIES.items()}
-    found: dict[str, tuple[rt.Image, list[float]]] = {}
+    pictures: dict[str, tuple[rt.Image, list[float]]] = {}
     for k in range(rounds):
         for quality, each in settings.items():
-            if k and found[quality][1][0] > _LONG:
+            if k and pictures[quality][1][0] > _LONG:
                 continue
             if not k:  # compiles
                 few = msgspec.structs.replace(each, samples=min(each.samples, 16))
                 renderer.render(scene, SCENES[name].size, few, geometry=False)
             begin = time.perf_counter()
             image = renderer.render(scene, SCENES[name].size, each, geometry=False)
-            found.setdefault(quality, (image, []))[1].append(time.perf_counter() - begin)
+            pictures.setdefault(quality, (image, []))[1].append(time.perf_counter() - begin)
     result = []
-    for quality, (image, times) in found.items():
+    for quality, (image, times) in pictures.items():
         assert image.estimate
         error = float(np.sqrt(np.mean((image.radiance - right) ** 2, dtype=float)))
         row = QualityRow(name, quality, median(times), image.estimate.samples, image.estimate.rmse, error)
@@ -114,13 +114,13 @@ def last_rows(path: Path, name: str) -> list[QualityRow]:
         ]
 
 
-def table(found: list[QualityRow]) -> str:
+def table(rows: list[QualityRow]) -> str:
     """Markdown: a row for each quality, with time, samples, estimate and error on each scene."""
-    names = list(dict.fromkeys(row.scene for row in found))
+    names = list(dict.fromkeys(row.scene for row in rows))
     head = " | ".join(f"`{name}`, {_says(SCENES[name])}" for name in names)
     lines = [f"| quality | the same as | {head} |", "|---|---|" + "---|" * len(names)]
     for quality, patch in QUALITIES.items():
-        by_scene = {row.scene: row for row in found if row.quality == quality}
+        by_scene = {row.scene: row for row in rows if row.quality == quality}
         lines.append(f"| `{quality}` | `{flags(patch)}` | {' | '.join(_cell(by_scene[name]) for name in names)} |")
     return "\n".join(lines)
 
@@ -147,12 +147,12 @@ def main() -> None:
     options = parser.parse_args()
     renderer = Renderer(shared_device())
     start = time.perf_counter()
-    found: list[QualityRow] = []
+    all_rows: list[QualityRow] = []
     for name in SCENES:
         if name in options.only:
-            found += rows(renderer, name, options.rounds, reference(renderer, name, options.truths))
+            all_rows += rows(renderer, name, options.rounds, reference(renderer, name, options.truths))
         else:
-            found += last_rows(options.output / "quality.csv", name)
+            all_rows += last_rows(options.output / "quality.csv", name)
     references = ", ".join(f"{case.samples} of {name}" for name, case in SCENES.items())
     lines = [
         "# What a quality costs",
@@ -166,16 +166,16 @@ def main() -> None:
         "",
         machine_lines(Bench(renderer, SCENES[options.only[0]].size, options.rounds)),
         "",
-        table(found),
+        table(all_rows),
     ]
     text = "\n".join(lines) + "\n"
     print(text)
     (options.output / "quality.md").write_text(text)
     file = io.StringIO()
-    csv.writer(file).writerows([QualityRow._fields, *found])
+    csv.writer(file).writerows([QualityRow._fields, *all_rows])
     (options.output / "quality.csv").write_text(file.getvalue())
     if options.readme:
-        fill(Path("README.md"), "quality", table(found))
+        fill(Path("README.md"), "quality", table(all_rows))
     print(f"wrote {options.output / 'quality.md'} in {time.perf_counter() - start:.0f} s")
 
 

@@ -87,7 +87,7 @@ def mean(errors: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def as_markdown(
-    found: dict[SampleSequence, list[float]], chosen: NDArray[np.float64], others: NDArray[np.float64]
+    errors_by_sequence: dict[SampleSequence, list[float]], chosen: NDArray[np.float64], others: NDArray[np.float64]
 ) -> str:
     """The tables as Markdown. `chosen` (2, FIRST), `others` (pairs, 2, FIRST)."""
     lines = [
@@ -99,7 +99,7 @@ def as_markdown(
         f"| sequence | {' | '.join(f'{n} samples' for n in SAMPLES)} | p |",
         "|---" * (len(SAMPLES) + 2) + "|",
     ]
-    for sequence, errors in found.items():
+    for sequence, errors in errors_by_sequence.items():
         fit = slope(SAMPLES, errors)
         assert fit
         lines.append(f"| `{sequence}` | {' | '.join(f'{error:.2e}' for error in errors)} | {fit[0]:.2f} |")
@@ -126,10 +126,12 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
     options = parser.parse_args()
     edges = Edges(SIZE[0] * SIZE[1])
-    found: dict[SampleSequence, list[float]] = {sequence: of_sequence(edges, sequence) for sequence in SEQUENCES}
+    errors_by_sequence: dict[SampleSequence, list[float]] = {
+        sequence: of_sequence(edges, sequence) for sequence in SEQUENCES
+    }
     pairs = np.random.default_rng(1).integers(0, 2**32, (options.pairs, 2)).tolist()
     others = np.stack([of_scrambles(edges, (x, y)) for x, y in track(pairs, "pairs")])
-    text = as_markdown(found, of_scrambles(edges, _SCRAMBLES), others)
+    text = as_markdown(errors_by_sequence, of_scrambles(edges, _SCRAMBLES), others)
     (options.output / "sequences.md").write_text(text)
     print(text)
 

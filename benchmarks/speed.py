@@ -59,7 +59,7 @@ def main() -> int:
         with written_whole(path) as file:
             file.write(content.encode())
     print(f"{text}\nwrote {folder / stem}.md and .csv")
-    return 0 if all(isinstance(found, str) or found.agreement.right for _, found in results) else 1
+    return 0 if all(isinstance(timing, str) or timing.agreement.right for _, timing in results) else 1
 
 
 def _reason(error: Exception) -> str:
@@ -70,7 +70,7 @@ def _reason(error: Exception) -> str:
 def _rates(bench: Bench) -> list[tuple[str, ...]]:
     """What is drawn, and at each of the large sizes its frames a second, or why there are none."""
     lines = []
-    for what, (scene, samples) in SCENES.items():
+    for work, (scene, samples) in SCENES.items():
         made, settings, cells = scene(), Settings(samples=samples), []
         for size in _LARGE:
             try:
@@ -79,7 +79,7 @@ def _rates(bench: Bench) -> list[tuple[str, ...]]:
                 cells.append(f"{1.0 / seconds:.0f}")
             except _NOT_AVAILABLE as error:
                 cells.append(f"not available: {_reason(error)}")
-        lines.append((what, *cells))
+        lines.append((work, *cells))
     return lines
 
 

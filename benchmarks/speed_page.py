@@ -30,7 +30,7 @@ def as_markdown(results: Sequence[TimedRow], rates: Sequence[tuple[str, ...]], o
         "",
         "| work | against | ours, ms | theirs, ms | ratio | at least / at most | picture |",
         "| --- | --- | --- | --- | --- | --- | --- |",
-        *(_line(row, found) for row, found in results),
+        *(_line(row, timing) for row, timing in results),
         "",
         f"""\
 - Times are medians. In each round {FRAMES} frames of ours are taken, then what they are compared with: one run of
@@ -52,15 +52,15 @@ def as_markdown(results: Sequence[TimedRow], rates: Sequence[tuple[str, ...]], o
     return "\n".join(lines) + "\n"
 
 
-def _line(row: SpeedRow, found: Timing | str) -> str:
+def _line(row: SpeedRow, timing: Timing | str) -> str:
     wanted = f"at {'most' if row.at_most else 'least'} {row.wanted:g}"
-    if isinstance(found, str):
-        return f"| {row.work} | {row.against} | | | | {wanted} | not available: {found} |"
-    ratio = f"{row.ratio(found):.{1 if row.wanted > 3 else 2}f}"
-    ratio = ratio if row.reached(found) else f"**{ratio}**"
-    picture = ("" if found.agreement.right else "**wrong**: ") + "; ".join(found.agreement.findings)
-    note = f" ({found.note})" if found.note else ""
-    ours, theirs = _milliseconds(found.ours), _milliseconds(found.theirs)
+    if isinstance(timing, str):
+        return f"| {row.work} | {row.against} | | | | {wanted} | not available: {timing} |"
+    ratio = f"{row.ratio(timing):.{1 if row.wanted > 3 else 2}f}"
+    ratio = ratio if row.reached(timing) else f"**{ratio}**"
+    picture = ("" if timing.agreement.right else "**wrong**: ") + "; ".join(timing.agreement.findings)
+    note = f" ({timing.note})" if timing.note else ""
+    ours, theirs = _milliseconds(timing.ours), _milliseconds(timing.theirs)
     return f"| {row.work}{note} | {row.against} | {ours} | {theirs} | {ratio} | {wanted} | {picture} |"
 
 
@@ -73,12 +73,12 @@ def as_csv(results: Sequence[TimedRow]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(("work", "against", "ours_s", "theirs_s", "ratio", "bound", "wanted", "reached", "right", "note"))
-    for row, found in results:
+    for row, timing in results:
         bound = "at most" if row.at_most else "at least"
-        if isinstance(found, str):
-            writer.writerow((row.work, row.against, "", "", "", bound, row.wanted, "", "", found))
+        if isinstance(timing, str):
+            writer.writerow((row.work, row.against, "", "", "", bound, row.wanted, "", "", timing))
         else:
-            times = found.ours, found.theirs, row.ratio(found)
-            what = bound, row.wanted, row.reached(found), found.agreement.right
-            writer.writerow((row.work, row.against, *(f"{time:.6g}" for time in times), *what, found.note))
+            times = timing.ours, timing.theirs, row.ratio(timing)
+            what = bound, row.wanted, row.reached(timing), timing.agreement.right
+            writer.writerow((row.work, row.against, *(f"{time:.6g}" for time in times), *what, timing.note))
     return text.getvalue()

@@ -62,13 +62,13 @@ class SpeedRow:
     measure: Callable[[Bench], Timing]
     at_most: bool = False
 
-    def ratio(self, found: Timing) -> float:
+    def ratio(self, timing: Timing) -> float:
         """The ratio that is compared with `wanted`."""
-        return found.ours / found.theirs if self.at_most else found.theirs / found.ours
+        return timing.ours / timing.theirs if self.at_most else timing.theirs / timing.ours
 
-    def reached(self, found: Timing) -> bool:
+    def reached(self, timing: Timing) -> bool:
         """Whether it is as fast as it should be."""
-        return self.ratio(found) <= self.wanted if self.at_most else self.ratio(found) >= self.wanted
+        return self.ratio(timing) <= self.wanted if self.at_most else self.ratio(timing) >= self.wanted
 
 
 def _assignment() -> rt.Scene:

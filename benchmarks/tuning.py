@@ -81,7 +81,7 @@ def compared(renderer: Renderer, scene: rt.Scene, samples: int, size: tuple[int,
     # A little above it, so that it does not hang on the last digit whether that picture meets it.
     error = 1.05 * trials.measure(Settings(samples=samples)).error
     begin = time.perf_counter()
-    found = tune(renderer, scene, size, base, max_error=error)
+    tuned = tune(renderer, scene, size, base, max_error=error)
     took = time.perf_counter() - begin
     candidates = [
         settings
@@ -93,10 +93,10 @@ def compared(renderer: Renderer, scene: rt.Scene, samples: int, size: tuple[int,
     least = min(each.least for each in met)
     close = [each for each in met if each.least <= _CLOSE * least]
     swept_settings = {each.settings for each in close}
-    if found.pick and found.pick.settings not in swept_settings:
-        close.append(found.pick)
+    if tuned.pick and tuned.pick.settings not in swept_settings:
+        close.append(tuned.pick)
     again = trials.in_turns(close, rounds)
-    pick = next((each for each in again if found.pick and each.settings == found.pick.settings), None)
+    pick = next((each for each in again if tuned.pick and each.settings == tuned.pick.settings), None)
     best = min((each for each in again if each.settings in swept_settings), key=lambda each: each.least)
     return TuningRow(scene.name, error, pick, best, len(swept), took)
 
@@ -131,8 +131,8 @@ def as_markdown(rows: list[TuningRow], renderer: Renderer, size: tuple[int, int]
     return "\n".join(lines) + "\n"
 
 
-def _cells(found: Trial) -> str:
-    return f"`{flags(fewest(found.settings)) or '--samples 1'}` | {1e3 * found.seconds:.1f} | {found.error:.2g}"
+def _cells(trial: Trial) -> str:
+    return f"`{flags(fewest(trial.settings)) or '--samples 1'}` | {1e3 * trial.seconds:.1f} | {trial.error:.2g}"
 
 
 def main() -> None:

@@ -93,7 +93,7 @@ Span = Literal["ldr", "hdr"]
 class Metric(NamedTuple):
     """A metric: the field of a Comparison with its value, and `row`, a label and the value as text.
 
-    A metric with `measure` is measured only where a caller asks, of whole pictures; `help` is that of its option.
+    A metric with `measure` is measured only where a caller asks, of whole pictures; `help` is the text of its option.
     """
 
     field: str

@@ -72,9 +72,9 @@ class _Analysis:
         roots = {k: self._roots(k, rays) for k in self._distinct()}
         depth = np.zeros(count)
         for k in range(len(self._leaves)):
-            found = roots[self._same(k)]
-            nearer = np.argmin(np.abs(found.t - np.where(hit, t, 0.0)), axis=0)
-            depth = np.where(surface == k, found.error[nearer, np.arange(count)], depth)
+            leaf_roots = roots[self._same(k)]
+            nearer = np.argmin(np.abs(leaf_roots.t - np.where(hit, t, 0.0)), axis=0)
+            depth = np.where(surface == k, leaf_roots.error[nearer, np.arange(count)], depth)
         doubtful = order_in_doubt(list(roots.values()), np.where(hit, t + depth, np.inf))
         normal, point = self._normal_errors(rays, roots, surface, t, depth)
         unlit = np.zeros(count, bool)
@@ -151,10 +151,10 @@ class _Analysis:
             grazes = self._tracer.coincide[on][surface]
         doubt = ~np.isfinite(L_error) | (~(np.abs(dot(n, L)) > normal + L_error + 4.0 * u) & ~grazes)
         rays = Rays(P, np.nan_to_num(L), point, np.nan_to_num(L_error, posinf=1.0), False)
-        found = [self._between(k, rays, surface, n, normal, light, distance, k == on) for k in self._distinct()]
+        all_roots = [self._between(k, rays, surface, n, normal, light, distance, k == on) for k in self._distinct()]
         end = distance - moved - 2.0 * u * distance, distance + moved + 2.0 * u * distance
-        doubt |= order_in_doubt(found, end[1])
-        for roots in found:
+        doubt |= order_in_doubt(all_roots, end[1])
+        for roots in all_roots:
             low, high = interval(roots)
             doubt |= np.any((high >= end[0]) & (low <= end[1]), axis=0)
         # Of the lecture's models: a cosine is as wrong as its vectors; a lobe at most sqrt(h) times that, for h from

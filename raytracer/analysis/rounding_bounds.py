@@ -114,14 +114,14 @@ def _plane_roots(view: RoundedView, plane: Plane, rays: Rays) -> Roots:
     u = view.u
     n = view.R @ np.array(plane.unit()[0])
     offset = plane.depth(view.eye)
-    given = u * abs(offset)
+    offset_error = u * abs(offset)
     slope = rays.rd @ n
     depth = offset - rays.ro @ n
     if rays.camera:
-        depth_error: Any = given
+        depth_error: Any = offset_error
         slope_error = FEW * u * np.abs(slope) + view.linear(1.0)
     else:
-        depth_error = given + rays.ro_error + 4.0 * u * np.linalg.norm(rays.ro, axis=1) + u * np.abs(depth)
+        depth_error = offset_error + rays.ro_error + 4.0 * u * np.linalg.norm(rays.ro, axis=1) + u * np.abs(depth)
         slope_error = rays.rd_error + 4.0 * u
     with np.errstate(divide="ignore", invalid="ignore"):
         t = depth / slope

@@ -6,13 +6,8 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-<<<<<<< HEAD
 from raytracer.analysis.pixel_doubt import PixelDoubt, find_pixel_doubt
-from raytracer.compiler.rounds import roth_loops
-=======
-from raytracer.analysis.pixel_doubt import Resolution, resolution
 from raytracer.compiler.roth_bounds import roth_loops
->>>>>>> compiler
 from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
 from raytracer.ground_truth import ray_tracer

@@ -8,15 +8,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-<<<<<<< HEAD
 from raytracer.analysis.numerics.findings import Finding, worst
 from raytracer.analysis.numerics.pixel_errors import measure_pixel_errors, unit
-from raytracer.compiler.rounds import roth_loops
-=======
-from raytracer.analysis.numerics.comparison import compare, unit
-from raytracer.analysis.numerics.ledger import Finding, worst
 from raytracer.compiler.roth_bounds import roth_loops
->>>>>>> compiler
 from raytracer.core.validation import InputError, Vec3
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
@@ -106,7 +100,7 @@ def measure_random_scenes(
 
     `progress(k)` is called after k scenes.
     """
-    found: list[Finding] = []
+    findings: list[Finding] = []
     doubts: dict[tuple[Precision, str], list[float]] = {}
     for seed in range(start, start + count):
         drawn = random_scene(seed)
@@ -126,26 +120,28 @@ def measure_random_scenes(
                     ("radiance error, share of its bound", errors.radiance_share, 1),
                 )
             ]
-            found = [f for f in found if not f.kept] + worst([*(f for f in found if f.kept), *now])
+            findings = [f for f in findings if not f.kept] + worst([*(f for f in findings if f.kept), *now])
         if progress:
             progress(seed - start + 1)
     for (bits, what), shares in doubts.items():
         at, measure = f"all {len(shares)} from seed {start}", f"mean share of doubtful {what}, of those hit"
         # Of a few scenes the mean says nothing.
-        found.append(Finding("fuzz", at, bits, measure, sum(shares) / len(shares), 0.1 if count >= 100 else math.inf))
-    return found
+        findings.append(
+            Finding("fuzz", at, bits, measure, sum(shares) / len(shares), 0.1 if count >= 100 else math.inf)
+        )
+    return findings
 
 
 def _settings(renderer: Renderer, drawn: Scene, seed: int) -> list[Settings]:
     """How to render a scene: always by cells in float32, now and then also otherwise."""
-    found = [Settings()]
+    chosen = [Settings()]
     if seed % 4 == 0 and 64 in renderer.device.limits.precisions:
-        found.append(Settings(precision=64))
+        chosen.append(Settings(precision=64))
     if seed % 8 == 2:
-        found.append(Settings(evaluator="walk"))
+        chosen.append(Settings(evaluator="walk"))
     if seed % 4 == 1 and roth_loops(drawn) <= _FEW_LOOPS:
-        found.append(Settings(evaluator="roth"))
-    return found
+        chosen.append(Settings(evaluator="roth"))
+    return chosen
 
 
 def _log(rng: np.random.Generator, low: float, high: float) -> float:

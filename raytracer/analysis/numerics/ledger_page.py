@@ -28,7 +28,7 @@ def summary(rows: Iterable[LedgerRow]) -> list[list[str]]:
                 str(len(row.findings)),
                 f"**{broken}**" if broken else "none",
                 number_text(near),
-                " / ".join(number_text(sum(found)) for found in in_fact if found),
+                " / ".join(number_text(sum(wrong)) for wrong in in_fact if wrong),
             ]
         )
     return lines
@@ -65,8 +65,8 @@ def as_markdown(rows: Sequence[LedgerRow], measured: str) -> str:
         *_lines(HEADING, summary(rows)),
     ]
     for row in rows:
-        what = row.findings[0].what
-        lines += ["", f"## {what[0].upper()}{what[1:]}", "", row.about, "", *_by_place(row.findings)]
+        title = row.findings[0].what
+        lines += ["", f"## {title[0].upper()}{title[1:]}", "", row.about, "", *_by_place(row.findings)]
     return "\n".join(lines) + "\n"
 
 
@@ -88,8 +88,8 @@ def _by_place(findings: list[Finding]) -> list[str]:
     rows = [row for row in rows if any(row[1:])]
     zero = [f"{m} (bound {', '.join(bounds[m])})" for m in bounds if m not in measures]
     heading = [f"{m} (bound {', '.join(bounds[m]) if len(bounds[m]) < 3 else 'computed'})" for m in measures]
-    found = [f"Found everywhere: 0 {'; 0 '.join(zero)}.", ""] if zero else []
-    return [*found, *_lines(("at, with 32 / 64 bits", *heading, "note"), rows)]
+    intro = [f"Found everywhere: 0 {'; 0 '.join(zero)}.", ""] if zero else []
+    return [*intro, *_lines(("at, with 32 / 64 bits", *heading, "note"), rows)]
 
 
 def _lines(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

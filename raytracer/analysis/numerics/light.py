@@ -70,7 +70,7 @@ def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
             value = glsl_call.call(
                 "mirrorLobe" if model == "phong" else "halfwayLobe", N, L, V, h, device=renderer.device
             )
-            n, l, v = (unit(given.astype(float)) for given in (N, L, V))
+            n, l, v = (unit(vectors.astype(float)) for vectors in (N, L, V))
             a, b = (2.0 * _dot(n, l)[:, None] * n - l, v) if model == "phong" else (n, l + v)
             tangent = np.linalg.norm(np.cross(a, b), axis=1) / _dot(a, b)
             exact = np.exp(-0.5 * h * np.log1p(tangent**2))

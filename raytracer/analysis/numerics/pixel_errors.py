@@ -98,7 +98,7 @@ def _largest(error: NDArray[np.float64], bound: NDArray[np.float64]) -> float:
 
 def findings(
     renderer: Renderer,
-    what: str,
+    row: str,
     at: str,
     scene: Scene,
     size: tuple[int, int],
@@ -113,15 +113,15 @@ def findings(
     """
     for bits in renderer.device.limits.precisions:
         errors = measure_pixel_errors(renderer, scene, size, Settings(precision=bits, evaluator=evaluator))
-        yield Finding(what, at, bits, "wrong pixels", errors.wrong, 0)
-        yield Finding(what, at, bits, "doubtful pixels, of those hit", errors.doubtful, doubt if bits == 32 else 0.01)
+        yield Finding(row, at, bits, "wrong pixels", errors.wrong, 0)
+        yield Finding(row, at, bits, "doubtful pixels, of those hit", errors.doubtful, doubt if bits == 32 else 0.01)
         if scene.lights:
-            yield Finding(what, at, bits, "wrong shadows", errors.lit, 0)
-            yield Finding(what, at, bits, "doubtful shadows, of those hit", errors.unlit, dark if bits == 32 else 0.05)
-            yield Finding(what, at, bits, "radiance error, share of its bound", errors.radiance_share, 1)
-        yield Finding(what, at, bits, "wrong in fact, doubtful or not", errors.anyhow, math.inf)
-        yield Finding(what, at, bits, "NaN, infinite or negative values", errors.bad, 0)
-        yield Finding(what, at, bits, "depth error, ulp, median", *errors.depth_median)
-        yield Finding(what, at, bits, "depth error, ulp, largest", *errors.depth_largest)
-        yield Finding(what, at, bits, "depth error, share of its bound", errors.depth_share, 1)
-        yield Finding(what, at, bits, "normal error, share of its bound", errors.normal_share, 1)
+            yield Finding(row, at, bits, "wrong shadows", errors.lit, 0)
+            yield Finding(row, at, bits, "doubtful shadows, of those hit", errors.unlit, dark if bits == 32 else 0.05)
+            yield Finding(row, at, bits, "radiance error, share of its bound", errors.radiance_share, 1)
+        yield Finding(row, at, bits, "wrong in fact, doubtful or not", errors.anyhow, math.inf)
+        yield Finding(row, at, bits, "NaN, infinite or negative values", errors.bad, 0)
+        yield Finding(row, at, bits, "depth error, ulp, median", *errors.depth_median)
+        yield Finding(row, at, bits, "depth error, ulp, largest", *errors.depth_largest)
+        yield Finding(row, at, bits, "depth error, share of its bound", errors.depth_share, 1)
+        yield Finding(row, at, bits, "normal error, share of its bound", errors.normal_share, 1)

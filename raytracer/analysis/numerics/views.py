@@ -40,7 +40,7 @@ def scene_scale(renderer: Renderer, short: bool) -> Iterator[Finding]:
 
 def distance_from_origin(renderer: Renderer, short: bool) -> Iterator[Finding]:
     """Scene and camera together away from the origin, as far as coordinates go."""
-    what = "distance from the origin"
+    row = "distance from the origin"
     home = enlarge_scene(still_life(), 1.37)  # away from whole numbers, which keep their bits when moved
     at_home = renderer.render(home, SIZE, Settings())
     assert at_home.depth is not None
@@ -48,7 +48,7 @@ def distance_from_origin(renderer: Renderer, short: bool) -> Iterator[Finding]:
         away = 10.0**power * EXTENT
         scene = move_scene(home, (0.61 * away, 0.37 * away, -0.7 * away))
         at = f"1e{power} scene sizes"
-        yield from findings(renderer, what, at, scene, SIZE)
+        yield from findings(renderer, row, at, scene, SIZE)
         # What is left of the scene when its own numbers have been rounded so far out: an end that
         # no precision of the shaders puts off.
         image = renderer.render(scene, SIZE, Settings())
@@ -57,7 +57,7 @@ def distance_from_origin(renderer: Renderer, short: bool) -> Iterator[Finding]:
         change = float(np.median(np.abs(image.depth[both] / at_home.depth[both].astype(float) - 1.0)))
         theory = 2.0**-22 + 2.0**-53 * away
         note = "out here the scene's own numbers have fewer bits than float32" if change > 2.0**-22 else ""
-        yield Finding(what, at, 32, "median change of depth by the move", change, theory, note)
+        yield Finding(row, at, 32, "median change of depth by the move", change, theory, note)
 
 
 def far_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:

@@ -121,30 +121,30 @@ def _viewers(degrees: float) -> Array:
     near = np.geomspace(1e-5, 1.0, 300)
     mirror = math.radians(degrees)
     limit = math.radians(89.9)
-    found = np.concatenate([np.linspace(-limit, limit, 721), [mirror], mirror + near, mirror - near])
-    return np.unique(found[np.abs(found) <= limit])
+    angles = np.concatenate([np.linspace(-limit, limit, 721), [mirror], mirror + near, mirror - near])
+    return np.unique(angles[np.abs(angles) <= limit])
 
 
 def _draw_albedo(axes: Any, material: Material, device: Device, legend: bool) -> None:
-    found = measure_material(material, _DEGREES, device)
+    properties = measure_material(material, _DEGREES, device)
     axes.axhline(1.0, color="0.6", lw=0.8)
-    curves = [("of what is seen", found.albedos, "-")]
-    if found.beams != found.albedos:
-        curves.append(("of a beam", found.beams, "--"))
+    curves = [("of what is seen", properties.albedos, "-")]
+    if properties.beams != properties.albedos:
+        curves.append(("of a beam", properties.beams, "--"))
     for label, curve, style in curves:
         x, y = [a.degrees for a in curve], [a.value for a in curve]
         axes.plot(x, y, style, color="#aa3377", lw=1.4, label=label)
         open_ = [a for a in curve if not a.resolved]
         axes.plot([a.degrees for a in open_], [a.value for a in open_], "o", mfc="none", color="#aa3377", ms=4)
     highest = max(max(a.value for a in curve) for _, curve, _ in curves)
-    usual = float(np.median([a.value for a in found.albedos]))
+    usual = float(np.median([a.value for a in properties.albedos]))
     top = min(max(1.05, 1.05 * highest), max(_HIGHEST, 1.5 * usual))
     axes.set_ylim(0.0, top)
     axes.set_xlim(0.0, 90.0)
     axes.set_xticks(range(0, 91, 30), [f"{x}°" for x in range(0, 91, 30)])
     axes.tick_params(labelsize=7)
-    mark = [] if found.reciprocal else ["not reciprocal"]
-    mark += {True: [], False: ["not conserving"], None: ["not resolved everywhere (o)"]}[found.conserving]
+    mark = [] if properties.reciprocal else ["not reciprocal"]
+    mark += {True: [], False: ["not conserving"], None: ["not resolved everywhere (o)"]}[properties.conserving]
     if highest > top:
         mark.append(f"up to {highest:.3g}")
     axes.set_title(", ".join(["albedo", *mark]), fontsize=8)

@@ -96,10 +96,10 @@ class MaterialProperties(msgspec.Struct, frozen=True):
     @property
     def largest(self) -> Albedo:
         """The largest albedo of the two kinds, at the first angle if there are several; or one that is not resolved."""
-        found = [*self.albedos, *self.beams]
-        most = max(found, key=lambda a: (not a.resolved, a.value))
+        albedos = [*self.albedos, *self.beams]
+        most = max(albedos, key=lambda a: (not a.resolved, a.value))
         return next(
-            (a for a in found if most.resolved and a.value >= most.value - RESOLVED * max(1.0, most.value)), most
+            (a for a in albedos if most.resolved and a.value >= most.value - RESOLVED * max(1.0, most.value)), most
         )
 
     @property
@@ -155,12 +155,12 @@ def unit_direction(degrees: float, azimuth: float = 0.0) -> Array:
 
 def _extreme_directions() -> Array:
     """Straight above, at the horizon, and between: with their mirror directions."""
-    found = [NORMAL]
+    directions = [NORMAL]
     for cosine in (0.5, 1e-2, 1e-4, 1e-6, 1e-12, 1e-30):
         sine = math.sqrt(1.0 - cosine * cosine)
-        found += [np.array([x * sine, y * sine, cosine]) for x, y in ((1, 0), (-1, 0), (0.6, 0.8))]
-    found += [np.array([sine, 0.0, 1.0]) for sine in (1e-6, 1e-12, 1e-30)]
-    return np.array(found)
+        directions += [np.array([x * sine, y * sine, cosine]) for x, y in ((1, 0), (-1, 0), (0.6, 0.8))]
+    directions += [np.array([sine, 0.0, 1.0]) for sine in (1e-6, 1e-12, 1e-30)]
+    return np.array(directions)
 
 
 def _reciprocity(material: Material, seen: Callable[[Array, Array], Array]) -> float:
@@ -228,10 +228,10 @@ def _albedos(
     open_ = list(range(len(directions)))
     for level, factor in enumerate(_FINER):
         rules = [_rule(material, directions[i], fine.times(factor)) for i in open_]
-        found = _integrals([directions[i] for i in open_], rules, seen, beams)
+        integrals = _integrals([directions[i] for i in open_], rules, seen, beams)
         if level:
-            errors[open_] = np.abs(found - values[open_]).max(axis=1)
-        values[open_] = found
+            errors[open_] = np.abs(integrals - values[open_]).max(axis=1)
+        values[open_] = integrals
         open_ = [i for i in open_ if not errors[i] <= RESOLVED * max(1.0, np.abs(values[i]).max())]
         if not open_ or not np.isfinite(values).all():
             break

@@ -43,16 +43,16 @@ def print_checks(checks: Sequence[Verification]) -> None:
 
 
 def _row(check: Verification) -> list[str]:
-    found = check.properties
-    largest = found.largest
+    properties = check.properties
+    largest = properties.largest
     mark = "" if largest.resolved else "?"
-    facets = [f"{found.facets.furnace:.0e}", f"{found.facets.normals:.0e}"] if found.facets else ["", ""]
+    facets = [f"{properties.facets.furnace:.0e}", f"{properties.facets.normals:.0e}"] if properties.facets else ["", ""]
     return [
         check.name,
         parameters_text(check.parameters) or "-",
-        "yes" if found.reciprocal else f"no: {found.reciprocity:.2g}",
-        _ANSWERS[found.conserving],
-        f"{largest.value:.4g}{mark} at {largest.degrees:.4g}{'*' if found.delta else ''}",
+        "yes" if properties.reciprocal else f"no: {properties.reciprocity:.2g}",
+        _ANSWERS[properties.conserving],
+        f"{largest.value:.4g}{mark} at {largest.degrees:.4g}{'*' if properties.delta else ''}",
         *facets,
         _outcome(check),
     ]
@@ -66,12 +66,12 @@ def _outcome(check: Verification) -> str:
     return "as expected" if check.expectation.conserving is not None else "reciprocal as expected"
 
 
-def _print_albedos(found: MaterialProperties) -> None:
+def _print_albedos(properties: MaterialProperties) -> None:
     from rich.table import Table
 
-    same = found.beams == found.albedos
+    same = properties.beams == properties.albedos
     table = Table("degrees", "albedo", "+-", *(() if same else ("of a beam", "+-")))
-    for seen, beam in zip(found.albedos, found.beams, strict=True):
+    for seen, beam in zip(properties.albedos, properties.beams, strict=True):
         pairs = (seen,) if same else (seen, beam)
         cells = [text for a in pairs for text in (f"{a.value:.5f}{'' if a.resolved else '?'}", f"{a.error:.0e}")]
         table.add_row(f"{seen.degrees:.4g}", *cells)
@@ -101,21 +101,22 @@ def checks_json(checks: Sequence[Verification]) -> str:
 
 
 def _check_json(check: Verification) -> dict[str, Any]:
-    found, expectation = check.properties, check.expectation
+    properties, expectation = check.properties, check.expectation
     return {
         "name": check.name,
-        "model": found.material.model,
+        "model": properties.material.model,
         "settings": dict(check.parameters),
-        "finite": found.finite,
-        "least": found.least,
-        "reciprocity": found.reciprocity,
-        "reciprocal": found.reciprocal,
-        "conserving": found.conserving,
-        "largest": _albedo_json(found.largest),
-        "albedo": [_albedo_json(a) for a in found.albedos],
-        "beam": [_albedo_json(a) for a in found.beams],
-        "delta": found.delta,
-        "facets": found.facets and {name: getattr(found.facets, name) for name in ("furnace", "normals", "error")},
+        "finite": properties.finite,
+        "least": properties.least,
+        "reciprocity": properties.reciprocity,
+        "reciprocal": properties.reciprocal,
+        "conserving": properties.conserving,
+        "largest": _albedo_json(properties.largest),
+        "albedo": [_albedo_json(a) for a in properties.albedos],
+        "beam": [_albedo_json(a) for a in properties.beams],
+        "delta": properties.delta,
+        "facets": properties.facets
+        and {name: getattr(properties.facets, name) for name in ("furnace", "normals", "error")},
         "expected": expectation
         and {"reciprocal": expectation.reciprocal, "conserving": expectation.conserving, "why": expectation.why},
         "differs": check.differs,
@@ -170,8 +171,8 @@ def print_models(models: Sequence[str], measured: Mapping[str, Sequence[Verifica
         model = MODELS[name]
         say("", f"{name}: {model.about} ({model.source})")
         if checks := measured.get(name):
-            found = properties_in_words(checks)
-            say(f"reciprocal: {found['reciprocal']}; conserving: {found['conserving']}")
+            answers = properties_in_words(checks)
+            say(f"reciprocal: {answers['reciprocal']}; conserving: {answers['conserving']}")
         else:
             say("not measured: it needs a file")
         table = Table("name", "kind", "range", "default", "unit", "meaning", "source")

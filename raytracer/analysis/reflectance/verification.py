@@ -66,24 +66,24 @@ def verify_all(
     return verifications
 
 
-def _differences(found: MaterialProperties, expectation: Expectation | None) -> Iterator[str]:
-    if not found.finite:
+def _differences(properties: MaterialProperties, expectation: Expectation | None) -> Iterator[str]:
+    if not properties.finite:
         yield "NaN or infinity"
-    if not found.positive:
-        yield f"negative: {found.least:.3g}"
-    if added := found.facets:
-        bound = _FACETS_RATIONAL if found.material.get("smith") == "rational" else _FACETS
+    if not properties.positive:
+        yield f"negative: {properties.least:.3g}"
+    if added := properties.facets:
+        bound = _FACETS_RATIONAL if properties.material.get("smith") == "rational" else _FACETS
         for name, off in (("weak white furnace", added.furnace), ("equation (vi)", added.normals)):
             if off - added.error > bound or (added.error > bound and expectation is not None and expectation.resolved):
                 yield f"{name}: {off:.2g} off (+- {added.error:.2g}), at most {bound:g} expected"
-    yield from _albedos(found)
+    yield from _albedos(properties)
     if expectation is None:
         return
     for name in ("reciprocal", "conserving"):
-        is_, should = getattr(found, name), getattr(expectation, name)
+        is_, should = getattr(properties, name), getattr(expectation, name)
         if is_ is not None and should is not None and is_ != should:
             yield f"{'' if is_ else 'not '}{name}, {'' if should else 'not '}{name} expected"
-    largest = found.largest
+    largest = properties.largest
     if expectation.resolved and not largest.resolved:
         yield f"not resolved at {largest.degrees:.4g} degrees: {largest.value:.4g} +- {largest.error:.1g}"
     if expectation.largest and not abs(largest.value - expectation.largest[0]) <= expectation.largest[1]:
@@ -92,11 +92,11 @@ def _differences(found: MaterialProperties, expectation: Expectation | None) -> 
         yield f"largest albedo at {largest.degrees:.4g} degrees, at {expectation.at:g} expected"
 
 
-def _albedos(found: MaterialProperties) -> Iterator[str]:
+def _albedos(properties: MaterialProperties) -> Iterator[str]:
     """Where albedos are not what a closed form says."""
-    formula = ALBEDOS.get(found.material.model)
-    for albedo in found.albedos if formula else ():
-        right = formula(found.material, math.cos(math.radians(albedo.degrees))) if formula else None
+    formula = ALBEDOS.get(properties.material.model)
+    for albedo in properties.albedos if formula else ():
+        right = formula(properties.material, math.cos(math.radians(albedo.degrees))) if formula else None
         if right is None or not albedo.resolved:
             continue
         value = float(np.max(right))

@@ -40,8 +40,8 @@ def as_row(result: Result, file_settings: SettingsPatch) -> dict[str, Any]:
     `flags`: the options with which `raytracer render` draws the picture, given the file's [settings].
     """
     configuration, error = result.configuration, result.error
-    found: dict[str, Any] = dict.fromkeys(_FIELDS, None)
-    found |= {
+    row: dict[str, Any] = dict.fromkeys(_FIELDS, None)
+    row |= {
         "target": configuration.target,
         "configuration": configuration.label,
         "knobs": "; ".join(configuration.knobs),
@@ -50,7 +50,7 @@ def as_row(result: Result, file_settings: SettingsPatch) -> dict[str, Any]:
         "refused": result.refused,
     }
     if error and result.seconds:
-        found |= {
+        row |= {
             "seconds": result.median,
             "fastest": min(result.seconds),
             "slowest": max(result.seconds),
@@ -64,7 +64,7 @@ def as_row(result: Result, file_settings: SettingsPatch) -> dict[str, Any]:
             "front": result.beaten_by is None,
             "beaten_by": result.beaten_by or "",
         }
-    return found
+    return row
 
 
 def as_csv(trade: Tradeoffs) -> str:
@@ -84,7 +84,7 @@ def as_csv(trade: Tradeoffs) -> str:
 
 def as_json(trade: Tradeoffs) -> str:
     """All that was measured, with the time of each round."""
-    found = {
+    measurements = {
         "scene": trade.scene,
         "size": trade.size,
         "rounds": trade.rounds,
@@ -104,4 +104,4 @@ def as_json(trade: Tradeoffs) -> str:
             {**as_row(result, trade.plan.file_settings), "rounds": result.seconds} for result in trade.results
         ],
     }
-    return json.dumps(found, indent=1, allow_nan=False) + "\n"
+    return json.dumps(measurements, indent=1, allow_nan=False) + "\n"

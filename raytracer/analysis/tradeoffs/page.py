@@ -85,7 +85,7 @@ def as_html(trade: Tradeoffs, renderer: Renderer) -> str:
         "" if trade.complete else "<p><b>Interrupted: this is what was measured by then.</b></p>",
         f"<p>{width}x{height}. {escape('; '.join(f'{key}: {value}' for key, value in trade.machine.items()))}.</p>",
         f'<p class="note">{_HOW.format(rounds=trade.rounds)}</p>',
-        *(f'<p class="note">{escape(what)}: {escape(why)}.</p>' for what, why in trade.plan.left_out),
+        *(f'<p class="note">{escape(knob)}: {escape(why)}.</p>' for knob, why in trade.plan.left_out),
         *_main(trade),
         *_sequences(trade),
         *_strips(strips(trade, renderer)),
@@ -115,8 +115,8 @@ def _sequences(trade: Tradeoffs) -> Iterable[str]:
             yield _rows(("sequence", "p of error = c n^-p", "c"), rows)
 
 
-def _strips(found: dict[str, list[Tile]]) -> Iterable[str]:
-    for title, tiles in found.items():
+def _strips(strips_by_title: dict[str, list[Tile]]) -> Iterable[str]:
+    for title, tiles in strips_by_title.items():
         yield f"<h2>{escape(title)}</h2>"
         figures = []
         for tile in tiles:
@@ -127,7 +127,7 @@ def _strips(found: dict[str, list[Tile]]) -> Iterable[str]:
             )
             figures.append(f"<figure><b>{escape(tile.heading)}</b>{images}{escape(tile.text)}</figure>")
         yield f'<div class="strip">{"".join(figures)}</div>'
-    if found:
+    if strips_by_title:
         yield f'<p class="note">Below each: {escape(SCALE)}.</p>'
 
 
@@ -136,11 +136,11 @@ def _shadows(trade: Tradeoffs) -> Iterable[str]:
         if trade.of(target):
             yield f"<h2>{target.capitalize()}: error against time</h2>"
             yield plots.error_against_time(trade, target)
-    if found := shadow_differences(trade):
+    if apart := shadow_differences(trade):
         yield "<h2>What kinds of shadows are apart</h2>"
         yield '<p class="note">The root mean square difference of their references from that of soft shadows, under '
         yield "the same lights: a difference of models, which no sample removes.</p>"
-        yield _rows(("shadows", "difference"), [(name, f"{value:.3g}") for name, value in found.items()])
+        yield _rows(("shadows", "difference"), [(name, f"{value:.3g}") for name, value in apart.items()])
 
 
 def _approximations(trade: Tradeoffs) -> Iterable[str]:
@@ -169,8 +169,8 @@ def _all(trade: Tradeoffs) -> Iterable[str]:
         ],
     )
     for name, target in trade.plan.targets.items():
-        if not target.same_samples and (found := trade.of(name)):
-            yield f"<h3>{escape(name.capitalize())}</h3>{_table(sorted(found, key=lambda result: result.median))}"
+        if not target.same_samples and (results := trade.of(name)):
+            yield f"<h3>{escape(name.capitalize())}</h3>{_table(sorted(results, key=lambda result: result.median))}"
     if refused := [result for result in trade.results if result.refused]:
         yield "<h3>Refused</h3>"
         yield _rows(("configuration", "why"), [(r.configuration.label, r.refused) for r in refused])

@@ -59,10 +59,10 @@ def _svg(figure: Any) -> str:
     """As an element of a page. What only files need, or would name other places, is left out."""
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    found = text.getvalue()
-    found = re.sub(r"<metadata>.*?</metadata>", "", found[found.index("<svg") :], flags=re.DOTALL)
+    svg = text.getvalue()
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
     # Names of this plot's parts would be those of another's in the same page.
-    return found.replace(' xmlns="http://www.w3.org/2000/svg"', "")
+    return svg.replace(' xmlns="http://www.w3.org/2000/svg"', "")
 
 
 def error_against_time(trade: Tradeoffs, target: str) -> str:

@@ -68,15 +68,15 @@ def _rmse(result: Result) -> float:
 def _families(trade: Tradeoffs, results: Sequence[Result]) -> dict[str, list[Result]]:
     """The techniques that are compared, and their configurations."""
     plain = [r for r in results if r.configuration.scale == 1.0 and not r.configuration.settings.sampling.is_adaptive]
-    found = {f"sequence {name}": [] for name in dict.fromkeys(r.configuration.settings.sequence for r in plain)}
+    families = {f"sequence {name}": [] for name in dict.fromkeys(r.configuration.settings.sequence for r in plain)}
     for result in plain:
-        found[f"sequence {result.configuration.settings.sequence}"].append(result)
-    found["adaptive"] = [r for r in results if r.configuration.settings.adaptive is not None]
-    found["max error"] = [r for r in results if r.configuration.settings.max_error is not None]
+        families[f"sequence {result.configuration.settings.sequence}"].append(result)
+    families["adaptive"] = [r for r in results if r.configuration.settings.adaptive is not None]
+    families["max error"] = [r for r in results if r.configuration.settings.max_error is not None]
     for scale in dict.fromkeys(r.configuration.scale for r in trade.of_knob("resolution", MAIN)):
         if scale != 1.0:
-            found[f"resolution x {scale:g}"] = [r for r in results if r.configuration.scale == scale]
-    return {name: own for name, own in found.items() if own}
+            families[f"resolution x {scale:g}"] = [r for r in results if r.configuration.scale == scale]
+    return {name: own for name, own in families.items() if own}
 
 
 def _chosen(

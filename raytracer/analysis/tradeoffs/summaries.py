@@ -14,7 +14,7 @@ from raytracer.scene.sequences import SEQUENCES
 
 def slopes(trade: Tradeoffs, knob: str = "sequence") -> dict[str, tuple[float, float] | None]:
     """For each sequence p and c of error = c n^-p, by its resolved errors with n > 1; None for fewer than 2 errors."""
-    found = {}
+    fits = {}
     for sequence in SEQUENCES:
         series = [
             (result.samples, result.error.rmse)
@@ -25,8 +25,8 @@ def slopes(trade: Tradeoffs, knob: str = "sequence") -> dict[str, tuple[float, f
             and result.error
             and result.error.rmse > 0.0
         ]
-        found[sequence] = slope(*zip(*series, strict=True)) if len(series) > 1 else None
-    return found
+        fits[sequence] = slope(*zip(*series, strict=True)) if len(series) > 1 else None
+    return fits
 
 
 def shadow_differences(trade: Tradeoffs) -> dict[str, float]:
@@ -34,8 +34,8 @@ def shadow_differences(trade: Tradeoffs) -> dict[str, float]:
     soft = trade.references.get("soft shadows")
     if soft is None:
         return {}
-    found = {}
+    apart = {}
     for kind in (MAIN, "off shadows", "diluted shadows"):
         if other := trade.references.get(kind):
-            found[kind] = math.sqrt(float(np.mean((other.radiance - soft.radiance) ** 2)))
-    return found
+            apart[kind] = math.sqrt(float(np.mean((other.radiance - soft.radiance) ** 2)))
+    return apart

@@ -120,13 +120,13 @@ def _search(small: Trials, full: Trials, base: Settings, goal: _Goal, progress: 
         extra = []
         count += len(candidates)
         progress(f"{len(candidates)} candidates at {full.size[0]}x{full.size[1]}")
-        found = [full.measure(settings) for settings in candidates]
+        trials = [full.measure(settings) for settings in candidates]
         # What is far from the target needs no second look.
-        found = full.in_turns(filter(goal.is_near, found), _ROUNDS) or found
-        if met := sorted(filter(goal.is_met, found), key=goal.order):
+        trials = full.in_turns(filter(goal.is_near, trials), _ROUNDS) or trials
+        if met := sorted(filter(goal.is_met, trials), key=goal.order):
             progress("the best of them again")
             met = full.in_turns((each for each in met if goal.is_close(each, met[0])), _MORE_ROUNDS)
-        tried += [*found, *met]
+        tried += [*trials, *met]
         if met := list(filter(goal.is_met, met)):
             pick, more = _descended(full, met, goal, progress)
             return Tuned(pick, pick, count + more, full.samples)
@@ -150,13 +150,13 @@ def _descended(full: Trials, met: list[Trial], goal: _Goal, progress: Callable[[
         if new:
             progress(f"{len(new)} candidates beside the best")
         # A single time may be far too long.
-        found = full.in_turns(filter(goal.is_near, map(full.measure, new)), _ROUNDS)
-        better = [each for each in found if goal.is_met(each) and goal.is_close(each, leading[0])]
+        trials = full.in_turns(filter(goal.is_near, map(full.measure, new)), _ROUNDS)
+        better = [each for each in trials if goal.is_met(each) and goal.is_close(each, leading[0])]
         count += len(new)
         if not better:
             return leading[0], count
-        found = full.in_turns((*leading, *better), _MORE_ROUNDS)
-        leading = sorted(filter(goal.is_met, found), key=goal.order)[:2] or leading
+        trials = full.in_turns((*leading, *better), _MORE_ROUNDS)
+        leading = sorted(filter(goal.is_met, trials), key=goal.order)[:2] or leading
 
 
 def _beside(settings: Settings) -> list[Settings]:
@@ -244,11 +244,11 @@ def _ranked(
     near += [msgspec.structs.replace(base, samples=n) for n in LADDER[max(0, k - 2) : k + 3]]
     progress(f"{len(near)} candidates at {small.size[0]}x{small.size[1]}")
     predictions = []
-    for found in small.in_turns([small.measure(settings) for settings in near], _SMALL_ROUNDS):
-        settings = found.settings
+    for trial in small.in_turns([small.measure(settings) for settings in near], _SMALL_ROUNDS):
+        settings = trial.settings
         by_error, by_time = scales[settings.adaptive is not None]
         predictions.append(
-            found._replace(error=by_error * found.error, seconds=by_time * found.least, least=by_time * found.least)
+            trial._replace(error=by_error * trial.error, seconds=by_time * trial.least, least=by_time * trial.least)
         )
     met = sorted(filter(goal.may_be_met, predictions), key=goal.order)
     ranked = met + sorted((each for each in predictions if not goal.may_be_met(each)), key=goal.miss)
@@ -269,10 +269,10 @@ def _first_fixed(
     """The fewest samples that are expected to meet an error, or the most within a time."""
     settings = msgspec.structs.replace(base, samples=1)
     for n in LADDER:
-        found = small.measure(msgspec.structs.replace(base, samples=n))
-        if time is not None and scale[1] * found.seconds > time:
+        trial = small.measure(msgspec.structs.replace(base, samples=n))
+        if time is not None and scale[1] * trial.seconds > time:
             break
-        settings = found.settings
-        if max_error is not None and scale[0] * found.error <= max_error:
+        settings = trial.settings
+        if max_error is not None and scale[0] * trial.error <= max_error:
             break
     return settings

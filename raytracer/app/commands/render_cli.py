@@ -110,14 +110,14 @@ def _missed(image: Image, settings: Settings) -> str:
     assert estimate
     if settings.max_error is None or (estimate.rmse is not None and estimate.rmse < settings.max_error):
         return ""
-    found = f"its error is unknown ({estimate.unknown})"
+    error = f"its error is unknown ({estimate.unknown})"
     if estimate.rmse is not None:
-        found = f"its error is about {estimate.rmse:.2g}"
+        error = f"its error is about {estimate.rmse:.2g}"
     if settings.time is not None and image.samples is not None and image.samples.max() < settings.samples:
         remedy = f"{settings.time:g} s were not enough: try more --time"
     else:
         remedy = f"{settings.samples} samples were not enough: try more --samples"
-    return f"{found} and was to be below {settings.max_error:g}; {remedy}"
+    return f"{error} and was to be below {settings.max_error:g}; {remedy}"
 
 
 def _is_error_chosen(in_file: SettingsPatch, chosen: SettingsPatch) -> bool:
