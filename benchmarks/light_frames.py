@@ -2,7 +2,7 @@
 
 python -m benchmarks.light_frames [PRIMITIVES [LIGHTS]]
 
-No OpenGL is needed: what is measured is compile() and make_frame(), which a window calls for each frame.
+No OpenGL is needed: a window calls compile() and make_frame() for each frame, and these are measured.
 """
 
 import sys

@@ -1,4 +1,22 @@
-"""The compiler: a scene and its settings become arrays and GLSL. NumPy only, no OpenGL.
+"""The compiler: a scene and its options become arrays and GLSL. NumPy only, no OpenGL.
 
-May import: core, scene.
+A scene is compiled once. A CompiledScene holds the parts that neither the camera nor the picture's size decides; the
+texts of the programs follow from it. A Frame holds all numbers of one view. Draws are a list of values for any player.
+All values are frozen. A value lends its unchanged parts to the next one: a player uploads only new objects.
+
+May import: core, scene. Other packages may use:
+
+- compiled_scene: compile, CompiledScene
+- frame: make_frame, Frame
+- limits: DriverLimits, MAX_ROTH_LOOPS, MAX_PRIMITIVES
+- glsl.shaders: program_sources, plain_vertex_source, ProgramSource, Show
+- glsl.preprocessor: assemble, shaders_folder, ShaderError, Source
+- glsl.materials: material_text, reflected_text
+- material_layout: make_layout, struct, Layout
+- draws: sample_at, sample_draws, Clear, Draw, Sample, Screen, Step, SUMMED
+- meshes: tile_meshes, Cells, Coverage, Meshes, Rectangles, and the names of programs
+- direction_cells: BLOCK, CELL
+- roth_bounds: roth_loops
+- rounds: MAX_ROUNDS
+- view_space: in_picture, pixel_scale, rotation
 """

@@ -37,8 +37,8 @@ Operator: TypeAlias = Callable[[T, T], T]
 # Up to so many primitives every ray is tested against all of them: lists cost more than they save. Above, they are
 # also quicker to compile: a second or so for any tree, and no more for the next one.
 FEW = 12
-# Code of so many shapes is compiled; a rarer tree, or one of more leaves than a vertex shader can hand on (kinds.vert),
-# becomes a program.
+# Code of so many shapes is compiled. A rarer tree, or one of more leaves than a vertex shader can hand on
+# (shapes.vert), becomes a program.
 SHAPES, SHAPE_LEAVES = 4, 4
 # The least radius of a ball around a lens, of the smaller sphere's: its growth is then 11 at most, which SLACK of
 # lists.glsl is for. A thinner lens is seldom an object.
@@ -148,9 +148,9 @@ def is_bounded(shape: Shape) -> bool:
 
 
 def combined(tree: list[Solid | int], leaf: Callable[[int], T], common: Operator[T], around: Operator[T]) -> T:
-    """Something that holds a tree's solid, given that for each leaf, for what two have in common, and for two together.
+    """A bound of a tree's solid, from `leaf` for each leaf, `common` for an intersection and `around` for a union.
 
-    What is left of a difference is held by what holds its first operand.
+    The bound of a difference is the bound of its first operand.
     """
     stack: list[T] = []
     for node in tree:

@@ -1,6 +1,6 @@
-"""What the rays of each cell may meet, as the texture of whole numbers that shaders/csg/lists.glsl walks through.
+"""Lists of the objects that the rays of each cell may meet, as a texture through which shaders/csg/lists.glsl walks.
 
-A cell's list is a row of entries. One that is 0 or more is an object that shares code, by its number in the items'
+A cell's list is a row of entries. One that is 0 or more is an object of a common shape, by its number in the items'
 texture; -n is followed by the number of another object in the scene, and the n - 1 codes of its program
 (csg_pruning.py; chains begin as such), whose leaves are surfaces. Where an object is all around it is in no list.
 """
@@ -36,7 +36,7 @@ class Lists(NamedTuple):
 
 
 class Items(NamedTuple):
-    """The objects that share code, in view space; those of shape 0 come first."""
+    """The objects of common shapes, in view space, in the order of their shapes."""
 
     centers: Array  # (N, 3) and (N,): balls that hold what float32 shows of them to the camera
     radii: Array
@@ -47,7 +47,7 @@ class Items(NamedTuple):
 
 
 def make_items(view: View, batches: Batches) -> Items:
-    """Collect the objects that share code, as a camera sees them."""
+    """Collect the objects of common shapes, as a camera sees them."""
     shapes = batches.shapes
     around = [balls(batch, view.surfaces.centers, view.surfaces.radii) for batch in shapes]
     none = Balls(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)), np.zeros(0))
@@ -81,7 +81,7 @@ class Lister:
         self._radii = view.surfaces.radii
 
     def items_texture(self, numbers: NDArray[np.float32]) -> NDArray[np.float32]:
-        """(4 N, 4): the texels `items` of lists.glsl; `numbers` are those of surfaces.glsl."""
+        """(4 N, 4): the texels `items` of lists.glsl; `numbers` are the texels of surfaces.glsl."""
         items = self._items
         texels = np.zeros((len(items.radii), 4, 4), np.float32)
         # As seen from anywhere, its spheres being where float32 has them.
@@ -94,7 +94,7 @@ class Lister:
         return texels.reshape(-1, 4)
 
     def rectangles(self, size: tuple[int, int]) -> tuple[NDArray[np.int32], float]:
-        """Where the camera may see objects that share code, and more than any distance to them there.
+        """Where the camera may see objects of common shapes, and more than any distance to them there.
 
         (N, 8): first column and row of pixels, the lowest row being 0, and behind the last; shape; first surface;
         number in the scene; 0. In the order of the scene, without those that are not in the picture.
@@ -110,7 +110,7 @@ class Lister:
         return rows[np.argsort(rows[:, 6])].astype(np.int32), 2.0 * float(farthest.max(initial=0.5))
 
     def _bounds(self) -> tuple[Array, Array]:
-        """tangents() to objects that share code: to the ball around each, but not beyond those of the spheres in it."""
+        """tangents() to objects of common shapes: to the ball around each, but not beyond its spheres' tangents."""
 
         def leaf(number: int) -> tuple[Array, Array]:
             return tangents(self._centers[batch.first + number], self._radii[batch.first + number])
@@ -141,19 +141,19 @@ class Lister:
 
         every = np.arange(len(self._items.radii), dtype=np.int32)
         lists = self._lists([view], 1, np.array([len(every)]), every)
-        begin, end = lists.ends[0]  # what is behind is for cells that see no sphere
+        begin, end = lists.ends[0]  # entries behind are for cells that see no sphere
         return lists.entries[begin:end]
 
     def finest_grid(self, light: PointLight) -> float:
-        """How many cells a side of a cube's face around a light should at most have."""
+        """The most cells that a side of a cube's face around a light should have."""
         return finest_grid(self._view.place(light.position), light.radius, self._centers)
 
     def reach(self, light: PointLight) -> float:
-        """The length up to which light_lists() lists all that a ray to a light may meet."""
+        """The length up to which light_lists() lists every object that a ray to a light may meet."""
         return reach(self._view.place(light.position), self._centers, self._radii)
 
     def pairs(self, lights: Sequence[PointLight], grid: int) -> tuple[float, float]:
-        """About how many pairs of a cell and a ball lights' lists have: of objects that share code, and of others.
+        """About how many pairs of a cell and a ball lights' lists have: of objects of common shapes, and of others.
 
         A ball of the half angle a takes the share tan(a) of a face's side, and half a cell more on each side.
         """
@@ -191,7 +191,7 @@ class Lister:
 
             views.append(view)
             passing = wider - light.radius * (1.0 + MARGIN)  # the part of it that is for rounding
-            # Nearest first: what is behind a hit is not looked at.
+            # Nearest first: no ray looks behind its hit.
             near = np.linalg.norm(self._items.centers - place, axis=1) - self._items.radii
             radii = self._items.radii + (self._items.growth - 1.0) * passing
             start, item = by_cell(*view(self._items.centers, radii), cells, near)
@@ -202,7 +202,7 @@ class Lister:
     def _lists(
         self, views: list[FindPairs], cells: int, count: Ints, item: NDArray[np.int32], picture: int = 0
     ) -> Lists:
-        """The lists of objects that share code, of which cell i has count[i] one after the other, and of all others.
+        """The lists of objects of common shapes, of which cell i has count[i] one after the other, and of all others.
 
         `picture` is as in program_rows.met().
         """
@@ -236,7 +236,7 @@ class Lister:
             count = np.bincount(cell, minlength=len(count))
         end = np.cumsum(count)
         ends = np.column_stack((end - count, end)).astype(np.int32)
-        # One list for all cells in which there is nothing but what is everywhere.
+        # One list for all cells without any other entries than those of all cells.
         around = np.concatenate([entries[:0], *(rows.entries()[1] for rows in bare)])
         if len(around):  # else an empty list will do, wherever it is
             ends[count == 0] = len(entries), len(entries) + len(around)

@@ -19,7 +19,7 @@ from raytracer.scene.solids import Plane, simplified
 class CompiledScene(msgspec.Struct, frozen=True, eq=False):
     """A scene as the shaders take it. `compile` makes one; parts are objects of their own, which compiled scenes share.
 
-    `has_lists`: rays look for what they meet in the lists of cells (candidate_lists.py), as there are many primitives.
+    `has_lists`: there are many primitives, so rays look for objects in the lists of cells (candidate_lists.py).
     `has_mirrors`: the light of some material comes from other surfaces, too. `is_over_planes`: besides objects that
     share code there are at most half-spaces, which the second pass quickly finds itself. `has_plane_only_cells`: some
     cells of a picture may show nothing but half-spaces (culling.py).
@@ -54,7 +54,7 @@ class CompiledScene(msgspec.Struct, frozen=True, eq=False):
 
     @property
     def structure(self) -> tuple[object, ...]:
-        """All that decides the text of shaders: compiled scenes whose structures are equal share their programs."""
+        """Everything that decides the text of shaders: compiled scenes of equal structures share their programs."""
         lights = len(self.lights), self.has_area_lights, self.has_falloff
         return self.scene.objects, self.scene.materials, self.options, lights
 

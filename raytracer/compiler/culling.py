@@ -26,11 +26,11 @@ Mask = NDArray[np.bool_]
 
 # Cells of a side of a cube's face around a light.
 _GRID = 64
-# How far from a ray towards a light a ball is, in float32: by so much of the distances from the camera and of the
-# ray's length (32 units in the last place, which the point, light, centre, direction and moment share) may it be
-# wrong, however near the light it is.
+# The error of a ball's distance from a ray towards a light, in float32: so much of the distances from the camera and of
+# the ray's length, however near the light the ball is (32 units in the last place, which the point, light, centre,
+# direction and moment share).
 PASSING = 2.0**-19
-# Balls are widened by that for distances so many times as large as a typical one from the light, or from the camera
+# PASSING widens balls for distances so many times as large as a typical one from the light, or from the camera
 # to the light: nothing of those, and beyond them nothing is known to be plane-only.
 _REACH, _AWAY = 128.0, 4.0
 # In so many cells of the cube around a light a ball may be listed for no more than the light's radius, on average:
@@ -45,7 +45,7 @@ class OccupiedCells(NamedTuple):
     """The cells in which rays may meet other objects than half-spaces."""
 
     picture: Mask  # (cells,), numbered along rows, the lowest first
-    # Of the cube around each light, (6 * grid * grid,), numbered as cube_faces() does.
+    # For the cube around each light, (6 * grid * grid,), numbered as cube_faces() does.
     lights: list[Mask]
 
 
@@ -110,7 +110,7 @@ def occupied_cells(
 
 
 def reach(light: Array, centers: Array, radii: Array) -> float:
-    """How long rays to a light may be for what PASSING says of them."""
+    """The length of rays to a light up to which PASSING bounds their error."""
     if not len(radii):
         return 0.0
     far = np.sort(np.linalg.norm(centers - light, axis=1) + radii)
@@ -130,7 +130,7 @@ def widening(light: Array, radius: float, centers: Array, radii: Array) -> float
 
 
 def finest_grid(light: Array, radius: float, centers: Array) -> float:
-    """How many cells a side of a cube's face around a light should at most have; at least 1.
+    """The most cells that a side of a cube's face around a light should have; at least 1.
 
     By the share of all directions in which balls are listed for no more than the light's radius.
     """
@@ -142,7 +142,7 @@ def finest_grid(light: Array, radius: float, centers: Array) -> float:
 
 
 def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
-    """Where a tree may be met at all, given that for its spheres, from left to right."""
+    """The cells where rays may meet a tree, from the cells of its spheres, in their order."""
     stack: list[Mask] = []
     for node in simplified(solid):
         match node:
@@ -177,7 +177,7 @@ def _occupied(
 def _in_cone(
     pairs: tuple[NDArray[np.int64], NDArray[np.int64]], corners: Array, centers: Array, radii: Array
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Of the pairs of a cell and a sphere those where the sphere's cone meets the one around the cell.
+    """The pairs of a cell and a sphere in which the sphere's cone meets the cone around the cell.
 
     `corners` (4, pairs, 3) are directions. A cone of at most a right angle to its axis, dot(d, axis) >= cos |d| with
     cos >= 0, holds with two directions their sum: so it holds a cell of which it holds the corners. A wider one may
@@ -216,7 +216,7 @@ def _cube_corners(cell: NDArray[np.int64], grid: int) -> Array:
 def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[np.int64], reach: float) -> Mask:
     """(rows, columns): in which cells shadows of balls may lie on the half-space dot(n, x) <= depth.
 
-    `rays` (rows + 1, columns + 1, 3) go through the cells' corners. Balls are those of points within `reach`.
+    `rays` (rows + 1, columns + 1, 3) go through the cells' corners. Balls shade points within `reach`.
     """
     slope = rays @ n
     steep = np.abs(slope) > _FLATTEST * CELL * sum(rays.shape[:2]) * np.linalg.norm(rays, axis=-1)
@@ -229,7 +229,7 @@ def _shadowed(rays: Array, n: Array, depth: float, light: Array, sums: NDArray[n
     D = P - light
     grid = sums.shape[1] - 1
     shadowed = visible & ~whole & bool(sums[:, -1, -1].any())  # to the horizon: the face goes on without end
-    # What rounding to float32 may move a point by, seen from the light.
+    # Rounding to float32 may move a point so far, seen from the light.
     error = MARGIN * (np.linalg.norm(P, axis=-1) + np.linalg.norm(light))
     for face in np.flatnonzero(sums[:, -1, -1]):
         axis = face // 2

@@ -32,7 +32,7 @@ from raytracer.core.validation import InputError
 if TYPE_CHECKING:
     from raytracer.scene.materials.merl import Measured
 
-Key = tuple[object, ...]  # all that a part is made from; parts of equal keys are equal
+Key = tuple[object, ...]  # everything that a part is made from; parts of equal keys are equal
 _NO_RECTANGLES = np.zeros((0, 8), np.int32)
 
 
@@ -110,7 +110,7 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
 
     @property
     def rectangles(self) -> NDArray[np.int32]:
-        """(N, 8), of Lister.rectangles(): where objects that share code may be seen."""
+        """(N, 8), of Lister.rectangles(): where objects of common shapes may be seen."""
         return self.lists.camera.rectangles if self.lists else _NO_RECTANGLES
 
     @property
@@ -129,7 +129,7 @@ def make_frame(
 ) -> Frame:
     """The numbers of a picture of `size`. `previous` lends the parts that stay as they were.
 
-    Without `plane_only`, plane-only cells are looked for only where nothing is to be seen at all. Raises InputError for
+    Without `plane_only`, only empty cells are found. Raises InputError for
     a scene that needs more texels or layers than the driver has, or lists that take too much time or memory.
     """
     view = _view(compiled, previous)
@@ -242,7 +242,7 @@ def _cells(
     previous: Frame | None,
 ) -> CellMasks:
     planes = compiled.batches.planes
-    # Where no cell is drawn by planes alone, just empty cells are looked for, and no shadow is seen in these.
+    # Without plane-only cells there are only empty ones to find, which show no shadow.
     lights = compiled.shadowing_lights if plane_only and planes else ()
     key = view, compiled.batches, lists, light_casters(lights), size, plane_only, compiled.has_plane_only_cells
     if previous and previous.cells.key == key:

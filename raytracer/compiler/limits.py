@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from raytracer.compiler.compiled_scene import CompiledScene
-from raytracer.compiler.rounds import roth_loops
+from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.core.validation import InputError
 from raytracer.scene.options import Precision
 

@@ -24,9 +24,9 @@ LOBE_PARTS = ("cx", "cy", "cz", "n", "scale")
 
 
 class Layout(msgspec.Struct, frozen=True):
-    """What struct Material holds for some materials: members (type, name), and of these what is in which texel."""
+    """The members of struct Material for some materials, and the texel of each."""
 
-    models: list[str]  # those in use, in the order of the member `model`
+    models: list[str]  # in use, in the order of the member `model`
     choices: dict[str, list[str]]  # the options in use of each choice, in the order of its member
     colors: list[str]  # members, each a texel's xyz
     numbers: list[str]  # members, in the texels' w as long as there are any, then four to a texel
@@ -35,7 +35,7 @@ class Layout(msgspec.Struct, frozen=True):
 
     @property
     def texels(self) -> int:
-        """How many a material takes."""
+        """The number of texels that a material takes."""
         rest = max(0, len(self.numbers) - len(self.colors))
         return len(self.colors) + -(-rest // 4) + len(LOBE_PARTS) * self.lobes
 
@@ -76,13 +76,13 @@ def make_layout(materials: Sequence[Material]) -> Layout:
                 case "choice" if value not in choices.setdefault(name, []):
                     choices[name].append(value)
     several = [name for name, options in choices.items() if len(options) > 1]
-    kinds = ["model"] if len(models) > 1 else []
+    model = ["model"] if len(models) > 1 else []
     lobes = [lobe for material in materials for lobe in material.get("lobes", ())]
     most = max((len(material.get("lobes", ())) for material in materials), default=0)
     is_anisotropic = any(lobe.cx != lobe.cy for lobe in lobes)
     if not is_anisotropic:
         colors.pop("tangent", None)
-    return Layout(models, choices, [*colors], [*numbers, *kinds, *several, "number"], most, is_anisotropic)
+    return Layout(models, choices, [*colors], [*numbers, *model, *several, "number"], most, is_anisotropic)
 
 
 def _member(parameter: Parameter) -> str:
@@ -111,7 +111,7 @@ def packed(layout: Layout, materials: Mapping[int, Material], to_view: NDArray[n
 
 
 def _members(layout: Layout, material: Material, tables: list[Measured]) -> dict[str, Any]:
-    """What a material has for the members of struct Material, but for lobes."""
+    """A material's values for the members of struct Material, without lobes."""
     values: dict[str, Any] = {"model": layout.models.index(material.model)}
     for name, value in material.parameters.items():
         parameter = MODELS[material.model].parameters[name]
@@ -130,7 +130,7 @@ def measured_tables(materials: Iterable[Material]) -> list[Measured]:
 
 
 def struct(layout: Layout, material: Material, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """A material as an element of struct Material; its axes are those of the shaders."""
+    """A material as an element of struct Material; its axes are the shaders'."""
     texels = packed(layout, {0: material}, np.eye(3))[0]
     result = np.zeros((), dtype)
     for i, name in enumerate(layout.colors):

@@ -37,7 +37,7 @@ class Cells(msgspec.Struct, frozen=True, eq=False):
 
 
 class Rectangles(msgspec.Struct, frozen=True, eq=False):
-    """A mesh for kinds.vert: those of the scene's rectangles with these `numbers`.
+    """A mesh for shapes.vert: those of the scene's rectangles with these `numbers`.
 
     `costs` (N,) are in pixels, and `largest` is the largest side.
     """

@@ -32,10 +32,10 @@ class Rows(NamedTuple):
     cell: Ints
     order: Ints
     start: Ints
-    code: NDArray[np.int32]  # with numbers of surfaces for those of leaves
+    code: NDArray[np.int32]  # with numbers of surfaces in place of leaves
 
     def entries(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        """Of each entry of the lists its cell, and the entry: a row is its negative length, its object, its codes."""
+        """The cell of each entry of the lists, and the entry: a row is its negative length, its object, its codes."""
         count = np.diff(self.start)
         begin = self.start[:-1] + 2 * np.arange(len(count))
         values = np.zeros(len(self.code) + 2 * len(count), np.int32)
@@ -48,7 +48,7 @@ class Rows(NamedTuple):
 def check_listed(count: float, cells: int = 0) -> None:
     """Raise InputError for so many pairs of a primitive and a cell that their lists take too much time and memory.
 
-    `cells` are those of a picture.
+    `cells` are the cells of a picture.
     """
     most = max(MAX_LISTED, min(_LISTED_IN_CELL * cells, 4 * MAX_LISTED))
     if count > most:
@@ -110,7 +110,7 @@ def met(
 
 
 def filled(batch: ProgramBatch, rows: Rows, bare: Rows, pairs: Ints, cells: Ints, picture: int) -> Rows:
-    """The rows, and the bare ones in those of `cells` where an object has none; else as of met()."""
+    """The rows, and the bare ones in each of `cells` where an object has none; else as of met()."""
     count = len(batch.order)
     size = int(bare.start[1])
     check_listed(float(len(cells)) * count * size, picture)
@@ -124,7 +124,7 @@ def filled(batch: ProgramBatch, rows: Rows, bare: Rows, pairs: Ints, cells: Ints
 
 
 def _among(values: Ints, sorted_values: Ints) -> Mask:
-    """Which of the values are among others."""
+    """Whether each of the values is among others."""
     if not len(sorted_values):
         return np.zeros(len(values), bool)
     at = np.searchsorted(sorted_values, values)
@@ -132,7 +132,7 @@ def _among(values: Ints, sorted_values: Ints) -> Mask:
 
 
 def _rows(batch: ProgramBatch, cell: Ints, instance: Ints, start: Ints, code: NDArray[np.int32]) -> Rows:
-    """The programs, without those of an object that is empty or all around."""
+    """The programs of objects that are neither empty nor all around."""
     count = np.diff(start)
     if len(code):
         whole = np.zeros(len(count), bool)

@@ -14,7 +14,7 @@ from raytracer.compiler.culling import OccupiedCells
 from raytracer.compiler.direction_cells import CELL
 from raytracer.compiler.meshes import cells_under
 from raytracer.compiler.program_rows import check_listed
-from raytracer.compiler.rounds import OF_ENTRY
+from raytracer.compiler.rounds import ENTRY_ROUNDS
 from raytracer.compiler.view_space import View
 from raytracer.core.validation import InputError
 from raytracer.scene.lights import PointLight
@@ -23,7 +23,7 @@ from raytracer.scene.lights import PointLight
 # quarter of a cell. The coarse ones are for large lights.
 GRIDS = (256, 128, 64, 32, 16, 8, 4, 2, 1)
 # Cells are larger where the lists of all lights would have more of them than that, or more pairs of a cell and an
-# object that shares code, or of a cell and a primitive of another object. They take 24, 40 and 150 bytes.
+# object of a common shape, or of a cell and a primitive of another object. They take 24, 40 and 150 bytes.
 _MAX_CELLS, _MAX_ITEMS, _MAX_LISTED = 2**23, 2**24, 2**22
 # Entries of the list of all objects up to which rays to a light from beyond its reach go through that list: eight times
 # the primitives of which `walk` makes the same bits. A longer list takes too long for pixels at a horizon, and more
@@ -36,16 +36,16 @@ _MAX_SEEN = 2**23
 
 
 class CameraLists(msgspec.Struct, frozen=True, eq=False):
-    """All that lists have of a picture, whatever the lights."""
+    """The part of the lists that the picture decides, whatever the lights."""
 
     lister: Lister
     batches: Batches
     lists: Lists
     rectangles: NDArray[np.int32]  # (N, 8), of Lister.rectangles()
-    farthest: float  # more than any distance to what is in them
+    farthest: float  # more than any distance to objects in them
     full_list: NDArray[np.int32]  # of all objects
     items: NDArray[np.float32]  # the texels `items` of lists.glsl
-    objects: NDArray[np.int32]  # the texels `objects` of kinds.vert
+    objects: NDArray[np.int32]  # the texels `objects` of shapes.vert
     shape: tuple[int, int]  # rows and columns of cells
 
 
@@ -83,7 +83,7 @@ def make_camera_lists(view: View, batches: Batches, numbers: NDArray[np.float32]
 
 
 def light_casters(lights: Sequence[PointLight]) -> tuple[object, ...]:
-    """All that the lists of lights take of these."""
+    """The places and radii of lights, which decide their lists."""
     return tuple((light.position, light.radius) for light in lights)
 
 
@@ -162,21 +162,21 @@ def _cube_lists(lister: Lister, lights: Sequence[PointLight], spheres: int, most
 
 def _most_rounds(camera: CameraLists, lights: Lists, everything: int) -> tuple[int, int]:
     """Rounds of loops of one ray, by the longest lists: a program takes as many for each root of its surfaces as it has
-    codes. But of the list of all objects, with `everything` entries, rays are taken to pass all that share code.
+    codes. But of the list of all objects, with `everything` entries, rays pass all objects of common shapes.
     """
     longest, longest_to_light = (int(np.diff(lists.ends).max(initial=0)) for lists in (camera.lists, lights))
     programs = camera.batches.programs
     trees = any(not batch.pruner.is_chain for batch in programs)
 
     def rounds(codes: int) -> int:
-        return codes * max(2 * codes if trees else 0, OF_ENTRY)
+        return codes * max(2 * codes if trees else 0, ENTRY_ROUNDS)
 
     ray = max(rounds(longest), rounds(everything) if programs else everything)
     return ray, rounds(longest_to_light)
 
 
 def listed_cells(lists: LightLists, lights: Sequence[PointLight]) -> OccupiedCells:
-    """The cells in which there are lists, or rectangles; of `lights` those of the lists, or none."""
+    """The cells in which there are lists, or rectangles; without `lights` only the picture's."""
     camera = lists.camera
     picture = _has_entries(camera.lists) | cells_under(camera.rectangles, camera.shape, CELL).ravel()
     cubes = _has_entries(lists.lists).reshape(-1, 6 * lists.grid**2) if lights else ()

@@ -14,7 +14,7 @@ from raytracer.scene.solids import ROUNDING, Plane, Sphere, leaves
 
 Array = NDArray[np.float64]
 
-# Of the largest number: ROUNDING, and four times as much for the roundings of a sum of four terms.
+# A share of the largest number: ROUNDING, and four times as much for the roundings of a sum of four terms.
 _NEAR = 5.0 * ROUNDING
 
 
@@ -109,7 +109,7 @@ def touched_surface(surfaces: Surfaces, light: PointLight) -> int | None:
 def powers(centers: Array, radii: Array, point: Vec3) -> Array:
     """(S,): Sphere.power() of each, |center - point|^2 - radius^2 to all but its last bits."""
     difference = centers - point
-    # What the subtraction rounded off (Knuth's two-sum).
+    # The part that the subtraction rounded off (Knuth's two-sum).
     back = difference - centers
     rest = (centers - (difference - back)) - (point + back)
     total, low = _square(radii)
@@ -125,7 +125,7 @@ def powers(centers: Array, radii: Array, point: Vec3) -> Array:
 
 
 def _square(x: Array) -> tuple[Array, Array]:
-    """x^2, and what it rounded off (Dekker 1971, after Veltkamp's splitting)."""
+    """x^2, and the part that it rounded off (Dekker 1971, after Veltkamp's splitting)."""
     scaled = x * 134217729.0  # 2^27 + 1
     high = scaled - (scaled - x)
     low = x - high

@@ -1,4 +1,4 @@
-"""The draw of the rectangles of a picture in which objects of kinds may be seen, by kinds.vert."""
+"""The draw of the rectangles of a picture in which objects of common shapes may be seen, by shapes.vert."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ vec4 ballAt(int item) {
 }
 
 struct Item {
-    int kind;
+    int shape;
     int first;   // index of its first surface
     int object;  // its number in the scene
     vec4 power;  // of its surfaces: coarse.w, and sameAs()

@@ -3,7 +3,7 @@
 //
 // A surface's index counts the spheres first, then the planes; firstPlane is the number of spheres.
 // The host defines HAS_SPHERES and HAS_PLANES if there are any, and SPHERES and SURFACES, how many there are
-// of one and both. For large scenes it defines LISTED instead: the text then does not depend on their number. The few
+// of one and both. For large scenes it defines LISTS instead: the text then does not depend on their number. The few
 // surfaces that a text names itself come from the vertex shader (draw.glsl).
 //
 // A hit says which surface it is on in one number, `mat`: the surface's index + 1, negative where the ray
@@ -48,7 +48,7 @@ float objectOf(int index) {
 }
 #endif
 
-#ifndef LISTED
+#ifndef LISTS
 const int firstPlane = SPHERES;
 #elif !defined(VERTEX)
 flat in int firstPlane;

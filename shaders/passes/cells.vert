@@ -14,7 +14,7 @@ uniform bool points;
 
 #ifdef PROGRAMS
 in ivec2 list;
-flat out ivec2 listed;
+flat out ivec2 cellList;
 #endif
 
 void main() {
@@ -24,6 +24,6 @@ void main() {
     handOn();
     setConstants();
 #ifdef PROGRAMS
-    listed = list;
+    cellList = list;
 #endif
 }

@@ -34,7 +34,7 @@ flat out real scatter;
 flat out real pixelScale;
 flat out vec3 ambient;
 flat out vec3 background;
-#ifdef LISTED
+#ifdef LISTS
 flat out int firstPlane;
 flat out int grid;
 flat out float depthScale;
@@ -51,7 +51,7 @@ void handOn() {
     pixelScale = draw.pixelScale;
     ambient = draw.ambient;
     background = draw.background;
-#ifdef LISTED
+#ifdef LISTS
     firstPlane = draw.firstPlane;
     grid = draw.grid;
     depthScale = draw.depthScale;

@@ -1,7 +1,7 @@
 // Pass 1: the surface that each pixel sees; if the host defines GEOMETRY, its distance and normal too.
 //
-// Small objects of common shapes ("kinds") are drawn over all other objects, one by one. The host defines KINDS for
-// that draw, which uses kinds.vert. It defines OTHERS for the draw before, unless that is cheap to repeat. The depth
+// Small objects of common shapes are drawn over all other objects, one by one. The host defines SHAPES for
+// that draw, which uses shapes.vert. It defines OTHERS for the draw before, unless that is cheap to repeat. The depth
 // test finds the nearest object; of several at one distance it takes the first that is drawn, in the scene's order.
 
 #include "scene.glsl"
@@ -19,7 +19,7 @@ layout(location = 1) out vec2 other;        // t, and the number of the object, 
 #ifdef GEOMETRY
 layout(location = NEXT) out vec4 normalDepth;  // unit normal towards the viewer, 0 for nothing; t, INF for nothing
 #endif
-#ifdef KINDS
+#ifdef SHAPES
 flat in int object;
 flat in float depthScale;
 #endif
@@ -34,7 +34,7 @@ void main() {
 #ifdef OTHERS
     other = vec2(t, surface == 0 ? -1.0 : objectOf(indexOf(surface)));
 #endif
-#if defined(MANY_ROUNDS) && !defined(KINDS)
+#if defined(MANY_ROUNDS) && !defined(SHAPES)
     if (isCutShort()) {
         surface = CUT_SHORT;
 #ifdef OTHERS
@@ -42,7 +42,7 @@ void main() {
 #endif
     }
 #endif
-#ifdef KINDS
+#ifdef SHAPES
     // The scale is a power of two, so depths are in the order of t. 1 is not before what the depth is cleared to.
     gl_FragDepth = nearer(t, object, otherAt(ray)) ? t * depthScale : 1.0;
 #endif

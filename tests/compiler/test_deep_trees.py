@@ -14,7 +14,7 @@ import raytracer as rt
 from raytracer.compiler import program_rows, scene_lists
 from raytracer.compiler.glsl.preprocessor import Source
 from raytracer.compiler.glsl.shaders import Show
-from raytracer.compiler.rounds import roth_loops
+from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.rendering.progressive import ProgressivePicture
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings

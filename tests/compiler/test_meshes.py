@@ -1,4 +1,4 @@
-"""The rectangles of objects of kinds: on which squares of a picture they lie."""
+"""The rectangles of objects of common shapes: on which squares of a picture they lie."""
 
 import math
 

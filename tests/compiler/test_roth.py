@@ -10,7 +10,7 @@ import pytest
 
 import raytracer as rt
 from raytracer import glsl
-from raytracer.compiler.glsl.csg import max_hits
+from raytracer.compiler.roth_bounds import max_hits
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Evaluator, Settings

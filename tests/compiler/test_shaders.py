@@ -7,9 +7,8 @@ from typing import get_args
 import pytest
 
 import raytracer as rt
-from raytracer.compiler.glsl.csg import max_hits
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble, shaders_folder
-from raytracer.compiler.rounds import roth_loops
+from raytracer.compiler.roth_bounds import max_hits, roth_loops
 from raytracer.formats.scene_file import loads
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Evaluator, Settings, Shadows

@@ -7,7 +7,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.analysis.pixel_doubt import Resolution, resolution
-from raytracer.compiler.rounds import roth_loops
+from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
 from raytracer.ground_truth import ray_tracer

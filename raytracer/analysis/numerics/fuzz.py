@@ -10,7 +10,7 @@ import numpy as np
 
 from raytracer.analysis.numerics.comparison import compare, unit
 from raytracer.analysis.numerics.ledger import Finding, worst
-from raytracer.compiler.rounds import roth_loops
+from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.core.validation import InputError, Vec3
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer

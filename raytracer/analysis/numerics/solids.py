@@ -12,7 +12,7 @@ from raytracer.analysis.numerics.comparison import MATTE, findings
 from raytracer.analysis.numerics.ledger import Finding
 from raytracer.analysis.pixel_doubt import resolution
 from raytracer.compiler.limits import MAX_ROTH_LOOPS
-from raytracer.compiler.rounds import roth_loops
+from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.formats.image import Image
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.scene import Camera, PointLight, Scene

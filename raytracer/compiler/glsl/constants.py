@@ -19,16 +19,16 @@ ALL = 128
 _SURFACE = 12
 # Up to so many surfaces, and lights, are handed on by the vertex shader, where there is room.
 CONSTANTS, CONSTANT_LIGHTS = 6, 2
-# Components of the other varyings of cells.vert and kinds.vert (draw.glsl): vectors and colours; 2 of `real`; and those
-# that are only in lists, of programs, of shapes, and under lights with a radius.
-_DRAW, _DRAW_REALS, _DRAW_LISTED, _DRAW_PROGRAMS, _DRAW_SHAPES, _DRAW_SPHERE_LIGHTS = 12, 2, 3, 2, 3, 1
+# Components of the other varyings of cells.vert and shapes.vert (draw.glsl): vectors and colours; 2 of `real`; and
+# components that only lists, programs, common shapes, and lights with a radius have.
+_DRAW, _DRAW_REALS, _DRAW_LISTS, _DRAW_PROGRAMS, _DRAW_SHAPES, _DRAW_SPHERE_LIGHTS = 12, 2, 3, 2, 3, 1
 
 
 class Handed(NamedTuple):
     """The constants that are handed on."""
 
     surfaces: Sequence[int]  # by their index
-    leaves: int  # surfaces of an object that shares code (kinds.vert)
+    leaves: int  # surfaces of an object of a common shape (shapes.vert)
     lights: bool
     material: bool  # the only one
 
@@ -45,7 +45,7 @@ def handed_constants(compiled: CompiledScene, varyings: int) -> Handed:
         lights <= CONSTANT_LIGHTS,
         len(compiled.batches.planes) == 1 and layout.is_small,
     )
-    room = varyings - _DRAW - _DRAW_REALS * real - (_DRAW_LISTED if compiled.has_lists else 0)
+    room = varyings - _DRAW - _DRAW_REALS * real - (_DRAW_LISTS if compiled.has_lists else 0)
     cells_room = room - (_DRAW_PROGRAMS if compiled.has_lists else 0)
     return _fitting(
         cells_room - (_DRAW_SPHERE_LIGHTS if compiled.has_area_lights else 0),
@@ -58,8 +58,9 @@ def handed_constants(compiled: CompiledScene, varyings: int) -> Handed:
 
 
 def _fitting(room: int, shapes_room: int, wanted: Handed, lights: int, material: int) -> Handed:
-    """Those of `wanted` for which there is room, in components: in cells.vert, and in kinds.vert where objects that
-    share code have leaves. `lights` and `material` are the components of all of these.
+    """The part of `wanted` for which there is room, in components: in cells.vert, and for leaves in shapes.vert.
+
+    `lights` and `material` are the components of all lights, and of the material.
     """
     leaves = min(wanted.leaves, max(shapes_room, 0) // _SURFACE)
     both = min(room, shapes_room - leaves * _SURFACE) if wanted.leaves else room
@@ -71,7 +72,7 @@ def _fitting(room: int, shapes_room: int, wanted: Handed, lights: int, material:
 
 
 def shape_trees(compiled: CompiledScene) -> list[Tree]:
-    """The trees of objects that share code, over their own leaves."""
+    """The trees of objects of common shapes, over their own leaves."""
     return [batch.tree for batch in compiled.batches.shapes]
 
 
@@ -84,7 +85,7 @@ def handed_names(compiled: CompiledScene, handed: Handed) -> dict[int, str]:
 def _nameable(compiled: CompiledScene) -> dict[int, str]:
     """The same where there is room for all."""
     planes, size = compiled.batches.planes, compiled.surfaces.size
-    if compiled.has_lists:  # beside those of an object that shares code
+    if compiled.has_lists:  # beside the leaves of an object of a common shape
         named = planes if len(planes) <= CONSTANTS - SHAPE_LEAVES else []
         return {k: f"plane{k - compiled.surfaces.spheres}" for k in named}
     names = {k: f"surface{k}" for k in (range(size) if size <= CONSTANTS else planes)}

@@ -1,4 +1,4 @@
-"""The GLSL text that finds what of a scene's CSG trees a ray meets first: rayCSG() and blockedAt().
+"""The GLSL text that finds the first surface of CSG trees that a ray meets: rayCSG() and blockedAt().
 
 Trees are lists in postfix, with their leaves' surface indices instead of the leaves: spheres first, then planes.
 """
@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from raytracer.scene.solids import Complement, Difference, Intersection, Solid, Sphere, Union, postfix
+from raytracer.scene.solids import Complement, Difference, Intersection, Solid, Union
 
 Tree = list[Solid | int]
 # Up to so many surfaces, a walk computes their roots one after the other: quickest. Of more it does so in a loop, which
 # for 200 surfaces compiles in a third of the time, and with 64 bits in an eighth; and of so many at once.
 FEW_SPANS, _AT_ONCE = 12, 8
-NamedPlane = tuple[str, str]  # what a half-space, and its index, are called
+NamedPlane = tuple[str, str]  # the expressions for a half-space, and for its index
 
 RAY_CSG = [
     "// The first surface ahead of the ray and nearer than its end: its distance, point, unit normal (on either",
@@ -26,36 +26,6 @@ BLOCKED_AT = [
 ]
 
 
-def max_hits(solid: Solid) -> int:
-    """The most hits that any Roth diagram of the tree and its subtrees can hold.
-
-    A line crosses a sphere at most twice and a plane once; a solid that may be unbounded can have
-    an end at each infinity besides; and hits come in pairs.
-    """
-    most = 0
-    stack: list[tuple[int, bool]] = []  # crossings, unbounded?
-    for node in postfix(solid):
-        match node:
-            case Complement():
-                crossings, unbounded = stack.pop()
-                stack.append((crossings, True))
-            case Union():
-                (m, u), (n, v) = stack.pop(), stack.pop()
-                stack.append((m + n, u or v))
-            case Intersection():
-                (m, u), (n, v) = stack.pop(), stack.pop()
-                stack.append((m + n, u and v))
-            case Difference():
-                (n, _), (m, u) = stack.pop(), stack.pop()
-                most = max(most, n + 2)  # differenceCSG() takes the complement of its second operand
-                stack.append((m + n, u))
-            case _:
-                stack.append((2, False) if isinstance(node, Sphere) else (1, True))
-        crossings, unbounded = stack[-1]
-        most = max(most, crossings + 2 * unbounded)
-    return most // 2 * 2
-
-
 def _roots(index: int, spheres: int, surface: str) -> str:
     """The call that gives both roots of a surface."""
     return f"{'sphere' if index < spheres else 'plane'}Roots(ray, {surface})"
@@ -64,7 +34,7 @@ def _roots(index: int, spheres: int, surface: str) -> str:
 def roth(trees: list[Tree], spheres: int, surfaces: Mapping[int, str]) -> list[str]:
     """By the assignment's filters: a function for each object, and the nearest of their first hits.
 
-    `surfaces` are what they are called.
+    `surfaces` are the expressions for them.
     """
     lines = []
     for number, tree in enumerate(trees):
@@ -112,7 +82,7 @@ _LOGIC: dict[type[Solid], str] = {Union: "{} || {}", Intersection: "{} && {}", D
 def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, with_owner: bool) -> list[str]:
     """By one walk over all objects, to the first root at which one of them changes.
 
-    `surfaces` are what they are called; `with_owner`: also whose surface is there.
+    `surfaces` are the expressions for them; `with_owner`: also the surface's owner.
     """
     holds: list[str] = []  # the lines that compute v0, v1, ..., of each object
     spans = _spans(len(surfaces), spheres, surfaces)
@@ -120,7 +90,7 @@ def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, with_o
         holds += _holds(tree, f"v{k}")
     objects = range(len(trees))
     # `at` is set last in the loop: a value that a loop computes before it is left is lost by llvmpipe
-    # (Mesa 22.3) for those of the pixels drawn together that leave it earlier than others.
+    # (Mesa 22.3) for pixels that leave it earlier than others drawn with them.
     lines = [
         *spans,
         "    real at = 0.0;",
@@ -236,7 +206,7 @@ def nearest_plane(planes: list[NamedPlane], *, with_owner: bool) -> list[str]:
 
 
 def holds_of(tree: Tree, leaf: str) -> str:
-    """The expression for how long a tree's value at `at` holds; `leaf` is that of leaf {}."""
+    """The expression for how long a tree's value at `at` holds; `leaf` is the expression for leaf {}."""
     terms: list[str] = []
     for node in tree:
         if isinstance(node, int):

@@ -6,9 +6,9 @@ from raytracer.compiler.glsl.csg import BLOCKED_AT, RAY_CSG, NamedPlane, Tree, h
 
 
 def seen(depth: int, planes: list[NamedPlane]) -> list[str]:
-    """What of the objects that are no kinds the camera's rays meet first: by lists, see lists.glsl.
+    """The objects that are programs, and the planes, that the camera's rays meet first: by lists, see lists.glsl.
 
-    `depth` is that of the deepest program that may be no chain (0: all are chains), `planes` are the objects that
+    `depth` is the depth of the deepest program that may be no chain (0: all are chains), `planes` are the objects that
     are one half-space.
     """
     return [
@@ -17,11 +17,11 @@ def seen(depth: int, planes: list[NamedPlane]) -> list[str]:
         "#define OWNERS",
         '#include "csg/chain.glsl"',
         *(_programs(depth, with_owner=True) if depth else []),
-        *_meet(kinds=False, programs=True, trees=bool(depth), any_hit=False),
-        "flat in ivec2 listed;  // where the list of this pixel's cell begins and ends",
+        *_meet(shapes=False, programs=True, trees=bool(depth), any_hit=False),
+        "flat in ivec2 cellList;  // where the list of this pixel's cell begins and ends",
         *RAY_CSG,
         *_nearest_plane(planes),
-        "    meetListed(ray, listed.x, listed.y, nearest);",
+        "    meetList(ray, cellList.x, cellList.y, nearest);",
         *_AT_NEAREST,
     ]
 
@@ -34,22 +34,23 @@ _OTHER_DRAWN = [
 ]
 
 
-def seen_kinds(kinds: list[Tree], planes: list[NamedPlane] | None, handed: int) -> list[str]:
-    """Where the camera's rays meet the object of a kind that the vertex shader (kinds.vert) hands on, with the first
-    `handed` of its surfaces.
+def seen_shapes(shapes: list[Tree], planes: list[NamedPlane] | None, handed: int) -> list[str]:
+    """Where the camera's rays meet the object of a common shape.
 
-    All others are `planes`; or, for None, what they are was drawn before.
+    The vertex shader (shapes.vert) hands it on, with the first `handed` of its surfaces.
+
+    All others are `planes`; for None, an earlier draw found the others.
     """
-    spans = _spans(kinds)
+    spans = _spans(shapes)
     arguments = ", ".join(spans)
     return [
         '#include "csg/walk.glsl"',
         '#include "csg/lists.glsl"',
-        "flat in int kind;",
+        "flat in int shape;",
         "flat in int first;  // index of its first surface",
         *(f"flat in Surface sphere{j};" for j in range(handed)),
-        *_kind_holds(kinds),
-        *_kind_owner(kinds),
+        *_shape_holds(shapes),
+        *_shape_owner(shapes),
         "// What else the ray meets.",
         *(_OTHER_DRAWN if planes is None else ["Nearest otherAt(Ray ray) {", *_nearest_plane(planes)]),
         "    return nearest;",
@@ -59,8 +60,8 @@ def seen_kinds(kinds: list[Tree], planes: list[NamedPlane] | None, handed: int) 
         "    mat = 0;",
         *(f"    Surface sphere{j} = surfaceOf(first + {j});" for j in range(handed, len(spans))),
         *(f"    real2 {span} = sphereRoots(ray, sphere{j});" for j, span in enumerate(spans)),
-        *_to_change(f"kindHolds(kind, {arguments}, at)", "if (next >= ray.distance) return ray.distance;"),
-        f"    mat = kindOwner(kind, first, {arguments}, at);",
+        *_to_change(f"shapeHolds(shape, {arguments}, at)", "if (next >= ray.distance) return ray.distance;"),
+        f"    mat = shapeOwner(shape, first, {arguments}, at);",
         "    pointAt(mat, ray, P, N);",
         "    return at;",
         "}",
@@ -68,7 +69,7 @@ def seen_kinds(kinds: list[Tree], planes: list[NamedPlane] | None, handed: int) 
 
 
 def blocked(
-    kinds: list[Tree],
+    shapes: list[Tree],
     programs: bool,
     depth: int,
     planes: list[NamedPlane],
@@ -77,11 +78,11 @@ def blocked(
     with_owner: bool,
     has_area_lights: bool,
 ) -> list[str]:
-    """How far rays to a light get, by lists. With `any_hit`, whatever blocks them will do, not the nearest; with
-    `with_owner` meetListed() says what it is, for anywhere(). Cells list what a ray to a light may meet as far as
-    rays are known to within the balls' widening(); longer ones look at everything.
+    """The way that rays to a light get, by lists. With `any_hit`, whatever blocks them will do, not the nearest; with
+    `with_owner` meetList() also finds the owner, for anywhere(). Cells list every object that a ray to a light may
+    meet, as far as the balls' widening() holds; longer rays look at everything.
 
-    `kinds` are trees over their own leaves, `programs` is whether there are any, and else as seen(). With
+    `shapes` are trees over their own leaves, `programs` is whether there are any, and else as seen(). With
     `has_area_lights`, rays may end beside a light's centre, and the cell is the one in which their origin is seen from
     there.
     """
@@ -89,33 +90,33 @@ def blocked(
     return [
         '#include "csg/walk.glsl"',
         '#include "csg/lists.glsl"',
-        *(_kinds(kinds, with_owner) if kinds else []),
+        *(_meet_shape(shapes, with_owner) if shapes else []),
         *(["#define OWNERS"] if with_owner else []),
         *(['#include "csg/chain.glsl"'] if programs else []),
         *(_programs(depth, with_owner=with_owner) if depth else []),
         *(
-            _meet(bool(kinds), programs, bool(depth), any_hit)
-            if kinds or programs
-            else ["#define meetListed(a, b, c, d)"]
+            _meet(bool(shapes), programs, bool(depth), any_hit)
+            if shapes or programs
+            else ["#define meetList(a, b, c, d)"]
         ),
         "uniform ivec2 everything;  // where the list of all objects begins and ends",
         *BLOCKED_AT,
         *_nearest_plane(planes),
         f"    int cell = light * (6 * grid * grid) + cubeCell(vec3({origin}));",
         "    float reach = intBitsToFloat(endsAt(LIGHTS * (6 * grid * grid) + light).x);",
-        "    ivec2 listed = ray.distance > reach ? everything : endsAt(cell);",
-        "    meetListed(ray, listed.x, listed.y, nearest);",
+        "    ivec2 cellList = ray.distance > reach ? everything : endsAt(cell);",
+        "    meetList(ray, cellList.x, cellList.y, nearest);",
         "    return nearest.t;",
         "}",
     ]
 
 
 def anywhere(planes: list[NamedPlane]) -> list[str]:
-    """What a ray from anywhere meets first: it may be anything. After blocked()."""
+    """The first surface that a ray from anywhere meets: it may be any. After blocked()."""
     return [
         *RAY_CSG,
         *_nearest_plane(planes),
-        "    meetListed(ray, everything.x, everything.y, nearest);",
+        "    meetList(ray, everything.x, everything.y, nearest);",
         *_AT_NEAREST,
     ]
 
@@ -166,42 +167,42 @@ def _walk_one(holds: str, owner: str) -> list[str]:
     ]
 
 
-def most_leaves(kinds: list[Tree]) -> int:
-    """How many leaves the largest of these trees has."""
-    return max(sum(isinstance(node, int) for node in tree) for tree in kinds)
+def most_leaves(shapes: list[Tree]) -> int:
+    """The number of leaves of the largest tree."""
+    return max(sum(isinstance(node, int) for node in tree) for tree in shapes)
 
 
-def _spans(kinds: list[Tree]) -> list[str]:
-    return [f"s{j}" for j in range(most_leaves(kinds))]
+def _spans(shapes: list[Tree]) -> list[str]:
+    return [f"s{j}" for j in range(most_leaves(shapes))]
 
 
-def _kind_holds(kinds: list[Tree]) -> list[str]:
-    parameters = ", ".join(f"real2 {span}" for span in _spans(kinds))
-    holds = [holds_of(tree, "holds(s{}, at)") for tree in kinds]
-    choice = "".join(f"kind == {k} ? {text} : " for k, text in enumerate(holds[:-1])) + holds[-1]
-    return [f"real kindHolds(int kind, {parameters}, real at) {{", f"    return {choice};", "}"]
+def _shape_holds(shapes: list[Tree]) -> list[str]:
+    parameters = ", ".join(f"real2 {span}" for span in _spans(shapes))
+    holds = [holds_of(tree, "holds(s{}, at)") for tree in shapes]
+    choice = "".join(f"shape == {k} ? {text} : " for k, text in enumerate(holds[:-1])) + holds[-1]
+    return [f"real shapeHolds(int shape, {parameters}, real at) {{", f"    return {choice};", "}"]
 
 
-def _kind_owner(kinds: list[Tree]) -> list[str]:
-    parameters = ", ".join(f"real2 {span}" for span in _spans(kinds))
-    lines = [f"int kindOwner(int kind, int first, {parameters}, real at) {{", "    int mat = 0;"]
-    for k, tree in enumerate(kinds):
-        lines += [f"    if (kind == {k}) {{", *(f"    {line}" for line in owner([tree], "first + ")), "    }"]
+def _shape_owner(shapes: list[Tree]) -> list[str]:
+    parameters = ", ".join(f"real2 {span}" for span in _spans(shapes))
+    lines = [f"int shapeOwner(int shape, int first, {parameters}, real at) {{", "    int mat = 0;"]
+    for k, tree in enumerate(shapes):
+        lines += [f"    if (shape == {k}) {{", *(f"    {line}" for line in owner([tree], "first + ")), "    }"]
     return [*lines, "    return mat;", "}"]
 
 
-def _kinds(kinds: list[Tree], with_owner: bool) -> list[str]:
-    spans = _spans(kinds)
+def _meet_shape(shapes: list[Tree], with_owner: bool) -> list[str]:
+    spans = _spans(shapes)
     return [
-        *_kind_holds(kinds),
-        *(_kind_owner(kinds) if with_owner else []),
-        "void meetKind(Ray ray, int item, inout Nearest nearest) {",
+        *_shape_holds(shapes),
+        *(_shape_owner(shapes) if with_owner else []),
+        "void meetShape(Ray ray, int item, inout Nearest nearest) {",
         "    Item i = itemAt(item);",
         "    int object = i.object;",
         *(f"    real2 {span} = sphereRoots(ray, surfaceOf(i, {j}));" for j, span in enumerate(spans)),
         *_walk_one(
-            f"kindHolds(i.kind, {', '.join(spans)}, at)",
-            f"kindOwner(i.kind, i.first, {', '.join(spans)}, at)" if with_owner else "1",
+            f"shapeHolds(i.shape, {', '.join(spans)}, at)",
+            f"shapeOwner(i.shape, i.first, {', '.join(spans)}, at)" if with_owner else "1",
         ),
     ]
 
@@ -241,9 +242,9 @@ def _machine(kind: str, name: str, slots: int) -> list[str]:
     ]
 
 
-def _meet(kinds: bool, programs: bool, trees: bool, any_hit: bool) -> list[str]:
-    """The walk through a list. The nearest ball is looked for in a loop of its own: pixels that are drawn
-    together look for theirs at once, and then evaluate what they found at once."""
+def _meet(shapes: bool, programs: bool, trees: bool, any_hit: bool) -> list[str]:
+    """The walk through a list. A loop of its own looks for the next ball: pixels that are drawn together look for
+    their balls at once, and then evaluate the objects at once."""
     candidate = (
         "entry < 0 || meets(ray, ballAt(entry), nearest.t)" if programs else "meets(ray, ballAt(entry), nearest.t)"
     )
@@ -259,7 +260,7 @@ def _meet(kinds: bool, programs: bool, trees: bool, any_hit: bool) -> list[str]:
         "        }",
         "        if (found == NOTHING) break;",
     ]
-    if not kinds:
+    if not shapes:
         search = ["        if (k >= end) break;", "        int found = listAt(k);", "        k++;"]
     call = "meet{}(ray, k + 1, k - found, listAt(k), nearest);"
     program = [
@@ -267,20 +268,20 @@ def _meet(kinds: bool, programs: bool, trees: bool, any_hit: bool) -> list[str]:
         call.format("Chain"),
         "k -= found;",
     ]
-    if not (kinds or programs):  # half-spaces alone
-        return ["void meetListed(Ray ray, int begin, int end, inout Nearest nearest) {}"]
-    if kinds and programs:
+    if not (shapes or programs):  # half-spaces alone
+        return ["void meetList(Ray ray, int begin, int end, inout Nearest nearest) {}"]
+    if shapes and programs:
         body = [
             "if (found >= 0) {",
-            "    meetKind(ray, found, nearest);",
+            "    meetShape(ray, found, nearest);",
             "} else {",
             *(f"    {line}" for line in program),
             "}",
         ]
     else:
-        body = ["meetKind(ray, found, nearest);"] if kinds else program
+        body = ["meetShape(ray, found, nearest);"] if shapes else program
     return [
-        "void meetListed(Ray ray, int begin, int end, inout Nearest nearest) {",
+        "void meetList(Ray ray, int begin, int end, inout Nearest nearest) {",
         "    const int NOTHING = 0x7fffffff;",
         "    int k = begin;",
         "    for (;;) {",

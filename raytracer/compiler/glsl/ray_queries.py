@@ -7,6 +7,7 @@ import itertools
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.glsl import csg, csg_lists
 from raytracer.compiler.glsl.constants import Handed, named_planes, shape_trees, surface_texts
+from raytracer.compiler.roth_bounds import max_hits
 from raytracer.scene.scene import Scene
 from raytracer.scene.solids import Plane, Solid, Sphere, simplified
 
@@ -48,7 +49,7 @@ def shadow_query(compiled: CompiledScene, handed: Handed) -> list[str]:
 
 
 def _roth(compiled: CompiledScene, handed: Handed) -> list[str]:
-    most = max(map(csg.max_hits, compiled.scene.solids()))
+    most = max(map(max_hits, compiled.scene.solids()))
     trees = _trees(compiled.scene, compiled.surfaces.spheres)
     text = csg.roth(trees, compiled.surfaces.spheres, surface_texts(compiled, handed))
     return [f"#define MAX_HITS {most}", '#include "csg/roth.glsl"', *text]

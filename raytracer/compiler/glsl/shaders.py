@@ -3,7 +3,7 @@
 A scene's structure goes into the text: its CSG trees, its kinds of primitive, its reflectance
 models, how many lights, which shadows. Its numbers do not, but for whether any material has an
 ambient factor, shines, or is anisotropic: they are in textures, or handed on by the vertex shader.
-So scenes of one structure share a program, and what a scene does not use is not in its shader. No
+So scenes of one structure share a program, and a scene's shader has only code that the scene uses. No
 OpenGL here, and no text of a user's: names in the generated code are made of numbers only.
 """
 
@@ -29,7 +29,7 @@ from raytracer.compiler.meshes import EMPTY, PLANE_ONLY, SEE, SHADE, SHAPES
 from raytracer.compiler.rounds import may_take_many_rounds
 from raytracer.scene.options import Shadows
 
-# What the second pass makes of what a pixel sees; all but the picture for looking into it.
+# The image that the second pass makes: the picture, or one of three to look into it.
 Show = Literal["picture", "normal", "depth", "material"]
 _Constant = tuple[str, str, str]  # type, name, and the value in the vertex shader
 
@@ -98,15 +98,15 @@ def _visibility_source(compiled: CompiledScene, handed: Handed, *, geometry: boo
 
 
 def _shapes_source(compiled: CompiledScene, handed: Handed, *, geometry: bool) -> ProgramSource:
-    """The shaders that find the same where objects that share code (batches.py) are seen."""
+    """The shaders that find the same where objects of common shapes (batches.py) are seen."""
     trees = shape_trees(compiled)
     defines = _defines(compiled)
     spheres = [("Surface", f"sphere{j}", f"surfaceOf(first + {j})") for j in range(handed.leaves)]
     lines = _set_constants(spheres + _surface_constants(compiled, handed))
-    vertex = assemble("passes/kinds.vert", defines | {"VERTEX": 1}, {"constants.glsl": "\n".join(lines)})
+    vertex = assemble("passes/shapes.vert", defines | {"VERTEX": 1}, {"constants.glsl": "\n".join(lines)})
     planes = None if compiled.batches.programs else named_planes(compiled, handed)
-    generated = [*_includes(compiled, handed), "", *csg_lists.seen_kinds(trees, planes, handed.leaves)]
-    defines |= {"KINDS": 1} | ({"GEOMETRY": 1} if geometry else {})
+    generated = [*_includes(compiled, handed), "", *csg_lists.seen_shapes(trees, planes, handed.leaves)]
+    defines |= {"SHAPES": 1} | ({"GEOMETRY": 1} if geometry else {})
     return ProgramSource(vertex, assemble("passes/visibility.frag", defines, {"scene.glsl": "\n".join(generated)}))
 
 
@@ -163,7 +163,7 @@ def _defines(compiled: CompiledScene) -> dict[str, int | str]:
     defines |= {"MANY_ROUNDS": 1} if may_take_many_rounds(compiled) else {}
     if compiled.has_lists:
         defines |= {"PROGRAMS": 1} if compiled.batches.programs else {}
-        return defines | {"LISTED": 1}
+        return defines | {"LISTS": 1}
     defines |= {"SPHERES": surfaces.spheres, "SURFACES": surfaces.size}
     return defines | {"DOUBLES": 1} if compiled.options.precision == 64 else defines
 
@@ -209,7 +209,7 @@ def _material(compiled: CompiledScene) -> dict[str, str]:
 
 
 def _shadow(shadows: Shadows) -> str:
-    """Of the one point that is looked at of a light, soft shadows are hard."""
+    """The file of shadows: for the one point of a light that a sample looks at, soft shadows are hard ones."""
     return f'#include "shading/shadow_{"diluted" if shadows == "diluted" else "hard"}.glsl"'
 
 

@@ -1,4 +1,4 @@
-// The rectangles of the picture in which small objects of common shapes ("kinds") may be seen.
+// The rectangles of the picture in which small objects of common shapes may be seen.
 // There is one for each object, the smallest that holds all pixels that may see it. Vertices 4 i to 4 i + 3 are the
 // corners of rectangle i. Or they come as points: vertex i is a square around rectangle i (see cells.vert).
 
@@ -7,7 +7,7 @@
 
 uniform isamplerBuffer objects;  // 2 texels each: rectangles() of raytracer/compiler/candidate_lists.py
 
-flat out int kind;
+flat out int shape;
 flat out int first;
 flat out int object;
 
@@ -26,7 +26,7 @@ void main() {
     gl_Position = placeOf(points ? 0.5 * vec2(bounds.xy + bounds.zw) : at);
     gl_PointSize = float(max(bounds.z - bounds.x, bounds.w - bounds.y));
     ivec4 numbers = objectAt(2 * i + 1);
-    kind = numbers.x;
+    shape = numbers.x;
     first = numbers.y;
     object = numbers.z;
     handOn();

@@ -1,0 +1,48 @@
+"""Bounds of the Roth filters of trees: the hits of a diagram, and the loops that are compiled in a row."""
+
+from __future__ import annotations
+
+from raytracer.scene.instances import Instances
+from raytracer.scene.scene import Scene
+from raytracer.scene.solids import Complement, Difference, Intersection, Solid, Sphere, Union, postfix, simplified
+
+
+def max_hits(solid: Solid) -> int:
+    """The most hits that any Roth diagram of the tree and its subtrees can hold.
+
+    A line crosses a sphere at most twice and a plane once; a solid that may be unbounded can have
+    an end at each infinity besides; and hits come in pairs.
+    """
+    most = 0
+    stack: list[tuple[int, bool]] = []  # crossings, unbounded?
+    for node in postfix(solid):
+        match node:
+            case Complement():
+                crossings, unbounded = stack.pop()
+                stack.append((crossings, True))
+            case Union():
+                (m, u), (n, v) = stack.pop(), stack.pop()
+                stack.append((m + n, u or v))
+            case Intersection():
+                (m, u), (n, v) = stack.pop(), stack.pop()
+                stack.append((m + n, u and v))
+            case Difference():
+                (n, _), (m, u) = stack.pop(), stack.pop()
+                most = max(most, n + 2)  # differenceCSG() takes the complement of its second operand
+                stack.append((m + n, u))
+            case _:
+                stack.append((2, False) if isinstance(node, Sphere) else (1, True))
+        crossings, unbounded = stack[-1]
+        most = max(most, crossings + 2 * unbounded)
+    return most // 2 * 2
+
+
+def roth_loops(scene: Scene) -> int:
+    """The number of loops in a row in the Roth filters of a scene: it bounds their compilation."""
+    cost = {Union: 1, Intersection: 1, Difference: 2, Complement: 1}
+    loops = 0
+    for item in scene.objects:
+        tree = simplified(item.solid if isinstance(item, Instances) else item)
+        count = len(item) if isinstance(item, Instances) else 1
+        loops += count * (1 + sum(cost.get(type(node), 0) for node in tree))
+    return loops
