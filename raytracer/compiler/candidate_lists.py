@@ -1,4 +1,4 @@
-"""Lists of the objects that the rays of each cell may meet, as the texture of whole numbers that shaders/csg/lists.glsl walks through.
+"""Lists of the objects that the rays of each cell may meet, as a texture through which shaders/csg/lists.glsl walks.
 
 A cell's list is a row of entries. One that is 0 or more is an object of a common shape, by its number in the items'
 texture; -n is followed by the number of another object in the scene, and the n - 1 codes of its program

@@ -54,7 +54,7 @@ class CompiledScene(msgspec.Struct, frozen=True, eq=False):
 
     @property
     def structure(self) -> tuple[object, ...]:
-        """Everything that decides the text of shaders: compiled scenes whose structures are equal share their programs."""
+        """Everything that decides the text of shaders: compiled scenes of equal structures share their programs."""
         lights = len(self.lights), self.has_area_lights, self.has_falloff
         return self.scene.objects, self.scene.materials, self.options, lights
 

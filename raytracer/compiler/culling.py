@@ -26,9 +26,9 @@ Mask = NDArray[np.bool_]
 
 # Cells of a side of a cube's face around a light.
 _GRID = 64
-# The error of a ball's distance from a ray towards a light, in float32: by so much of the distances from the camera and of the
-# ray's length (32 units in the last place, which the point, light, centre, direction and moment share) may it be
-# wrong, however near the light it is.
+# The error of a ball's distance from a ray towards a light, in float32: so much of the distances from the camera and of
+# the ray's length, however near the light the ball is (32 units in the last place, which the point, light, centre,
+# direction and moment share).
 PASSING = 2.0**-19
 # PASSING widens balls for distances so many times as large as a typical one from the light, or from the camera
 # to the light: nothing of those, and beyond them nothing is known to be plane-only.

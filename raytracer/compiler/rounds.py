@@ -13,14 +13,18 @@ from raytracer.compiler.roth_bounds import max_hits, roth_loops
 
 # Rounds of all its loops together after which llvmpipe has a shader leave every loop (cut_short.glsl).
 MAX_ROUNDS = 65535
-# Rounds for an entry of a list (lists.glsl): an object of a shape takes one in the walk through the list, one in the search for
-# it, and one for each root of its spheres and for the end. A code of a chain takes fewer, but for few rays that meet
-# more than chain.glsl has room for.
-OF_ENTRY = 2 + 2 * SHAPE_LEAVES + 1
-# Rounds of the reflectance models that have loops, for one light: diffuse_microfacet with 4096 nodes has 40 azimuths, for each
-# of these four times 5 parts, of 5 nodes each; he three sums of 1,025 terms, and Newton's steps; lafortune 16 lobes of
-# three channels.
-_OF_MODELS = {"diffuse_microfacet": 40 * (1 + 4 * 5 * (1 + 5)), "he": 3 * (1025 + 5) + 2 + 4, "lafortune": 16 * (1 + 3)}
+# Rounds for an entry of a list (lists.glsl). An object of a common shape takes one in the walk through the list, one in
+# the search for it, and one for each root of its spheres and for the end. A code of a chain takes fewer, but for few
+# rays that meet more than chain.glsl has room for.
+ENTRY_ROUNDS = 2 + 2 * SHAPE_LEAVES + 1
+# Rounds of the reflectance models that have loops, for one light. diffuse_microfacet with 4096 nodes has 40 azimuths,
+# for each of these four times 5 parts, of 5 nodes each; he has three sums of 1,025 terms, and Newton's steps; lafortune
+# has 16 lobes of three channels.
+_MODEL_ROUNDS = {
+    "diffuse_microfacet": 40 * (1 + 4 * 5 * (1 + 5)),
+    "he": 3 * (1025 + 5) + 2 + 4,
+    "lafortune": 16 * (1 + 3),
+}
 
 
 def most_rounds(compiled: CompiledScene, ray: int, to_light: int) -> int:
@@ -55,4 +59,4 @@ def may_take_many_rounds(compiled: CompiledScene) -> bool:
 
 def _model_rounds(models: Collection[str]) -> int:
     """Rounds of the reflectance model with the most, for the light of one light at one point."""
-    return max((_OF_MODELS.get(model, 0) for model in models), default=0)
+    return max((_MODEL_ROUNDS.get(model, 0) for model in models), default=0)

@@ -14,7 +14,7 @@ from raytracer.compiler.culling import OccupiedCells
 from raytracer.compiler.direction_cells import CELL
 from raytracer.compiler.meshes import cells_under
 from raytracer.compiler.program_rows import check_listed
-from raytracer.compiler.rounds import OF_ENTRY
+from raytracer.compiler.rounds import ENTRY_ROUNDS
 from raytracer.compiler.view_space import View
 from raytracer.core.validation import InputError
 from raytracer.scene.lights import PointLight
@@ -169,7 +169,7 @@ def _most_rounds(camera: CameraLists, lights: Lists, everything: int) -> tuple[i
     trees = any(not batch.pruner.is_chain for batch in programs)
 
     def rounds(codes: int) -> int:
-        return codes * max(2 * codes if trees else 0, OF_ENTRY)
+        return codes * max(2 * codes if trees else 0, ENTRY_ROUNDS)
 
     ray = max(rounds(longest), rounds(everything) if programs else everything)
     return ray, rounds(longest_to_light)
