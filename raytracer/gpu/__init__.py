@@ -6,5 +6,8 @@ May import: core, compiler. Other packages may use
 - glsl_call: call, dtype, struct_dtype (public as raytracer.glsl)
 - turns: ContextError (public as raytracer.ContextError)
 - context: open_window, the names of backends; adapters: Adapter; context_report: for `raytracer doctor`
-- gl: types of OpenGL's objects; cell_draw, rectangle_draw: draws of cells and of rectangles
+- scene_buffers: SceneBuffers, the numbers of a frame; draw_player: DrawPlayer, which plays lists of draws
+- gl: types of OpenGL's objects, set_uniforms
+
+turns has the one lock of a process. cell_draw and rectangle_draw draw the meshes of compiler/meshes.py.
 """

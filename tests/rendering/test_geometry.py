@@ -84,8 +84,10 @@ def test_it_is_drawn_at_the_first_access_and_once_for_all_three(
 def test_what_needs_no_geometry_draws_none(renderer: Renderer, drawn: list[geometry.View], tmp_path: Path) -> None:
     image = picture(renderer)
     image.save(tmp_path / "a.png")
-    image.png(), image.srgb8(), np.asarray(image), repr(image), image == image, hash(image), copy.copy(image)
-    image.replace(metadata={"Title": "none"}), rt.compare(image, image)
+    others = [copy.copy(image), image.replace(metadata={"Title": "none"})]
+    assert image not in others and len({image, *others}) == 3 and repr(others[0]) == repr(image)
+    np.testing.assert_array_equal(np.asarray(others[1]), image)
+    assert others[1].png() != image.png() and rt.compare(image, others[0]).rmse == 0.0
     assert image.samples is None and image.error is not None and image.estimate and image.metadata
     assert not drawn
 
