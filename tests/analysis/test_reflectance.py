@@ -21,9 +21,9 @@ from raytracer.analysis.reflectance.expectations import (
     NOT_RECIPROCAL,
     Expectation,
     expectation_of,
-    tried_parameters,
 )
 from raytracer.analysis.reflectance.quadrature import NORMAL, Fineness, about_all, facing, halfway, polar
+from raytracer.analysis.reflectance.tried_parameters import tried_parameters
 from raytracer.analysis.reflectance.verification import Verification, _differences, verify, verify_all
 from raytracer.app.cli import main
 from raytracer.app.commands.material_arguments import parse_parameters as parsed

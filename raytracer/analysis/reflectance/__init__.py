@@ -8,7 +8,8 @@ Other packages may use:
 
     properties: COMPLETE, MaterialProperties, measure_material, facets, unit_direction
     verification: Verification, material_of, verify, verify_all
-    expectations: EXPECTATIONS, NOT_RECIPROCAL, Expectation, expectation_of, tried_parameters
+    expectations: EXPECTATIONS, NOT_RECIPROCAL, Expectation, expectation_of
+    tried_parameters: Parameters, tried_parameters
     tables: print_checks, checks_json, print_models, models_json, markdown
     plots: plot_materials, plot_lecture
     gallery: write_gallery

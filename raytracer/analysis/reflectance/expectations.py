@@ -7,16 +7,12 @@ tell, `why` says so. `verification.py` compares measurements with them, `closed_
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import msgspec
 
+from raytracer.analysis.reflectance.tried_parameters import NOT_IN_F, Parameters, tried_parameters
 from raytracer.scene.materials.material import Material
-from raytracer.scene.materials.models import MODELS, Parameter
-
-# (low, high) stands for all numbers between; one number for a colour of three that are equal.
-Parameters = Mapping[str, Any]
 
 
 class Expectation(msgspec.Struct, frozen=True):
@@ -60,7 +56,7 @@ def expectation_of(material: Material) -> Expectation | None:
 
 def _in_f(material: Material) -> Parameters:
     """The parameters that its reflectance depends on."""
-    return {name: value for name, value in material.parameters.items() if name not in _NOT_IN_F}
+    return {name: value for name, value in material.parameters.items() if name not in NOT_IN_F}
 
 
 def _is(value: Any, wanted: Any) -> bool:
@@ -71,8 +67,6 @@ def _is(value: Any, wanted: Any) -> bool:
 
 # All others are reciprocal with any parameters; these with some.
 NOT_RECIPROCAL = ("phong", "blinn", "strauss")
-# No reflectance, or the light that it is under, not the material's own.
-_NOT_IN_F = ("ka", "le", "tangent")
 _BLACK = "black"
 _END_OF_FLOAT32 = "a lobe of 1e-4: at grazing angles float32 has no more bits for its halfway vectors"
 
@@ -285,57 +279,3 @@ EXPECTATIONS: tuple[Expectation, ...] = (
     Expectation("he", True, True, "lobes of wavelength / tau, 1e-7: nothing in float32", {"tau": 1e6}, resolved=False),
     Expectation("mirror", True, True, "a delta, which is not in f: its albedo is F", law=True),
 )
-
-# Combinations of parameters that tell something, besides the ends of each range.
-COMBINATIONS: dict[str, tuple[Parameters, ...]] = {
-    "phong": ({"kd": 0.3, "ks": 0.0},),
-    "blinn": ({"kd": 0.3, "ks": 0.0},),
-    "minnaert": ({"k": 1.0}, {"k": 2.0, "rho": 1.0}),
-    "phong_normalized": tuple({"kd": 0.0, "ks": 1.0, "h": h} for h in (0.0, 1.0, 10.0, 100.0, 1e6)),
-    "blinn_normalized": tuple({"kd": 0.0, "ks": 1.0, "h": h} for h in (0.0, 1.0, 10.0, 100.0, 1e6)),
-    "oren_nayar": (
-        {"rho": 1.0, "sigma": 17.189},
-        {"rho": 1.0, "form": "short", "sigma": 11.459},
-        {"form": "short", "sigma": 90.0},
-    ),
-    "diffuse_microfacet": ({"alpha": 1.0, "rho": 1.0},),
-    "eon": ({"rho": 1.0, "roughness": 1.0}, {"rho": 1.0, "roughness": 0.1}),
-    "torrance_sparrow": ({"m": 1e-3}, {"f0": 1.0, "m": 0.1}),
-    "cook_torrance": ({"m": 1e-3}, {"f0": 1.0, "m": 0.1}),
-    "ggx": (
-        *({"f0": 1.0, "alpha": alpha} for alpha in (1e-3, 0.1, 0.5, 1.0)),
-        {"f0": 1.0, "alpha": 1.0, "masking": "separable"},
-    ),
-    "beckmann": (
-        *({"f0": 1.0, "alpha": alpha} for alpha in (1e-3, 0.1, 1.0)),
-        {"f0": 1.0, "alpha": 1.0, "smith": "rational"},
-    ),
-    "split": ({"alpha": 1e-3}, {"distribution": "beckmann", "alpha": 0.1}),
-}
-
-
-def tried_parameters(model: str) -> list[Parameters]:
-    """The model's defaults, both ends of each parameter's range, one at a time, and the combinations written down."""
-    tried: list[Parameters] = [{}]
-    for name, parameter in MODELS[model].parameters.items():
-        if name in _NOT_IN_F:
-            continue
-        condition = dict([parameter.when]) if parameter.when else {}
-        tried += [{**condition, name: end} for end in _ends(parameter)]
-    tried += COMBINATIONS.get(model, ())
-    materials = [Material(model, **parameters) for parameters in tried]
-    return [s for i, s in enumerate(tried) if materials[i] not in materials[:i]]
-
-
-def _ends(parameter: Parameter) -> Sequence[Any]:
-    match parameter.kind:
-        case "choice":
-            return parameter.choices
-        case "lobes":
-            return [()]
-        case "whole":
-            return [int(parameter.low), int(parameter.high)]
-        case "number" | "color":
-            return [parameter.low, parameter.high]
-        case _:
-            return []

@@ -7,8 +7,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from raytracer.analysis.reflectance.expectations import EXPECTATIONS, NOT_RECIPROCAL, Parameters
+from raytracer.analysis.reflectance.expectations import EXPECTATIONS, NOT_RECIPROCAL
 from raytracer.analysis.reflectance.properties import RECIPROCAL, RESOLVED, MaterialProperties
+from raytracer.analysis.reflectance.tried_parameters import Parameters
 from raytracer.analysis.reflectance.verification import Verification
 from raytracer.core.terminal import cell, say, say_table
 from raytracer.scene.materials.models import MODELS, Parameter

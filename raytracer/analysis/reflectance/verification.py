@@ -9,8 +9,9 @@ import msgspec
 import numpy as np
 
 from raytracer.analysis.reflectance.closed_forms import ALBEDOS
-from raytracer.analysis.reflectance.expectations import Expectation, Parameters, expectation_of, tried_parameters
+from raytracer.analysis.reflectance.expectations import Expectation, expectation_of
 from raytracer.analysis.reflectance.properties import DEGREES, RESOLVED, MaterialProperties, measure_material
+from raytracer.analysis.reflectance.tried_parameters import Parameters, tried_parameters
 from raytracer.core.progress import Progress
 from raytracer.formats.material_library import MaterialLibrary
 from raytracer.gpu.device import Device

@@ -94,7 +94,7 @@ def _imports_kept() -> Iterator[None]:
 
 
 def _samples(image: Image, settings: Settings) -> str:
-    """How many samples the pixels of a picture got."""
+    """The number of samples of a picture's pixels, in words."""
     fewest = most = settings.samples
     if image.samples is not None:
         fewest, most = image.samples.min(), image.samples.max()
@@ -105,7 +105,7 @@ def _samples(image: Image, settings: Settings) -> str:
 
 
 def _missed(image: Image, settings: Settings) -> str:
-    """What to say of a picture that is not, or not known to be, as accurate as was asked for; else ""."""
+    """A sentence about a picture that is not, or not known to be, as accurate as max_error asks; else ""."""
     estimate = image.estimate
     assert estimate
     if settings.max_error is None or (estimate.rmse is not None and estimate.rmse < settings.max_error):

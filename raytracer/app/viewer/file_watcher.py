@@ -1,4 +1,4 @@
-"""Noticing that a scene file, a file of its instances or a shader was saved."""
+"""A watcher of the files that decide the picture: the scene file, its companions and the shaders."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SHADERS = (".glsl", ".frag", ".vert")
 
 
 class Files:
-    """The scene file, those of its instances and all shaders, as they were at the last look."""
+    """The scene file, its companion files and all shaders, with their times and sizes at the last look."""
 
     def __init__(self, scene: Path) -> None:
         self.scene = scene
@@ -23,7 +23,7 @@ class Files:
         self.changed()
 
     def changed(self) -> bool:
-        """Whether any was saved since the last look.
+        """Whether any file was saved since the last look.
 
         Editors replace files, so one that is gone is taken to be as it was. Their hidden files,
         locks and copies, are no shaders.

@@ -22,7 +22,7 @@ _INK, _GROUND, _WRONG = (255, 255, 255, 255), (16, 16, 24, 208), (140, 16, 16, 2
 
 
 def panels(state: State, size: tuple[int, int], scale: float) -> list[tuple[NDArray[np.uint8], tuple[int, int]]]:
-    """What is to be drawn over a window of `size` pixels: (h, w, 4) uint8 arrays and their lower left pixels.
+    """Draw the panels over a window of `size` pixels: (h, w, 4) uint8 arrays, and the lower left pixel of each.
 
     `scale` is the display's: at 2 a letter has twice as many pixels. Text that does not fit is drawn smaller.
     """
