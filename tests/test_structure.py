@@ -12,8 +12,9 @@ LONGEST = 340  # lines of a file
 
 # The functions whose values are kept for as long as the process runs, and why these values stay right and few.
 CACHED = {
+    ("formats/material_library.py", "_library"): "of files of the package, which has a few hundred materials",
     ("gpu/glsl_call.py", "_definitions"): "of files of the package: a function's file never changes",
-    ("analysis/reflectance/measure.py", "_known_rule"): "of numbers alone, and at most 64",
+    ("analysis/reflectance/properties.py", "_known_rule"): "of numbers alone, and at most 64",
 }
 # The names of modules that are bound anew, or collect what comes, while the process runs, and why.
 VARIABLES = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ def published(name: str) -> Material:
     if not isinstance(name, str):
         raise InputError(f"expected {_some(collections())}, got {shown(name)}", "name")
     with within("name"):
-        return MaterialLibrary().material(str.__str__(name))
+        return _library().material(str.__str__(name))
 
 
 class MaterialLibrary:
@@ -64,6 +65,12 @@ class MaterialLibrary:
             near = did_you_mean(key, tables)
             raise InputError(f"expected a material of {collection} (such as {names}), got {shown(key)}{near}")
         return tables[key]
+
+
+@cache
+def _library() -> MaterialLibrary:
+    """The library of this process: a program may ask for a material again and again."""
+    return MaterialLibrary()
 
 
 def _some(known: list[str]) -> str:
