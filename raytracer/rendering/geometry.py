@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from raytracer.compiler.compiled_scene import compile
+from raytracer.compiler.compiled_scene import CompiledScene, compile
 from raytracer.compiler.draws import sample_at
 from raytracer.compiler.frame import make_frame
 from raytracer.formats.image import Geometry, GeometrySource
@@ -21,15 +21,13 @@ from raytracer.gpu.turns import ContextError, exclusive, is_cut_off
 from raytracer.rendering.programs import find_programs
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import place, split, tile_size
-from raytracer.scene.options import CompileOptions, SamplingOptions
-from raytracer.scene.scene import Scene
+from raytracer.scene.options import SamplingOptions
 
 
 class View(msgspec.Struct, frozen=True):
     """All that decides the geometry of a picture."""
 
-    scene: Scene
-    options: CompileOptions
+    compiled: CompiledScene
     size: tuple[int, int]
     tile: int  # the side of the largest target in pixels
 
@@ -41,7 +39,8 @@ def draw_geometry(device: Device, view: View) -> Geometry:
     """
     width, height = view.size
     # Surfaces that no ray reaches by shadows or mirrors need no lists.
-    compiled = compile(view.scene, view.options.replace(shadows="off", bounces=0))
+    options = view.compiled.options.replace(shadows="off", bounces=0)
+    compiled = compile(view.compiled.scene, options, view.compiled)
     frame = make_frame(compiled, view.size, device.limits, plane_only=False)
     geometry = Geometry(
         np.empty((height, width), np.float32),

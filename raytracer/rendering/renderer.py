@@ -89,9 +89,7 @@ class Renderer:
         width, height = size
         around = margin(options)
         tile = min(tile, self.device.limits.target - 2 * around)
-        source: Any = (
-            DrawnGeometry(self.device, View(scene, settings.compile_options, size, tile)) if geometry else None
-        )
+        source: Any = DrawnGeometry(self.device, View(compiled, size, tile)) if geometry else None
         image = Image(
             radiance=np.empty((height, width, 3), np.float32),
             depth=source,
