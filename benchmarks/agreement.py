@@ -9,7 +9,7 @@ import numpy as np
 from rich.progress import track
 
 import raytracer as rt
-from raytracer.analysis.pixel_doubt import resolution
+from raytracer.analysis.pixel_doubt import find_pixel_doubt
 from raytracer.gpu.device import shared_device
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
@@ -21,10 +21,10 @@ SIZE = (1280, 720)
 
 def differences(renderer: Renderer, scene: rt.Scene, size: tuple[int, int]) -> tuple[float, float, float, int, int]:
     """Largest relative depth error, it and the normal's over their bounds, wrong pixels, doubtful pixels."""
-    image, truth = renderer.render(scene, size, Settings()), ray_tracer.render(scene, size, Settings(shadows="off"))
+    image, truth = renderer.render(scene, size, Settings()), ray_tracer.trace(scene, size, Settings(shadows="off"))
     assert image.depth is not None and image.normal is not None
     assert truth.depth is not None and truth.normal is not None
-    resolved = resolution(scene, size)
+    resolved = find_pixel_doubt(scene, size)
     right = image.material == truth.material
     sure = ~resolved.doubtful & right & np.isfinite(truth.depth)
     depth = np.abs(image.depth[sure] - truth.depth[sure])
@@ -34,8 +34,8 @@ def differences(renderer: Renderer, scene: rt.Scene, size: tuple[int, int]) -> t
     return float(relative), *shares, int((~right & ~resolved.doubtful).sum()), int(resolved.doubtful.sum())
 
 
-def _worst(found: list[tuple[float, float, float, int, int]]) -> str:
-    relative, depth, normal, wrong, doubtful = zip(*found, strict=True)
+def _worst(rows: list[tuple[float, float, float, int, int]]) -> str:
+    relative, depth, normal, wrong, doubtful = zip(*rows, strict=True)
     shares = f"{max(depth):.2f} and {max(normal):.2f} of their bounds"
     return f"depth {max(relative):.1e}, depth and normal {shares}, wrong {sum(wrong)}, doubtful {sum(doubtful)}"
 
@@ -46,16 +46,16 @@ def main() -> None:
     print(f"{renderer.device.limits.driver}, {renderer.device.context.info['GL_VERSION']}, {platform.machine()}\n")
     assignment = scenes.assignment()
 
-    found = [differences(renderer, assignment, SIZE)]
-    print(f"assignment, 1280x720: {_worst(found)}")
-    found = [
+    rows = [differences(renderer, assignment, SIZE)]
+    print(f"assignment, 1280x720: {_worst(rows)}")
+    rows = [
         differences(renderer, scenes.random_scene(seed), (128, 72)) for seed in track(range(200), "200 random scenes")
     ]
-    print(f"200 random scenes, 128x72: {_worst(found)}")
+    print(f"200 random scenes, 128x72: {_worst(rows)}")
 
     settings = Settings(samples=16)
     picture = renderer.render(assignment, SIZE, settings).srgb8().astype(int)
-    off = np.abs(picture - ray_tracer.render(assignment, SIZE, settings).srgb8())
+    off = np.abs(picture - ray_tracer.trace(assignment, SIZE, settings).srgb8())
     print(f"assignment's picture, 16 samples, 1280x720: at most {off.max()} of 255, {(off > 2).sum()} values above 2")
 
 

@@ -14,12 +14,13 @@ from pathlib import Path
 import numpy as np
 
 import raytracer as rt
-from benchmarks.report import fill
+from benchmarks.pages import fill
 from raytracer.analysis.tradeoffs import plots
 from raytracer.analysis.tradeoffs.approximations import add_approximations
 from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Extent, plan
-from raytracer.analysis.tradeoffs.measure import Result, Trade, measure
-from raytracer.analysis.tradeoffs.report import as_csv, differences, slopes
+from raytracer.analysis.tradeoffs.data_files import as_csv
+from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs, measure_tradeoffs
+from raytracer.analysis.tradeoffs.summaries import shadow_differences, slopes
 from raytracer.core.progress import progress_bar
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
@@ -46,11 +47,13 @@ def _error(result: Result) -> str:
     return f"{result.error.rmse:.1e}" + ("" if result.resolved else " (not resolved)")
 
 
-def front(trade: Trade) -> str:
+def front(trade: Tradeoffs) -> str:
     """What nothing beats."""
-    found = sorted((result for result in trade.of(MAIN) if result.beaten_by is None), key=lambda result: result.median)
+    results = sorted(
+        (result for result in trade.of(MAIN) if result.beaten_by is None), key=lambda result: result.median
+    )
     rows = []
-    for result in found:
+    for result in results:
         configuration = result.configuration
         text = f"`{flags(fewest(configuration.settings)) or '--samples 1'}`"
         if configuration.scale != 1.0:
@@ -59,7 +62,7 @@ def front(trade: Trade) -> str:
     return _table(["settings", "ms", "samples", "error"], rows)
 
 
-def sequences(trade: Trade) -> str:
+def sequences(trade: Tradeoffs) -> str:
     """Errors of each, and slopes, on edges and under soft shadows."""
     numbers = [4, 16, 64, 256]
     hard, soft = (slopes(trade, knob) for knob in ("sequence", "sequence, soft shadows"))
@@ -75,9 +78,9 @@ def sequences(trade: Trade) -> str:
     return _table(["sequence", *(f"{n} samples" for n in numbers), "n^-p: p", "p, soft shadows"], rows)
 
 
-def shadows(trade: Trade) -> str:
+def shadows(trade: Tradeoffs) -> str:
     """Time and error of each kind, and how far it is from soft ones."""
-    apart = differences(trade)
+    apart = shadow_differences(trade)
     rows = []
     for kind in ("off", "hard", "diluted", "soft"):
         target = f"{kind} shadows"
@@ -87,10 +90,10 @@ def shadows(trade: Trade) -> str:
     return _table(["shadows", "1 sample", *(f"{n} samples" for n in (4, 16, 64)), "from soft ones"], rows)
 
 
-def exact(trade: Trade) -> str:
+def exact(trade: Tradeoffs) -> str:
     """Precision and evaluators."""
-    found = [*trade.of_knob("precision"), *trade.of_knob("evaluator")]
-    own = {result.configuration.label: result for result in found}
+    results = [*trade.of_knob("precision"), *trade.of_knob("evaluator")]
+    own = {result.configuration.label: result for result in results}
     return _table(
         ["16 samples", "ms", "error"],
         [
@@ -100,7 +103,7 @@ def exact(trade: Trade) -> str:
     )
 
 
-def approximations(trade: Trade) -> str:
+def approximations(trade: Tradeoffs) -> str:
     """What is nearly as good, and what it saves."""
     rows = []
     for name, target in trade.plan.targets.items():
@@ -117,9 +120,9 @@ def approximations(trade: Trade) -> str:
 def blind() -> str:
     """Of discs and of lines of ten pixels, anywhere, the share that no sample meets, by their width."""
     rows = []
-    for what, length, n in (("discs", 0, 4), ("discs", 0, 16), ("discs", 0, 64), ("lines, 10 pixels long", 10, 16)):
+    for shape, length, n in (("discs", 0, 4), ("discs", 0, 16), ("discs", 0, 64), ("lines, 10 pixels long", 10, 16)):
         missed = [_missed(width / math.sqrt(n), length, n) for width in _WIDTHS]
-        rows.append([what, str(n), f"{1.0 / math.sqrt(n):g}", *(f"{share:.0%}" for share in missed)])
+        rows.append([shape, str(n), f"{1.0 / math.sqrt(n):g}", *(f"{share:.0%}" for share in missed)])
     return _table(["", "samples", "spacing, pixels", *(f"{width:g} of it wide" for width in _WIDTHS)], rows)
 
 
@@ -151,12 +154,12 @@ def results() -> dict[str, str]:
     }
 
 
-def measured(name: str, size: tuple[int, int], rounds: int, extent: Extent, folder: Path) -> dict[str, str]:
+def measure_tables(name: str, size: tuple[int, int], rounds: int, extent: Extent, folder: Path) -> dict[str, str]:
     """The other tables; plots and all that was tried go into a folder."""
     scene, renderer = rt.load(name), Renderer(shared_device())
     planned = plan(scene, extent)
     add_approximations(planned, scene, extent, renderer)
-    trade = measure(scene, planned, renderer, size, rounds, progress_bar, source="gpu")
+    trade = measure_tradeoffs(scene, planned, renderer, size, rounds, progress_bar, method="gpu")
     folder.mkdir(exist_ok=True)
     (folder / "trade.csv").write_text(as_csv(trade))
     drawn = {
@@ -184,7 +187,7 @@ def main() -> None:
     tables = results()
     if not options.results:
         size = options.size[0], options.size[1]
-        tables |= measured(
+        tables |= measure_tables(
             options.scene, size, options.rounds, QUICK if options.quick else FULL, options.docs / "choosing"
         )
     page = options.docs / "choosing.md"

@@ -49,23 +49,23 @@ def by_process(name: str, seconds: float) -> Estimate:
     return Estimate(float(text["Samples"]), float(text["Seconds"]), rmse)
 
 
-def row(renderer: Renderer, name: str, seconds: float, runs: int, new: bool) -> str:
+def table_row(renderer: Renderer, name: str, seconds: float, runs: int, new: bool) -> str:
     """A line of the table."""
     kept = 0
-    found: list[Estimate] = []
+    estimates: list[Estimate] = []
     passes: list[float] = []
     for _ in range(runs):
         passes.append(in_process(renderer, name, None).seconds)
-        found.append(by_process(name, seconds) if new else in_process(renderer, name, seconds))
-        kept += found[-1].seconds <= seconds + passes[-1]
-    took = [each.seconds for each in found]
-    errors = [each.rmse for each in found if each.rmse is not None]
+        estimates.append(by_process(name, seconds) if new else in_process(renderer, name, seconds))
+        kept += estimates[-1].seconds <= seconds + passes[-1]
+    took = [each.seconds for each in estimates]
+    errors = [each.rmse for each in estimates if each.rmse is not None]
     error = f"{median(errors):.2g}" if errors else "unknown"
     if 0 < len(errors) < runs:
         error += f", unknown of {runs - len(errors)}"
     return (
         f"| {name}{', new' if new else ''} | {seconds:g} s | {median(passes):.3f} s | {median(took):.3f} s "
-        f"| {max(took):.3f} s | {kept} of {runs} | {median(each.samples for each in found):.1f} | {error} |"
+        f"| {max(took):.3f} s | {kept} of {runs} | {median(each.samples for each in estimates):.1f} | {error} |"
     )
 
 
@@ -90,7 +90,7 @@ def main() -> None:
     cases = [(name, new, seconds) for name in SCENES for new, all_times in times for seconds in all_times]
     for name, new, seconds in track(cases, "cases"):
         in_process(renderer, name, None)  # compiles
-        lines.append(row(renderer, name, seconds, options.runs, new))
+        lines.append(table_row(renderer, name, seconds, options.runs, new))
     text = "\n".join(lines) + "\n"
     (options.output / "deadlines.md").write_text(text)
     print(text)

@@ -36,7 +36,7 @@ def _rms(image: Image, truth: NDArray[np.floating]) -> float:
     return float(np.sqrt(np.mean((image.radiance.astype(float) - truth) ** 2)))
 
 
-def measured(renderer: Renderer, seed: int, check: bool) -> dict[str, float | int | str]:
+def measure_scene(renderer: Renderer, seed: int, check: bool) -> dict[str, float | int | str]:
     """A row of the table. Ratios are nan where there is no error at all."""
     scene, shadows = unseen(seed)
 
@@ -67,7 +67,7 @@ def measured(renderer: Renderer, seed: int, check: bool) -> dict[str, float | in
     return {key: round(value, 6) if isinstance(value, float) else value for key, value in row.items()}
 
 
-def report(rows: list[dict[str, str]]) -> str:
+def as_markdown(rows: list[dict[str, str]]) -> str:
     """The table as Markdown."""
     lines = [
         "# How well pictures know their error",
@@ -120,13 +120,13 @@ def main() -> None:
     columns = ["seed", "shadows", *(f"ratio {n}" for n in SAMPLES)]
     columns += ["asked", "true", "said", "samples", "other truth 16", "seconds"]
     for seed in track(seeds, "scenes"):
-        row = measured(Renderer(shared_device()), seed, seed % options.check == 0)
+        row = measure_scene(Renderer(shared_device()), seed, seed % options.check == 0)
         rows.append({key: str(row.get(key, "")) for key in columns})
         with path.open("w", newline="") as file:
             writer = csv.DictWriter(file, columns)
             writer.writeheader()
             writer.writerows(rows)
-    text = report(rows)
+    text = as_markdown(rows)
     (options.output / "estimates.md").write_text(text)
     print(text)
 

@@ -31,7 +31,7 @@ def milliseconds(act: Callable[[], None]) -> float:
     return 1000.0 * (time.perf_counter() - begin)
 
 
-def measure(viewer: Viewer) -> None:
+def measure_frames(viewer: Viewer) -> None:
     glfw.swap_interval(0)
     while viewer.frame() > 0.0:
         glfw.poll_events()
@@ -59,8 +59,8 @@ def measure(viewer: Viewer) -> None:
     print(f"{info['GL_RENDERER']}, {info['GL_VERSION']}, {platform.machine()}, {os.cpu_count()} cores")
     print(f"{viewer.state.scene.name}, {SIZE[0]}x{SIZE[1]}, {ROUNDS * FRAMES} frames each, milliseconds\n")
     print("| | median | 99th percentile |\n|---|---|---|")
-    for what, times in (("frame while the light moves", frames), ("bare passes and swap", passes)):
-        print(f"| {what} | {median(times):.1f} | {quantiles(times, n=100)[-1]:.1f} |")
+    for label, times in (("frame while the light moves", frames), ("bare passes and swap", passes)):
+        print(f"| {label} | {median(times):.1f} | {quantiles(times, n=100)[-1]:.1f} |")
     print(f"\nratio of the medians: {median(frames) / median(passes):.2f}")
 
 
@@ -69,7 +69,7 @@ def main() -> None:
     name = sys.argv[1] if len(sys.argv) > 1 else "assignment"
     if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
         with opened(name, EMPTY, SIZE, budget=1e9) as viewer:
-            measure(viewer)
+            measure_frames(viewer)
         return
     with x_server(*SIZE) as display:
         command = (sys.executable, "-m", "benchmarks.frames", name)

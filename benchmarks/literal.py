@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 
 import raytracer as rt
-from benchmarks.measure import Picture, Size
+from benchmarks.bench import Picture, Size
 from raytracer.compiler.glsl.preprocessor import assemble
 from raytracer.formats.srgb import encode_srgb8
 from raytracer.gpu.gl import release, set_uniforms

@@ -32,8 +32,8 @@ def version() -> str | None:
     if not shutil.which("povray"):
         return None
     done = finished("povray", "--version")
-    found = re.search(r"POV-Ray (3\S*)", done.stdout + done.stderr)
-    return found[1] if found else "of an unknown version"
+    match = re.search(r"POV-Ray (3\S*)", done.stdout + done.stderr)
+    return match[1] if match else "of an unknown version"
 
 
 def run(text: str, size: tuple[int, int], samples: int) -> tuple[NDArray[np.uint8], float]:

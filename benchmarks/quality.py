@@ -2,7 +2,7 @@
 
 python -m benchmarks.quality [--rounds N] [--only SCENE ...] [--truths FOLDER] [-o FOLDER] [--readme]
 
-Pictures of all qualities are rendered in turns. The truth they are compared with is a picture of another sequence of
+Pictures of all qualities are rendered in turns. They are compared with a reference, a picture of another sequence of
 samples, "r2", which takes minutes: in FOLDER it is kept for the next run. It has errors of its own, and its points on
 lights of soft shadows are the same, so what is measured of a picture with nearly as many samples says little. With
 --readme the table is put into README.md, too. Of scenes that are not among --only the last results are kept.
@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import raytracer as rt
-from benchmarks.measure import Bench
-from benchmarks.report import fill, machine
+from benchmarks.bench import Bench
+from benchmarks.pages import fill, machine_lines
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.options import Shadows
@@ -31,7 +31,7 @@ from raytracer.scene.settings_patch import QUALITIES, flags
 
 
 class _Case(NamedTuple):
-    """How a scene is rendered, and the samples of its truth: as many as some minutes allow."""
+    """How a scene is rendered, and the samples of its reference: as many as some minutes allow."""
 
     shadows: Shadows
     samples: int
@@ -47,7 +47,7 @@ SCENES = {
 _LONG = 10.0
 
 
-class Row(NamedTuple):
+class QualityRow(NamedTuple):
     """A quality on a scene."""
 
     scene: str
@@ -58,7 +58,7 @@ class Row(NamedTuple):
     error: float
 
 
-def truth(renderer: Renderer, name: str, folder: Path | None) -> NDArray[np.float32]:
+def reference(renderer: Renderer, name: str, folder: Path | None) -> NDArray[np.float32]:
     """The radiance of a scene's picture that has converged, as far as it has."""
     shadows, samples, size = SCENES[name]
     file = folder / f"{name}-{samples}.npy" if folder else None
@@ -71,37 +71,37 @@ def truth(renderer: Renderer, name: str, folder: Path | None) -> NDArray[np.floa
     return radiance
 
 
-def rows(renderer: Renderer, name: str, rounds: int, right: NDArray[np.float32]) -> list[Row]:
+def rows(renderer: Renderer, name: str, rounds: int, right: NDArray[np.float32]) -> list[QualityRow]:
     """All qualities on one scene, in turns."""
     scene = rt.load(name)
     shadows = SCENES[name].shadows
     settings = {quality: patch.replace(shadows=shadows).resolve() for quality, patch in QUALITIES.items()}
-    found: dict[str, tuple[rt.Image, list[float]]] = {}
+    pictures: dict[str, tuple[rt.Image, list[float]]] = {}
     for k in range(rounds):
         for quality, each in settings.items():
-            if k and found[quality][1][0] > _LONG:
+            if k and pictures[quality][1][0] > _LONG:
                 continue
             if not k:  # compiles
                 few = msgspec.structs.replace(each, samples=min(each.samples, 16))
                 renderer.render(scene, SCENES[name].size, few, geometry=False)
             begin = time.perf_counter()
             image = renderer.render(scene, SCENES[name].size, each, geometry=False)
-            found.setdefault(quality, (image, []))[1].append(time.perf_counter() - begin)
+            pictures.setdefault(quality, (image, []))[1].append(time.perf_counter() - begin)
     result = []
-    for quality, (image, times) in found.items():
+    for quality, (image, times) in pictures.items():
         assert image.estimate
         error = float(np.sqrt(np.mean((image.radiance - right) ** 2, dtype=float)))
-        row = Row(name, quality, median(times), image.estimate.samples, image.estimate.rmse, error)
+        row = QualityRow(name, quality, median(times), image.estimate.samples, image.estimate.rmse, error)
         print(*row, len(times), sep=", ", flush=True)
         result.append(row)
     return result
 
 
-def known(path: Path, name: str) -> list[Row]:
-    """What was measured of a scene the last time."""
+def last_rows(path: Path, name: str) -> list[QualityRow]:
+    """The rows of a scene in the last results."""
     with path.open(newline="") as file:
         return [
-            Row(
+            QualityRow(
                 row["scene"],
                 row["quality"],
                 float(row["seconds"]),
@@ -114,13 +114,13 @@ def known(path: Path, name: str) -> list[Row]:
         ]
 
 
-def table(found: list[Row]) -> str:
+def table(rows: list[QualityRow]) -> str:
     """Markdown: a row for each quality, with time, samples, estimate and error on each scene."""
-    names = list(dict.fromkeys(row.scene for row in found))
+    names = list(dict.fromkeys(row.scene for row in rows))
     head = " | ".join(f"`{name}`, {_says(SCENES[name])}" for name in names)
     lines = [f"| quality | the same as | {head} |", "|---|---|" + "---|" * len(names)]
     for quality, patch in QUALITIES.items():
-        by_scene = {row.scene: row for row in found if row.quality == quality}
+        by_scene = {row.scene: row for row in rows if row.quality == quality}
         lines.append(f"| `{quality}` | `{flags(patch)}` | {' | '.join(_cell(by_scene[name]) for name in names)} |")
     return "\n".join(lines)
 
@@ -129,7 +129,7 @@ def _says(case: _Case) -> str:
     return f"{case.size[0]}x{case.size[1]}{', soft shadows' if case.shadows == 'soft' else ''}"
 
 
-def _cell(row: Row) -> str:
+def _cell(row: QualityRow) -> str:
     estimate = "unknown" if row.estimate is None else f"{row.estimate:.1e}"
     seconds = f"{row.seconds:.2g}" if row.seconds < 10.0 else f"{row.seconds:.0f}"
     samples = f"{row.samples:.1f}".removesuffix(".0")
@@ -147,13 +147,13 @@ def main() -> None:
     options = parser.parse_args()
     renderer = Renderer(shared_device())
     start = time.perf_counter()
-    found: list[Row] = []
+    all_rows: list[QualityRow] = []
     for name in SCENES:
         if name in options.only:
-            found += rows(renderer, name, options.rounds, truth(renderer, name, options.truths))
+            all_rows += rows(renderer, name, options.rounds, reference(renderer, name, options.truths))
         else:
-            found += known(options.output / "quality.csv", name)
-    truths = ", ".join(f"{case.samples} of {name}" for name, case in SCENES.items())
+            all_rows += last_rows(options.output / "quality.csv", name)
+    references = ", ".join(f"{case.samples} of {name}" for name, case in SCENES.items())
     lines = [
         "# What a quality costs",
         "",
@@ -161,21 +161,21 @@ def main() -> None:
         f"medians of {options.rounds} pictures, in turns, without compilation, geometry and the file's writing; one",
         f"picture where it takes more than {_LONG:.0f} s. Samples a pixel are means. The error is the root mean square",
         "difference to a picture of another sequence of samples (r2), which has an error of its own; in parentheses is",
-        f"what the picture itself estimates. Samples of those pictures: {truths}. Of the last,",
+        f"what the picture itself estimates. Samples of those pictures: {references}. Of the last,",
         "whose errors are those of glints in few pixels, it is off by about 1e-3 itself.",
         "",
-        machine(Bench(renderer, SCENES[options.only[0]].size, options.rounds)),
+        machine_lines(Bench(renderer, SCENES[options.only[0]].size, options.rounds)),
         "",
-        table(found),
+        table(all_rows),
     ]
     text = "\n".join(lines) + "\n"
     print(text)
     (options.output / "quality.md").write_text(text)
     file = io.StringIO()
-    csv.writer(file).writerows([Row._fields, *found])
+    csv.writer(file).writerows([QualityRow._fields, *all_rows])
     (options.output / "quality.csv").write_text(file.getvalue())
     if options.readme:
-        fill(Path("README.md"), "quality", table(found))
+        fill(Path("README.md"), "quality", table(all_rows))
     print(f"wrote {options.output / 'quality.md'} in {time.perf_counter() - start:.0f} s")
 
 

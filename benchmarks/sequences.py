@@ -28,7 +28,7 @@ from raytracer.scene.sequences import (
 SIZE = 128, 128
 # Those that a grid can have, too.
 SAMPLES = 4, 16, 64, 256, 1024
-# Those by which the scrambles in sampling.py were chosen.
+# The numbers of samples by which the scrambles in `raytracer/scene/sequences.py` were chosen.
 FIRST = 2, 3, 4, 8, 16, 32, 64
 UNIT = 2.0**-24
 
@@ -86,7 +86,9 @@ def mean(errors: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.exp(np.log(errors).mean(axis=-1))
 
 
-def report(found: dict[SampleSequence, list[float]], chosen: NDArray[np.float64], others: NDArray[np.float64]) -> str:
+def as_markdown(
+    errors_by_sequence: dict[SampleSequence, list[float]], chosen: NDArray[np.float64], others: NDArray[np.float64]
+) -> str:
     """The tables as Markdown. `chosen` (2, FIRST), `others` (pairs, 2, FIRST)."""
     lines = [
         "# Where samples lie, and what an edge makes of it",
@@ -97,7 +99,7 @@ def report(found: dict[SampleSequence, list[float]], chosen: NDArray[np.float64]
         f"| sequence | {' | '.join(f'{n} samples' for n in SAMPLES)} | p |",
         "|---" * (len(SAMPLES) + 2) + "|",
     ]
-    for sequence, errors in found.items():
+    for sequence, errors in errors_by_sequence.items():
         fit = slope(SAMPLES, errors)
         assert fit
         lines.append(f"| `{sequence}` | {' | '.join(f'{error:.2e}' for error in errors)} | {fit[0]:.2f} |")
@@ -124,10 +126,12 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
     options = parser.parse_args()
     edges = Edges(SIZE[0] * SIZE[1])
-    found: dict[SampleSequence, list[float]] = {sequence: of_sequence(edges, sequence) for sequence in SEQUENCES}
+    errors_by_sequence: dict[SampleSequence, list[float]] = {
+        sequence: of_sequence(edges, sequence) for sequence in SEQUENCES
+    }
     pairs = np.random.default_rng(1).integers(0, 2**32, (options.pairs, 2)).tolist()
     others = np.stack([of_scrambles(edges, (x, y)) for x, y in track(pairs, "pairs")])
-    text = report(found, of_scrambles(edges, _SCRAMBLES), others)
+    text = as_markdown(errors_by_sequence, of_scrambles(edges, _SCRAMBLES), others)
     (options.output / "sequences.md").write_text(text)
     print(text)
 

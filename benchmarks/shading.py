@@ -12,8 +12,8 @@ import msgspec
 from rich.progress import track
 
 import raytracer as rt
-from benchmarks.measure import FRAMES, Bench
-from benchmarks.report import machine
+from benchmarks.bench import FRAMES, Bench
+from benchmarks.pages import machine_lines
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials.models import SHADINGS
@@ -34,7 +34,7 @@ def costs(bench: Bench, scene: rt.Scene) -> dict[str, float]:
     what = {model: (scene, Settings(shading=model)) for model in SHADINGS}
     what["phong, soft shadows"] = _round_light(scene), Settings(shading="phong", shadows="soft")
     phong = what.pop("phong")
-    found = {}
+    ratios = {}
     for name, case in track(what.items(), "models"):
         times: tuple[list[float], list[float]] = [], []
         for each in (case, phong):
@@ -42,8 +42,8 @@ def costs(bench: Bench, scene: rt.Scene) -> dict[str, float]:
         for _ in range(bench.rounds):
             for k, each in enumerate((case, phong)):
                 times[k].extend(bench.frame(*each) for _ in range(FRAMES))
-        found[name] = median(times[0]) / median(times[1])
-    return found
+        ratios[name] = median(times[0]) / median(times[1])
+    return ratios
 
 
 def main() -> None:
@@ -54,20 +54,21 @@ def main() -> None:
     options = parser.parse_args()
     bench = Bench(Renderer(shared_device()), SIZE, options.rounds)
     start = time.perf_counter()
-    found = costs(bench, rt.load("assignment"))
+    with bench.context:
+        ratios = costs(bench, rt.load("assignment"))
     lines = [
         "# What shading costs",
         "",
         "Written by `python -m benchmarks.shading`: frames of the assignment at 1280x720, 1 sample, hard shadows, all",
         f"materials made the model's (`--shading`); each in turns with Phong, medians of {FRAMES * bench.rounds}.",
         "",
-        machine(bench),
+        machine_lines(bench),
         "",
         "| shading | times Phong's |",
         "|---|---|",
-        *(f"| {name} | {ratio:.2f} |" for name, ratio in found.items()),
+        *(f"| {name} | {ratio:.2f} |" for name, ratio in ratios.items()),
         "",
-        f"Asked: `ggx` at most {ASKED}: {'kept' if found['ggx'] <= ASKED else 'not kept'}.",
+        f"Asked: `ggx` at most {ASKED}: {'kept' if ratios['ggx'] <= ASKED else 'not kept'}.",
     ]
     text = "\n".join(lines) + "\n"
     print(text)

@@ -9,10 +9,11 @@ import sys
 from pathlib import Path
 from statistics import median
 
-from benchmarks.measure import FRAMES, Bench
+from benchmarks.bench import FRAMES, Bench
+from benchmarks.pages import machine_lines
 from benchmarks.povray import UnavailableError
-from benchmarks.report import Result, as_csv, as_markdown, machine, name
-from benchmarks.rows import ROWS, SCENES
+from benchmarks.speed_page import TimedRow, as_csv, as_markdown, stem_of
+from benchmarks.speed_rows import ROWS, SCENES
 from raytracer import InputError, Settings, ShaderError
 from raytracer.core.output import check_folder, written_whole
 from raytracer.core.progress import progress_bar
@@ -41,7 +42,7 @@ def main() -> int:
     check_folder(folder)
     bench = Bench(Renderer(shared_device()), _SIZE, options.rounds)
     rows = [row for row in ROWS if row.group in (options.rows or [row.group])]
-    results: list[Result] = []
+    results: list[TimedRow] = []
     with bench.context, progress_bar("measuring") as progress:
         for i, row in enumerate(rows):
             try:
@@ -51,14 +52,14 @@ def main() -> int:
             if progress:
                 progress(i + 1, len(rows))
         rates = [] if bench.software else _rates(bench)
-    text = as_markdown(results, rates, machine(bench), bench)
-    stem = name(bench)
+    text = as_markdown(results, rates, machine_lines(bench), bench)
+    stem = stem_of(bench)
     for suffix, content in ((".md", text), (".csv", as_csv(results))):
         path = folder / (stem + suffix)
         with written_whole(path) as file:
             file.write(content.encode())
     print(f"{text}\nwrote {folder / stem}.md and .csv")
-    return 0 if all(isinstance(found, str) or found.agreement.right for _, found in results) else 1
+    return 0 if all(isinstance(timing, str) or timing.agreement.right for _, timing in results) else 1
 
 
 def _reason(error: Exception) -> str:
@@ -69,7 +70,7 @@ def _reason(error: Exception) -> str:
 def _rates(bench: Bench) -> list[tuple[str, ...]]:
     """What is drawn, and at each of the large sizes its frames a second, or why there are none."""
     lines = []
-    for what, (scene, samples) in SCENES.items():
+    for work, (scene, samples) in SCENES.items():
         made, settings, cells = scene(), Settings(samples=samples), []
         for size in _LARGE:
             try:
@@ -78,7 +79,7 @@ def _rates(bench: Bench) -> list[tuple[str, ...]]:
                 cells.append(f"{1.0 / seconds:.0f}")
             except _NOT_AVAILABLE as error:
                 cells.append(f"not available: {_reason(error)}")
-        lines.append((what, *cells))
+        lines.append((work, *cells))
     return lines
 
 

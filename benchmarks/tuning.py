@@ -16,8 +16,8 @@ import numpy as np
 
 import raytracer as rt
 from benchmarks.scenes import BLUE, GREEN, GREY, RED
-from raytracer.analysis.tradeoffs.measure import machine
-from raytracer.analysis.tradeoffs.trials import Measured, Stage
+from raytracer.analysis.machine import describe_machine
+from raytracer.analysis.tradeoffs.trials import Trial, Trials
 from raytracer.analysis.tradeoffs.tune import asked, grid, tune
 from raytracer.core.output import check_folder, written_whole
 from raytracer.core.progress import Progress, progress_bar
@@ -36,13 +36,13 @@ _PLAIN, _ADAPTIVE = 2, 8
 _CLOSE = 1.5
 
 
-class Row(NamedTuple):
+class TuningRow(NamedTuple):
     """What was found on a scene."""
 
     scene: str
     error: float
-    pick: Measured | None
-    best: Measured
+    pick: Trial | None
+    best: Trial
     candidates: int
     seconds: float  # that tune took
 
@@ -73,35 +73,35 @@ def random_scene(seed: int) -> rt.Scene:
     )
 
 
-def compared(renderer: Renderer, scene: rt.Scene, samples: int, size: tuple[int, int], rounds: int) -> Row:
+def compared(renderer: Renderer, scene: rt.Scene, samples: int, size: tuple[int, int], rounds: int) -> TuningRow:
     """Tune's pick and the sweep's, for the error of a plain picture of so many samples."""
     base = Settings()
-    stage = Stage(renderer, scene, base, size)
-    stage.refer(2 * samples)
+    trials = Trials(renderer, scene, base, size)
+    trials.refer(2 * samples)
     # A little above it, so that it does not hang on the last digit whether that picture meets it.
-    error = 1.05 * stage.measure(Settings(samples=samples)).error
+    error = 1.05 * trials.measure(Settings(samples=samples)).error
     begin = time.perf_counter()
-    found = tune(renderer, scene, size, base, max_error=error)
+    tuned = tune(renderer, scene, size, base, max_error=error)
     took = time.perf_counter() - begin
     candidates = [
         settings
         for settings in grid(base)
         if settings.samples <= (_PLAIN if settings.adaptive is None else _ADAPTIVE) * samples
     ]
-    swept = [stage.measure(settings) for settings in candidates + asked(base, error)]
-    met = stage.in_turns((each for each in swept if each.error <= error), 3)
+    swept = [trials.measure(settings) for settings in candidates + asked(base, error)]
+    met = trials.in_turns((each for each in swept if each.error <= error), 3)
     least = min(each.least for each in met)
     close = [each for each in met if each.least <= _CLOSE * least]
     swept_settings = {each.settings for each in close}
-    if found.pick and found.pick.settings not in swept_settings:
-        close.append(found.pick)
-    again = stage.in_turns(close, rounds)
-    pick = next((each for each in again if found.pick and each.settings == found.pick.settings), None)
+    if tuned.pick and tuned.pick.settings not in swept_settings:
+        close.append(tuned.pick)
+    again = trials.in_turns(close, rounds)
+    pick = next((each for each in again if tuned.pick and each.settings == tuned.pick.settings), None)
     best = min((each for each in again if each.settings in swept_settings), key=lambda each: each.least)
-    return Row(scene.name, error, pick, best, len(swept), took)
+    return TuningRow(scene.name, error, pick, best, len(swept), took)
 
 
-def as_markdown(rows: list[Row], renderer: Renderer, size: tuple[int, int], rounds: int) -> str:
+def as_markdown(rows: list[TuningRow], renderer: Renderer, size: tuple[int, int], rounds: int) -> str:
     """The report."""
     kept, by_least = (sum(getattr(row, name) <= ASKED for row in rows) for name in ("ratio", "least_ratio"))
     lines = [
@@ -109,7 +109,7 @@ def as_markdown(rows: list[Row], renderer: Renderer, size: tuple[int, int], roun
         "",
         f"Written by `python -m benchmarks.tuning`: {size[0]}x{size[1]}, medians of {rounds} rounds, in turns.",
         "",
-        *(f"- {key}: {value}" for key, value in machine(renderer).items()),
+        *(f"- {key}: {value}" for key, value in describe_machine(renderer).items()),
         "",
         "| scene | asked for | tune's pick | ms | error | the sweep's | ms | error | of | ratio | shortest | took |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|",
@@ -131,8 +131,8 @@ def as_markdown(rows: list[Row], renderer: Renderer, size: tuple[int, int], roun
     return "\n".join(lines) + "\n"
 
 
-def _cells(found: Measured) -> str:
-    return f"`{flags(fewest(found.settings)) or '--samples 1'}` | {1e3 * found.seconds:.1f} | {found.error:.2g}"
+def _cells(trial: Trial) -> str:
+    return f"`{flags(fewest(trial.settings)) or '--samples 1'}` | {1e3 * trial.seconds:.1f} | {trial.error:.2g}"
 
 
 def main() -> None:
@@ -148,7 +148,7 @@ def main() -> None:
     size = options.size[0], options.size[1]
     scenes = [rt.load(name) for name in ("assignment", "materials", "many")]
     scenes = [scenes[0], *map(random_scene, range(7)), *scenes[1:]][: options.scenes]
-    rows: list[Row] = []
+    rows: list[TuningRow] = []
     text = ""
     progress: Progress | None
     with progress_bar("tuning") as progress:

@@ -123,7 +123,7 @@ def __getattr__(name: str) -> Any:
     if module is None:
         # With both, Python asks whether a near name of dir() was meant.
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}", name=name, obj=sys.modules[__name__])
-    # A function comes with the class of what it returns.
+    # A function comes with the class of its result.
     names = _SCENES | {each: place for each, place in _PICTURES.items() if place == module}
     for each, place in names.items():
         globals()[each] = getattr(import_module(f"raytracer.{place}"), each)

@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 
 import raytracer as rt
-from raytracer.analysis.pixel_doubt import Resolution, resolution
+from raytracer.analysis.pixel_doubt import PixelDoubt, find_pixel_doubt
 from raytracer.formats.image import Image
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import TILE, Renderer
@@ -22,7 +22,7 @@ def assert_same(renderer: Renderer, one: Image, other: Image) -> None:
             np.testing.assert_allclose(a, b, rtol=1e-5, atol=1e-5, err_msg=name)
 
 
-def assert_agrees(image: Image, truth: Image, resolved: Resolution, doubt: float = 0.01) -> None:
+def assert_agrees(image: Image, truth: Image, resolved: PixelDoubt, doubt: float = 0.01) -> None:
     """What `image` shows is what `truth` does, to the bound that its numbers' rounding leaves at each pixel.
 
     No more than a share `doubt` of the pixels may be doubtful.
@@ -41,7 +41,7 @@ def assert_agrees(image: Image, truth: Image, resolved: Resolution, doubt: float
 def check_truth(renderer: Renderer, scene: rt.Scene, size: tuple[int, int], settings: Settings) -> None:
     """The GPU's picture agrees with the float64 reference."""
     image = renderer.render(scene, size, settings)
-    assert_agrees(image, ray_tracer.render(scene, size, settings), resolution(scene, size, settings.precision))
+    assert_agrees(image, ray_tracer.trace(scene, size, settings), find_pixel_doubt(scene, size, settings.precision))
     assert np.isfinite(image.radiance).all() and (image.radiance >= 0).all()
 
 
@@ -69,7 +69,7 @@ def check_cells(
     expected = renderer.render(scene, size, walk, geometry=False).radiance
     if "llvmpipe" in renderer.device.limits.driver:
         np.testing.assert_array_equal(cells, expected)
-        only = renderer.render(scene, size, settings, geometry=False, tile=tile, only=True).radiance
+        only = renderer.render(scene, size, settings, geometry=False, tile=tile, single_picture=True).radiance
         np.testing.assert_array_equal(only, expected)
     else:  # other compilers may contract a product and a sum in one of two programs, and not in the other
         np.testing.assert_allclose(cells, expected, rtol=0, atol=1e-6)

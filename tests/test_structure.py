@@ -17,7 +17,6 @@ CACHED = {
 }
 # The names of modules that are bound anew, or collect what comes, while the process runs, and why.
 VARIABLES = {
-    ("core/output.py", "written"): "the files that a command has written, which it names when it is interrupted",
     ("gpu/context.py", "_loaders"): "what OpenGL's functions were loaded by, which must outlive every context",
     ("gpu/device.py", "_shared"): "the devices that rt.render() and glsl.call() share",
     ("gpu/turns.py", "_process"): "which thread of this process draws, anew after a fork",

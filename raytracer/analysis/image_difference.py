@@ -1,9 +1,15 @@
-"""Measures of how far two pictures are apart, in linear radiance."""
+"""Metrics of how far two pictures are apart, in linear radiance.
+
+A new metric is a field of Comparison and an entry of METRICS, which say how the number is measured and shown. The
+option, the JSON and the table of `raytracer compare` follow from them. `compare` gets a keyword for a metric that is
+measured only where a caller asks.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, Protocol
+from collections.abc import Callable, Collection
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -68,10 +74,11 @@ def compare(
     threshold = number(threshold, "threshold", 0.0, expected="a finite number of at least 0 (linear radiance)")
     if flip is not None:
         check_choice(flip, "flip", ("ldr", "hdr"), expected="ldr, hdr or None")
-    return measure(_picture(a, "a"), _picture(b, "b"), threshold, flip)
+    asked, span = ((), "ldr") if flip is None else (("flip",), flip)
+    return measure_difference(_picture(a, "a"), _picture(b, "b"), threshold, asked, span)
 
 
-class Rows(Protocol):
+class PictureRows(Protocol):
     """A picture (H, W, 3) of finite linear radiance, of which rows are read by a slice: an array, or a file's."""
 
     @property
@@ -79,10 +86,29 @@ class Rows(Protocol):
     def __getitem__(self, rows: slice, /) -> NDArray[Any]: ...
 
 
-def measure(a: Rows, b: Rows, threshold: float, flip: Literal["ldr", "hdr"] | None) -> Comparison:
-    """Compare as `compare` does. Beside the pictures there are only some of their rows in memory, but with `flip`.
+# The radiance that counts: within [0, 1], as a screen shows it, or all.
+Span = Literal["ldr", "hdr"]
 
-    Raises InputError for pictures of two sizes, and if the package for `flip` is missing.
+
+class Metric(NamedTuple):
+    """A metric: the field of a Comparison with its value, and `row`, a label and the value as text.
+
+    A metric with `measure` is measured only where a caller asks, of whole pictures; `help` is the text of its option.
+    """
+
+    field: str
+    row: Callable[[Comparison], tuple[str, str]]
+    help: str = ""
+    measure: Callable[[PictureRows, PictureRows, Span], float] | None = None
+
+
+def measure_difference(
+    a: PictureRows, b: PictureRows, threshold: float, asked: Collection[str] = (), span: Span = "ldr"
+) -> Comparison:
+    """Compare checked pictures by all metrics that are always measured, and by those whose fields are `asked` for.
+
+    Without the latter, only some rows of the pictures are in memory at a time. Raises InputError for pictures of two
+    sizes, and if a package that a metric needs is missing.
     """
     if a.shape != b.shape:
         raise InputError(f"expected pictures of one size, got {size_of(a)} and {size_of(b)}")
@@ -107,11 +133,23 @@ def measure(a: Rows, b: Rows, threshold: float, flip: Literal["ldr", "hdr"] | No
         relative=rmse / root if root else None,
         threshold=threshold,
         over=over / (height * width),
-        flip=_flip(a, b, flip) if flip else None,
+        **{metric.field: metric.measure(a, b, span) for metric in METRICS if metric.measure and metric.field in asked},
     )
 
 
-def difference(a: Rows, b: Rows) -> Image:
+def as_json(comparison: Comparison) -> dict[str, Any]:
+    """All fields of a comparison; an infinite one is None, as JSON has no infinity."""
+    fields = {name: getattr(comparison, name) for name in comparison.__struct_fields__}
+    return {name: None if value == math.inf else value for name, value in fields.items()}
+
+
+def as_rows(comparison: Comparison) -> list[tuple[str, str]]:
+    """A label and a text for each metric that was measured."""
+    asked = [metric for metric in METRICS if not metric.measure or getattr(comparison, metric.field) is not None]
+    return [metric.row(comparison) for metric in asked]
+
+
+def difference(a: PictureRows, b: PictureRows) -> Image:
     """The picture of where `a` and `b` differ: by SCALE."""
     radiance = np.empty(a.shape, np.float32)
     for rows in row_blocks(a.shape):
@@ -122,7 +160,7 @@ def difference(a: Rows, b: Rows) -> Image:
     return Image(radiance, metadata=about)
 
 
-def size_of(picture: Rows) -> str:
+def size_of(picture: PictureRows) -> str:
     """As in 320x180."""
     height, width = picture.shape[:2]
     return f"{width}x{height}"
@@ -145,7 +183,7 @@ def _pixel(values: Any, keys: Keys) -> tuple[float, float, float]:
     return vector(values, keys, -MAX_RADIANCE, MAX_RADIANCE, "3 finite numbers (linear RGB)")
 
 
-def _flip(a: Rows, b: Rows, kind: Literal["ldr", "hdr"]) -> float:
+def _flip(a: PictureRows, b: PictureRows, span: Span) -> float:
     try:
         import flip_evaluator
     except ImportError:
@@ -153,10 +191,35 @@ def _flip(a: Rows, b: Rows, kind: Literal["ldr", "hdr"]) -> float:
             "FLIP needs flip-evaluator, which is not installed: pip install 'roth-raytracer[flip]'"
         ) from None
     # It takes no negative radiance, and no pictures that are not contiguous.
-    most = 1.0 if kind == "ldr" else MAX_RADIANCE
+    most = 1.0 if span == "ldr" else MAX_RADIANCE
     test, reference = (np.ascontiguousarray(np.clip(picture[:], 0.0, most), np.float32) for picture in (a, b))
-    exposures = {"startExposure": 0.0, "stopExposure": 0.0} if kind == "hdr" and reference.max() < _DARK else {}
+    exposures = {"startExposure": 0.0, "stopExposure": 0.0} if span == "hdr" and reference.max() < _DARK else {}
     _, mean, _ = flip_evaluator.evaluate(
-        reference, test, kind.upper(), inputsRGB=False, applyMagma=False, parameters=exposures
+        reference, test, span.upper(), inputsRGB=False, applyMagma=False, parameters=exposures
     )
     return float(mean)
+
+
+def _largest_row(comparison: Comparison) -> tuple[str, str]:
+    x, y = comparison.pixel
+    return "largest", f"{comparison.largest:.3g}" + (f", in the pixel ({x}, {y})" if comparison.largest else "")
+
+
+def _relative_row(comparison: Comparison) -> tuple[str, str]:
+    black = comparison.relative is None
+    return "relative", "the reference is black" if black else f"{comparison.relative:.3g}"
+
+
+METRICS = (
+    Metric("rmse", lambda c: ("RMSE", f"{c.rmse:.3g}")),
+    Metric("largest", _largest_row),
+    Metric("psnr", lambda c: ("PSNR", f"{c.psnr:.1f} dB")),
+    Metric("relative", _relative_row),
+    Metric("over", lambda c: (f"over {c.threshold:g}", f"{100.0 * c.over:.3g} % of the pixels")),
+    Metric(
+        "flip",
+        lambda c: ("FLIP", f"{c.flip:.3g}"),
+        "FLIP, too, of high dynamic range for two .npz (needs flip-evaluator)",
+        _flip,
+    ),
+)

@@ -20,7 +20,7 @@ from raytracer.analysis.rounding_bounds import (
     UNIT,
     Rays,
     Roots,
-    View,
+    RoundedView,
     interval,
     moment_error,
     order_in_doubt,
@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-class Resolution(NamedTuple):
+class PixelDoubt(NamedTuple):
     """What rounding may change in a picture of one sample: arrays (H, W)."""
 
     doubtful: Mask  # what is seen may be another surface, or none
@@ -47,7 +47,7 @@ class Resolution(NamedTuple):
     radiance: Array  # |error| of the radiance, where neither is in doubt; inf where it has no bound
 
 
-def resolution(scene: Scene, size: tuple[int, int], precision: Precision = 32) -> Resolution:
+def find_pixel_doubt(scene: Scene, size: tuple[int, int], precision: Precision = 32) -> PixelDoubt:
     """The resolution of a picture of `scene` at `size` (width, height), one ray through each pixel's centre."""
     return _Analysis(scene, size, precision).run()
 
@@ -60,9 +60,9 @@ class _Analysis:
         self._R = view_space.rotation(scene.camera)
         self._eye = np.array(scene.camera.position)
         self._leaves = self._tracer.leaves
-        self._view = View(self._R, scene.camera.position, sum(size), self._u)
+        self._view = RoundedView(self._R, scene.camera.position, sum(size), self._u)
 
-    def run(self) -> Resolution:
+    def run(self) -> PixelDoubt:
         world = ray_tracer.camera_rays(self._scene.camera, self._size).reshape(-1, 3)
         count = len(world)
         none = np.zeros(count)
@@ -72,9 +72,9 @@ class _Analysis:
         roots = {k: self._roots(k, rays) for k in self._distinct()}
         depth = np.zeros(count)
         for k in range(len(self._leaves)):
-            found = roots[self._same(k)]
-            nearer = np.argmin(np.abs(found.t - np.where(hit, t, 0.0)), axis=0)
-            depth = np.where(surface == k, found.error[nearer, np.arange(count)], depth)
+            leaf_roots = roots[self._same(k)]
+            nearer = np.argmin(np.abs(leaf_roots.t - np.where(hit, t, 0.0)), axis=0)
+            depth = np.where(surface == k, leaf_roots.error[nearer, np.arange(count)], depth)
         doubtful = order_in_doubt(list(roots.values()), np.where(hit, t + depth, np.inf))
         normal, point = self._normal_errors(rays, roots, surface, t, depth)
         unlit = np.zeros(count, bool)
@@ -89,7 +89,7 @@ class _Analysis:
         depth = depth + UNIT[32] * np.where(hit, t, 0.0)
         normal = normal + FEW * UNIT[32] * hit
         shape = self._size[::-1]
-        return Resolution(
+        return PixelDoubt(
             doubtful.reshape(shape),
             depth.reshape(shape),
             normal.reshape(shape),
@@ -151,10 +151,10 @@ class _Analysis:
             grazes = self._tracer.coincide[on][surface]
         doubt = ~np.isfinite(L_error) | (~(np.abs(dot(n, L)) > normal + L_error + 4.0 * u) & ~grazes)
         rays = Rays(P, np.nan_to_num(L), point, np.nan_to_num(L_error, posinf=1.0), False)
-        found = [self._between(k, rays, surface, n, normal, light, distance, k == on) for k in self._distinct()]
+        all_roots = [self._between(k, rays, surface, n, normal, light, distance, k == on) for k in self._distinct()]
         end = distance - moved - 2.0 * u * distance, distance + moved + 2.0 * u * distance
-        doubt |= order_in_doubt(found, end[1])
-        for roots in found:
+        doubt |= order_in_doubt(all_roots, end[1])
+        for roots in all_roots:
             low, high = interval(roots)
             doubt |= np.any((high >= end[0]) & (low <= end[1]), axis=0)
         # Of the lecture's models: a cosine is as wrong as its vectors; a lobe at most sqrt(h) times that, for h from

@@ -24,7 +24,7 @@ UNIT = {32: 2.0**-24, 64: 2.0**-53}  # half a unit in the last place of 1
 FEW = 8.0
 
 
-class View(NamedTuple):
+class RoundedView(NamedTuple):
     """From where the rays are: rotation to view space, camera, W + H in pixels, and the unit of the arithmetic."""
 
     R: Array
@@ -58,12 +58,12 @@ class Rays(NamedTuple):
     camera: bool
 
 
-def root_errors(view: View, leaf: Primitive, rays: Rays) -> Roots:
+def root_errors(view: RoundedView, leaf: Primitive, rays: Rays) -> Roots:
     """The roots of a primitive and their errors."""
     return _sphere_roots(view, leaf, rays) if isinstance(leaf, Sphere) else _plane_roots(view, leaf, rays)
 
 
-def _sphere_roots(view: View, sphere: Sphere, rays: Rays) -> Roots:
+def _sphere_roots(view: RoundedView, sphere: Sphere, rays: Rays) -> Roots:
     u, r = view.u, sphere.radius
     c = view.R @ np.subtract(sphere.center, view.eye)
     to_center = c - rays.ro
@@ -110,18 +110,18 @@ def _sphere_roots(view: View, sphere: Sphere, rays: Rays) -> Roots:
     return Roots(t, np.nan_to_num(errors, nan=np.inf), np.abs(square) <= error, along, most + along_error, half_error)
 
 
-def _plane_roots(view: View, plane: Plane, rays: Rays) -> Roots:
+def _plane_roots(view: RoundedView, plane: Plane, rays: Rays) -> Roots:
     u = view.u
     n = view.R @ np.array(plane.unit()[0])
     offset = plane.depth(view.eye)
-    given = u * abs(offset)
+    offset_error = u * abs(offset)
     slope = rays.rd @ n
     depth = offset - rays.ro @ n
     if rays.camera:
-        depth_error: Any = given
+        depth_error: Any = offset_error
         slope_error = FEW * u * np.abs(slope) + view.linear(1.0)
     else:
-        depth_error = given + rays.ro_error + 4.0 * u * np.linalg.norm(rays.ro, axis=1) + u * np.abs(depth)
+        depth_error = offset_error + rays.ro_error + 4.0 * u * np.linalg.norm(rays.ro, axis=1) + u * np.abs(depth)
         slope_error = rays.rd_error + 4.0 * u
     with np.errstate(divide="ignore", invalid="ignore"):
         t = depth / slope

@@ -1,7 +1,7 @@
 """The draws of one sample, as a list of values: no OpenGL here, so that any player can play the same list.
 
 A player has programs and textures by the names that are used here. For each `Draw` it binds the textures of `inputs`,
-sets those of the `uniforms` that the program has, and draws the mesh into the textures of `target`. gpu/draw_player.py
+sets the `uniforms` as far as the program has them, and draws the mesh into the textures of `target`. gpu/draw_player.py
 is the player for OpenGL.
 """
 
@@ -21,8 +21,8 @@ from raytracer.scene.sequences import sample_place, scatters
 SUMMED = 256
 # Pixels of a viewport around its tile: points with a centre beyond it are not drawn.
 MARGIN = 128
-# How a pixel gets its new value: that replaces the old one, by a logic operation where it is a "copy"; is added; or
-# covers it by its alpha.
+# The new value of a pixel replaces the old value, is added to it, or covers it by an alpha. A "copy" replaces, too, and
+# a driver may do so by a logic operation.
 Blending = Literal["replace", "copy", "add", "over"]
 
 
@@ -54,7 +54,7 @@ class Draw(msgspec.Struct, frozen=True):
     area: Rectangle
     viewport: Rectangle
     uniforms: Mapping[str, Any]
-    inputs: Mapping[str, str] = {}  # the name of a texture for that of a sampler
+    inputs: Mapping[str, str] = {}  # names of textures, by samplers
     blending: Blending = "replace"
     depth: str | None = None
     is_long: bool = False

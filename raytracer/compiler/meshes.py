@@ -20,7 +20,7 @@ Ints = NDArray[np.int32]
 SEE, SHAPES, SHADE, PLANE_ONLY, EMPTY = "see", "shapes", "shade", "plane_only", "empty"
 
 PER_CELL = CELL // BLOCK
-# What a rectangle costs besides its pixels, in pixels.
+# The costs of a rectangle besides its pixels, in pixels.
 _RECTANGLE_COST = 64
 
 
@@ -37,7 +37,7 @@ class Cells(msgspec.Struct, frozen=True, eq=False):
 
 
 class Rectangles(msgspec.Struct, frozen=True, eq=False):
-    """A mesh for shapes.vert: those of the scene's rectangles with these `numbers`.
+    """A mesh for shapes.vert: the scene's rectangles with these `numbers`.
 
     `costs` (N,) are in pixels, and `largest` is the largest side.
     """
@@ -48,7 +48,7 @@ class Rectangles(msgspec.Struct, frozen=True, eq=False):
 
 
 class Coverage(msgspec.Struct, frozen=True, eq=False):
-    """Which program draws which part of a picture of `size` (width, height)."""
+    """The parts of a picture of `size` (width, height) that each program draws."""
 
     size: tuple[int, int]
     cells: Mapping[str, Mask]  # (rows, columns) of cells for each program, the lowest row first
@@ -81,7 +81,7 @@ class Meshes(NamedTuple):
 
 
 def tile_meshes(coverage: Coverage, tile: Rectangle, mask: Mask | None, list_readers: Collection[str]) -> Meshes:
-    """The meshes of a tile, or of those of its blocks that are True in `mask`.
+    """The meshes of a tile, or only of its blocks that are True in `mask`.
 
     A mask is (rows, columns) of blocks, whole cells, the lowest row first; its tile begins where a cell does.
     `list_readers` names the programs that read the lists of cells.
@@ -163,7 +163,7 @@ def touching(rectangles: Ints, area: Rectangle) -> Mask:
 
 
 def cells_under(rectangles: Ints, shape: tuple[int, int], side: int) -> Mask:
-    """Which squares of `side` pixels, of a picture of `shape` (rows, columns) of them, the rectangles touch.
+    """(rows, columns) by `shape`: the squares of a picture, of `side` pixels each, that the rectangles touch.
 
     `rectangles` are (N, 4 or more): first column and row of pixels, and behind the last.
     """

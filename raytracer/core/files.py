@@ -1,4 +1,4 @@
-"""Files: those that come with the package, and those of a user, which may be anything."""
+"""Files to read: the package's own, and a user's, which may be anything."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a picture needs of this machine's memory: said or refused before it is begun."""
+"""The memory that a picture needs: a warning or an error before the picture is begun."""
 
 from __future__ import annotations
 

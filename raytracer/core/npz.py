@@ -1,6 +1,6 @@
-"""Arrays in an `.npz` file, which may be anything: no pickle is read, and what an array takes is known before it is.
+"""Arrays in an `.npz` file, which may be anything: no pickle is read, and an array's size is checked before the array.
 
-Little can inflate to much. Every error is an `InputError`, without the file's name.
+A small file can inflate to a large one. Every error is an `InputError`, without the file's name.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _DIRECTORY = 1 << 14
 # The archive's end as NumPy writes it, without a comment, and what would stand before it and replace it in a large one.
 _END, _LARGE, _LARGE_SIZE = struct.Struct("<4s4H2LH"), b"PK\x06\x07", 20
-# An array begins with a header that states its own length, up to 4 GB; those of plain numbers take 128 bytes.
+# An array begins with a header that states its own length, up to 4 GB; the header of plain numbers takes 128 bytes.
 _HEADER = 1 << 14
 
 # (name, shape, dtype) of an array that is about to be read: raises InputError if that should not be.
@@ -30,7 +30,7 @@ Check = Callable[[str, tuple[int, ...], Any], None]
 def read_arrays(
     file: IO[bytes], choose: Callable[[list[str]], Iterable[str]], check: Check, most: int
 ) -> dict[str, Any]:
-    """The arrays in a file that `choose` takes of all that are there; others are not looked at.
+    """The arrays in a file whose names `choose` takes from all the names; other arrays are not looked at.
 
     None may be of more than `most` bytes. Raises InputError.
     """

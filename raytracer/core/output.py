@@ -31,7 +31,7 @@ def check_output(path: str | os.PathLike[str], suffixes: Collection[str]) -> Pat
 
 
 def check_folder(folder: Path, *names: str) -> None:
-    """Raise InputError unless files can be written into `folder`, those of `names` among them."""
+    """Raise InputError unless files can be written into `folder`, also files of these `names`."""
     _check_folder(folder, folder)
     for name in names:
         _check(folder / name)

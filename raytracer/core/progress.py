@@ -28,7 +28,7 @@ def check_progress(value: Any) -> None:
 def progress_bar(title: str) -> AbstractContextManager[Progress]:
     """A callback that shows how far the work is, once it has taken more than a moment.
 
-    It is told (done, total), both in the same unit; the total may be another one each time.
+    The callback takes (done, total), both in the same unit; the total may be another one each time.
     """
     return _bar(title) if _is_terminal() else _lines(title)
 

@@ -28,7 +28,7 @@ MAX_LENGTH = 1e12
 MIN_RADIUS = 1e-12
 # Light times reflectance, summed over lights and samples, must stay finite in float32 (3.4e38).
 MAX_COLOR = 1e12
-# Of a picture, in pixels.
+# The largest side of a picture, in pixels.
 MAX_SIDE = 65536
 # Highlights sharper than this (0.1 degrees) are no shading model's any more.
 MAX_EXPONENT = 1e6

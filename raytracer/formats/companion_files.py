@@ -34,7 +34,7 @@ class ByteBudget:
 
 
 def is_plain_name(name: str, suffixes: Collection[str]) -> bool:
-    """Whether `name` can only be that of a file with one of the suffixes in a folder, on any system."""
+    """Whether `name` can only name a file in a folder, with one of the suffixes, on any system."""
     plain = PureWindowsPath(name).name == name and ":" not in name and name.isprintable()
     return plain and PureWindowsPath(name).suffix.lower() in suffixes
 

@@ -16,7 +16,7 @@ from raytracer.core.suggest import did_you_mean, known
 from raytracer.core.validation import InputError
 from raytracer.scene.solids import Complement, Difference, Intersection, Solid, Union
 
-# What a person or a program may sensibly write: enough for every primitive that one object may have.
+# A person's or a program's expression: enough for every primitive that one object may have.
 MAX_CHARACTERS = 1_000_000
 # Open parentheses and complements at any one place.
 MAX_NESTING = 200

@@ -6,15 +6,15 @@ import math
 
 from raytracer.core.record import Record
 
-# Of fewer blocks an average is told to be uncertain.
+# An average over fewer blocks is called uncertain.
 _FEW = 10.0
 
 
 class Estimate(Record, frozen=True):
-    """What a picture says of its own error, and what it took.
+    """The error of a picture by its own estimate, and the samples and the time that the picture took.
 
-    `rmse`: root mean square over pixels and channels, linear radiance; `worst`: what the worst pixel may be off by,
-    three times its own; it is in the block of pixels around `worst_at` (x, y), from the top left. All None where
+    `rmse`: root mean square over pixels and channels, linear radiance; `worst`: the error that the worst pixel may
+    have, three times its own; it is in the block of pixels around `worst_at` (x, y), from the top left. All None where
     nothing can be known, and then `unknown` says why. `blocks`: how many blocks of pixels, of the same weight, would
     tell as much: of few it may be off by half or more. `samples`: how many a pixel got on average. `seconds`: what
     they took.
@@ -30,7 +30,7 @@ class Estimate(Record, frozen=True):
 
     @property
     def spacing(self) -> float:
-        """The distance of samples, in pixels: of what is smaller some or all may have been missed."""
+        """The distance of samples, in pixels: the samples may miss a part or all of a smaller thing."""
         return 1.0 / math.sqrt(self.samples)
 
     def __str__(self) -> str:

@@ -46,6 +46,8 @@ class Geometry(NamedTuple):
 class GeometrySource(ABC):
     """The maker of a picture's geometry. An Image may hold one in place of each of the three arrays."""
 
+    shape: tuple[int, int]  # of the picture: (H, W)
+
     @abstractmethod
     def geometry(self) -> Geometry:
         """The arrays, made at the first call."""
@@ -84,7 +86,9 @@ class Image(Record, frozen=True, eq=False):
         for name in ("depth", "normal", "material", "samples", "error"):
             value: Any = self._stored(name)
             if isinstance(value, GeometrySource):
-                continue
+                if value.shape == shape:
+                    continue
+                value = getattr(self, name)  # to say what it is
             expected = radiance.shape if name == "normal" else shape
             if value is not None and not (_is_numbers(value) and value.shape == expected):
                 raise InputError(f"expected an array {expected} of numbers or None, got {_kind(value)}", name)

@@ -20,7 +20,7 @@ from raytracer.formats.radiance import MAX_PIXELS
 
 
 class ImageFormat(NamedTuple):
-    """How pictures are written to files with one suffix, and read from them.
+    """The way in which pictures are written to files with one suffix, and read from them.
 
     `write(file, arrays, metadata)` writes the arrays of an image that are in `needed`, all of which an image must have,
     and in `optional`. `read_size(file)` is (width, height), and `read_radiance(file)` the linear radiance (H, W, 3), of

@@ -38,21 +38,21 @@ def _has_model(name: str) -> dict[str, Any]:
 
 def _model(name: str) -> dict[str, Any]:
     model = MODELS[name]
-    found: dict[str, Any] = {
+    schema: dict[str, Any] = {
         "description": f"{model.about} ({model.source})",
         "type": "object",
         "properties": {"model": {"const": name}, **{p.name: _parameter(p) for p in model.parameters.values()}},
         "additionalProperties": False,
     }
     if needed := [p.name for p in model.parameters.values() if p.default is None]:
-        found["required"] = needed
+        schema["required"] = needed
     if conditions := {p.name: _only(name, *p.when) for p in model.parameters.values() if p.when}:
-        found["dependentSchemas"] = conditions
-    return found
+        schema["dependentSchemas"] = conditions
+    return schema
 
 
 def _only(model: str, choice: str, value: str) -> dict[str, Any]:
-    """That a choice is made, or is the default."""
+    """The condition that a choice is made, or is the default."""
     is_default = MODELS[model].parameters[choice].default == value
     return {"properties": {choice: {"const": value}}, **({} if is_default else {"required": [choice]})}
 

@@ -1,6 +1,6 @@
 """PNG files (ISO/IEC 15948), which may be anything: whether one is whole, before any of it is decoded.
 
-Decoders make a picture of what is there of a file that was cut off, and fill up the rest. Every error is an
+Decoders make a picture of the remains of a file that was cut off, and fill up the rest. Every error is an
 `InputError`, without the file's name.
 """
 

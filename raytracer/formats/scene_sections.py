@@ -14,10 +14,12 @@ from raytracer.formats.instance_files import read_instances
 from raytracer.formats.material_library import MaterialLibrary
 from raytracer.formats.measured_files import MeasuredFiles
 from raytracer.formats.toml_tables import as_list, as_table, build, check_table
+from raytracer.scene.camera import Camera
 from raytracer.scene.instances import Instances
+from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
-from raytracer.scene.scene import Camera, PointLight, Scene
+from raytracer.scene.scene import Scene
 from raytracer.scene.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves
 
 T = TypeVar("T")

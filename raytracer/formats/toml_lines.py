@@ -26,7 +26,7 @@ _ESCAPED = {"b": "\b", "t": "\t", "n": "\n", "f": "\f", "r": "\r"}
 
 
 def find_line(text: str, keys: Sequence[str | int]) -> int | None:
-    """Find the line, from 1, on which a TOML text gives the value at a path of keys: that of its key, header or item.
+    """Find the line, from 1, on which a TOML text gives the value at a path of keys: its key's, header's or item's.
 
     Where the value is not given, the line of the innermost table or list around it; None if there is none either.
     `text` must be TOML that tomllib reads. The time is linear in its length.
@@ -51,7 +51,7 @@ class _Open:
 
 
 class _Search:
-    """How much of a path of keys a text gives, and at which `position`. A depth is how many of the keys lead to a
+    """The longest part of a path of keys that a text gives, and its `position`. A depth counts the keys that lead to a
     place; None if the place is beside their path."""
 
     def __init__(self, text: str, keys: Sequence[str | int]) -> None:

@@ -19,7 +19,7 @@ def build(kind: type[T], value: Any, **others: Any) -> T:
 
 
 def check_table(value: Any, keys: Sequence[str], needed: Sequence[str] = ()) -> dict[str, Any]:
-    """Return `value`, a table with no keys but `keys`, and with all that are `needed`. Raises InputError."""
+    """Return `value`, a table with no keys but `keys`, and with all of `needed`. Raises InputError."""
     value = as_table(value)
     check_keys(value, keys, needed)
     return value

@@ -9,7 +9,7 @@ from typing import Any
 
 from raytracer.core.validation import InputError
 
-# A mark of TOML that is in no string and no comment, behind all that is none. Up to the first mistake in a text, where
+# A mark of TOML that is in no string and no comment, with the text before it. Up to the first mistake in a text, where
 # tomllib stops, this reads strings as tomllib does. It is possessive and matches wherever it begins, so that no text
 # makes the search slow.
 _MARK = r"""

@@ -1,4 +1,13 @@
-"""OpenGL: contexts, devices, programs, buffers, draws; calls of one GLSL function over arrays.
+"""OpenGL: one device draws and computes, and threads take turns with it. moderngl is imported in this package alone.
 
-May import: core, compiler.
+May import: core, compiler. Other packages may use
+
+- device: Device, shared_device; ADD, OVER (ways of blending)
+- glsl_call: call, dtype, struct_dtype (public as raytracer.glsl)
+- turns: ContextError (public as raytracer.ContextError)
+- context: open_window, the names of backends; adapters: Adapter; context_report: for `raytracer doctor`
+- scene_buffers: SceneBuffers, the numbers of a frame; draw_player: DrawPlayer, which plays lists of draws
+- gl: types of OpenGL's objects, set_uniforms
+
+turns has the one lock of a process. cell_draw and rectangle_draw draw the meshes of compiler/meshes.py.
 """

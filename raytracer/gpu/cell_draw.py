@@ -11,7 +11,7 @@ from raytracer.gpu.gl import largest_point, release, set_uniforms
 
 
 class CellDraw:
-    """What one program draws with cells.vert. On the GPU until released."""
+    """Cells, for one program to draw with cells.vert. On the GPU until released."""
 
     def __init__(self, context: moderngl.Context, program: moderngl.Program) -> None:
         self._context = context

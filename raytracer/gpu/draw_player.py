@@ -35,7 +35,7 @@ _BLENDING = {"replace": None, "copy": None, "add": ADD, "over": OVER}
 
 
 class ScreenDraw:
-    """What one program draws of a triangle that covers the viewport. On the GPU until released."""
+    """A triangle that covers the viewport, for one program to draw. On the GPU until released."""
 
     def __init__(self, context: Context, program: Program) -> None:
         self._array = context.vertex_array(program, [])
@@ -74,9 +74,9 @@ class DrawPlayer:
         self._framebuffers: dict[tuple[str, ...], Framebuffer] = {}  # by textures, the one of depths last
         self._long_draws: dict[str, int] = {}  # by program: how many pixels take _SHORT_DRAW
 
-    def use(self, programs: Mapping[str, Program], instead_of: Collection[str] = ()) -> None:
-        """Take programs by their names, in place of those that have the names, and drop those `instead_of` which."""
-        for name in {*programs, *instead_of} & self._programs.keys():
+    def use(self, programs: Mapping[str, Program], replaced: Collection[str] = ()) -> None:
+        """Take programs by name. The programs with the names `replaced` are dropped if no new one has the name."""
+        for name in {*programs, *replaced} & self._programs.keys():
             if self._programs[name] is not programs.get(name):
                 if mesh := self._meshes.pop(name, None):
                     release(self._context, mesh)
@@ -216,8 +216,8 @@ class DrawPlayer:
     def close(self) -> None:
         """Give back everything on the GPU but the programs."""
         release(self._context, *self._framebuffers.values(), *self._meshes.values(), *self._textures.values())
-        for things in (self._framebuffers, self._meshes, self._textures, self._programs, self._held):
-            things.clear()
+        for kept in (self._framebuffers, self._meshes, self._textures, self._programs, self._held):
+            kept.clear()
 
 
 def _part(step: Step) -> tuple[tuple[str, ...], Rectangle] | None:

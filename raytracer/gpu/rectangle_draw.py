@@ -16,7 +16,7 @@ _CORNERS = np.array([0, 1, 2, 2, 1, 3], np.int32)
 
 
 class RectangleDraw:
-    """What one program draws of a scene's rectangles. On the GPU until released."""
+    """Rectangles of a scene, for one program to draw. On the GPU until released."""
 
     def __init__(self, context: moderngl.Context, program: moderngl.Program) -> None:
         self._context = context

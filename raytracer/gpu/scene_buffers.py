@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 
 from raytracer.compiler.frame import Frame
-from raytracer.gpu.gl import BufferTexture, set_sampler, volume_texture
+from raytracer.gpu.gl import BufferTexture, volume_texture
 from raytracer.gpu.texture_units import SCENE_UNITS
 
 # Binding points of uniform blocks.
@@ -62,13 +62,10 @@ class SceneBuffers:
             self._measured = volume_texture(self._context, np.concatenate([table.values for table in tables]))
 
     def attach(self, program: moderngl.Program) -> None:
-        """Say where `program` finds them."""
+        """Have `program` find the uniform blocks. Each sampler has a texture unit already (DrawPlayer.use)."""
         for name in self._blocks:
             if name in program:
                 program[name].binding = _BLOCKS[name]  # pyright: ignore[reportAttributeAccessIssue]
-        for name, unit in SCENE_UNITS.items():
-            if name in program:
-                set_sampler(self._context, program, name, unit)
 
     def bind(self) -> None:
         """Make them those of the next draws."""

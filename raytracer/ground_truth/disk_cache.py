@@ -1,4 +1,4 @@
-"""Truths (converged.py) on the disk: made once for all that decides them, and kept while there is room for them."""
+"""Converged pictures on the disk: each is traced once for all that decides it, and kept while there is room."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import stat
 import warnings
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -19,53 +19,49 @@ from raytracer.core.npz import read_arrays
 from raytracer.core.output import replaced_whole
 from raytracer.core.validation import InputError
 from raytracer.formats.image import Image
+from raytracer.ground_truth.job import FIRST_SAMPLES, Job
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.merl import Measured
+from raytracer.scene.scene import Scene
 from raytracer.scene.solids import Primitive, Solid, postfix
 
-if TYPE_CHECKING:
-    from raytracer.ground_truth.converged import Job
-    from raytracer.scene.scene import Scene
-
-# The packages whose change makes older truths worthless: this one, and all that it may import; and the root.
-_SOURCES = ("core", "scene", "formats", "ground_truth")
-# Bytes of all truths that are kept. Beyond, those go that were not asked for for the longest time. Of 320x180 pixels
-# one has 5 MB.
+_ROOT = Path(__file__).parent.parent
+# The packages of whose change kept pictures are dropped: this one and all that it imports, besides the root.
+_PACKAGES = ("core", "scene", "formats", "ground_truth")
+# Bytes of all pictures that are kept. Beyond, pictures are removed, the one first that was asked for least recently. A
+# picture of 320x180 pixels has 5 MB.
 MOST_BYTES = 10**9
 # Beyond any radiance: lights and materials keep it within float32.
 _LARGEST = float(np.finfo(np.float32).max)
-# The length of a normal, with its rounding.
+# The largest length of a normal, with its rounding.
 _UNIT = 1.0 + 1e-9
 
 
-def folder() -> Path:
-    """Where truths are kept: the variable RAYTRACER_CACHE, or the system's place for what can be made again."""
+def cache_folder() -> Path:
+    """The folder of the pictures: the variable RAYTRACER_CACHE, or the user's cache."""
     from platformdirs import user_cache_dir
 
     return Path(os.environ.get("RAYTRACER_CACHE") or user_cache_dir("raytracer"))
 
 
-def path_of(job: Job, samples: int, tolerance: float) -> Path:
-    """The file of a truth, named by a hash of all that decides what is in it."""
+def path_of(job: Job) -> Path:
+    """The file of a job's picture, named by a hash of all that decides the picture."""
     decides = {
         "scene": canonical(job.scene),
         "size": list(map(int, job.size)),
         "settings": [job.settings.shading, job.settings.shadows, job.settings.bounces],
-        "samples": int(samples),
-        "tolerance": tolerance,
+        "samples": job.samples,
+        "tolerance": job.tolerance,
         "numpy": np.__version__,  # other random numbers
         "sources": _sources(),
     }
     text = json.dumps(decides, sort_keys=True)
-    return folder() / f"truth-{hashlib.sha256(text.encode()).hexdigest()}.npz"
+    return cache_folder() / f"truth-{hashlib.sha256(text.encode()).hexdigest()}.npz"
 
 
-def read(path: Path, size: tuple[int, int], materials: int, samples: tuple[int, int]) -> Image | None:
-    """The truth in a file; None if there is none, or it is damaged, or it cannot be the truth.
-
-    The scene has so many `materials`; a pixel has from `samples[0]` to `samples[1]` samples.
-    """
-    width, height = size
+def read(path: Path, job: Job) -> Image | None:
+    """Read a job's picture; None if there is no file, or the file is damaged, or cannot be that picture."""
+    width, height = job.size
     arrays = {
         "radiance": ((height, width, 3), np.float64),
         "depth": ((height, width), np.float64),
@@ -84,15 +80,15 @@ def read(path: Path, size: tuple[int, int], materials: int, samples: tuple[int, 
             image = Image(**read_arrays(file, lambda names: arrays, check, os.fstat(file.fileno()).st_size))
     except (OSError, InputError):
         return None
-    if not _may_be(image, materials, samples):
+    if not _is_possible(image, job):
         return None
     with suppress(OSError):
         os.utime(path)  # asked for now
     return image
 
 
-def _may_be(image: Image, materials: int, samples: tuple[int, int]) -> bool:
-    """Whether the numbers of an image are within the ranges of a truth's. NaN is in no range."""
+def _is_possible(image: Image, job: Job) -> bool:
+    """Whether all numbers of an image are within the ranges of a job's picture. NaN is in no range."""
     assert image.depth is not None and image.normal is not None and image.material is not None
     assert image.samples is not None and image.error is not None
     ranges = (
@@ -100,15 +96,15 @@ def _may_be(image: Image, materials: int, samples: tuple[int, int]) -> bool:
         (image.error, 0.0, _LARGEST),
         (image.depth, 0.0, np.inf),
         (image.normal, -_UNIT, _UNIT),
-        (image.material, -1, materials - 1),
-        (image.samples, *samples),
+        (image.material, -1, len(job.scene.materials) - 1),
+        (image.samples, FIRST_SAMPLES, job.most_samples),
     )
     within = all(bool(((values >= low) & (values <= high)).all()) for values, low, high in ranges)
     return within and bool((np.isinf(image.depth) == (image.material < 0)).all())
 
 
 def write(path: Path, image: Image) -> None:
-    """Keep a truth. Where that cannot be, a warning says so: the truth itself is none the worse for it."""
+    """Keep a picture on the disk. Warns if that fails: the picture itself is none the worse."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with replaced_whole(path) as file:
@@ -122,15 +118,15 @@ def write(path: Path, image: Image) -> None:
 
 
 def _make_room(folder: Path) -> None:
-    """Remove the truths that were not asked for for the longest time, until the others have MOST_BYTES or less."""
-    found = []
+    """Remove pictures, least recently asked for first, until the others have MOST_BYTES or less."""
+    files = []
     for file in folder.glob("truth-*.npz"):
         with suppress(OSError):  # another process removed it
             status = file.lstat()
             if stat.S_ISREG(status.st_mode):  # and was written here
-                found.append((status.st_mtime, status.st_size, file))
+                files.append((status.st_mtime, status.st_size, file))
     total = 0
-    for k, (_, size, file) in enumerate(sorted(found, reverse=True)):
+    for k, (_, size, file) in enumerate(sorted(files, reverse=True)):
         total += size
         if total > MOST_BYTES and k:  # never the newest
             with suppress(OSError):
@@ -138,10 +134,10 @@ def _make_room(folder: Path) -> None:
 
 
 def canonical(scene: Scene) -> Any:
-    """What `scene` is, in lists, numbers and strings: the same for scenes that make the same truth, else another one.
+    """A scene as lists, numbers and strings, equal for two scenes if and only if both converge to the same picture.
 
-    Names of the scene and of materials do not count. Arrays are there by their hash, other numbers as they are, which
-    JSON has to the last bit.
+    Names of the scene and of materials do not count. An array counts by its hash. Other numbers stay as they are: JSON
+    has all their bits.
     """
     number = {material: i for i, material in enumerate(scene.materials)}
 
@@ -170,6 +166,7 @@ def canonical(scene: Scene) -> Any:
 
 
 def _sources() -> list[list[str]]:
-    root = Path(__file__).parent.parent
-    files = sorted([*root.glob("*.py"), *(file for package in _SOURCES for file in (root / package).rglob("*.py"))])
-    return [[file.relative_to(root).as_posix(), hashlib.sha256(file.read_bytes()).hexdigest()] for file in files]
+    """The name and a hash of each file that decides how a picture is traced."""
+    packages = (file for package in _PACKAGES for file in (_ROOT / package).rglob("*.py"))
+    files = sorted([*_ROOT.glob("*.py"), *packages])
+    return [[file.relative_to(_ROOT).as_posix(), hashlib.sha256(file.read_bytes()).hexdigest()] for file in files]

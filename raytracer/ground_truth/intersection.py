@@ -1,4 +1,4 @@
-"""Rays against CSG trees in float64 NumPy, from the definitions: the geometry of the reference (ray_tracer.py).
+"""Rays against CSG trees in float64 NumPy, from the definitions: the geometry of ray_tracer.py.
 
 A point is inside a CSG tree by Boolean logic over the primitives that it is inside of. Along a
 ray, a surface is a root of a primitive at which the tree is different just before and just

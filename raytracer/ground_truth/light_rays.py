@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.core.validation import MAX_COLOR, MIN_RADIUS
-from raytracer.scene.scene import PointLight
+from raytracer.scene.lights import PointLight
 from raytracer.scene.solids import Primitive, Sphere
 
 Array = NDArray[np.float64]

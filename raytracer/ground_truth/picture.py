@@ -1,4 +1,4 @@
-"""The float64 reference as a function: what `raytracer reference` makes."""
+"""`rt.reference`: the picture that a scene converges to, as a function of checked arguments."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Any
 from raytracer.core.progress import Progress, check_progress
 from raytracer.core.validation import check_flag, check_size, whole
 from raytracer.formats.image import Image
-from raytracer.ground_truth.converged import SAMPLES, TOLERANCE, Job, checked_accuracy, truth
-from raytracer.ground_truth.cost import check_cost, cost
+from raytracer.ground_truth.converged import trace_converged
+from raytracer.ground_truth.cost import check_cost, estimate_cost
+from raytracer.ground_truth.job import SAMPLES, TOLERANCE, Job, check_accuracy
 from raytracer.scene.options import Shading, Shadows
 from raytracer.scene.scene import Scene, checked_scene
 from raytracer.scene.settings import Settings
@@ -57,7 +58,7 @@ def reference(
     chosen = SettingsPatch.without_none(shading=shading, shadows=shadows, bounces=bounces)
     used = (checked_patch(settings).without_sampling() | chosen).resolve()
     size = check_size(size)
-    samples, tolerance = checked_accuracy(samples, tolerance)
+    samples, tolerance = check_accuracy(samples, tolerance)
     cache = check_flag(cache, "cache")
     if workers is not None:
         workers = whole(workers, "workers", 1, _MOST_WORKERS)
@@ -67,8 +68,8 @@ def reference(
     check_cost(scene, size, workers)
 
     def announce(job: Job) -> None:
-        if (takes := cost(job, samples, workers)).seconds > WORTH_MENTION:
+        if (takes := estimate_cost(job, workers)).seconds > WORTH_MENTION:
             warnings.warn(f"this takes {takes}", stacklevel=4)
 
     options: dict[str, Any] = {"samples": samples, "tolerance": tolerance, "cache": cache, "workers": workers}
-    return truth(scene, size, used, **options, progress=progress, before=announce)
+    return trace_converged(scene, size, used, **options, progress=progress, before=announce)

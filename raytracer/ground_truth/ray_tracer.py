@@ -1,8 +1,7 @@
-"""The same ray tracer in float64 NumPy, from the definitions: the oracle that the shaders are tested against.
+"""The same ray tracer in float64 NumPy, from the definitions: the shaders are tested against it.
 
-What rays meet is in intersection.py, where rays to lights go in light_rays.py, reflectances are in
-reflectance.py. The axes are the world's, the origin is the camera: far from the world's own origin float64 runs
-out of bits, too. Slow.
+intersection.py has the surfaces that rays meet, light_rays.py the rays to lights, reflectance.py the materials. The
+axes are the world's, the origin is the camera: far from the world's own origin float64 runs out of bits, too. Slow.
 """
 
 from __future__ import annotations
@@ -31,10 +30,10 @@ Array = NDArray[np.float64]
 _ROWS = 64  # of pixels traced at once
 
 
-def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None, *, rays: int = 8) -> Image:
-    """The image of `scene` at `size` (width, height), as `raytracer.render` makes it but in float64.
+def trace(scene: Scene, size: tuple[int, int], settings: Settings | None = None, *, rays: int = 8) -> Image:
+    """Trace the image of `scene` at `size` (width, height): the same as `raytracer.render` draws, but in float64.
 
-    Under soft shadows each sample looks at each light that has a radius along `rays` x `rays` rays.
+    Under soft shadows each sample sends `rays` x `rays` rays to each light that has a radius.
     """
     settings = settings or Settings()
     width, height = size
@@ -50,16 +49,16 @@ def render(scene: Scene, size: tuple[int, int], settings: Settings | None = None
         for top in range(0, height, _ROWS):
             rows = slice(top, min(top + _ROWS, height))
             shape = directions[rows].shape[:2]
-            seen = look(scene, settings, tracer, directions[rows].reshape(-1, 3), rays)
-            image.radiance[rows] += seen.radiance.reshape(*shape, 3)
+            results = trace_rays(scene, settings, tracer, directions[rows].reshape(-1, 3), rays)
+            image.radiance[rows] += results.radiance.reshape(*shape, 3)
             if k == 0:
                 if settings.samples > 1:
                     centers = camera_rays(scene.camera, size)[rows].reshape(-1, 3)
-                    seen = look(scene, settings, tracer, centers, rays)
+                    results = trace_rays(scene, settings, tracer, centers, rays)
                 assert image.depth is not None and image.normal is not None and image.material is not None
-                image.depth[rows] = seen.depth.reshape(shape)
-                image.normal[rows] = seen.normal.reshape(*shape, 3)
-                image.material[rows] = seen.material.reshape(shape)
+                image.depth[rows] = results.depth.reshape(shape)
+                image.normal[rows] = results.normal.reshape(*shape, 3)
+                image.material[rows] = results.material.reshape(shape)
     image.radiance[...] /= settings.samples
     return image
 
@@ -83,8 +82,8 @@ def rays_through(camera: Camera, size: tuple[int, int], x: Array, y: Array) -> A
     return rd / np.linalg.norm(rd, axis=-1, keepdims=True)
 
 
-class Seen(NamedTuple):
-    """What R rays from the camera see: all as in film.Image."""
+class RayResults(NamedTuple):
+    """Results of R rays from the camera: all as in Image."""
 
     radiance: Array  # (R, 3)
     depth: Array  # (R,)
@@ -92,17 +91,20 @@ class Seen(NamedTuple):
     material: NDArray[np.int32]  # (R,)
 
 
-def look(scene: Scene, settings: Settings, tracer: Tracer, rd: Array, rays: int, shifts: Array | None = None) -> Seen:
-    """What the rays from the camera along unit vectors `rd` (R, 3) see, `tracer` being that of `scene`.
+def trace_rays(
+    scene: Scene, settings: Settings, tracer: Tracer, rd: Array, rays: int, shifts: Array | None = None
+) -> RayResults:
+    """Trace the rays from the camera along unit vectors `rd` (R, 3); `tracer` is that of `scene`.
 
-    At each light that has a radius they look along `rays` x `rays` rays under soft shadows. `shifts` (R, lights, 2)
-    in [0, 1) says where in its parts these go, see light_rays(); without, through their middles.
+    Under soft shadows `rays` x `rays` rays go from each hit point to each light that has a radius. `shifts`
+    (R, lights, 2) in [0, 1) says through which places of the light's parts, see light_rays(); without, through the
+    middles.
     """
     ro = np.zeros(rd.shape)
     t, surface = tracer.first(ro, rd)
     normal = tracer.normals(np.where(np.isfinite(t), t, 0.0)[:, None] * rd, surface)
-    seen = _radiance(scene, settings, tracer, ro, rd, t, surface, normal, rays, shifts)
-    return Seen(seen, t, -np.sign(dot(normal, rd))[:, None] * normal, tracer.material_index[surface])
+    radiance = _radiance(scene, settings, tracer, ro, rd, t, surface, normal, rays, shifts)
+    return RayResults(radiance, t, -np.sign(dot(normal, rd))[:, None] * normal, tracer.material_index[surface])
 
 
 def _radiance(
@@ -131,7 +133,8 @@ def _radiance(
     V = -rd
     shifts = shifts if shifts is None else shifts[hit]
 
-    materials = [settings.shaded(leaf.material) for leaf in tracer.leaves]
+    options = settings.compile_options
+    materials = [options.shaded(leaf.material) for leaf in tracer.leaves]
     leaves_of = {m: [k for k, other in enumerate(materials) if other == m] for m in dict.fromkeys(materials)}
     groups = {material: np.isin(surface, leaves) for material, leaves in leaves_of.items()}
     I = np.zeros(P.shape)

@@ -1,4 +1,5 @@
-"""The reflectance models in float64 NumPy, from their definitions: the oracle for the files of `shaders/brdf/`.
+"""The reflectance models in float64 NumPy, from their definitions: the files of `shaders/brdf/` are tested
+against them.
 
 Each model's function gives f cos(theta_i), (R, 3), for unit vectors N, L, V of shape (R, 3) with N.L > 0 and N.V > 0.
 Vectors that were rounded to float32 are not unit any more, which tells where L and V are nearly opposite, or a lobe
@@ -22,7 +23,7 @@ Array = NDArray[np.float64]
 def reflected(m: Material, N: Array, L: Array, V: Array) -> Array:
     """f cos(theta_i) of a material, (R, 3), for unit vectors (R, 3) with N.L > 0."""
     with np.errstate(under="ignore", over="ignore"):
-        return MODELS[m.model](m, N, L, V)
+        return REFLECTANCES[m.model](m, N, L, V)
 
 
 def mirrored(m: Material, N: Array, V: Array) -> Array:
@@ -124,7 +125,7 @@ def _torrance_sparrow(m: Material, N: Array, L: Array, V: Array) -> Array:
     return _v_cavities(m, c * np.exp(-((angle / m.m) ** 2)), N, L, V)
 
 
-MODELS: dict[str, Callable[[Material, Array, Array, Array], Array]] = {
+REFLECTANCES: dict[str, Callable[[Material, Array, Array, Array], Array]] = {
     "phong": _phong,
     "blinn": _blinn,
     "lambert": _lambert,

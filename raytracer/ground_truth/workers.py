@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, TypeVar
 
-Task = TypeVar("Task")
+T = TypeVar("T")
 
 # Fewer tasks than this are done here: other processes take half a second to start.
 _FEW = 8
@@ -40,7 +40,7 @@ class Processes:
         if self._pool:
             self._pool.shutdown(cancel_futures=True)
 
-    def map(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Any]]:
+    def map(self, tasks: Iterable[T]) -> Iterator[tuple[T, Any]]:
         """Each task with its result, in any order."""
         tasks = list(tasks)
         if self._workers == 1 or (len(tasks) < _FEW and not self._pool):
@@ -69,6 +69,7 @@ def _uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+# The object of this process, if this process is a worker. A pool hands its tasks to functions of a module only.
 _worker: Callable[[Any], Any] | None = None
 
 

@@ -37,12 +37,12 @@ def is_measured(options: SamplingOptions, *, estimates: bool) -> bool:
 
 
 def margin(options: SamplingOptions) -> int:
-    """How many pixels are drawn around a tile at most."""
+    """The most pixels that are drawn around a tile."""
     return MARGIN if stopping_rule.chooses_blocks(options) else 0
 
 
 class TileResult(NamedTuple):
-    """What one tile came to. Arrays have the top row first."""
+    """The result of one tile. Arrays have the top row first."""
 
     mean: NDArray[np.floating]  # (H, W, 3)
     samples: NDArray[np.int32] | int  # (H, W), or of all alike
@@ -135,8 +135,8 @@ class Accumulation:
             return
         summed = (n - 1) % SUMMED + 1
         if self._kept:
-            found = measurements.movement(blocks, n, summed, self._kept)
-            self._statistics = statistics = after_look(statistics, n, found, blocks.active)
+            movement = measurements.movement(blocks, n, summed, self._kept)
+            self._statistics = statistics = after_look(statistics, n, movement, blocks.active)
         if 2 * n <= self._options.samples:
             watched = blocks.by_cell(statistics.watched)
             measurements.keep_sums(blocks.area, blocks.cells & watched, before=n > summed)
@@ -183,13 +183,13 @@ class Accumulation:
         return tile_statistics(self._statistics, blocks.samples, blocks.part(self._tile), blocks.area[:2])
 
     def mean_samples(self) -> float:
-        """How many samples a pixel of the tile got on average."""
+        """The number of samples that a pixel of the tile got on average."""
         return float(self._blocks.samples_in(self._tile).mean()) if self._chooses else float(self.samples)
 
     def result(self, *, errors: bool) -> TileResult:
-        """What the tile has come to; with `errors` those of each pixel."""
+        """The mean of the samples so far; with `errors` the error of each pixel, too."""
         tile, area, blocks = self._tile, self._blocks.area, self._blocks
-        # Of the area, from its top, what is the tile's.
+        # The tile's part of the area, from the area's top.
         x, top = tile[0] - area[0], area[1] + area[3] - tile[1] - tile[3]
         where = slice(top, top + tile[3]), slice(x, x + tile[2])
         samples = blocks.samples_in(tile) if self._chooses else self.samples
@@ -223,7 +223,7 @@ class Accumulation:
 
 
 def complete(accumulation: Accumulation, until: float, progress: Callable[[int], None]) -> None:
-    """Draw all samples of a tile, which is to be read by the time `until`. `progress` is told how many there are."""
+    """Draw all samples of a tile, which is to be read by the time `until`. `progress` gets their number so far."""
     reading = 0.0
     while True:
         # A second part of the sum is read besides, and added in float64.

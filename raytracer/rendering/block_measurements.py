@@ -46,7 +46,7 @@ class BlockMeasurements:
         """`target` is the size of the largest area in pixels."""
         self._device, self._player, self._target = device, player, target
         columns, rows = (-(-side // CELL) * PER_CELL for side in target)
-        player.use({}, instead_of=_SOURCES)
+        player.use({}, replaced=_SOURCES)
         player.add_texture("blocks", (columns, rows), 4)
         player.add_texture("earlierSum", target, 4)
 
@@ -70,18 +70,18 @@ class BlockMeasurements:
         return self._measure(program, blocks, inputs, samples, summed, earlier=float(earlier))
 
     def keep_sums(self, area: tuple[int, int, int, int], cells: Mask, *, before: bool) -> None:
-        """Keep the sums in some cells of an area, with those of samples `before` those in the tile's sums."""
+        """Keep the sums in some cells of an area, together with the sums `before` them."""
         size = 0, 0, *area[2:]
         port, shown = viewport(size)
         inputs = {"radianceSum": "radiance"} | (_SUMMED_BEFORE if before else {})
-        # Both, so that a mistake in either is told with the first sample.
+        # Both, so that a mistake in either comes to light with the first sample.
         self._compiled("movement_of_sums" if before else "movement")
         program = self._compiled("kept_sums" if before else "kept")
         uniforms = {"draw.viewport": shown}
         self._player.play([Draw(program, Cells(runs(cells), CELL), ("earlierSum",), size, port, uniforms, inputs)])
 
     def warm(self) -> None:
-        """Have the driver compile all that the other methods draw, by draws of one cell."""
+        """Have the driver compile the draws of all other methods, by draws of one cell."""
         area = 0, 0, min(CELL, self._target[0]), min(CELL, self._target[1])
         self._player.add_texture("summedBefore", self._target, 3)
         blocks = Blocks.all_of(area, np.ones((1, 1), bool))

@@ -1,28 +1,28 @@
 """The estimate of a picture's error, from the picture's own samples: by how far means still move as samples are added.
 
-The mean M_n of a pixel's n samples is off by e_n. From n / 2 samples to n it moves by D_n = M_n - M_(n/2), and where
-what was added has nothing to do with what was wrong before, e_(n/2)^2 = e_n^2 + D_n^2 on average over pixels. If e_n
-falls as n^-p, then
+The mean M_n of a pixel's n samples has an error e_n. From n / 2 samples to n the mean moves by D_n = M_n - M_(n/2).
+Where the new samples have nothing to do with the error of the old ones, e_(n/2)^2 = e_n^2 + D_n^2 on average over
+pixels. If e_n falls as n^-p, then
 
     e_n^2 = D_n^2 / (4^p - 1).
 
-Scrambled Sobol' points on an edge have p = 3/4, and so have those on a light, of its outline: e_n is 0.74 of D_n.
-Independent samples have p = 1/2: it is as large as D_n. So it is of features smaller than the distance of samples,
-until these get as dense. Where light changes smoothly p is 1 or more, but there errors are small. One p is taken for
-all pictures: how fast movements fell before would tell, but less surely than not to look, as it is a ratio of two sums
-of which a few pixels may be most. It is measured where n is a power of two, as the points are spread best then; from
-there to the number of samples it is taken to fall as that of independent ones. On random edges, lines and discs of
-all sizes it is within 30 % of the true one (tests/rendering/test_estimator.py).
+Scrambled Sobol' points on an edge have p = 3/4, and so have points on a light, along the light's outline: e_n is 0.74
+of D_n. Independent samples have p = 1/2: e_n is as large as D_n. The same holds for features smaller than the distance
+of samples, until samples get as dense. Where light changes smoothly p is 1 or more, but there errors are small. One p
+serves all pictures. The fall of earlier movements would tell p, but less surely than a constant: as a ratio of two sums
+it may depend on a few pixels. Movements are measured where n is a power of two, as the points are spread best then;
+from there on the error is taken to fall as the error of independent samples. On random edges, lines and discs of all
+sizes the estimate is within 30 % of the true error (tests/rendering/test_estimator.py).
 
-It is an average over many pixels, as good as the number of those that move. Where a few blocks of pixels hold most of
-what moved, such as those of a small light's glint on metal, it may be off by half or more, and says so: by how many
-blocks of the same weight would scatter as much, (sum s)^2 / sum s^2 of their squared movements s. On the assignment
-these are 20 to 30, on random scenes 15 to 200, and 2 to 5 on the example `materials`, where what is estimated is a
-third to twice what is true. What single pixels are off by is told by how far apart their samples lie, sqrt(variance /
-n), scaled so that its mean square is the same.
+The estimate is an average over many pixels, as good as the number of pixels that move. Where a few blocks of pixels
+hold most of the movement, such as a small light's glint on metal, the estimate may be off by half or more, and says so:
+by the number of blocks of equal weight that would scatter as much, (sum s)^2 / sum s^2 of the blocks' squared movements
+s. On the assignment that number is 20 to 30, on random scenes 15 to 200, and 2 to 5 on the example `materials`, where
+the estimate is a third to twice the true error. The error of a single pixel follows from the distance between its
+samples, sqrt(variance / n), scaled so that the mean square over all pixels is the same.
 
-Blind is this for what no sample meets. Of many things smaller than the distance of samples some are met, and they
-stand for the others; of a few it may be none.
+The estimate is blind for everything that no sample meets. Where many things are smaller than the distance of samples,
+samples meet some, and those stand for the others; where there are few things, samples may meet none.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ from raytracer.formats.estimate import Estimate
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# How the error falls, as n^-P: as on edges.
+# The error falls as n^-P, as on edges.
 P = 0.75
-# The mean square of the last movement times FACTOR is that of the error.
+# The mean square of the last movement times FACTOR is the mean square of the error.
 FACTOR = 1.0 / (4.0**P - 1.0)
 # Standard errors that the worst of many pixels is off by.
 _WORST = 3.0
@@ -54,7 +54,7 @@ _ENOUGH, _PART = 2**18, 5
 class BlockStatistics(NamedTuple):
     """The statistics of one tile's blocks at the last look at each. Arrays are (rows, columns), the lowest row first.
 
-    `variance` and `most` are those of all blocks, `at` and `moved` only those of the blocks that are `watched`.
+    `variance` and `most` are known of all blocks, `at` and `moved` only of the blocks that are `watched`.
     """
 
     watched: Mask  # whole cells
@@ -66,7 +66,7 @@ class BlockStatistics(NamedTuple):
 
     def squared_errors(self, samples: NDArray[np.int32]) -> Array:
         """Estimate each block's squared error with so many `samples` of each block, summed over pixels and channels."""
-        # From the last look on, the error falls as that of independent samples.
+        # From the last look on, the error falls as if samples were independent.
         return FACTOR * self.moved * (self.at / np.maximum(samples, 1))
 
     def rmse(self, samples: NDArray[np.int32], part: tuple[slice, slice], pixels: int) -> float:
@@ -105,7 +105,7 @@ def after_look(
 ) -> BlockStatistics:
     """The statistics after a look at the `active` blocks, with so many `samples`.
 
-    `measurements` (rows, columns, 3 or more) are those of movement.frag: movement, variance, the largest variance.
+    `measurements` (rows, columns, 3 or more) come from movement.frag: movement, variance, the largest variance.
     """
     moved, variance, most = np.moveaxis(measurements[..., :3], -1, 0)
     watched = active & statistics.watched

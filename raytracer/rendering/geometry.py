@@ -15,7 +15,6 @@ from raytracer.compiler.compiled_scene import CompiledScene, compile
 from raytracer.compiler.draws import sample_at
 from raytracer.compiler.frame import make_frame
 from raytracer.formats.image import Geometry, GeometrySource
-from raytracer.gpu.adapters import Adapter
 from raytracer.gpu.device import Device, shared_device
 from raytracer.gpu.turns import ContextError, exclusive, is_cut_off
 from raytracer.rendering.programs import find_programs
@@ -24,7 +23,7 @@ from raytracer.rendering.tiles import place, split, tile_size
 from raytracer.scene.options import SamplingOptions
 
 
-class View(msgspec.Struct, frozen=True):
+class View(msgspec.Struct, frozen=True, eq=False):
     """All that decides the geometry of a picture."""
 
     compiled: CompiledScene
@@ -38,9 +37,9 @@ def draw_geometry(device: Device, view: View) -> Geometry:
     Raises InputError if shaders do not come to an end, ShaderError for a mistake in `shaders/`.
     """
     width, height = view.size
-    # Surfaces that no ray reaches by shadows or mirrors need no lists.
-    options = view.compiled.options.replace(shadows="off", bounces=0)
-    compiled = compile(view.compiled.scene, options, view.compiled)
+    # Neither shadows nor mirrors are drawn, and so no lists of lights are made.
+    scene, options = view.compiled.scene, view.compiled.options
+    compiled = compile(scene, options.replace(shadows="off", bounces=0), view.compiled)
     frame = make_frame(compiled, view.size, device.limits, plane_only=False)
     geometry = Geometry(
         np.empty((height, width), np.float32),
@@ -62,6 +61,7 @@ class DrawnGeometry(GeometrySource):
     """The geometry of `view`, which `device` draws at the first access. Images share it with their copies."""
 
     def __init__(self, device: Device, view: View) -> None:
+        self.shape = view.size[1], view.size[0]
         self._device = device
         self._view: View | None = view  # until it is drawn
         self._geometry: Geometry | None = None
@@ -87,17 +87,22 @@ class DrawnGeometry(GeometrySource):
 
 # A new Python has the modules' paths before it unpickles what imports them.
 _DRAW = """
-import pickle, sys
+import os, pickle, sys
+output = os.fdopen(os.dup(1), "wb")
+os.dup2(2, 1)  # nothing else is written there
 sys.path[:], task = pickle.load(sys.stdin.buffer)
 from raytracer.rendering.geometry import answer
-answer(task, sys.stdout.buffer)
+with output:
+    answer(task, output)
 """
 
 
 def _drawn_elsewhere(device: Device, view: View) -> Geometry:
     """The geometry of `view` by another process, on the same kind of device."""
-    task = pickle.dumps((sys.path, pickle.dumps((device.backend, device.adapter, view))))
-    done = subprocess.run([sys.executable, "-c", _DRAW], input=task, capture_output=True, check=False)
+    compiled = view.compiled
+    task = pickle.dumps((device.backend, device.adapter, compiled.scene, compiled.options, view.size, view.tile))
+    message = pickle.dumps((sys.path, task))
+    done = subprocess.run([sys.executable, "-c", _DRAW], input=message, capture_output=True, check=False)
     if done.returncode:
         lines = done.stderr.decode(errors="replace").strip().splitlines()
         raise ContextError(
@@ -112,15 +117,12 @@ def _drawn_elsewhere(device: Device, view: View) -> Geometry:
 
 def answer(task: bytes, output: Any) -> None:
     """Draw the geometry of a pickled task and write it, or the error, as a pickle: the other process's part."""
-    backend, adapter, view = pickle.loads(task)
-    result = _drawn_here(backend, adapter, view)
-    output.write(pickle.dumps(result, pickle.HIGHEST_PROTOCOL))
-
-
-def _drawn_here(backend: str | None, adapter: Adapter | None, view: View) -> Geometry | Exception:
+    backend, adapter, scene, options, size, tile = pickle.loads(task)
+    result: Geometry | Exception
     try:
         device = shared_device(backend, adapter)
         with device.turn():
-            return draw_geometry(device, view)
+            result = draw_geometry(device, View(compile(scene, options), size, tile))
     except Exception as error:  # for the process that asked
-        return error
+        result = error
+    output.write(pickle.dumps(result, pickle.HIGHEST_PROTOCOL))

@@ -11,7 +11,8 @@ from raytracer.formats.image import Image
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.options import Evaluator, Precision, Shading, Shadows
+from raytracer.scene.materials.models import Shading
+from raytracer.scene.options import Evaluator, Precision, Shadows
 from raytracer.scene.scene import Scene, checked_scene
 from raytracer.scene.sequences import SampleSequence
 from raytracer.scene.settings import Settings
@@ -48,7 +49,8 @@ def render(
     See `Settings` for `samples` to `bounces`. Those given come before `quality`, a name for some, that before the
     fields of `settings`, and these before the defaults; None takes nothing back. `adaptive` is in place of
     `max_error` and `time`, and these of it. `samples` is 4096 where one of the three is given here without it.
-    The image's `estimate` says how wrong it is. `geometry=False` leaves out depth, normal, material and error.
+    The image's `estimate` says how wrong it is. Depth, normal and material are drawn at the first access to one of
+    them, which takes its turn as a call of render() does. `geometry=False` leaves out these three and error.
     `backend` is how OpenGL is reached: "auto" (the default, unless the variable RAYTRACER_BACKEND is set), "egl",
     "window" or "osmesa"; the context is kept for the next call. `device` is one of EGL's, its index or a part of its
     name, as `raytracer doctor` lists them (default: the variable RAYTRACER_DEVICE, or the first that is

@@ -51,7 +51,7 @@ class Blocks(NamedTuple):
         return self._replace(active=active, cells=self.by_cell(active), is_whole=bool(active.all()))
 
     def by_cell(self, mask: Mask) -> Mask:
-        """(rows, columns) of cells: those with a block that is True in `mask`."""
+        """(rows, columns) of cells: True for cells with a block that is True in `mask`."""
         return np.asarray(mask.reshape(len(self.cells), PER_CELL, -1, PER_CELL).any(axis=(1, 3)))
 
     def samples_in(self, tile: Rectangle) -> NDArray[np.int32]:

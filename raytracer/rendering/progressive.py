@@ -33,7 +33,7 @@ _MOST_ENLARGED = 16
 
 
 class Pace:
-    """How long samples take, and so how large the pixels of a moving picture must be."""
+    """The pace of samples, and so the size that pixels of a moving picture must have."""
 
     def __init__(self, budget: float) -> None:
         self._budget = budget  # seconds for one sample
@@ -69,6 +69,7 @@ class ProgressivePicture:
         self._measurements: BlockMeasurements | None = None
         self._accumulation: Accumulation | None = None
         self._structure: tuple[object, ...] = ()
+        self._compiled: CompiledScene | None = None
         self._frame: Frame | None = None
         self._programs: Mapping[str, Program] = {}
         self._rereads = False
@@ -87,10 +88,9 @@ class ProgressivePicture:
     def start(self, scene: Scene, settings: Settings, show: Show, size: tuple[int, int], *, moving: bool) -> None:
         """Begin a picture of `size` pixels, none of them 0, without any sample yet.
 
-        The pixels of a `moving` one are enlarged as the budget wants. Programs are looked for only if
-        `scene` has other objects than the one before, or other settings are used. Raises
-        InputError for a scene or size beyond this driver's limits and ShaderError for a mistake in
-        `shaders/`; the picture before can then be started again.
+        The pixels of a `moving` picture are enlarged as the budget wants. Programs are made only if `scene` has other
+        objects than the scene before, or other settings are used. Raises InputError for a scene or size beyond this
+        driver's limits and ShaderError for a mistake in `shaders/`; the picture before can then be started again.
         """
         limit = self._device.limits.target
         if max(size) > limit:
@@ -121,7 +121,7 @@ class ProgressivePicture:
             self._device.trim()
         self.enlarged, self.is_moving = enlarged, moving and (enlarged > 1 or settings.samples > 1)
         self._settings, self._seconds, self._stopped = settings, 0.0, None
-        # A moving picture's only sample is that of a picture of one: the pixel's centre, unless samples are random.
+        # The only sample of a moving picture is at the pixel's centre, unless samples are random.
         options = msgspec.structs.replace(settings.sampling, samples=1) if moving else settings.sampling
         measurements = None
         if show == "picture" and is_measured(options, estimates=True) and not self._is_mistaken:
@@ -144,7 +144,7 @@ class ProgressivePicture:
         return tiles
 
     def has_structure(self, scene: Scene, settings: Settings, show: Show) -> bool:
-        """Whether the programs of the picture before draw this one."""
+        """Whether the programs of the picture before draw this one. Raises InputError as `start`."""
         return self._structure == (self._compile(scene, settings).structure, show)
 
     def is_compiled(self, scene: Scene, settings: Settings, show: Show) -> bool:
@@ -154,7 +154,9 @@ class ProgressivePicture:
         return are_compiled(self._device, compiled, show)
 
     def _compile(self, scene: Scene, settings: Settings) -> CompiledScene:
-        return compile(scene, settings.compile_options, self._frame.compiled if self._frame else None)
+        """The compiled scene. It shares everything that it can with the one made last."""
+        self._compiled = compile(scene, settings.compile_options, self._compiled)
+        return self._compiled
 
     def step(self) -> None:
         """Draw one more sample and wait for it.
@@ -180,7 +182,7 @@ class ProgressivePicture:
         return math.inf if self._settings.time is None else self._settings.time - self._seconds
 
     def _write_stopped(self, accumulation: Accumulation) -> None:
-        """Bring to the GPU how many samples those blocks got that get no more, if others are now among them."""
+        """Bring the samples of the blocks that get no more to the GPU, if more blocks have stopped."""
         blocks = accumulation.blocks
         if blocks.is_whole or blocks.active is self._stopped:
             return
@@ -203,7 +205,7 @@ class ProgressivePicture:
 
     @property
     def samples(self) -> int:
-        """How many samples there are: pixels may have got fewer."""
+        """The number of samples: pixels may have got fewer."""
         return self._accumulation.samples if self._accumulation else 0
 
     @property
@@ -236,5 +238,5 @@ class ProgressivePicture:
 
 
 def _enlarged(size: tuple[int, int], by: int) -> tuple[int, int]:
-    """How many pixels, enlarged so much, cover a window of `size`."""
+    """The numbers of pixels, enlarged so much, that cover a window of `size`."""
     return -(-size[0] // by), -(-size[1] // by)

@@ -1,30 +1,34 @@
-"""Programs, uniforms, passes, read-back: a Scene to an Image on the GPU."""
+"""The renderer: a scene becomes an image on one device."""
 
 from __future__ import annotations
 
 import math
 import time
-from contextlib import ExitStack, closing
+from collections.abc import Mapping
+from contextlib import closing
 from functools import partial
 from typing import Any
 
-import msgspec
 import numpy as np
 
 from raytracer.compiler.compiled_scene import compile
-from raytracer.compiler.frame import make_frame
+from raytracer.compiler.frame import Frame, make_frame
+from raytracer.compiler.meshes import Rectangle
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
-from raytracer.rendering.accumulation import Accumulation, complete, is_measured, margin
+from raytracer.gpu.gl import Program
+from raytracer.rendering.accumulation import Accumulation, TileResult, complete, is_measured, margin
 from raytracer.rendering.block_measurements import BlockMeasurements
 from raytracer.rendering.estimator import TileStatistics, estimate
 from raytracer.rendering.geometry import DrawnGeometry, View
 from raytracer.rendering.programs import find_programs
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import TILE, place, split, tile_size
+from raytracer.scene.options import SamplingOptions
 from raytracer.scene.scene import Scene
+from raytracer.scene.sequences import SEQUENCES
 from raytracer.scene.settings import Settings
 
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
@@ -35,7 +39,7 @@ _WORTH_PLANE_ONLY = 2**20
 def metadata(
     scene: Scene, size: tuple[int, int], settings: Settings, estimate: Estimate | None = None
 ) -> dict[str, str]:
-    """What a picture's file says of it."""
+    """The text in a picture's file: names and values."""
     from raytracer.version import __version__
 
     text = {
@@ -50,7 +54,7 @@ def metadata(
 
 def _why_unknown(settings: Settings, estimates: bool) -> str:
     """Why a picture does not know its error."""
-    if settings.sequence != "sobol":
+    if not SEQUENCES[settings.sequence].estimates_error:
         return f"samples of the sequence {settings.sequence} do not tell it"
     if not estimates:
         return "not asked for"
@@ -72,74 +76,107 @@ class Renderer:
         geometry: bool = True,
         progress: Progress | None = None,
         tile: int = TILE,
-        only: bool = False,
+        single_picture: bool = False,
         estimates: bool = True,
     ) -> Image:
-        """An image of `scene`; `tile` is the side of the largest target in pixels. Else as `render()`.
+        """Render `scene` as `rt.render()` does. `tile` is the side of the largest target in pixels.
 
-        `only`: it is the process's only one, so programs that take longer to compile than they save are done without.
-        Without `estimates` it is not told how wrong it is, unless that is what samples are taken for.
+        A `single_picture` is the process's only one: programs that take longer to compile than they save are left out.
+        Without `estimates` the image has no estimate of its error, unless samples are taken by the estimate.
         """
-        options = settings.sampling
+        options, (width, height) = settings.sampling, size
         estimates |= options.has_stopping_rule
-        statistics: list[TileStatistics] = []
-        pixels, count = 0, 0.0
         compiled = compile(scene, settings.compile_options)
         self.device.limits.check(compiled)
-        width, height = size
-        around = margin(options)
-        tile = min(tile, self.device.limits.target - 2 * around)
+        tile = min(tile, self.device.limits.target - 2 * margin(options))
+        arrays = _Arrays(size, is_adaptive=options.is_adaptive, has_errors=geometry and estimates)
+        # Plane-only cells have a program of their own where that saves more than its compilation takes.
+        plane_only = not single_picture or width * height * options.samples >= _WORTH_PLANE_ONLY
+        with self.device.turn():
+            frame = make_frame(compiled, size, self.device.limits, plane_only=plane_only)
+            programs = find_programs(self.device, compiled, plane_only=plane_only)
+            seconds = _draw(self.device, programs, frame, options, tile, arrays, progress, estimates=estimates)
         source: Any = DrawnGeometry(self.device, View(compiled, size, tile)) if geometry else None
-        image = Image(
-            radiance=np.empty((height, width, 3), np.float32),
+        error = arrays.estimate(seconds, _why_unknown(settings, estimates))
+        return Image(
+            arrays.radiance,
             depth=source,
             normal=source,
             material=source,
-            samples=np.empty((height, width), np.int32) if options.is_adaptive else None,
-            error=np.empty((height, width), np.float32) if geometry and estimates else None,
+            samples=arrays.samples,
+            error=arrays.error,
+            estimate=error,
+            metadata=metadata(scene, size, settings, error),
         )
-        shape = tile_size(size, tile, is_drawn_once=settings.samples == 1)
-        tiles = list(split(size, shape))
-        target = min(width, shape[0] + 2 * around), min(height, shape[1] + 2 * around)
-        with self.device.turn(), ExitStack() as stack:
-            renderer = stack.enter_context(closing(TileRenderer(self.device, target, one_shot=True)))
-            plane_only = not only or width * height * settings.samples >= _WORTH_PLANE_ONLY
-            frame = make_frame(compiled, size, self.device.limits, plane_only=plane_only)
-            renderer.load(find_programs(self.device, compiled, plane_only=plane_only), frame)
-            measurements = None
-            if is_measured(options, estimates=estimates):
-                measurements = BlockMeasurements(self.device, renderer.player, target)
-            if options.time is not None:
-                renderer.warm()
-                if measurements:
-                    measurements.warm()
-            begin = time.perf_counter()
-            for i, rectangle in enumerate(tiles):
-                accumulation = Accumulation(renderer, measurements, options, rectangle, size, estimates=estimates)
-                done = partial(_add_progress, progress, i * settings.samples, len(tiles) * settings.samples)
-                # Until when this tile's share, and those of all before it, is over.
-                pixels += rectangle[2] * rectangle[3]
-                until = math.inf
-                if options.time is not None:
-                    until = begin + options.time * pixels / (width * height)
-                complete(accumulation, until, done)
-                result = accumulation.result(errors=image.error is not None)
-                where = place(rectangle, height)
-                image.radiance[where] = result.mean
-                count += np.mean(result.samples) * rectangle[2] * rectangle[3]
-                if result.statistics:
-                    statistics.append(result.statistics)
-                if image.samples is not None:
-                    image.samples[where] = result.samples
-                if image.error is not None:
-                    image.error[where] = np.nan if result.error is None else result.error
-            took = time.perf_counter() - begin
-        samples = float(count) / (width * height)
-        if len(statistics) == len(tiles):
-            error = estimate(statistics, size, samples, took)
-        else:
-            error = Estimate(samples, took, unknown=_why_unknown(settings, estimates))
-        return msgspec.structs.replace(image, estimate=error, metadata=metadata(scene, size, settings, error))
+
+
+class _Arrays:
+    """The arrays of a picture, filled tile by tile, and the statistics of its tiles."""
+
+    def __init__(self, size: tuple[int, int], *, is_adaptive: bool, has_errors: bool) -> None:
+        self.size = size
+        shape = size[1], size[0]
+        self.radiance = np.empty((*shape, 3), np.float32)
+        self.samples = np.empty(shape, np.int32) if is_adaptive else None
+        self.error = np.empty(shape, np.float32) if has_errors else None
+        self._statistics: list[TileStatistics | None] = []
+        self._count = 0.0  # of the samples of all pixels
+
+    def add(self, tile: Rectangle, result: TileResult) -> None:
+        """Take the result of a tile."""
+        rows_columns = place(tile, self.size[1])
+        self.radiance[rows_columns] = result.mean
+        if self.samples is not None:
+            self.samples[rows_columns] = result.samples
+        if self.error is not None:
+            self.error[rows_columns] = np.nan if result.error is None else result.error
+        self._count += float(np.mean(result.samples) * tile[2] * tile[3])
+        self._statistics.append(result.statistics)
+
+    def estimate(self, seconds: float, why_unknown: str) -> Estimate:
+        """The estimate of the picture's error, which took `seconds` to draw."""
+        samples = self._count / (self.size[0] * self.size[1])
+        known = [statistics for statistics in self._statistics if statistics]
+        if len(known) < len(self._statistics):
+            return Estimate(samples, seconds, unknown=why_unknown)
+        return estimate(known, self.size, samples, seconds)
+
+
+def _draw(
+    device: Device,
+    programs: Mapping[str, Program],
+    frame: Frame,
+    options: SamplingOptions,
+    side: int,
+    arrays: _Arrays,
+    progress: Progress | None,
+    *,
+    estimates: bool,
+) -> float:
+    """Draw a frame into `arrays`, in tiles of at most `side` pixels a side; the seconds without those of compilers."""
+    size = width, height = frame.size
+    largest = tile_size(size, side, is_drawn_once=options.samples == 1)
+    tiles = list(split(size, largest))
+    around = 2 * margin(options)
+    target = min(width, largest[0] + around), min(height, largest[1] + around)
+    with closing(TileRenderer(device, target, one_shot=True)) as renderer:
+        renderer.load(programs, frame)
+        is_needed = is_measured(options, estimates=estimates)
+        measurements = BlockMeasurements(device, renderer.player, target) if is_needed else None
+        if options.time is not None:
+            renderer.warm()
+            if measurements:
+                measurements.warm()
+        begin, pixels = time.perf_counter(), 0
+        for i, tile in enumerate(tiles):
+            accumulation = Accumulation(renderer, measurements, options, tile, size, estimates=estimates)
+            # The end of the time of this tile and of all tiles before it, each with its share.
+            pixels += tile[2] * tile[3]
+            until = math.inf if options.time is None else begin + options.time * pixels / (width * height)
+            done = partial(_add_progress, progress, i * options.samples, len(tiles) * options.samples)
+            complete(accumulation, until, done)
+            arrays.add(tile, accumulation.result(errors=arrays.error is not None))
+        return time.perf_counter() - begin
 
 
 def _add_progress(progress: Progress | None, before: int, total: int, done: int) -> None:

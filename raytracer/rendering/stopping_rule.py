@@ -13,17 +13,17 @@ pixel in them, or one that touches them, has an error above the threshold; or if
 pixels, shown (clipped to [0, 1]), differ by more than 2 n times the threshold: an edge between the two
 may cut 1 / n off a pixel that no sample of it sees, 1 / (2 n) on average. That compares neighbours as Mitchell
 1987 does, "Generating antialiased images at low sampling densities". After NEXT samples, and twice, 4 times, ...
-as many, a block stops if no pixel of its own has an error above the threshold. So what is decided on a block depends on
+as many, a block stops if no pixel of its own has an error above the threshold. So the decision on a block depends on
 no pixel more than APRON away.
 
-Where an error or a time is asked for (`max_error`, `time`), blocks stop by what estimator.py tells of them instead:
-with 8, 16, 32, ... samples those stop that together hold next to none of the squared error asked for, or to be had in
-the time. They must have held as little with half the samples already; and none stops if all that held as little then
-turned out to hold much more.
+For an error or a time (`max_error`, `time`), blocks stop by the estimates of estimator.py instead. With 8, 16, 32, ...
+samples those blocks stop that together hold next to none of the squared error that is the goal: `max_error`, or the
+error that the time allows. The blocks must have held as little with half the samples already. No block stops if the
+blocks that held as little then hold much more now.
 
-What cannot be seen is what none of the FIRST samples of all these pixels meets: a ball of a quarter of a pixel,
-a thin line. The sums' rounding to float32 makes an error of about 2e-4 times a pixel's radiance where there is
-none: a threshold as low as that chooses by chance, though always the same.
+Nothing shows that none of the FIRST samples of all these pixels meets: a ball of a quarter of a pixel, a thin line. The
+sums' rounding to float32 makes an error of about 2e-4 times a pixel's radiance where there is
+none: so low a threshold chooses by chance, though always the same blocks.
 """
 
 from __future__ import annotations
@@ -47,10 +47,9 @@ NEXT = 8
 APRON = 1
 # The share of the squared error asked for that blocks may hold which get no more samples: a fortieth of the error.
 _LEFT = 0.05
-# How much more than that the blocks may hold that could have been left with half the samples.
+# Times this share the blocks may hold now that could have done with half the samples.
 _MISJUDGED = 2.0
-# By how much an estimate must be below the error that is asked for, from 8 samples on and with fewer: so far off it may
-# be.
+# The factors by which an estimate must be below `max_error`, from 8 samples on and with fewer: so far off it may be.
 _SURE, _LESS_SURE, _SURE_FROM = 1.05, 1.4, 8
 
 
@@ -58,7 +57,7 @@ class Choice(NamedTuple):
     """The choice between blocks of a tile. Masks are (rows, columns)."""
 
     active: Mask  # the blocks that get more samples
-    spare: Mask | None  # the blocks that could do without more, by what was known now
+    spare: Mask | None  # the blocks that could do without more, as far as is known now
 
 
 def chooses_blocks(options: SamplingOptions) -> bool:
@@ -86,9 +85,9 @@ def choose_blocks(
 ) -> Choice:
     """Choose which of the `active` blocks get more samples.
 
-    `errors` (rows, columns) are those of error.frag. Without a threshold, `squared_errors` are the estimated ones,
-    `spare` is that of the choice before, `pixels` is how many the tile has, and at last there will be `growth` times as
-    many samples as now.
+    `errors` (rows, columns) come from error.frag. The rest serves a choice without a threshold: `squared_errors` are
+    estimates, `spare` comes from the choice before, the tile has so many `pixels`, and at last there will be `growth`
+    times as many samples as now.
     """
     if options.adaptive is not None:
         return Choice(active & (errors > options.adaptive), None)

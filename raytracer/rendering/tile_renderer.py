@@ -1,4 +1,4 @@
-"""The renderer of tiles: it draws one sample of a tile after another, and reads what they add up to."""
+"""The renderer of tiles: it draws one sample of a tile after another, and reads their sums."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from raytracer.compiler.draws import Sample, sample_at, sample_draws
 from raytracer.compiler.frame import Frame
 from raytracer.compiler.meshes import (
     EMPTY,
+    PER_CELL,
     PLANE_ONLY,
     SEE,
     SHADE,
@@ -70,7 +71,7 @@ class TileRenderer:
         self._rounds = frame.rounds
         self._buffers.upload(frame)
         self._material_index = np.append(frame.compiled.surfaces.material, np.int32(-1))  # so also at index -1
-        self.player.use(programs, instead_of=_PROGRAMS)
+        self.player.use(programs, replaced=_PROGRAMS)
         self._meshes = None
         self._coverage = _coverage(programs, frame)
         self._list_readers = [name for name, program in programs.items() if "list" in program]
@@ -117,11 +118,11 @@ class TileRenderer:
         )
 
     def warm(self) -> None:
-        """Have the driver compile what draws of cells and of blocks need, by draws of one cell."""
+        """Have the driver compile everything that draws of cells and of blocks need, by draws of one cell."""
         coverage, area = self._coverage.one_cell(), (0, 0, CELL, CELL)
         options = SamplingOptions(samples=2)
         whole = tile_meshes(coverage, area, None, self._list_readers)
-        blocks = tile_meshes(coverage, area, np.ones((4, 4), bool), self._list_readers)
+        blocks = tile_meshes(coverage, area, np.ones((PER_CELL, PER_CELL), bool), self._list_readers)
         for meshes, index in ((whole, 0), (whole, 1), (blocks, 1)):
             self._play(meshes, area, sample_at(index, options))
         self.player.forget_times()
@@ -137,7 +138,7 @@ class TileRenderer:
         return sums[::-1]
 
     def write_sums_before(self, total: NDArray[np.floating]) -> None:
-        """Bring the sums of all samples before those in the target to the GPU: (H, W, 3), the top row first."""
+        """Bring the sums before the target's to the GPU: (H, W, 3), the top row first."""
         if not self.player.has_texture("summedBefore"):
             self.player.add_texture("summedBefore", self.target, 3)
         self.player.write("summedBefore", total[::-1].astype(np.float32))
@@ -150,7 +151,7 @@ class TileRenderer:
         return Geometry(depth, seen[..., :3] @ self._to_world, self._material_index[np.abs(surface) - 1])
 
     def _read_surface(self, size: tuple[int, int]) -> NDArray[np.int32]:
-        """(H, W), top row first: what the lower left part of that size sees. Raises InputError as read_sums()."""
+        """(H, W), top row first: the surfaces that the lower left part of that size sees. Errors as read_sums()."""
         surface = self.player.read("surface", (0, 0, *size), 1)[..., 0]
         _check_rounds(surface.min() == _CUT_SHORT)
         return surface[::-1]

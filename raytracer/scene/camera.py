@@ -49,7 +49,7 @@ class Camera(Record, frozen=True):
         sine = math.hypot(*right)
         if sine < MIN_UP_ANGLE:
             raise InputError(f"expected a direction not parallel to the view, got {self.up}", "up")
-        # The shorter the product, the larger its rounding: take out what is left along `forward`.
+        # The shorter the product, the larger its rounding: take out the rest along `forward`.
         right = divided(right, sine)
         right = sub(right, scaled(forward, dot(right, forward)))
         right = divided(right, math.hypot(*right))

@@ -50,7 +50,7 @@ class Instances(Record, frozen=True, eq=False):
     positions: Array
     scales: Array = 1.0  # pyright: ignore[reportAssignmentType]
 
-    if TYPE_CHECKING:  # what may be given is more than what is held
+    if TYPE_CHECKING:  # arguments of more types than the fields
 
         def __init__(self, solid: Solid, positions: ArrayLike, scales: ArrayLike = 1.0) -> None: ...
 
@@ -85,9 +85,11 @@ class Instances(Record, frozen=True, eq=False):
     def _check_places(self) -> None:
         import numpy as np
 
-        found = leaves(self.solid)
-        if len(self) * len(found) > MAX_SURFACES:
-            raise InputError(f"expected at most {MAX_SURFACES} primitives, got {len(self)} x {len(found)}", "positions")
+        primitives = leaves(self.solid)
+        if len(self) * len(primitives) > MAX_SURFACES:
+            raise InputError(
+                f"expected at most {MAX_SURFACES} primitives, got {len(self)} x {len(primitives)}", "positions"
+            )
         with np.errstate(over="ignore"):  # what overflows is out of bounds
             centers, radii = self.spheres()
             wrong = ~((radii >= MIN_RADIUS) & (radii <= MAX_LENGTH)).all(axis=1)
@@ -96,7 +98,7 @@ class Instances(Record, frozen=True, eq=False):
                 expected = f"radii times scale in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
                 raise InputError(f"expected {expected}, got the scale {self.scales[i]:g}", ("scales", i))
             wrong = (np.abs(centers) > MAX_LENGTH).any(axis=(1, 2))
-            for plane in (leaf for leaf in found if isinstance(leaf, Plane)):
+            for plane in (leaf for leaf in primitives if isinstance(leaf, Plane)):
                 x, y, z = (n * p for n, p in zip(plane.normal, self.positions.T, strict=True))
                 offsets = plane.offset * self.scales + (x + y + z)
                 length = min(1.0, float(np.linalg.norm(plane.normal)))
@@ -144,12 +146,12 @@ class Instances(Record, frozen=True, eq=False):
             yield with_leaves(self.solid, lambda leaf, p=position, s=scale: _placed(leaf, p, s))
 
     def spheres(self) -> tuple[Array, Array]:
-        """Centers (N, S, 3) and radii (N, S) of the placed spheres, S to an instance: those of solids(), to the bit."""
+        """Centers (N, S, 3) and radii (N, S) of the placed spheres, S to an instance, to the bit as in solids()."""
         import numpy as np
 
-        found = [leaf for leaf in leaves(self.solid) if isinstance(leaf, Sphere)]
-        centers = np.array([sphere.center for sphere in found]).reshape(-1, 3)
-        radii = np.array([sphere.radius for sphere in found])
+        spheres = [leaf for leaf in leaves(self.solid) if isinstance(leaf, Sphere)]
+        centers = np.array([sphere.center for sphere in spheres]).reshape(-1, 3)
+        radii = np.array([sphere.radius for sphere in spheres])
         scales = self.scales[:, None]
         return centers * scales[..., None] + self.positions[:, None], radii * scales
 

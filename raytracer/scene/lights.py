@@ -59,6 +59,6 @@ class PointLight(Record, frozen=True, repr_omit_defaults=True):
         """Whether `sphere` is this light's own, to the rounding of the numbers that are given."""
         if not isinstance(sphere, Sphere):
             raise InputError(f"expected a Sphere, got {shown(sphere)}", "sphere")
-        given = max(map(abs, (*sphere.center, *self.position, self.radius)))
+        largest = max(map(abs, (*sphere.center, *self.position, self.radius)))
         off = max(math.dist(sphere.center, self.position), abs(sphere.radius - self.radius))
-        return off <= ROUNDING * given
+        return off <= ROUNDING * largest

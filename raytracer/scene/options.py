@@ -1,6 +1,6 @@
 """The two halves of settings: options of which shaders are made, and options of how many samples are drawn.
 
-Each half checks its own fields. `Settings` says what they mean, and has all of them.
+Each half checks its own fields. `Settings` has all of them, and explains them.
 """
 
 from __future__ import annotations

@@ -75,19 +75,19 @@ class Scene(Record, frozen=True):
             objects = SceneObjects(_tuple_of(objects, Solid | Instances, "objects", "solids and Instances"))
         if not isinstance(self.camera, Camera):
             raise InputError(f"expected a Camera, got {shown(self.camera)}", "camera")
-        given = _tuple_of(self.materials, Material, "materials", "Materials")
+        materials = _tuple_of(self.materials, Material, "materials", "Materials")
         set_fields(
             self,
             objects=objects,
             lights=_tuple_of(self.lights, PointLight, "lights", "PointLights"),
             ambient=color(self.ambient, "ambient"),
             background=color(self.background, "background"),
-            materials=tuple(dict.fromkeys((*given, *objects.materials))),
+            materials=tuple(dict.fromkeys((*materials, *objects.materials))),
             name=check_text(self.name, "name"),
         )
 
     def solids(self) -> tuple[Solid, ...]:
-        """All plain solids in order, those of Instances one by one. Surfaces are counted in this order everywhere."""
+        """All plain solids in order, Instances one by one. Surfaces are counted in this order everywhere."""
         return tuple(s for o in self.objects for s in (o.solids() if isinstance(o, Instances) else (o,)))
 
 

@@ -11,9 +11,10 @@ from typing import Any, Literal, NamedTuple
 
 SampleSequence = Literal["sobol", "r2", "random", "grid", "rotated", "corners"]
 
-# What scrambles Sobol's two dimensions: of 1500 random pairs the one whose first 2, 3, 4, 8, 16, 32 and 64 points were
-# least wrong about which share of a pixel an edge cuts off. Among 1500 others (benchmarks/sequences.py) it is second,
-# and with 16 half as wrong as "r2". Over pixels that exchange digits it is like most, 2 % worse than the best.
+# Seeds that scramble the two dimensions of Sobol: of 1500 random pairs the one whose first 2, 3, 4, 8, 16, 32 and 64
+# points were least wrong about which share of a pixel an edge cuts off. Among 1500 others (benchmarks/sequences.py) it
+# is second, and with 16 half as wrong as "r2". Over pixels that exchange digits it is like most, 2 % worse than the
+# best.
 _SCRAMBLES = 0xE7DAAF3E, 0xBB162E79
 # 1/p and 1/p^2 with p the plastic number, the real root of p^3 = p + 1.
 _ALPHA = (0.7548776662466927, 0.5698402909980532)
@@ -29,9 +30,7 @@ def sample_place(k: int, sequence: SampleSequence = "sobol", samples: int = 1) -
 
 
 def scatters(sequence: SampleSequence, samples: int) -> bool:
-    """Whether each pixel exchanges digits of its own in the samples' places: of a single one none, and where the order
-    is another than that of digits it would be lost.
-    """
+    """Whether each pixel exchanges digits of its own in the places of its samples: a single sample's are kept."""
     return SEQUENCES[sequence].is_scattered and samples > 1
 
 
@@ -126,12 +125,12 @@ def _pascal(x: int) -> int:
 class SequenceTraits(NamedTuple):
     """A sequence: where its samples lie, and facts that others ask for."""
 
-    # Of sample k of so many: its place in [0, 1)^2.
+    # The place of sample k of so many, in [0, 1)^2.
     place: Callable[[int, int], tuple[float, float]]
     # Any number of first points is spread over the pixel, so samples can be added one at a time. The other sequences
     # take a square number.
     is_progressive: bool = False
-    # Each pixel exchanges digits of its own: the order of the points must be that of digits, or be lost without harm.
+    # Each pixel exchanges digits of its own: only for points that lose nothing by it, as in an order by digits.
     is_scattered: bool = False
     # The samples tell the error of their mean.
     estimates_error: bool = False

@@ -8,19 +8,20 @@ from raytracer.core.record import Record, public
 from raytracer.core.validation import InputError, set_fields, shown
 from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
-from raytracer.scene.options import CompileOptions, Evaluator, Precision, SamplingOptions, Shading, Shadows
+from raytracer.scene.materials.models import Shading
+from raytracer.scene.options import CompileOptions, Evaluator, Precision, SamplingOptions, Shadows
 from raytracer.scene.sequences import SampleSequence
 
 
 @public
 class Settings(Record, frozen=True):
-    """How to render.
+    """The way to make a picture of a scene.
 
     `samples` a pixel, 1 to 65536. `shadows`: "off", "hard" (a blocked light gives nothing),
     "diluted" (it gives the share dist(P, Q) / dist(P, light), Q the first blocking point) or "soft" (each sample
     looks at one point of each light that has a radius; under all others a light is its centre).
     `shading`: None for each material's own model, or the name of a model for all (convert.py). `evaluator`
-    finds where a ray meets a CSG tree: "cells" (looks only at what a cell of the picture or of a light's
+    finds where a ray meets a CSG tree: "cells" (looks only at surfaces that a cell of the picture or of a light's
     surroundings can meet), "walk" (at everything) or "roth" (the assignment's hit lists, the readable one);
     their pictures agree. `precision`: bits of the numbers in which rays and
     surfaces are intersected: 32, or 64 for scenes beyond what 32 resolve (needs OpenGL 4.0).
@@ -30,8 +31,8 @@ class Settings(Record, frozen=True):
     `sequence`: where in a pixel its samples lie (sequences.py); "grid", "rotated" and "corners" take a square number.
     `max_error`: None, or the root mean square error in linear radiance, above 0, such as 0.002: samples are added,
     up to `samples`, until it is estimated to be less (estimator.py). `time`: None, or seconds, above 0: samples
-    are added, up to `samples`, as long as they last. Programs are compiled before, and what the centre rays of pixels
-    see (geometry) is found before.
+    are added, up to `samples`, as long as they last. Programs are compiled before, and depth, normal and material are
+    drawn when they are asked for.
     """
 
     samples: int = 1
@@ -58,21 +59,6 @@ class Settings(Record, frozen=True):
     def sampling(self) -> SamplingOptions:
         """The half that decides samples."""
         return SamplingOptions(*(getattr(self, name) for name in SamplingOptions.__struct_fields__))
-
-    @property
-    def refines(self) -> bool:
-        """Whether pixels may get different numbers of samples."""
-        return self.sampling.is_adaptive
-
-    @property
-    def tells(self) -> bool:
-        """Whether the samples tell the picture's error (estimator.py)."""
-        return self.sampling.estimates_error
-
-    @property
-    def asks(self) -> bool:
-        """Whether an error or a time is asked for, and the samples follow from that."""
-        return self.sampling.has_stopping_rule
 
     def shaded(self, material: Material) -> Material:
         """`material` under the shading override. Raises InputError if that would take an exponent above 1e6."""

@@ -10,7 +10,8 @@ from msgspec import UNSET, UnsetType
 
 from raytracer.core.record import Record
 from raytracer.core.validation import InputError, check_choice, shown
-from raytracer.scene.options import CompileOptions, Evaluator, Precision, SamplingOptions, Shading, Shadows
+from raytracer.scene.materials.models import Shading
+from raytracer.scene.options import CompileOptions, Evaluator, Precision, SamplingOptions, Shadows
 from raytracer.scene.sequences import SampleSequence
 from raytracer.scene.settings import Settings
 
@@ -43,8 +44,8 @@ class SettingsPatch(Record, frozen=True, repr_omit_defaults=True):
     def __or__(self, later: SettingsPatch) -> SettingsPatch:
         """Merge two patches: a value of `later` is in place of the value here. The result has no quality by name.
 
-        `adaptive` is in place of `max_error` and `time`, too, and these of `adaptive`, as they exclude each other.
-        Where nobody says how many samples an error, a time or adaptive samples may take, ASKED_SAMPLES: a number given
+        `adaptive` displaces `max_error` and `time`, and is displaced by them, as they exclude each other. Where nobody
+        says how many samples an error, a time or adaptive samples may take, ASKED_SAMPLES: a number given
         before those were is no such limit. Raises InputError for a quality that is none.
         """
         return SettingsPatch(**_merged(_merged({}, self.fields()), later.fields()))
@@ -94,7 +95,7 @@ def checked_patch(settings: Any) -> SettingsPatch:
 
 
 def changes(before: Settings, after: Settings) -> SettingsPatch:
-    """The fields of `after` that differ from those of `before`."""
+    """The fields that differ between `before` and `after`, as `after` has them."""
     old = msgspec.structs.asdict(before)
     return SettingsPatch(**{k: v for k, v in msgspec.structs.asdict(after).items() if v != old[k]})
 

@@ -35,7 +35,7 @@ MAX_NODES = 4 * MAX_LEAVES
 # Leaves of all solids of a scene, instances counted each. 2^20 of four float32 are 16 MiB, which any
 # GPU holds, and their numbers are exact in float32 (up to 2^24).
 MAX_SURFACES = 1048576
-# Of the largest number in a sum: how far from 0 the roundings of a handful of numbers to float64 take it.
+# The roundings of a handful of numbers to float64 take their sum so far from 0, as a share of its largest number.
 ROUNDING = 8.0 * 2.0**-53
 
 
@@ -106,7 +106,7 @@ class Solid(Record, frozen=True):
 
 
 def _square(x: float) -> tuple[float, float]:
-    """x^2 as a float and what it rounded off, exactly (Dekker 1971, after Veltkamp's splitting)."""
+    """x^2 as a float, and the exact remainder of its rounding (Dekker 1971, after Veltkamp's splitting)."""
     high = x * 134217729.0 - (x * 134217729.0 - x)  # 2^27 + 1: the upper half of x's bits
     low = x - high
     square = x * x
@@ -135,7 +135,7 @@ class Sphere(Solid, frozen=True, repr_omit_defaults=True):
         parts = [-part for part in _square(self.radius)]
         for c, p in zip(self.center, _place(point), strict=True):
             d = c - p
-            # What the subtraction rounded off (Knuth's two-sum); its square is below any bit that matters.
+            # The remainder of the subtraction's rounding (Knuth's two-sum): its square is below any bit that matters.
             rest = (c - (d - (d - c))) - (p + (d - c))
             parts += (*_square(d), 2.0 * d * rest)
         return math.fsum(parts)
@@ -143,8 +143,8 @@ class Sphere(Solid, frozen=True, repr_omit_defaults=True):
     def touches(self, point: Vec3) -> bool:
         """Whether `point` lies on the sphere, to the rounding of the numbers that are given."""
         point = _place(point)
-        given = max(map(abs, (*self.center, *point, self.radius)))
-        return abs(math.dist(self.center, point) - self.radius) <= ROUNDING * given
+        largest = max(map(abs, (*self.center, *point, self.radius)))
+        return abs(math.dist(self.center, point) - self.radius) <= ROUNDING * largest
 
 
 @public
@@ -173,7 +173,7 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
         return (x / length, y / length, z / length), offset / length
 
     def depth(self, point: Vec3) -> float:
-        """How deep a point is inside: offset - dot(n, point) for the unit normal n; negative outside."""
+        """The depth of a point inside: offset - dot(n, point) for the unit normal n; negative outside."""
         normal, offset = self.unit()
         return math.fsum((offset, *(-n * p for n, p in zip(normal, _place(point), strict=True))))
 

@@ -63,7 +63,7 @@ _RESOLVED = 0.01 * 2.0**24 / 4.0
 
 
 def precision_warning(scene: Scene, settings: Settings) -> str | None:
-    """What to tell a user whose scene goes beyond what its precision resolves, or None.
+    """A warning of a scene that goes beyond the resolution of its precision, or None.
 
     The measure is the largest distance from the camera at which a sphere can be seen over the smallest radius.
     """

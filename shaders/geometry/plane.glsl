@@ -1,5 +1,5 @@
 // The intersection of a ray with a half-space dot(normal, x) <= offset, and its error bound.
-// Provides planeSpan(), planeEnds().
+// Provides planeSpan(), planeEnds(), planeCrossing().
 //
 // A plane is (normal, offset), the normal unit; slope is dot(normal, ray.rd), which the caller may
 // know to more bits than that sum gives (terms.glsl). Returns (t0, t1) along the ray's whole line,
@@ -26,4 +26,12 @@ real2 planeEnds(Ray ray, real slope, int surface, real2 span) {
     if (slope == 0.0) return real2(-INF, INF);
     real t = ends ? ray.distance : real(0.0);
     return slope > 0.0 ? real2(-INF, t) : real2(t, INF);
+}
+
+// The root of a ray that meets nothing but half-spaces; INF if the ray does not cross the plane. An end of the ray may
+// be known to lie on the plane, as for planeEnds().
+real planeCrossing(Ray ray, real4 plane, real slope, int surface) {
+    if (!ray.ofCamera && surface == ray.start.surface) return INF;
+    if (!ray.ofCamera && surface == ray.end.surface) return ray.distance;
+    return slope == 0.0 ? INF : (plane.w - dot(plane.xyz, ray.ro)) / slope;
 }

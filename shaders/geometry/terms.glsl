@@ -43,10 +43,7 @@ real2 planeRoots(Ray ray, Surface s) {
 
 // Where a ray that meets nothing but half-spaces crosses the plane; INF if it does not.
 real planeRoot(Ray ray, Surface s) {
-    if (!ray.ofCamera && sameAs(s) == ray.start.surface) return INF;
-    if (!ray.ofCamera && sameAs(s) == ray.end.surface) return ray.distance;
-    real slope = planeSlope(ray, s);
-    return slope == 0.0 ? INF : (s.shape.w - dot(s.shape.xyz, ray.ro)) / slope;
+    return planeCrossing(ray, s.shape, planeSlope(ray, s), sameAs(s));
 }
 
 // The mat (surfaces.glsl) of that crossing: ahead of it, a ray comes out of a half-space that it is in.

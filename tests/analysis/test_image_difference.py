@@ -17,7 +17,7 @@ import pytest
 from PIL import Image as Pillow
 
 import raytracer as rt
-from raytracer.analysis.image_difference import DARKEST, compare, difference
+from raytracer.analysis.image_difference import DARKEST, METRICS, compare, difference
 from raytracer.app.cli import main
 from raytracer.formats.image import Image
 from tests.picture_files import chunk, grey, save
@@ -215,3 +215,24 @@ def test_flip_without_its_package_says_what_to_install(
     assert main(["compare", a, a]) == 0
     assert main(["compare", a, a, "--flip"]) == 2
     assert "pip install 'roth-raytracer[flip]'" in capsys.readouterr().err
+
+
+def test_a_metric_of_the_table_is_in_the_help_the_table_and_the_json(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("flip_evaluator")
+    picture = str(tmp_path / "a.npz")
+    black = np.zeros((8, 8, 3))
+    np.savez(picture, radiance=black)
+    with pytest.raises(SystemExit):
+        main(["compare", "--help"])
+    says = " ".join(capsys.readouterr().out.split())
+    asked = [metric for metric in METRICS if metric.measure]
+    assert asked and all(f"--{metric.field} {metric.help}" in says for metric in asked)
+    options = [f"--{metric.field}" for metric in asked]
+    assert main(["compare", picture, picture, *options]) == 0
+    table = [line.partition("  ")[0] for line in capsys.readouterr().out.splitlines()]
+    comparison = compare(black, black, flip="hdr")
+    assert table == ["size", *(metric.row(comparison)[0] for metric in METRICS)]
+    assert main(["compare", picture, picture, *options, "--json"]) == 0
+    assert {metric.field for metric in METRICS} <= {*json.loads(capsys.readouterr().out)}

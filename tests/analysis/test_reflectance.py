@@ -1,4 +1,4 @@
-"""The bench measures what is so, says what it cannot resolve, and holds every model to its verdict."""
+"""The bench measures what is so, says what it cannot resolve, and holds every model to its expectation."""
 
 from __future__ import annotations
 
@@ -15,10 +15,16 @@ import pytest
 from PIL import Image
 
 import raytracer as rt
-from raytracer.analysis.reflectance import expectations, gallery, measure, plots, report
-from raytracer.analysis.reflectance.expectations import NOT_RECIPROCAL, VERDICTS, Verdict, expected, settings_of
+from raytracer.analysis.reflectance import expectations, gallery, plots, properties, tables
+from raytracer.analysis.reflectance.expectations import (
+    EXPECTATIONS,
+    NOT_RECIPROCAL,
+    Expectation,
+    expectation_of,
+)
 from raytracer.analysis.reflectance.quadrature import NORMAL, Fineness, about_all, facing, halfway, polar
-from raytracer.analysis.reflectance.verification import Check, _differences, check, check_all
+from raytracer.analysis.reflectance.tried_parameters import tried_parameters
+from raytracer.analysis.reflectance.verification import Verification, _differences, verify, verify_all
 from raytracer.app.cli import main
 from raytracer.app.commands.material_arguments import parse_parameters as parsed
 from raytracer.core.validation import InputError
@@ -30,16 +36,16 @@ from raytracer.scene.materials.models import MODELS
 from tests.processes import output_of
 
 FINE = Fineness(6, 16)
-MEASURED = measure.COMPLETE
+MEASURED = properties.COMPLETE
 
 
 @functools.cache
-def checked(model: str) -> list[Check]:
-    return check_all([model])
+def checked(model: str) -> list[Verification]:
+    return verify_all([model])
 
 
 def albedo(material: Material, *cosines: float) -> list[float]:
-    found = measure.measure(material, [math.degrees(math.acos(c)) for c in cosines]).albedos
+    found = properties.measure_material(material, [math.degrees(math.acos(c)) for c in cosines]).albedos
     assert all(a.resolved for a in found)
     return [a.value for a in found]
 
@@ -51,19 +57,19 @@ def albedo(material: Material, *cosines: float) -> list[float]:
 @pytest.mark.parametrize("model", MEASURED)
 def test_every_model_is_as_its_verdict_says_at_the_ends_of_its_ranges(model: str) -> None:
     found = checked(model)
-    assert len(found) > 1 and all(check.verdict for check in found)
-    assert [f"{check.settings}: {check.differs}" for check in found if check.differs] == []
+    assert len(found) > 1 and all(check.expectation for check in found)
+    assert [f"{check.parameters}: {check.differs}" for check in found if check.differs] == []
 
 
-def test_every_model_but_the_measured_one_has_verdicts_and_each_verdict_says_why() -> None:
+def test_every_model_but_the_measured_one_has_expectations_and_each_says_why() -> None:
     assert [model for model in MODELS if model not in MEASURED] == ["merl"]
-    assert {verdict.model for verdict in VERDICTS} == set(MEASURED)
-    assert all(verdict.why for verdict in VERDICTS)
+    assert {expectation.model for expectation in EXPECTATIONS} == set(MEASURED)
+    assert all(expectation.why for expectation in EXPECTATIONS)
     for model in MEASURED:
         # The last row that fits holds: so none is without effect.
-        materials = [Material(model, **settings) for settings in settings_of(model)]
-        held = {id(expected(material)) for material in materials}
-        assert [v.when for v in VERDICTS if v.model == model and id(v) not in held] == []
+        materials = [Material(model, **settings) for settings in tried_parameters(model)]
+        held = {id(expectation_of(material)) for material in materials}
+        assert [v.when for v in EXPECTATIONS if v.model == model and id(v) not in held] == []
 
 
 # Numbers such as a highlight's exponent, whose range is too long to be drawn from evenly.
@@ -71,7 +77,7 @@ _LONG = 1e3
 
 
 def anywhere(model: str, fixed: Mapping[str, Any], random: np.random.Generator) -> Material:
-    """A material with parameters anywhere in their ranges, but for those that are fixed, as in a verdict's `when`."""
+    """A material with parameters anywhere in their ranges, but for fixed ones, as in an expectation's `when`."""
     parameters = MODELS[model].parameters
     conditions = dict(p.when for p in parameters.values() if p.when and p.name in fixed)
     fixed = {**conditions, **fixed}
@@ -95,11 +101,11 @@ def anywhere(model: str, fixed: Mapping[str, Any], random: np.random.Generator) 
 
 def test_numbers_and_runs_are_expected_only_where_they_were_found() -> None:
     """And laws everywhere."""
-    listed = expected(Material("oren_nayar", ka=0.3))
+    listed = expectation_of(Material("oren_nayar", ka=0.3))
     assert listed and listed.largest and listed.conserving and listed.resolved
     for model in MEASURED:
         random = np.random.default_rng(1)
-        found = expected(anywhere(model, {}, random))
+        found = expectation_of(anywhere(model, {}, random))
         assert found is None or (found.largest is None and found.at is None and not found.resolved)
         assert model in NOT_RECIPROCAL or (found and found.reciprocal)
     cases: list[tuple[str, dict[str, Any], bool | None]] = [
@@ -113,10 +119,10 @@ def test_numbers_and_runs_are_expected_only_where_they_were_found() -> None:
         ("cook_torrance", {"rho": 0.5}, None),
     ]
     for model, settings, conserving in cases:
-        found = expected(Material(model, **settings))
+        found = expectation_of(Material(model, **settings))
         assert found and found.reciprocal and found.conserving is conserving, (model, settings)
-    assert expected(Material("phong", h=0.0, ks=0.0)) is None
-    assert expected(Material("phong", kd=0.1)) is None
+    assert expectation_of(Material("phong", h=0.0, ks=0.0)) is None
+    assert expectation_of(Material("phong", kd=0.1)) is None
 
 
 @pytest.mark.slow
@@ -124,11 +130,11 @@ def test_numbers_and_runs_are_expected_only_where_they_were_found() -> None:
 @pytest.mark.parametrize("model", MEASURED)
 def test_laws_hold_with_any_other_parameters(model: str) -> None:
     random = np.random.default_rng(2)
-    rows = [{}, *(verdict.when for verdict in VERDICTS if verdict.model == model and verdict.law)]
+    rows = [{}, *(expectation.when for expectation in EXPECTATIONS if expectation.model == model and expectation.law)]
     for when in rows:
         for _ in range(2):
             material = anywhere(model, when, random)
-            found = check(model, material.parameters, degrees=(0.0, 45.0, 75.0, 88.0, 89.9))
+            found = verify(model, material.parameters, degrees=(0.0, 45.0, 75.0, 88.0, 89.9))
             assert found.differs == [], material
 
 
@@ -136,8 +142,8 @@ def test_laws_hold_with_any_other_parameters(model: str) -> None:
 def test_what_theory_says_of_the_models_is_measured() -> None:
     """The issue's examples, by name."""
 
-    def found(model: str, **settings: Any) -> measure.Measured:
-        return next(c.measured for c in checked(model) if dict(c.settings) == settings)
+    def found(model: str, **settings: Any) -> properties.MaterialProperties:
+        return next(c.properties for c in checked(model) if dict(c.parameters) == settings)
 
     assert not found("phong").reciprocal and found("phong").conserving is False
     assert found("minnaert").reciprocal and found("minnaert").conserving is False  # k = 0.5
@@ -150,10 +156,10 @@ def test_what_theory_says_of_the_models_is_measured() -> None:
 
 @pytest.mark.gl
 def test_a_wrong_verdict_is_found_out() -> None:
-    measured = measure.measure(Material("lambert", rho=1.0))
-    assert list(_differences(measured, expected(measured.material))) == []
-    assert list(_differences(measured, Verdict("lambert", True, None, "open"))) == []
-    wrong = Verdict("lambert", False, False, "wrong", largest=(0.9, 1e-3), at=45.0)
+    measured = properties.measure_material(Material("lambert", rho=1.0))
+    assert list(_differences(measured, expectation_of(measured.material))) == []
+    assert list(_differences(measured, Expectation("lambert", True, None, "open"))) == []
+    wrong = Expectation("lambert", False, False, "wrong", largest=(0.9, 1e-3), at=45.0)
     assert len(list(_differences(measured, wrong))) == 4
 
 
@@ -168,14 +174,14 @@ def test_a_wrong_verdict_is_found_out() -> None:
     ],
 )
 def test_a_wrong_shader_is_found_out(monkeypatch: pytest.MonkeyPatch, break_it: Any, says: str) -> None:
-    true = measure.evaluate
+    true = properties.evaluate
 
     def broken(material: Material, wi: Any, wo: Any, **more: Any) -> Any:
         return break_it(true(material, wi, wo, **more), np.asarray(wi), np.asarray(wo))
 
-    monkeypatch.setattr(measure, "evaluate", broken)
-    measured = measure.measure(Material("lambert", rho=1.0))
-    assert any(says in text for text in _differences(measured, expected(measured.material)))
+    monkeypatch.setattr(properties, "evaluate", broken)
+    measured = properties.measure_material(Material("lambert", rho=1.0))
+    assert any(says in text for text in _differences(measured, expectation_of(measured.material)))
 
 
 # The quadrature.
@@ -183,16 +189,16 @@ def test_a_wrong_shader_is_found_out(monkeypatch: pytest.MonkeyPatch, break_it: 
 
 @pytest.mark.parametrize("degrees", [0.0, 1e-3, 30.0, 60.0, 84.0, 89.9])
 def test_rules_add_up_to_the_hemisphere(degrees: float) -> None:
-    w = measure.direction(degrees)
-    tilted = measure.direction(degrees, 40.0)
-    below = -measure.direction(max(90.0 - degrees, 5.0))
+    w = properties.unit_direction(degrees)
+    tilted = properties.unit_direction(degrees, 40.0)
+    below = -properties.unit_direction(max(90.0 - degrees, 5.0))
     rules = {
         "halfway": halfway(w, FINE.times(2)),
         "polar": polar(w * (-1, -1, 1), FINE.times(2)),
         "of an axis below": polar(below, FINE.times(2)),
         "normal": polar(NORMAL, FINE, kinks=w),
         "whole circles": halfway(tilted, Fineness(12, 32, whole=True)),
-        "several": about_all([w * (-1, -1, 1), measure.direction(40.0), below], FINE.times(4)),
+        "several": about_all([w * (-1, -1, 1), properties.unit_direction(40.0), below], FINE.times(4)),
     }
     for name, (directions, weights) in rules.items():
         assert weights.sum() == pytest.approx(2.0 * np.pi, rel=2e-4), name
@@ -203,9 +209,9 @@ def test_rules_add_up_to_the_hemisphere(degrees: float) -> None:
 def test_normals_that_face_a_direction_add_up() -> None:
     """The lune between two planes at the angle t has the solid angle 2 (pi - t)."""
     for degrees in (0.0, 30.0, 80.0):
-        m, weights = facing(measure.direction(degrees), FINE)
+        m, weights = facing(properties.unit_direction(degrees), FINE)
         assert weights.sum() == pytest.approx(2.0 * (np.pi - math.radians(degrees)), rel=1e-5)
-        assert (m @ measure.direction(degrees) > 0.0).all()
+        assert (m @ properties.unit_direction(degrees) > 0.0).all()
 
 
 @pytest.mark.gl
@@ -240,8 +246,8 @@ def test_albedos_are_the_published_ones() -> None:
 def test_albedos_of_sharp_lobes_are_right(model: str) -> None:
     """Against float64, by a rule four times as fine in both coordinates."""
     material = Material(model, alpha=1e-3, f0=1.0)
-    for found in measure.measure(material, (0.0, 60.0, 88.0, 89.9)).albedos:
-        w = measure.direction(found.degrees)
+    for found in properties.measure_material(material, (0.0, 60.0, 88.0, 89.9)).albedos:
+        w = properties.unit_direction(found.degrees)
         directions, weights = halfway(w, FINE.times(4))
         N, V = (np.broadcast_to(x, directions.shape) for x in (NORMAL, w))
         right = float((weights @ reflectance.reflected(material, N, directions, V))[0])
@@ -251,22 +257,22 @@ def test_albedos_of_sharp_lobes_are_right(model: str) -> None:
 @pytest.mark.gl
 def test_what_is_not_resolved_says_so() -> None:
     """A lobe of 1e-7 is nothing to float32: whatever the sum is, it is not called an albedo."""
-    found = measure.measure(Material("he", tau=1e6), (85.0,))
+    found = properties.measure_material(Material("he", tau=1e6), (85.0,))
     assert not found.largest.resolved and found.conserving is not True
-    check = Check("he", {"tau": 1e6}, found, None, [])
-    assert "?" in report._row(check)[4] and report._row(check)[3] == "?"
+    check = Verification("he", {"tau": 1e6}, found, None, [])
+    assert "?" in tables._row(check)[4] and tables._row(check)[3] == "?"
 
 
 @pytest.mark.gl
 def test_an_anisotropic_material_is_measured_at_several_azimuths() -> None:
     """Lobes that are scaled along x only have their largest albedo for viewers off that axis: by a plain sum."""
     material = Material("lafortune", rho=0.0, lobes=[{"cx": -0.5, "cy": -1.0, "cz": 1.0, "n": 8.0}])
-    found = measure.measure(material, (60.0,)).albedos[0]
+    found = properties.measure_material(material, (60.0,)).albedos[0]
     wi, weights = polar(NORMAL, Fineness(12, 64, whole=True))
     N = np.broadcast_to(NORMAL, wi.shape)
     sums = {}
     for azimuth in (0.0, 30.0, 60.0, 90.0):
-        wo = np.broadcast_to(measure.direction(60.0, azimuth), wi.shape)
+        wo = np.broadcast_to(properties.unit_direction(60.0, azimuth), wi.shape)
         value = np.maximum(wi * wo @ np.array([-0.5, -1.0, 1.0]), 0.0) ** 8
         sums[azimuth] = float(weights @ (value * np.sum(N * wi, axis=1)))
     assert max(sums, key=lambda a: sums[a]) == 90.0 and sums[90.0] > 1.1 * sums[0.0]
@@ -275,7 +281,7 @@ def test_an_anisotropic_material_is_measured_at_several_azimuths() -> None:
 
 @pytest.mark.gl
 def test_a_published_material_is_measured() -> None:
-    found = measure.measure(published("lafortune/clay"), (0.0, 60.0))
+    found = properties.measure_material(published("lafortune/clay"), (0.0, 60.0))
     assert found.reciprocal and found.finite and all(a.resolved for a in found.albedos)
     assert 0.2 < found.albedos[0].value < 0.6
 
@@ -283,7 +289,7 @@ def test_a_published_material_is_measured() -> None:
 @pytest.mark.gl
 def test_the_mirror_is_a_delta_whose_albedo_is_fresnels() -> None:
     material = Material("mirror", f0=(0.2, 0.4, 0.9))
-    found = measure.measure(material, (0.0, 60.0))
+    found = properties.measure_material(material, (0.0, 60.0))
     assert found.delta and found.reciprocity == 0.0
     assert [a.value for a in found.albedos] == pytest.approx([0.9, 0.9 + 0.1 * 0.5**5], abs=1e-6)
 
@@ -308,7 +314,7 @@ def test_check_prints_a_table_or_json_and_says_whether_all_is_as_expected(
     assert status == 0 and len(found) == 3
     assert found[2]["settings"] == {"rho": 1.0} and found[2]["largest"]["value"] == pytest.approx(1.0, abs=1e-3)
     assert found[2]["reciprocal"] is True and found[2]["conserving"] is True and found[2]["differs"] == []
-    monkeypatch.setattr(expectations, "VERDICTS", (Verdict("lambert", True, False, "wrong", law=True),))
+    monkeypatch.setattr(expectations, "EXPECTATIONS", (Expectation("lambert", True, False, "wrong", law=True),))
     status, out, _ = run(capsys, "check", "lambert", "--set", "rho=0.5")
     assert status == 1 and "lambert rho=0.5: conserving, not conserving expected" in out
 
@@ -336,13 +342,13 @@ def test_check_does_not_hold_settings_to_what_is_known_of_others(
 def test_check_finds_out_what_is_wrong_with_settings_that_are_not_listed(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    true = measure.evaluate
+    true = properties.evaluate
     monkeypatch.setattr(
-        measure, "evaluate", lambda m, wi, wo, **more: true(m, wi, wo, **more) * (1.0 - 0.1 * wi[:, :1])
+        properties, "evaluate", lambda m, wi, wo, **more: true(m, wi, wo, **more) * (1.0 - 0.1 * wi[:, :1])
     )
     status, out, _ = run(capsys, "check", "oren_nayar", "--set", "rho=0.5")
     assert status == 1 and "oren_nayar rho=0.5: not reciprocal, reciprocal expected" in out
-    monkeypatch.setattr(measure, "evaluate", lambda m, wi, wo, **more: 1.2 * true(m, wi, wo, **more))
+    monkeypatch.setattr(properties, "evaluate", lambda m, wi, wo, **more: 1.2 * true(m, wi, wo, **more))
     status, out, _ = run(capsys, "check", "lambert", "--set", "rho=0.9")
     assert status == 1 and "not conserving, conserving expected" in out and "0.9 by its closed form" in out
 
@@ -471,7 +477,7 @@ def test_the_gallery_has_a_labelled_cell_for_each_model(tmp_path: Path, monkeypa
 
 def test_every_model_is_shown_by_the_gallery_with_what_it_takes() -> None:
     for model in MEASURED:
-        assert gallery.shown_material(model)[0].model == model
+        assert gallery.shown_materials()[model][0].model == model
 
 
 @pytest.mark.gl
@@ -483,9 +489,9 @@ def test_the_lectures_two_highlights_are_alike_in_the_plane_of_incidence_only() 
     off = np.radians(np.linspace(-20.0, 20.0, 401))
     apart = {}
     for across in (False, True):
-        wi, wo = measure.direction(60.0, 180.0), plots._around(measure.direction(60.0), off, across)
+        wi, wo = properties.unit_direction(60.0, 180.0), plots._around(properties.unit_direction(60.0), off, across)
         r, n = (
-            measure.evaluate(Material(model, kd=0.0, ks=1.0, h=h), wi, wo)[:, 0]
+            properties.evaluate(Material(model, kd=0.0, ks=1.0, h=h), wi, wo)[:, 0]
             for model, h in (("phong", 32.0), ("blinn", 128.0))
         )
         apart[across] = float(np.abs(r - n).max())

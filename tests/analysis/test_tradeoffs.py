@@ -14,14 +14,14 @@ import numpy as np
 import pytest
 
 from raytracer.analysis.tradeoffs import approximations, configurations, page
-from raytracer.analysis.tradeoffs import measure as measuring
+from raytracer.analysis.tradeoffs import measurement as measuring
 from raytracer.analysis.tradeoffs.approximations import with_materials
 from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Plan, plan
-from raytracer.analysis.tradeoffs.measure import measure, resized
+from raytracer.analysis.tradeoffs.data_files import as_csv, as_json
+from raytracer.analysis.tradeoffs.measurement import measure_tradeoffs, resized
 from raytracer.analysis.tradeoffs.page import write_page
 from raytracer.analysis.tradeoffs.pareto import beaten_by, slope
-from raytracer.analysis.tradeoffs.report import as_csv, as_json
-from raytracer.analysis.tradeoffs.targets import Truth
+from raytracer.analysis.tradeoffs.targets import Reference
 from raytracer.app.cli import main
 from raytracer.formats.image import Image
 from raytracer.rendering.renderer import Renderer
@@ -101,7 +101,7 @@ def test_what_is_no_knob_is_as_the_scene_file_has_it_and_flags_are_over_it() -> 
     assert "16 sobol" in labels and "4 sobol, 32 bits" in labels
     for made_one in made.configurations:
         assert (file_settings | fewest(made_one.settings, file_settings)).resolve() == made_one.settings
-    flags = measuring.Trade("", (1, 1), 1, {}, made, {}, [measuring.Result(labels["16 sobol"], [])])
+    flags = measuring.Tradeoffs("", (1, 1), 1, {}, made, {}, [measuring.Result(labels["16 sobol"], [])])
     assert "--samples 16 --shadows hard --adaptive none" in as_csv(flags)
 
 
@@ -158,7 +158,7 @@ def test_interrupted_it_keeps_what_it_has_and_escapes_the_scenes_name(
     scene = msgspec.structs.replace(scenes.assignment(), name=name)
     made = plan(scene, QUICK)
     count = 0
-    picture = measuring.picture
+    picture = measuring.time_picture
 
     def interrupted(*arguments):
         nonlocal count
@@ -167,14 +167,14 @@ def test_interrupted_it_keeps_what_it_has_and_escapes_the_scenes_name(
             raise KeyboardInterrupt
         return picture(*arguments)
 
-    monkeypatch.setattr(measuring, "picture", interrupted)
+    monkeypatch.setattr(measuring, "time_picture", interrupted)
 
     def bar(title):
         from contextlib import nullcontext
 
         return nullcontext()
 
-    found = measure(scene, made, renderer, (32, 18), 3, bar, source="gpu", gpu_samples=64)
+    found = measure_tradeoffs(scene, made, renderer, (32, 18), 3, bar, method="gpu", gpu_samples=64)
     assert not found.complete and sum(result.measured for result in found.results) == 3
     html = write_page(found, renderer, tmp_path).read_text()
     assert "Interrupted" in html and name not in html and "&lt;script&gt;" in html
@@ -203,7 +203,7 @@ def test_what_ends_the_page_leaves_the_tables_and_no_page_of_another_trade(
     assert {file.name for file in tmp_path.iterdir()} == {"trade.csv", "trade.json"}
     assert len(json.loads((tmp_path / "trade.json").read_text())["configurations"]) == 2
     said = capsys.readouterr()
-    steps = [f"the truth of {MAIN}", f"measuring {MAIN}", "measuring in turns", "drawing trade.html"]
+    steps = [f"the reference of {MAIN}", f"measuring {MAIN}", "measuring in turns", "drawing trade.html"]
     assert said.err.splitlines()[: len(steps)] == steps, "it says what it does where there is no terminal"
     assert "there is no trade.html" in said.out if why == "Ctrl-C" else "no more" in said.err
 
@@ -231,9 +231,9 @@ def test_the_folder_is_not_made_for_a_scene_that_cannot_be_drawn(
 def test_a_picture_that_is_no_numbers_is_refused_and_the_others_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     made = plan(scenes.assignment(), QUICK)
     broken = Image(np.full((2, 2, 3), np.nan, np.float32))
-    monkeypatch.setattr(measuring, "picture", lambda *_: (broken, 0.0))
-    truths = {MAIN: Truth(np.zeros((2, 2, 3)), 0.0, "black")}
-    trade = measuring.Trade("scene", (2, 2), 1, {}, made, truths, [])
+    monkeypatch.setattr(measuring, "time_picture", lambda *_: (broken, 0.0))
+    references = {MAIN: Reference(np.zeros((2, 2, 3)), 0.0, "black")}
+    trade = measuring.Tradeoffs("scene", (2, 2), 1, {}, made, references, [])
     result = measuring._first(made.configurations[0], trade, None)  # pyright: ignore[reportArgumentType]
     assert "finite" in result.refused and not result.measured
 

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from raytracer.analysis.tradeoffs import tune as tune_module
-from raytracer.analysis.tradeoffs.trials import Measured, Stage
+from raytracer.analysis.tradeoffs.trials import Trial, Trials
 from raytracer.analysis.tradeoffs.tune import LADDER, asked, grid, tune
 from raytracer.app.cli import main
 from raytracer.app.options import add_settings, chosen_settings
-from raytracer.formats.scene_file import load_settings, parse_all
+from raytracer.formats.scene_file import load_settings, parse_document
 from raytracer.formats.settings_section import section_text
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
@@ -53,23 +53,23 @@ def test_the_pick_meets_the_error_against_many_random_samples(renderer: Renderer
 
 
 def test_the_search_goes_on_beside_the_best_until_none_is_better() -> None:
-    class Known(Stage):
+    class Known(Trials):
         """A scene whose errors and times are known: half a sample more where the threshold is half of what it was."""
 
         def __init__(self) -> None:
             self._known = {}
 
-        def measure(self, settings: Settings) -> Measured:
+        def measure(self, settings: Settings) -> Trial:
             assert settings.adaptive is not None
             seconds = settings.samples - math.log2(settings.adaptive) / 2.0
             error = 1.0 / settings.samples + settings.adaptive
-            self._known[settings] = Measured(settings, seconds, error, settings.samples, seconds)
+            self._known[settings] = Trial(settings, seconds, error, settings.samples, seconds)
             return self._known[settings]
 
-        def in_turns(self, candidates: Iterable[Measured], rounds: int) -> list[Measured]:
+        def in_turns(self, candidates: Iterable[Trial], rounds: int) -> list[Trial]:
             return list(candidates)
 
-    target, stage = tune_module._Target(0.05, None), Known()
+    target, stage = tune_module._Goal(0.05, None), Known()
     start = stage.measure(Settings(samples=64, adaptive=0.001))
     pick, count = tune_module._descended(stage, [start], target, lambda what: None)
     met = filter(target.is_met, (Known().measure(s) for s in grid(Settings()) if s.adaptive is not None))
@@ -79,7 +79,7 @@ def test_the_search_goes_on_beside_the_best_until_none_is_better() -> None:
 
 @pytest.mark.gl
 def test_what_the_pick_is_compared_with_is_another_picture_and_an_exact_one_has_no_error(renderer: Renderer) -> None:
-    stage = Stage(renderer, scenes.assignment(), Settings(), SIZE)
+    stage = Trials(renderer, scenes.assignment(), Settings(), SIZE)
     stage.refer(4)
     assert stage.samples == 256
     r2 = stage.measure(Settings(samples=256, sequence="r2"))
@@ -89,7 +89,7 @@ def test_what_the_pick_is_compared_with_is_another_picture_and_an_exact_one_has_
 
 @pytest.mark.gl
 def test_times_are_medians_of_turns(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
-    stage = Stage(renderer, scenes.assignment(), Settings(), SIZE)
+    stage = Trials(renderer, scenes.assignment(), Settings(), SIZE)
     times = {1: iter((1.0, 9.0, 2.0)), 4: iter((5.0, 3.0, 4.0))}
     order = []
 
@@ -98,7 +98,7 @@ def test_times_are_medians_of_turns(renderer: Renderer, monkeypatch: pytest.Monk
         return next(times[settings.samples])
 
     monkeypatch.setattr(stage, "seconds", seconds)
-    found = stage.in_turns([Measured(Settings(samples=n), 0.0, 0.1, n, 0.0) for n in (1, 4)], 3)
+    found = stage.in_turns([Trial(Settings(samples=n), 0.0, 0.1, n, 0.0) for n in (1, 4)], 3)
     assert [(each.least, each.seconds) for each in found] == [(1.0, 2.0), (3.0, 4.0)] and order == [1, 4] * 3
 
 
@@ -138,9 +138,9 @@ def test_what_the_command_prints_makes_what_it_measured_as_flags_over_the_file_a
     parser = argparse.ArgumentParser()
     add_settings(parser, 1, adaptive=True)
     flags = chosen_settings(parser.parse_args(line.partition(":")[0].split()))
-    assert (parse_all(file, file.read_text())[1].settings | flags).resolve() == measured
+    assert (parse_document(file, file.read_text()).section.settings | flags).resolve() == measured
     file.write_text(f"{scenes.ASSIGNMENT.read_text()}\n{table}")
-    assert load_settings(file) == measured and parse_all(file, file.read_text())[1].size == (96, 54)
+    assert load_settings(file) == measured and parse_document(file, file.read_text()).section.size == (96, 54)
 
 
 @pytest.mark.gl
@@ -161,9 +161,9 @@ def test_what_cannot_be_met_is_status_1_with_the_closest_and_no_search_through_a
 def test_ctrl_c_prints_the_best_of_what_was_measured(
     measured: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    measure, count = Stage.measure, 0
+    measure, count = Trials.measure, 0
 
-    def interrupted(stage: Stage, settings: Settings) -> Measured:
+    def interrupted(stage: Trials, settings: Settings) -> Trial:
         nonlocal count
         if stage.size == (32, 18):
             count += 1
@@ -171,7 +171,7 @@ def test_ctrl_c_prints_the_best_of_what_was_measured(
                 raise KeyboardInterrupt
         return measure(stage, settings)
 
-    monkeypatch.setattr(Stage, "measure", interrupted)
+    monkeypatch.setattr(Trials, "measure", interrupted)
     assert main(["tune", str(scenes.ASSIGNMENT), "--max-error", "0.5", "--size", "32x18"]) == 130
     said = capsys.readouterr()
     if measured:

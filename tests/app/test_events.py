@@ -6,6 +6,7 @@ import argparse
 import itertools
 import math
 import shlex
+from pathlib import Path
 from typing import Any, Literal, get_args
 
 import msgspec
@@ -39,6 +40,8 @@ from raytracer.app.viewer.events import (
 from raytracer.app.viewer.orbit import turn_camera, turn_light
 from raytracer.app.viewer.overlay import _box, panels
 from raytracer.app.viewer.titles import compiling, compiling_title, title
+from raytracer.formats.scene_file import SceneDocument
+from raytracer.formats.settings_section import SettingsSection
 from raytracer.scene.materials.models import SHADINGS
 from raytracer.scene.options import Shadows
 from raytracer.scene.settings_patch import EMPTY, SettingsPatch
@@ -48,7 +51,15 @@ TEXT = scenes.ASSIGNMENT.read_text()
 
 
 def opened(scene: rt.Scene | None = None, file_settings: SettingsPatch = EMPTY, **chosen: Any) -> State:
-    return start(TEXT, scene or scenes.assignment(), file_settings, SettingsPatch(**chosen))
+    return start(document(TEXT, scene or scenes.assignment(), file_settings), SettingsPatch(**chosen))
+
+
+def document(text: str, scene: rt.Scene, file_settings: SettingsPatch = EMPTY) -> SceneDocument:
+    return SceneDocument(Path("assignment.toml"), text, scene, SettingsSection(file_settings))
+
+
+def loaded(text: str, scene: rt.Scene, file_settings: SettingsPatch = EMPTY) -> Loaded:
+    return Loaded(document(text, scene, file_settings))
 
 
 def after(state: State, *events: Event) -> State:
@@ -80,7 +91,7 @@ def test_dragging_along_the_height_of_the_window_turns_by_half_a_circle_with_eit
         other: Literal["left", "right"] = "right" if button == "left" else "left"
         assert redo(after(state, Release(other)), Cursor(0.9, 0.9)) == Redo.SAMPLES
         assert redo(after(state, Release(button)), Cursor(0.9, 0.9)) == Redo.NOTHING
-        assert state.loaded == scenes.assignment(), "what the file says is kept"
+        assert state.document.scene == scenes.assignment(), "what the file says is kept"
 
 
 def test_the_wheel_changes_the_lights_distance_and_with_shift_the_cameras() -> None:
@@ -99,11 +110,14 @@ def test_the_wheel_changes_the_lights_distance_and_with_shift_the_cameras() -> N
 def test_tab_selects_the_light_that_moves_and_home_and_r_put_things_back() -> None:
     state = after(opened(two_lights()), Key("Tab"), Wheel(1.0, False), Wheel(1.0, True))
     assert state.light == 1 and redo(state, Key("Tab")) == Redo.PRESENT
-    assert state.scene.lights[0] == state.loaded.lights[0] and state.scene.lights[1] != state.loaded.lights[1]
+    assert (
+        state.scene.lights[0] == state.document.scene.lights[0]
+        and state.scene.lights[1] != state.document.scene.lights[1]
+    )
     assert after(state, Key("Tab")).light == 0
     home = after(state, Key("Home"))
-    assert home.scene.camera == state.loaded.camera and home.scene.lights == state.scene.lights
-    assert after(home, Key("R")).scene == state.loaded
+    assert home.scene.camera == state.document.scene.camera and home.scene.lights == state.scene.lights
+    assert after(home, Key("R")).scene == state.document.scene
     dark = msgspec.structs.replace(scenes.assignment(), lights=())
     assert after(opened(dark), Key("Tab"), Key("R"), Wheel(1.0, False)).scene == dark
 
@@ -150,27 +164,37 @@ def test_each_of_the_shadings_and_shadows_there_are_is_reached_by_its_key() -> N
 def test_saving_the_file_keeps_what_the_user_moved_unless_the_file_moves_it_too() -> None:
     state = after(opened(two_lights()), Key("Tab"), Wheel(1.0, False), Wheel(1.0, True), Failed("oh"))
     brighter = msgspec.structs.replace(two_lights(), ambient=(2, 2, 2))
-    kept = after(state, Loaded("new", brighter))
+    kept = after(state, loaded("new", brighter))
     assert (kept.scene.camera, kept.scene.lights) == (state.scene.camera, state.scene.lights)
-    assert kept.scene.ambient == (2, 2, 2) and kept.loaded == brighter and kept.text == "new" and kept.error == ""
+    assert (
+        kept.scene.ambient == (2, 2, 2)
+        and kept.document.scene == brighter
+        and kept.document.text == "new"
+        and kept.error == ""
+    )
     wider = msgspec.structs.replace(scenes.assignment().camera, vertical_fov=70)
     other = (rt.PointLight((4, 7, 4), (1, 0, 0)), rt.PointLight((9, 9, 9)), rt.PointLight((1, 1, 1)))
-    partly = after(state, Loaded("new", msgspec.structs.replace(two_lights(), camera=wider, lights=other))).scene
+    partly = after(state, loaded("new", msgspec.structs.replace(two_lights(), camera=wider, lights=other))).scene
     assert partly.camera == msgspec.structs.replace(wider, position=state.scene.camera.position)
     assert partly.lights == (other[0], other[1], other[2]), "the one that the user moved, the file has moved too"
     colored = (two_lights().lights[0], rt.PointLight((-3, 5, 2), (1, 0, 0)))
-    kept = after(state, Loaded("new", msgspec.structs.replace(two_lights(), lights=colored))).scene
+    kept = after(state, loaded("new", msgspec.structs.replace(two_lights(), lights=colored))).scene
     assert kept.lights == (colored[0], rt.PointLight(state.scene.lights[1].position, (1, 0, 0)))
     moved = msgspec.structs.replace(scenes.assignment(), camera=rt.Camera((0, 9, 9), (0, 0, 0)))
-    taken = after(state, Loaded("new", moved))
+    taken = after(state, loaded("new", moved))
     assert taken.scene == moved and taken.light == 0
 
 
 def test_what_cannot_be_drawn_is_taken_back_and_nothing_else() -> None:
     good = opened(two_lights())
-    state = after(good, Key("L"), Key("Tab"), Cursor(0.3, 0.3), Key("B"), Loaded("new", scenes.assignment()))
+    state = after(good, Key("L"), Key("Tab"), Cursor(0.3, 0.3), Key("B"), loaded("new", scenes.assignment()))
     back = reverted(state, good)
-    assert (back.text, back.loaded, back.scene, back.settings) == (TEXT, good.loaded, good.scene, good.settings)
+    assert (back.document.text, back.document.scene, back.scene, back.settings) == (
+        TEXT,
+        good.document.scene,
+        good.scene,
+        good.settings,
+    )
     assert not back.marker and back.cursor == (0.3, 0.3)
 
 
@@ -179,7 +203,7 @@ def test_an_error_stays_until_the_file_is_right_and_a_notice_until_the_next_key(
     assert (state.error, state.notice) == ("line 3", "wrote it")
     state = after(state, Key("H"), Wheel(1.0, False))
     assert (state.error, state.notice) == ("line 3", "")
-    assert after(state, Loaded(TEXT, scenes.assignment())).error == ""
+    assert after(state, loaded(TEXT, scenes.assignment())).error == ""
 
 
 def test_other_keys_do_nothing() -> None:
@@ -286,15 +310,15 @@ def test_the_command_renders_with_what_the_window_has_whatever_the_file_says() -
 def test_saved_settings_are_taken_up_where_the_file_has_changed_them() -> None:
     state = after(opened(file_settings=SettingsPatch(samples=16, shadows="soft"), bounces=3), Key("B"))
     assert (state.settings.samples, state.limit) == (16, 16)
-    same = after(state, Loaded(TEXT, scenes.assignment(), SettingsPatch(shadows="soft", samples=16)))
+    same = after(state, loaded(TEXT, scenes.assignment(), SettingsPatch(shadows="soft", samples=16)))
     assert same.settings == state.settings
-    other = after(state, Loaded(TEXT, scenes.assignment(), SettingsPatch(samples=16, max_error=0.01, bounces=8)))
+    other = after(state, loaded(TEXT, scenes.assignment(), SettingsPatch(samples=16, max_error=0.01, bounces=8)))
     assert other.settings == msgspec.structs.replace(state.settings, shadows="hard", max_error=0.01)
     assert other.settings.bounces == 3 and other.settings.shading == "blinn"
-    gone = after(other, Loaded(TEXT, scenes.assignment()))
+    gone = after(other, loaded(TEXT, scenes.assignment()))
     assert (gone.settings.samples, gone.limit, gone.settings.max_error) == (256, 256, None)
     with pytest.raises(rt.InputError, match=r"^settings.sequence: expected one of sobol, r2, random for a window"):
-        after(state, Loaded(TEXT, scenes.assignment(), SettingsPatch(sequence="grid")))
+        after(state, loaded(TEXT, scenes.assignment(), SettingsPatch(sequence="grid")))
     assert opened(file_settings=SettingsPatch(sequence="grid"), sequence="r2").settings.sequence == "r2"
 
 

@@ -12,15 +12,16 @@ import sys
 import time
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 import raytracer as rt
 from raytracer.app.cli import main
 from raytracer.core import memory
-from raytracer.ground_truth import converged as module
 from raytracer.ground_truth import cost, picture
-from raytracer.ground_truth.converged import truth
+from raytracer.ground_truth.converged import trace_converged
+from raytracer.ground_truth.job import Job
 from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.processes import in_group, running
@@ -30,7 +31,7 @@ SIZE = (48, 32)
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where truths are kept during a test."""
+    """The folder of the pictures during a test."""
     monkeypatch.setenv("RAYTRACER_CACHE", str(tmp_path / "cache"))
     return tmp_path / "cache"
 
@@ -70,7 +71,7 @@ def test_the_command_takes_from_the_files_settings_what_it_has_no_flags_for(tmp_
     given = ({"shading": "blinn", "shadows": "diluted", "bounces": 1}, {"shadows": "off", "bounces": 1})
     kept = {*folder.iterdir()}
     for settings in given:
-        truth(rt.load(file), (16, 9), Settings(**settings), samples=16)
+        trace_converged(rt.load(file), (16, 9), Settings(**settings), samples=16)
     assert len(kept) == 2 and {*folder.iterdir()} == kept, "found on the disk"
 
 
@@ -89,13 +90,13 @@ def test_what_does_not_fit_into_memory_is_refused_before_it_is_begun(
 def test_what_it_takes_is_told_before_it_is_begun(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    job = module.Job(scenes.assignment(), (320, 180), Settings())
-    tried = cost.cost(job, 1024, workers=1)
+    job = Job(scenes.assignment(), (320, 180), Settings())
+    tried = cost.estimate_cost(job, workers=1)
     assert tried.tried and 1.0 < tried.seconds < 600.0
-    assert cost.cost(job, 4096, workers=1).seconds > 1.5 * tried.seconds
+    assert cost.estimate_cost(msgspec.structs.replace(job, samples=4096), workers=1).seconds > 1.5 * tried.seconds
     row = functools.reduce(operator.or_, [rt.Sphere((x, 0, 0), 1) for x in range(2000)])
     many = rt.Scene([row], [], rt.Camera((0, 0, 5), (0, 0, 0)))
-    guessed = cost.cost(module.Job(many, (320, 180), Settings()), 1024, workers=1)
+    guessed = cost.estimate_cost(Job(many, (320, 180), Settings()), workers=1)
     assert re.fullmatch("at least [0-9]+ (hours|days): each ray meets each of 2000 primitives", str(guessed))
     monkeypatch.setattr(picture, "WORTH_MENTION", 0.0)
     command = ["reference", "assignment", "-o", str(tmp_path / "a.npz"), "--size", "16x9", "--samples", "16"]

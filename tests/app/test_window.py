@@ -106,7 +106,7 @@ def test_dragging_moves_the_highlight_to_where_the_reference_has_it(tmp_path: Pa
             )
             view.act("mouseup 1")
             scene = turn_light(scene, 0, half_turns(right), half_turns(-down))
-            truth = ray_tracer.render(scene, SIZE, Settings()).srgb8().astype(int)
+            truth = ray_tracer.trace(scene, SIZE, Settings()).srgb8().astype(int)
             view.until(
                 lambda truth=truth: bool((np.abs(view.shown() - truth).max(axis=2) > 1).mean() < 1e-3),
                 "not the reference's picture",

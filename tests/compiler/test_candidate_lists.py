@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.analysis.pixel_doubt import resolution
+from raytracer.analysis.pixel_doubt import find_pixel_doubt
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
@@ -90,7 +90,7 @@ def test_a_chain_and_a_balanced_tree_of_many_holes_are_one_picture(renderer: Ren
     one = renderer.render(scene, SIZE, Settings())
     other = renderer.render(scenes.of(ball - bites[0], eye=(0, 0, 3)), SIZE, Settings())
     np.testing.assert_array_equal(one.radiance, other.radiance)
-    truth = ray_tracer.render(scene, (32, 18), Settings(shadows="off"))
+    truth = ray_tracer.trace(scene, (32, 18), Settings(shadows="off"))
     small = renderer.render(scene, (32, 18), Settings(shadows="off"))
     assert truth.material is not None and small.material is not None
     assert (small.material == truth.material).mean() > 0.99 and len(np.unique(truth.material)) == 3
@@ -127,9 +127,9 @@ def test_many_instances_agree_with_the_reference(renderer: Renderer) -> None:
     rng = np.random.default_rng(1)
     many = rt.Instances(lens(0, 0, 0), rng.uniform((-4, -2, -6), (4, 3, 1), (40, 3)), rng.uniform(0.2, 0.6, 40))
     scene = scenes.of(many, FLOOR, eye=(0, 1, 6))
-    image, truth = renderer.render(scene, (96, 54), Settings()), ray_tracer.render(scene, (96, 54), Settings())
+    image, truth = renderer.render(scene, (96, 54), Settings()), ray_tracer.trace(scene, (96, 54), Settings())
     assert image.material is not None and truth.material is not None
-    resolved = resolution(scene, (96, 54))
+    resolved = find_pixel_doubt(scene, (96, 54))
     sure = ~resolved.doubtful
     assert resolved.doubtful.mean() < 0.01
     np.testing.assert_array_equal(image.material[sure], truth.material[sure])

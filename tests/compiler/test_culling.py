@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.analysis.numerics.comparison import enlarged, moved
+from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_scene
 from raytracer.compiler.direction_cells import CELL
 from raytracer.compiler.meshes import runs
 from raytracer.ground_truth.ray_tracer import Tracer, camera_rays
@@ -115,9 +115,9 @@ def test_any_field_of_view_is_the_same(renderer: Renderer, fov: float) -> None:
 @pytest.mark.gl
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
 def test_any_scale_and_place_is_the_same(renderer: Renderer, scale: float) -> None:
-    scene = enlarged(still_life(lights=[SUN, LAMP]), scale)
+    scene = enlarge_scene(still_life(lights=[SUN, LAMP]), scale)
     check_cells(renderer, scene)
-    check_cells(renderer, moved(scene, (0.61e6 * scale, 0.37e6 * scale, -0.7e6 * scale)))
+    check_cells(renderer, move_scene(scene, (0.61e6 * scale, 0.37e6 * scale, -0.7e6 * scale)))
 
 
 @pytest.mark.gl

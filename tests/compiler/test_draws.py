@@ -1,4 +1,4 @@
-"""The list of draws of a sample: what a player that knows no OpenGL is given."""
+"""The list of draws of a sample, which a player can play that knows no OpenGL."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ GROUND = coverage(see=["#..", ".#."], shade=["#..", ".#."], plane_only=[".##", "
 
 
 def played(steps: list[Step]) -> list[str]:
-    """What a player that only writes down does."""
+    """The notes of a player that only writes down."""
     lines = []
     for step in steps:
         if isinstance(step, Clear):

@@ -154,7 +154,7 @@ def test_5_solids_of_csg_cast_shadows_and_a_hard_shadow_is_black(renderer: Rende
     camera = rt.Camera((0, 0.9, 8), (0, 0, 0), vertical_fov=40)
     scene = rt.Scene([ring, ground], [rt.PointLight((0, 8, 0))], camera)
     image = renderer.render(scene, (160, 90), Settings(evaluator=evaluator))
-    truth = ray_tracer.render(scene, (160, 90))
+    truth = ray_tracer.trace(scene, (160, 90))
     assert truth.material is not None
     on_ground = truth.material == 1
     shaded = on_ground & (truth.radiance[..., 0] == 0)

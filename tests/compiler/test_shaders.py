@@ -11,7 +11,8 @@ from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble, 
 from raytracer.compiler.roth_bounds import max_hits, roth_loops
 from raytracer.formats.scene_file import loads
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.settings import Evaluator, Settings, Shadows
+from raytracer.scene.options import Evaluator, Shadows
+from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.compiled import sources
 from tests.shader_text import code

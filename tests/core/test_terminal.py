@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from raytracer.analysis import numerics
-from raytracer.analysis.numerics import views
+from raytracer.analysis.numerics import ledger, views
 from raytracer.app.cli import main
 from raytracer.core import progress
 from raytracer.core.progress import progress_bar, step_bar
@@ -171,6 +170,6 @@ def test_without_a_terminal_there_are_lines_few_and_only_where_it_takes_long(
 @pytest.mark.gl
 def test_extremes_say_which_they_measure(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     steps: list[str] = []
-    monkeypatch.setattr(numerics, "ROWS", (views.far_sphere,))
-    numerics.measure(renderer, short=True, scenes=2, step=steps.append)
+    monkeypatch.setattr(ledger, "ROWS", (views.far_sphere,))
+    ledger.measure_ledger(renderer, short=True, scenes=2, step=steps.append)
     assert steps == ["measuring far sphere", "measuring 2 random scenes"]

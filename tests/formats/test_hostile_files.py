@@ -16,7 +16,7 @@ from raytracer.app.viewer.orbit import turn_camera, turn_light
 from raytracer.core.files import opened, read_bounded
 from raytracer.core.npz import read_arrays
 from raytracer.formats.instance_files import read_instances
-from raytracer.formats.scene_file import load, loads, moved
+from raytracer.formats.scene_file import edit_positions, load, loads
 from tests import scenes
 from tests.scenes import GOOD
 
@@ -116,7 +116,7 @@ def test_a_mark_at_the_begin_of_a_scene_is_read_as_nothing(tmp_path: Path) -> No
     text = GOOD[GOOD.index("[camera]") :]
     path.write_text(text.replace("\n", "\r\n"), encoding="utf-8-sig", newline="")
     scene = turn_light(turn_camera(load(path), 0.3, 0.1), 0, 1.0, -0.2)
-    assert load(path) != scene == loads(moved(f"\ufeff{text}", scene))
+    assert load(path) != scene == loads(edit_positions(f"\ufeff{text}", scene))
 
 
 def test_all_files_of_instances_together_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,9 +9,9 @@ import re
 import struct
 import zipfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ from PIL import Image as Pillow
 import raytracer as rt
 from raytracer.app.cli import main
 from raytracer.formats.image import Image
-from raytracer.formats.image_files import load_radiance
+from raytracer.formats.image_files import FORMATS, load_radiance, read_size
 from tests.picture_files import chunk, grey, png, png16, save
 
 
@@ -199,3 +199,23 @@ def test_a_file_that_is_no_picture_is_one_line_that_names_it(
     assert main(["compare", other, str(path)]) == 2
     errors = capsys.readouterr().err
     assert errors.startswith(f"raytracer: {path}: ") and errors.count("\n") == 1 and re.search(says, errors)
+
+
+def test_a_format_is_an_entry_in_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def write(file: IO[bytes], arrays: Mapping[str, Any], metadata: Mapping[str, str]) -> None:
+        np.save(file, arrays["radiance"])
+
+    def size_in(file: IO[bytes]) -> tuple[int, int]:
+        height, width, _ = np.load(file).shape
+        return width, height
+
+    raw = FORMATS[".png"]._replace(write=write, read_size=size_in, read_radiance=np.load, is_clipped=False)
+    monkeypatch.setitem(FORMATS, ".raw", raw)
+    path = tmp_path / "a.raw"
+    radiance = np.random.default_rng(1).uniform(0, 9, (4, 5, 3)).astype(np.float32)
+    Image(radiance).save(path)
+    assert read_size(path) == (5, 4)
+    np.testing.assert_array_equal(load_radiance(path)[:], radiance)
+    for use in (Image(radiance).save, load_radiance):
+        with pytest.raises(rt.InputError, match=r"ends in .png or .npz or .raw$"):
+            use(tmp_path / "a.jpg")

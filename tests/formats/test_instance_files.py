@@ -262,3 +262,14 @@ def test_a_saved_file_of_instances_is_noticed(tmp_path: Path) -> None:
     assert files.changed() and not files.changed()
     of_csv(tmp_path, "x,y,z\n1,2,3\n4,5,6\n")
     assert files.changed() and not files.changed()
+
+
+def test_a_format_is_an_entry_in_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def read(solid: rt.Solid, data: bytes) -> rt.Instances:
+        return rt.Instances(solid, np.frombuffer(data).reshape(-1, 3))
+
+    monkeypatch.setitem(READERS, ".raw", read)
+    (tmp_path / "a.raw").write_bytes(np.arange(6.0).tobytes())
+    assert read_instances(BALL, tmp_path, "a.raw") == rt.Instances(BALL, [[0, 1, 2], [3, 4, 5]])
+    with pytest.raises(rt.InputError, match=r"^expected the plain name of a .csv or .npz or .raw file"):
+        read_instances(BALL, tmp_path, "a.txt")

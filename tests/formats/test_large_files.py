@@ -162,12 +162,12 @@ def test_a_file_of_the_largest_number_of_tables_is_no_mistake() -> None:
 
 MOVE = """
 import resource, sys
-from raytracer.formats.scene_file import loads, moved
+from raytracer.formats.scene_file import edit_positions, loads
 from raytracer.app.viewer.orbit import turn_camera, turn_light
 resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[2]) << 20,) * 2)
 text = open(sys.argv[1]).read()
 scene = turn_light(turn_camera(loads(text), 0.3, 0.1), 1999, 0.1, 0.1)
-print(loads(moved(text, scene)) == scene)
+print(loads(edit_positions(text, scene)) == scene)
 """
 
 

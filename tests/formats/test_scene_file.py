@@ -12,7 +12,7 @@ import pytest
 import raytracer as rt
 from raytracer.app.cli import main
 from raytracer.app.viewer.orbit import turn_camera, turn_light
-from raytracer.formats.scene_file import examples, load, loads, moved
+from raytracer.formats.scene_file import edit_positions, examples, load, loads
 from tests import scenes
 from tests.scenes import GOOD
 
@@ -334,9 +334,9 @@ position = [1, 2, 3]
 def test_the_text_of_a_moved_scene_loads_as_that_scene_and_keeps_all_else(layout: str, end: str) -> None:
     text = (layout + GOOD[GOOD.index("[materials") :]).replace("\n", end)
     scene = loads(text)
-    assert moved(text, scene) == text
+    assert edit_positions(text, scene) == text
     turned = turn_light(turn_camera(scene, 0.3, 0.1), len(scene.lights) - 1, 1.0, -0.2)
-    again = moved(text, turned)
+    again = edit_positions(text, turned)
     assert loads(again) == turned != scene
     lines = list(zip(text.split(end), again.split(end), strict=True))
     assert all(before == after or "position" in before for before, after in lines)
@@ -348,7 +348,7 @@ def test_instances_of_a_file_are_those_of_python_and_stay_when_lights_move(tmp_p
     assert isinstance(solid, rt.Solid)
     assert scene.objects == (rt.Instances(solid, [[1, 2, 3], [0, 0, 0]], [1, 0.5]),)
     turned = turn_light(scene, 0, 1.0, -0.2)
-    assert loads(moved(text, turned)) == turned != scene
+    assert loads(edit_positions(text, turned)) == turned != scene
     one_scale = loads(text.replace("[1, 0.5]", "2"))
     assert one_scale.objects == (rt.Instances(solid, [[1, 2, 3], [0, 0, 0]], 2),)
 
@@ -356,7 +356,7 @@ def test_instances_of_a_file_are_those_of_python_and_stay_when_lights_move(tmp_p
     (tmp_path / "places.csv").write_text("x,y,z,scale\n1,2,3,1\n0,0,0,0.5\n")
     (tmp_path / "scene.toml").write_text(in_file)
     assert load(tmp_path / "scene.toml") == scene
-    (tmp_path / "scene.toml").write_text(moved(in_file, turned, tmp_path))
+    (tmp_path / "scene.toml").write_text(edit_positions(in_file, turned, tmp_path))
     assert load(tmp_path / "scene.toml") == turned
     with pytest.raises(rt.InputError, match=r"^instances.one.file: expected positions: .* load\(\) the scene's file"):
         loads(in_file)
@@ -370,4 +370,4 @@ def test_the_example_of_many_is_a_thousand_solids_over_the_ground() -> None:
 def test_a_text_that_cannot_be_moved_is_said_to_be_one() -> None:
     other = loads(GOOD.replace("[[lights]]\nposition = [4.0, 7.0, 4.0]", ""))
     with pytest.raises(RuntimeError, match="laid out"):
-        moved(GOOD, other)
+        edit_positions(GOOD, other)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import threading
 from collections.abc import Callable
 
 import numpy as np
@@ -16,6 +15,7 @@ from raytracer import glsl
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
+from tests.threads import in_threads
 
 SIZE = (48, 27)
 SETTINGS = Settings(samples=2)
@@ -24,25 +24,6 @@ SETTINGS = Settings(samples=2)
 def scene_number(k: int) -> rt.Scene:
     """Scenes with one structure, and so with the same programs, but other numbers."""
     return scenes.of(rt.Sphere((0, 0, 0), 1 + 0.1 * k, rt.Material(kd=(0.1 * k, 0.5, 0.2))) - rt.Sphere((0, 0, 1), 0.5))
-
-
-def in_threads(*calls: Callable[[], object]) -> list[object]:
-    """The result of each call, or its exception; all run at once, each in a thread of its own."""
-    results: list[object] = [None] * len(calls)
-
-    def run(k: int) -> None:
-        try:
-            results[k] = calls[k]()
-        except BaseException as error:
-            results[k] = error
-
-    threads = [threading.Thread(target=run, args=(k,), daemon=True) for k in range(len(calls))]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join(60)
-    assert not any(thread.is_alive() for thread in threads), "a thread hangs"
-    return results
 
 
 @pytest.mark.gl

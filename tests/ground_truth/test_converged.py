@@ -12,7 +12,7 @@ import pytest
 import raytracer as rt
 from raytracer.formats.image import Image
 from raytracer.ground_truth import ray_tracer, workers
-from raytracer.ground_truth.converged import truth
+from raytracer.ground_truth.converged import trace_converged
 from raytracer.scene.settings import Settings
 from tests import scenes
 
@@ -51,7 +51,7 @@ def stated(image: Image) -> np.ndarray:
 @pytest.mark.parametrize(("samples", "tolerance"), [(16, 0.0), (256, 0.0), (1024, 5e-3)])
 def test_an_edge_is_where_it_should_be_to_the_error_that_is_stated(samples: int, tolerance: float) -> None:
     size = (80, 160)
-    image = truth(edge(), size, samples=samples, tolerance=tolerance, cache=False, workers=1)
+    image = trace_converged(edge(), size, samples=samples, tolerance=tolerance, cache=False, workers=1)
     off = image.radiance[..., 0] - coverage(size)
     cut = (coverage(size) > 0) & (coverage(size) < 1)
     # Of so many pixels, each with 3 or more degrees of freedom, such a ratio is known to 10 %.
@@ -63,7 +63,7 @@ def test_an_edge_is_where_it_should_be_to_the_error_that_is_stated(samples: int,
 
 
 def test_samples_go_where_the_error_is_above_the_tolerance_and_no_farther() -> None:
-    image = truth(edge(), (48, 32), samples=1000, tolerance=5e-3, cache=False)
+    image = trace_converged(edge(), (48, 32), samples=1000, tolerance=5e-3, cache=False)
     assert image.samples is not None and {*np.unique(image.samples)} <= {16, 32, 64, 128, 256, 512}
     far = np.abs(np.arange(48) - 24) > 12
     assert (image.samples[:, far] == 16).all() and image.samples.max() == 512
@@ -75,7 +75,7 @@ def test_samples_go_where_the_error_is_above_the_tolerance_and_no_farther() -> N
 
 
 def test_all_around_a_pixel_that_is_off_have_all_samples_also_if_they_had_ended_before() -> None:
-    image = truth(scenes.assignment(), (64, 36), samples=256, tolerance=2e-3, cache=False, workers=1)
+    image = trace_converged(scenes.assignment(), (64, 36), samples=256, tolerance=2e-3, cache=False, workers=1)
     assert image.samples is not None
     off = np.lib.stride_tricks.sliding_window_view(np.pad(stated(image) > 2e-3, 1), (3, 3)).any(axis=(2, 3))
     assert off.sum() > 100 and (image.samples[off] == 256).all() and (image.samples == 16).sum() > 1000
@@ -123,7 +123,7 @@ def in_penumbra(P: np.ndarray) -> np.ndarray:
 
 def test_a_penumbra_is_as_dark_as_it_should_be_to_the_error_that_is_stated() -> None:
     size, parts = (24, 16), 6
-    image = truth(penumbra(), size, Settings(shadows="soft"), samples=64, tolerance=0.0, cache=False)
+    image = trace_converged(penumbra(), size, Settings(shadows="soft"), samples=64, tolerance=0.0, cache=False)
     rd = ray_tracer.camera_rays(penumbra().camera, (parts * size[0], parts * size[1]))
     eye = np.array(penumbra().camera.position)
     points = in_penumbra(eye - eye[1] / rd[..., 1:2] * rd)
@@ -137,8 +137,8 @@ def test_a_penumbra_is_as_dark_as_it_should_be_to_the_error_that_is_stated() -> 
 
 def test_depth_normal_and_material_are_those_of_the_centre_rays() -> None:
     found, expected = (
-        truth(scenes.assignment(), (32, 18), samples=16, cache=False),
-        ray_tracer.render(scenes.assignment(), (32, 18)),
+        trace_converged(scenes.assignment(), (32, 18), samples=16, cache=False),
+        ray_tracer.trace(scenes.assignment(), (32, 18)),
     )
     for name in ("depth", "normal", "material"):
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
@@ -154,8 +154,8 @@ def test_the_result_does_not_depend_on_how_many_processes_work_on_it(monkeypatch
 
     monkeypatch.setattr(workers, "ProcessPoolExecutor", Pool)
     seen: list[tuple[int, int]] = []
-    one = truth(penumbra(), (96, 64), Settings(shadows="soft"), samples=32, workers=1, cache=False)
-    three = truth(
+    one = trace_converged(penumbra(), (96, 64), Settings(shadows="soft"), samples=32, workers=1, cache=False)
+    three = trace_converged(
         penumbra(),
         (96, 64),
         Settings(shadows="soft"),
@@ -184,4 +184,4 @@ def test_the_result_does_not_depend_on_how_many_processes_work_on_it(monkeypatch
 )
 def test_what_cannot_be_asked_for_is_refused(arguments: dict[str, Any], says: str) -> None:
     with pytest.raises(rt.InputError, match=re.escape(says)):
-        truth(edge(), **{"size": SIZE, **arguments})
+        trace_converged(edge(), **{"size": SIZE, **arguments})

@@ -1,10 +1,11 @@
-"""Truths on the disk: found again for all that decides them, and no longer than there is room."""
+"""Converged pictures on the disk: found again for all that decides them, and no longer than there is room."""
 
 from __future__ import annotations
 
 import math
 import os
 import pickle
+import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,8 @@ import pytest
 import raytracer as rt
 from raytracer.ground_truth import converged as module
 from raytracer.ground_truth import disk_cache
-from raytracer.ground_truth.converged import truth
+from raytracer.ground_truth.converged import trace_converged
+from raytracer.ground_truth.job import TOLERANCE, Job, make_job
 from raytracer.scene.materials.merl import SHAPE, Measured
 from raytracer.scene.settings import Settings
 from tests import scenes
@@ -28,7 +30,7 @@ SIZE = (48, 32)
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where truths are kept during a test."""
+    """The folder of the pictures during a test."""
     monkeypatch.setenv("RAYTRACER_CACHE", str(tmp_path / "cache"))
     return tmp_path / "cache"
 
@@ -42,21 +44,23 @@ def edge(angle: float = 0.3, offset: float = 0.2) -> rt.Scene:
 
 def name_of(scene: rt.Scene, **settings: Any) -> str:
     size, samples = settings.pop("size", SIZE), settings.pop("samples", 16)
-    given = Settings(**settings)
-    given = Settings(shading=given.shading, shadows=given.shadows, bounces=given.bounces)
-    return disk_cache.path_of(module.Job(scene, size, given), samples, module.TOLERANCE).name
+    return disk_cache.path_of(job_of(scene, size, samples, **settings)).name
+
+
+def job_of(scene: rt.Scene, size: tuple[int, int] = SIZE, samples: int = 16, **settings: Any) -> Job:
+    return make_job(scene, size, Settings(**settings), samples, TOLERANCE)
 
 
 def test_what_was_made_once_is_not_traced_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = edge()
-    first = truth(scene, SIZE, samples=16)
+    first = trace_converged(scene, SIZE, samples=16)
     assert [file.name for file in folder.iterdir()] == [name_of(scene)]
     with monkeypatch.context() as patch:
-        patch.setattr(module, "_traced", None)
+        patch.setattr(module, "_trace", None)
         renamed = msgspec.structs.replace(scene, name="another name")
-        again = truth(renamed, SIZE, Settings(samples=4, evaluator="walk", precision=64), samples=16)
+        again = trace_converged(renamed, SIZE, Settings(samples=4, evaluator="walk", precision=64), samples=16)
         with pytest.raises(TypeError):  # what is not kept would be traced
-            truth(scene, SIZE, samples=32)
+            trace_converged(scene, SIZE, samples=32)
     for name in ("radiance", "error", "samples", "depth", "normal", "material"):
         np.testing.assert_array_equal(getattr(again, name), getattr(first, name))
     [file] = folder.iterdir()
@@ -65,29 +69,29 @@ def test_what_was_made_once_is_not_traced_again(folder: Path, monkeypatch: pytes
     broken[len(whole) // 2] ^= 1
     for damaged in (b"", b"PK", whole[: len(whole) // 2], bytes(broken), pickle.dumps({})):
         file.write_bytes(damaged)
-        np.testing.assert_array_equal(truth(scene, SIZE, samples=16).radiance, first.radiance)
+        np.testing.assert_array_equal(trace_converged(scene, SIZE, samples=16).radiance, first.radiance)
         assert file.read_bytes() == whole
     file.write_bytes(b"")
-    truth(scene, SIZE, samples=16, cache=False)
+    trace_converged(scene, SIZE, samples=16, cache=False)
     assert file.read_bytes() == b"", "neither read nor written"
 
 
 def test_what_was_not_asked_for_for_the_longest_time_makes_room(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     names = {}
     for k, samples in enumerate((16, 32, 64)):
-        truth(edge(), SIZE, samples=samples)
+        trace_converged(edge(), SIZE, samples=samples)
         names[samples] = name_of(edge(), samples=samples)
         os.utime(folder / names[samples], (k, k))
     size = (folder / names[16]).stat().st_size
-    truth(edge(), SIZE, samples=16)  # read, so no longer the oldest
+    trace_converged(edge(), SIZE, samples=16)  # read, so no longer the oldest
     monkeypatch.setattr(disk_cache, "MOST_BYTES", 2.5 * size)
-    truth(edge(), SIZE, samples=128)
+    trace_converged(edge(), SIZE, samples=128)
     assert {file.name for file in folder.iterdir()} == {names[16], name_of(edge(), samples=128)}
 
 
-def test_what_cannot_be_the_truth_is_made_again(folder: Path) -> None:
+def test_a_file_that_cannot_be_the_converged_picture_is_made_again(folder: Path) -> None:
     scene = edge()
-    first = truth(scene, SIZE, samples=16)
+    first = trace_converged(scene, SIZE, samples=16)
     [file] = folder.iterdir()
     right = file.read_bytes()
     with np.load(file) as archive:
@@ -113,15 +117,15 @@ def test_what_cannot_be_the_truth_is_made_again(folder: Path) -> None:
     poisoned += [{key: array for key, array in arrays.items() if key != name} for name in arrays]
     for wrong in poisoned:
         np.savez(file, **wrong)
-        assert disk_cache.read(file, SIZE, len(scene.materials), (16, 16)) is None
+        assert disk_cache.read(file, job_of(scene)) is None
     np.savez(file, **poisoned[0])
-    np.testing.assert_array_equal(truth(scene, SIZE, samples=16).radiance, first.radiance)
+    np.testing.assert_array_equal(trace_converged(scene, SIZE, samples=16).radiance, first.radiance)
     assert file.read_bytes() == right
 
 
 def test_what_is_no_file_in_the_folder_is_neither_waited_for_nor_read(tmp_path: Path, folder: Path) -> None:
     scene = edge()
-    first = truth(scene, SIZE, samples=16)
+    first = trace_converged(scene, SIZE, samples=16)
     [file] = folder.iterdir()
     elsewhere = file.rename(tmp_path / "elsewhere.npz")
     before = elsewhere.stat().st_mtime_ns
@@ -134,21 +138,21 @@ def test_what_is_no_file_in_the_folder_is_neither_waited_for_nor_read(tmp_path: 
     )
     for make in makers:
         make()
-        assert disk_cache.read(file, SIZE, len(scene.materials), (16, 16)) is None
-        np.testing.assert_array_equal(truth(scene, SIZE, samples=16).radiance, first.radiance)
+        assert disk_cache.read(file, job_of(scene)) is None
+        np.testing.assert_array_equal(trace_converged(scene, SIZE, samples=16).radiance, first.radiance)
         assert not file.is_symlink() and file.is_file()
         file.unlink()
     assert elsewhere.stat().st_mtime_ns == before
     file.mkdir()
     with pytest.warns(UserWarning, match="the reference was not kept"):
-        truth(scene, SIZE, samples=16)
+        trace_converged(scene, SIZE, samples=16)
 
 
-def test_the_files_whose_change_makes_truths_worthless_are_all_that_a_truth_needs() -> None:
+def test_the_files_whose_change_drops_pictures_are_all_that_tracing_needs() -> None:
     script = (
-        "import sys, raytracer as rt; from raytracer.ground_truth.converged import truth\n"
+        "import sys, raytracer as rt; from raytracer.ground_truth.converged import trace_converged\n"
         "settings = rt.Settings(shading='ggx', shadows='soft')\n"
-        "truth(rt.load('materials'), (4, 3), settings, samples=16, workers=1, cache=False)\n"
+        "trace_converged(rt.load('materials'), (4, 3), settings, samples=16, workers=1, cache=False)\n"
         "print(*(m.__file__ for n, m in sys.modules.items() if n.partition('.')[0] == 'raytracer'), sep='\\n')"
     )
     found = output_of(sys.executable, "-c", script, cwd=scenes.CHECKOUT)
@@ -157,10 +161,37 @@ def test_the_files_whose_change_makes_truths_worthless_are_all_that_a_truth_need
     assert len(needed) > 20 and needed <= {package / name for name, _ in disk_cache._sources()}
 
 
+@pytest.mark.parametrize(
+    ("file", "is_kept"),
+    [
+        ("app/cli.py", True),
+        ("analysis/image_difference.py", True),
+        ("compiler/surfaces.py", True),
+        ("gpu/context.py", True),
+        ("rendering/renderer.py", True),
+        ("__init__.py", False),
+        ("core/vectors.py", False),
+        ("scene/solids.py", False),
+        ("scene/materials/models.py", False),
+        ("formats/image.py", False),
+        ("ground_truth/ray_tracer.py", False),
+    ],
+)
+def test_an_edit_drops_pictures_where_it_may_change_them_and_nowhere_else(
+    file: str, is_kept: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package = tmp_path / "raytracer"
+    shutil.copytree(Path(rt.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(disk_cache, "_ROOT", package)
+    before = name_of(edge())
+    (package / file).write_text((package / file).read_text() + "# edited\n")
+    assert (name_of(edge()) == before) is is_kept
+
+
 def test_a_folder_that_cannot_be_written_to_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RAYTRACER_CACHE", "/proc/nowhere")
     with pytest.warns(UserWarning, match=r"^/proc/nowhere: the reference was not kept"):
-        assert truth(edge(), SIZE, samples=16).radiance.max() > 0.9
+        assert trace_converged(edge(), SIZE, samples=16).radiance.max() > 0.9
 
 
 def test_whatever_decides_the_result_decides_the_files_name(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -195,7 +226,7 @@ def test_whatever_decides_the_result_decides_the_files_name(monkeypatch: pytest.
     names = [name_of(other) for other in others]
     options = ({"size": (32, 48)}, {"samples": 32}, {"shading": "phong"}, {"shadows": "soft"}, {"bounces": 0})
     names += [name_of(scene, **option) for option in options]
-    monkeypatch.setattr(disk_cache, "_SOURCES", ("converged.py",))
+    monkeypatch.setattr(disk_cache, "_PACKAGES", ())
     names.append(name_of(scene))
     assert len({*names}) == len(names)
 

@@ -18,7 +18,7 @@ CAMERA = rt.Camera((0, 0, 5), (0, 0, 0), vertical_fov=40)
 
 def centre(scene: rt.Scene, settings: rt.Settings | None = None) -> tuple[np.ndarray, float, np.ndarray]:
     """Radiance, depth and normal of the middle ray."""
-    image = ray_tracer.render(scene, (1, 1), settings)
+    image = ray_tracer.trace(scene, (1, 1), settings)
     assert image.depth is not None and image.normal is not None
     return image.radiance[0, 0], float(image.depth[0, 0]), image.normal[0, 0]
 
@@ -57,7 +57,7 @@ def test_a_blocked_light_is_dark_or_diluted_by_the_ratio_of_distances() -> None:
 def test_a_bowl_is_seen_on_its_cut_face_and_its_far_wall_shades_it() -> None:
     bowl = rt.Sphere((0, 0, 0), 1, scenes.COLORS[0]) - rt.Sphere((0, 0, 1), 1, scenes.COLORS[1])
     camera = rt.Camera((0, 0, 5), (0, 0, 0), vertical_fov=1)
-    image = ray_tracer.render(rt.Scene([bowl], [], camera), (1, 1))
+    image = ray_tracer.trace(rt.Scene([bowl], [], camera), (1, 1))
     assert image.depth is not None and image.material is not None and image.normal is not None
     assert image.depth[0, 0] == pytest.approx(5) and image.material[0, 0] == 1
     np.testing.assert_allclose(image.normal[0, 0], (0, 0, 1), atol=1e-14)
@@ -66,9 +66,9 @@ def test_a_bowl_is_seen_on_its_cut_face_and_its_far_wall_shades_it() -> None:
 def test_of_coincident_faces_the_first_operands_is_seen() -> None:
     a, b = rt.Sphere((0, 0, 0), 1, scenes.COLORS[0]), rt.Sphere((0, 0, 0), 1, scenes.COLORS[1])
     for solid, material in ((a | b, 0), (b | a, 0), (a & b, 0), (~(~a | ~b), 0)):
-        image = ray_tracer.render(scenes.of(solid), (1, 1))
+        image = ray_tracer.trace(scenes.of(solid), (1, 1))
         assert image.material is not None and image.material[0, 0] == material
-    empty = ray_tracer.render(scenes.of(a - b), (9, 9))
+    empty = ray_tracer.trace(scenes.of(a - b), (9, 9))
     assert empty.material is not None and (empty.material == -1).all()
 
 
@@ -77,7 +77,7 @@ def test_half_spaces_coincide_whatever_the_length_of_their_normals(n: tuple[int,
     one, three = rt.Plane(n, o), rt.Plane((3 * n[0], 3 * n[1], 3 * n[2]), 3 * o)
     other_side = rt.Plane((-7 * n[0], -7 * n[1], -7 * n[2]), -7 * o)
     for nothing in (one - three, one & other_side, three & ~one):
-        assert (ray_tracer.render(scenes.of(nothing), (33, 33)).material == -1).all()
+        assert (ray_tracer.trace(scenes.of(nothing), (33, 33)).material == -1).all()
 
 
 def test_camera_rays_go_where_the_formula_says() -> None:

@@ -11,7 +11,8 @@ import raytracer as rt
 from raytracer.app.cli import main
 from raytracer.rendering.renderer import Renderer
 from raytracer.rendering.stopping_rule import FIRST
-from raytracer.scene.settings import Evaluator, Settings, Shadows
+from raytracer.scene.options import Evaluator, Shadows
+from raytracer.scene.settings import Settings
 from tests import scenes
 
 RECOMMENDED = Settings(samples=16, adaptive=0.01)

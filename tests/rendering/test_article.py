@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from raytracer.analysis.reflectance.measure import direction, facets, measure
+from raytracer.analysis.reflectance.properties import facets, measure_material, unit_direction
 from raytracer.analysis.reflectance.quadrature import NORMAL, Fineness, facing, polar
 from raytracer.rendering.brdf import call, evaluate
 from raytracer.scene.materials.material import Material
@@ -41,7 +41,7 @@ def test_ii_and_vi_the_facets_seen_have_the_projected_area(material: Material) -
     """(ii) A surface of area 1 has the projected area cos(theta_o), and (vi) so have the facets that are seen:
     cos(theta_o) = int G1(wo, m) <wo.m> D(m) dm."""
     for degrees in VIEWS:
-        wo = direction(degrees)
+        wo = unit_direction(degrees)
         m, weights = facing(wo, FINE)
         seen = weights @ (G1(material, wo[2]) * (m @ wo) * D(material, m))
         assert seen == pytest.approx(wo[2], rel=1e-4)
@@ -75,7 +75,7 @@ def test_ix_visible_normals_are_a_distribution() -> None:
     """
     for material in FACETS:
         for degrees in VIEWS:
-            wo = direction(degrees)
+            wo = unit_direction(degrees)
             m, weights = facing(wo, FINE)
             visible = G1(material, wo[2]) * D(material, m) * (m @ wo) / wo[2]
             assert (visible >= 0.0).all() and weights @ visible == pytest.approx(1.0, rel=1e-4)
@@ -129,7 +129,7 @@ def test_xxii_the_specular_reflectance_is_of_its_factors(model: str, masking: st
 @pytest.mark.gl
 def test_xxii_times_the_jacobian_reflects_what_the_facets_do() -> None:
     """(xvii) to (xxii): with F = 1 and nothing lost below the horizon, smooth facets reflect all that they get."""
-    found = measure(Material("beckmann", alpha=1e-3, f0=1.0), (0.0, 30.0, 60.0))
+    found = measure_material(Material("beckmann", alpha=1e-3, f0=1.0), (0.0, 30.0, 60.0))
     assert [a.value for a in found.albedos] == pytest.approx([1.0] * 3, abs=1e-3)
 
 
@@ -171,7 +171,7 @@ def test_lambertian_one_over_pi() -> None:
     """(Lambertian) BRDF = 1/pi reflects all: int cos(theta) dw over the hemisphere is pi, with (dw) sin dphi dtheta."""
     wo, weights = polar(NORMAL, FINE)
     assert weights @ wo[:, 2] == pytest.approx(math.pi, rel=1e-6)
-    wi = direction(40.0)
+    wi = unit_direction(40.0)
     f = evaluate(Material("lambert", rho=1.0), wi, wo) / wi[2]
     np.testing.assert_allclose(f, 1.0 / math.pi, rtol=1e-6)
     assert (weights * wo[:, 2]) @ f == pytest.approx([1.0] * 3, rel=1e-6)

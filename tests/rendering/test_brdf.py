@@ -112,7 +112,7 @@ def test_one_scene_of_all_models_is_float64s(renderer: Renderer) -> None:
     scene = rt.Scene(balls, [rt.PointLight((3, 4, 6), (3, 3, 3))], rt.Camera((0, 0, 6), (0, 0, 0), vertical_fov=40))
     for settings in (Settings(), Settings(evaluator="walk", bounces=1)):
         image = renderer.render(scene, (120, 80), settings)
-        expected = ray_tracer.render(scene, (120, 80), settings)
+        expected = ray_tracer.trace(scene, (120, 80), settings)
         assert image.material is not None and expected.material is not None
         assert np.array_equal(image.material, expected.material)
         error = np.abs(image.radiance - expected.radiance).max(axis=2)

@@ -16,8 +16,9 @@ from raytracer.formats.estimate import Estimate
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.estimator import FACTOR
 from raytracer.rendering.renderer import Renderer
+from raytracer.scene.options import Shadows
 from raytracer.scene.sequences import sample_points
-from raytracer.scene.settings import Settings, Shadows
+from raytracer.scene.settings import Settings
 from tests import scenes
 
 Array = NDArray[np.float64]
@@ -108,7 +109,7 @@ def test_the_estimate_is_within_25_percent_of_the_true_error(renderer: Renderer,
 @pytest.mark.gl
 def test_the_float64_reference_agrees_on_the_error(renderer: Renderer) -> None:
     scene, size = scenes.random_scene(5), (96, 54)
-    truth = ray_tracer.render(scene, size, Settings(samples=100, sequence="grid")).radiance
+    truth = ray_tracer.trace(scene, size, Settings(samples=100, sequence="grid")).radiance
     image = renderer.render(scene, size, Settings(samples=16))
     assert image.estimate and image.estimate.rmse == pytest.approx(rms(image.radiance - truth), rel=0.35)
 

@@ -14,7 +14,8 @@ import pytest
 import raytracer as rt
 from raytracer.compiler import compiled_scene
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.settings import Settings, Shadows
+from raytracer.scene.options import Shadows
+from raytracer.scene.settings import Settings
 from raytracer.scene.solids import leaves, with_leaves
 from tests import scenes
 from tests.pictures import assert_same
@@ -32,7 +33,9 @@ def check(
     Returns how many pixels show an object.
     """
     walk = renderer.render(scene, size, msgspec.structs.replace(settings, evaluator="walk"), estimates=False)
-    images = [renderer.render(scene, size, settings, only=only, estimates=False) for only in (False, True)]
+    images = [
+        renderer.render(scene, size, settings, single_picture=single, estimates=False) for single in (False, True)
+    ]
     if settings.precision == 32:
         with monkeypatch.context() as patch:
             patch.setattr(compiled_scene, "FEW", 0)

@@ -24,7 +24,7 @@ from raytracer.rendering import geometry
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
-from tests.gpu.test_threads import in_threads
+from tests.threads import in_threads
 
 pytestmark = pytest.mark.gl
 
@@ -84,8 +84,10 @@ def test_it_is_drawn_at_the_first_access_and_once_for_all_three(
 def test_what_needs_no_geometry_draws_none(renderer: Renderer, drawn: list[geometry.View], tmp_path: Path) -> None:
     image = picture(renderer)
     image.save(tmp_path / "a.png")
-    image.png(), image.srgb8(), np.asarray(image), repr(image), image == image, hash(image), copy.copy(image)
-    image.replace(metadata={"Title": "none"}), rt.compare(image, image)
+    others = [copy.copy(image), image.replace(metadata={"Title": "none"})]
+    assert image not in others and len({image, *others}) == 3 and repr(others[0]) == repr(image)
+    np.testing.assert_array_equal(np.asarray(others[1]), image)
+    assert others[1].png() != image.png() and rt.compare(image, others[0]).rmse == 0.0
     assert image.samples is None and image.error is not None and image.estimate and image.metadata
     assert not drawn
 
@@ -214,6 +216,15 @@ def test_copies_share_what_is_drawn(renderer: Renderer, drawn: list[geometry.Vie
     assert len(drawn) == 1
     assert_same(arrays(copies[1]), expected)
     assert image.replace(depth=None).depth is None
+
+
+def test_a_picture_of_another_size_is_no_picture_of_this_geometry(renderer: Renderer) -> None:
+    image = picture(renderer)
+    with pytest.raises(rt.InputError, match=r"^depth: expected an array \(5, 6\) .*, got one of shape \(27, 48\)"):
+        image.replace(radiance=np.zeros((5, 6, 3), np.float32))
+    other = rt.Image(np.zeros((5, 6, 3), np.float32), depth=None)
+    with pytest.raises(rt.InputError, match=r"^normal: expected an array \(5, 6, 3\)"):
+        other.replace(normal=image.normal)
 
 
 def test_a_deep_copy_has_arrays_of_its_own(renderer: Renderer, expected: list[np.ndarray]) -> None:

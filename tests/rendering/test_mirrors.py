@@ -49,7 +49,7 @@ def test_pictures_in_mirrors_are_float64s(renderer: Renderer, settings: Settings
     if settings.precision not in renderer.device.limits.precisions:
         pytest.skip("this driver has no doubles")
     image = renderer.render(hall(), SIZE, settings)
-    expected = ray_tracer.render(hall(), SIZE, settings).radiance
+    expected = ray_tracer.trace(hall(), SIZE, settings).radiance
     off = np.abs(image.radiance - expected).max(axis=2)
     assert np.isfinite(image.radiance).all()
     # An outline seen in a curved mirror is as much less certain as it is smaller.
@@ -95,8 +95,9 @@ def test_soft_shadows_are_seen_in_mirrors_among_few_objects_and_many(renderer: R
     for scene in (few, more):
         a, b = (renderer.render(scene, SIZE, Settings(evaluator=e, shadows="soft")).radiance for e in ("cells", "walk"))
         np.testing.assert_array_equal(a, b)
-    found = renderer.render(more, SIZE, Settings(shadows="soft", samples=64)).radiance
-    expected = ray_tracer.render(more, SIZE, Settings(shadows="soft", samples=4), rays=4).radiance
+    # In so few pixels the two means differ by 0.0005, and by 0.08 without shadows.
+    found = renderer.render(more, (80, 60), Settings(shadows="soft", samples=64)).radiance
+    expected = ray_tracer.trace(more, (80, 60), Settings(shadows="soft", samples=4), rays=4).radiance
     assert abs(found.mean() / expected.mean() - 1) < 5e-3
 
 

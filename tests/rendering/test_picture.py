@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.analysis.pixel_doubt import Resolution, resolution
+from raytracer.analysis.pixel_doubt import PixelDoubt, find_pixel_doubt
 from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
@@ -20,22 +20,22 @@ pytestmark = pytest.mark.gl
 
 
 @pytest.fixture(scope="module")
-def assignment() -> tuple[Image, Resolution]:
+def assignment() -> tuple[Image, PixelDoubt]:
     """Its truth at 1280x720, which takes long and knows no evaluators, and what float32 resolves of it."""
     scene, size = scenes.assignment(), (1280, 720)
-    return ray_tracer.render(scene, size, Settings(shadows="off")), resolution(scene, size, 32)
+    return ray_tracer.trace(scene, size, Settings(shadows="off")), find_pixel_doubt(scene, size, 32)
 
 
 @pytest.mark.parametrize("evaluator", get_args(Evaluator))
 def test_the_assignment_agrees_with_the_reference(
-    renderer: Renderer, assignment: tuple[Image, Resolution], evaluator: Evaluator
+    renderer: Renderer, assignment: tuple[Image, PixelDoubt], evaluator: Evaluator
 ) -> None:
     image = renderer.render(scenes.assignment(), (1280, 720), Settings(evaluator=evaluator, shadows="off"))
     assert_agrees(image, *assignment)
     assert np.isfinite(image.radiance).all() and (image.radiance >= 0).all()
 
 
-@pytest.mark.parametrize("seed", [*range(40), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(40, 200))])
+@pytest.mark.parametrize("seed", [*range(24), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(24, 200))])
 def test_a_random_scene_agrees_with_the_reference(renderer: Renderer, seed: int) -> None:
     check_truth(renderer, scenes.random_scene(seed), (128, 72), Settings(shadows="off"))
 
@@ -65,7 +65,7 @@ def test_the_assignments_picture_with_16_samples_is_the_references_to_2_in_255(
 ) -> None:
     settings = Settings(samples=16, shading=shading, shadows=shadows)
     image = renderer.render(scenes.assignment(), (320, 180), settings)
-    truth = ray_tracer.render(scenes.assignment(), (320, 180), settings)
+    truth = ray_tracer.trace(scenes.assignment(), (320, 180), settings)
     assert np.abs(image.srgb8().astype(int) - truth.srgb8()).max() <= 2
 
 
@@ -75,7 +75,7 @@ def test_several_lights_and_both_models_in_one_scene_agree_with_the_reference(re
     scene = scenes.of(rt.Sphere((-1, 0, 0), 1, shiny), rt.Sphere((1, 0, 0), 1, dull), rt.Plane((0, 1, 0), -1.5, shiny))
     for shadows in ("hard", "diluted"):
         settings = Settings(shadows=shadows, samples=4)
-        image, truth = renderer.render(scene, (160, 90), settings), ray_tracer.render(scene, (160, 90), settings)
+        image, truth = renderer.render(scene, (160, 90), settings), ray_tracer.trace(scene, (160, 90), settings)
         # A sample that falls the other way at an edge changes a pixel by up to 1/4: there may be a few.
         wrong = np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4
         assert wrong.mean() < 5e-4
@@ -85,7 +85,7 @@ def test_several_lights_and_both_models_in_one_scene_agree_with_the_reference(re
 def test_the_shadows_of_random_scenes_agree_with_the_reference(renderer: Renderer, seed: int) -> None:
     settings = Settings(shadows="diluted")
     image = renderer.render(scenes.random_scene(seed), (96, 54), settings)
-    truth = ray_tracer.render(scenes.random_scene(seed), (96, 54), settings)
+    truth = ray_tracer.trace(scenes.random_scene(seed), (96, 54), settings)
     # Only rays that graze a blocker may fall the other way: none or a few pixels.
     wrong = np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4
     assert wrong.sum() <= 3
@@ -101,7 +101,7 @@ def test_a_scene_of_any_size_looks_the_same(renderer: Renderer, scale: float) ->
     camera = rt.Camera(scaled((0, 3, 6)), scaled((0, 2, 0)))
     scene = rt.Scene([solid, rt.Plane((0, 1, 0), 0)], [rt.PointLight(scaled((4, 7, 4)))], camera)
     check_truth(renderer, scene, (160, 90), Settings())
-    image, truth = renderer.render(scene, (160, 90), Settings()), ray_tracer.render(scene, (160, 90))
+    image, truth = renderer.render(scene, (160, 90), Settings()), ray_tracer.trace(scene, (160, 90))
     assert (np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4).sum() <= 1
 
 
@@ -110,8 +110,8 @@ def test_a_ball_on_a_huge_sphere_casts_the_shadow_that_it_casts(renderer: Render
     # The lower the camera over so large a sphere, the more a point made from its centre would be off.
     objects = rt.Sphere((0, -radius, 0), radius), rt.Sphere((0, 1, 0), 1, scenes.COLORS[0])
     scene = rt.Scene(objects, [rt.PointLight((4, 7, 4))], rt.Camera((0, 2, 6), (0, 1, 0)))
-    image, truth = renderer.render(scene, (96, 64), Settings()), ray_tracer.render(scene, (96, 64))
-    resolved = resolution(scene, (96, 64))
+    image, truth = renderer.render(scene, (96, 64), Settings()), ray_tracer.trace(scene, (96, 64))
+    resolved = find_pixel_doubt(scene, (96, 64))
     wrong = np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-2
     assert (wrong & ~resolved.doubtful & ~resolved.unlit).sum() == 0
 
@@ -121,7 +121,7 @@ def test_half_spaces_that_share_a_plane_do_not_shade_each_other(renderer: Render
     up, down = rt.Plane((1, 5, 2), 3), rt.Plane((-3, -15, -6), -9)
     for solid in (up | ~down, up & ~down, ~down - (up - rt.Sphere((0, 0, 0), 9))):
         scene = scenes.of(solid, eye=(0, 4, 8))
-        image, truth = renderer.render(scene, (96, 54), Settings()), ray_tracer.render(scene, (96, 54))
+        image, truth = renderer.render(scene, (96, 54), Settings()), ray_tracer.trace(scene, (96, 54))
         assert (np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4).sum() <= 1
     alone = renderer.render(scenes.of(up, eye=(0, 4, 8)), (96, 54), Settings())
     both = renderer.render(scenes.of(up | ~down, eye=(0, 4, 8)), (96, 54), Settings())
@@ -163,7 +163,7 @@ def test_numbers_are_data_and_structure_is_compiled(renderer: Renderer) -> None:
 
     def programs_for(scene: rt.Scene) -> int:
         before = len(fresh.device._programs)
-        fresh.render(scene, (8, 8), Settings())
+        assert fresh.render(scene, (8, 8), Settings()).depth is not None
         return len(fresh.device._programs) - before
 
     ball, other = rt.Sphere((0, 0, 0), 1), rt.Sphere((0.5, 0, 0), 1)

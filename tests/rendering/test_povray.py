@@ -7,7 +7,7 @@ import pytest
 
 import raytracer as rt
 from benchmarks import povray
-from benchmarks.measure import SAME_RAYS, TOLERANCE
+from benchmarks.bench import SAME_RAYS, TOLERANCE
 from raytracer.rendering.renderer import Renderer
 from tests import scenes
 

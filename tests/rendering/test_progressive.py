@@ -21,7 +21,8 @@ from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.gpu.gl import BufferTexture, release
 from raytracer.rendering.progressive import Pace, ProgressivePicture
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.settings import Evaluator, Settings
+from raytracer.scene.options import Evaluator
+from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Primitive, Solid, with_leaves
 from tests import scenes
 

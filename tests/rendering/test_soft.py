@@ -36,7 +36,7 @@ def at(point: tuple[float, float, float], light: rt.PointLight, *objects: rt.Sol
 def irradiance(renderer: Renderer, scene: rt.Scene, settings: Settings) -> float:
     """The mean of 256 pixels, and the reference's, which agree."""
     image = renderer.render(scene, (16, 16), settings)
-    truth = ray_tracer.render(scene, (1, 1), Settings(shadows=settings.shadows), rays=40).radiance[0, 0, 0]
+    truth = ray_tracer.trace(scene, (1, 1), Settings(shadows=settings.shadows), rays=40).radiance[0, 0, 0]
     mean = float(image.radiance[..., 0].mean(dtype=np.float64))
     assert mean == pytest.approx(truth, rel=2e-3, abs=1e-6)
     return mean
@@ -172,7 +172,7 @@ def test_a_bulb_around_a_light_shades_nothing_outside_and_is_lit_within(
     inside = rt.Scene([bulb], [light], rt.Camera((0.3, 1.2, -0.1), (0, 0, 0)))
     image = renderer.render(inside, (16, 16), soft(256, evaluator=evaluator, precision=precision)).radiance
     assert np.abs(image - 1.25).max() < 0.1 and image.mean() == pytest.approx(1.25, rel=1e-3)
-    truth = ray_tracer.render(inside, (4, 4), soft(1), rays=32).radiance
+    truth = ray_tracer.trace(inside, (4, 4), soft(1), rays=32).radiance
     np.testing.assert_allclose(truth, 1.25, rtol=1e-3)
 
 
@@ -184,7 +184,7 @@ def penumbra() -> rt.Scene:
 
 def errors(renderer: Renderer, counts: tuple[int, ...]) -> list[float]:
     """The root mean square errors of a penumbra with so many samples."""
-    truth = ray_tracer.render(penumbra(), (20, 20), Settings(samples=4, shadows="soft"), rays=24).radiance
+    truth = ray_tracer.trace(penumbra(), (20, 20), Settings(samples=4, shadows="soft"), rays=24).radiance
     assert truth.std() > 0.15, "there is a penumbra to be seen"
     images = (renderer.render(penumbra(), (20, 20), soft(count), geometry=False).radiance for count in counts)
     return [float(np.sqrt(np.mean((image - truth) ** 2))) for image in images]

@@ -51,7 +51,7 @@ def test_by_an_error_those_blocks_stop_that_held_next_to_none_of_it_twice() -> N
     np.testing.assert_array_equal(first.spare, spare)
     then = choose_blocks(options, ALL, errors, squared_errors, spare=first.spare, pixels=96, growth=4.0)
     np.testing.assert_array_equal(then.active, ~spare)
-    # What is left holds all that may be left already.
+    # The blocks that stopped hold as much as they may already.
     last = choose_blocks(options, then.active, errors, squared_errors, spare=then.spare, pixels=96, growth=2.0)
     np.testing.assert_array_equal(last.active, then.active)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.analysis.numerics.comparison import enlarged, moved
+from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_scene
 from raytracer.ground_truth import ray_tracer
 from raytracer.scene.solids import leaves
 from raytracer.scene.warnings import precision_warning
@@ -119,7 +119,7 @@ def test_a_picture_of_instances_is_that_of_solids_made_by_hand() -> None:
         a, b = rt.Sphere((x + 0.4 * s, y, z), s, RED), rt.Sphere((x - 0.4 * s, y, z), s, BLUE)
         by_hand.append((a & b) - rt.Sphere((x, y + 0.5 * s, z + 0.6 * s), 0.7 * s, GREEN))
     pictures = [
-        ray_tracer.render(scenes.of(*objects), (48, 36), rt.Settings(shadows="diluted"))
+        ray_tracer.trace(scenes.of(*objects), (48, 36), rt.Settings(shadows="diluted"))
         for objects in ((rt.Instances(thing, places, scales), floor), (*by_hand, floor))
     ]
     one, other = pictures
@@ -134,8 +134,8 @@ def test_a_scene_of_instances_is_moved_and_enlarged_as_one_of_plain_solids() -> 
     scene = rt.Scene([rt.Instances(LENS, [[1, 2, 4], [0, 0, -4]], [2, 0.5])], [], CAMERA)
     plain = rt.Scene(scene.solids(), [], CAMERA)
     # Powers of two and small whole numbers: nothing is rounded.
-    assert enlarged(scene, 4.0).solids() == enlarged(plain, 4.0).solids()
-    assert moved(scene, (16.0, 0.0, -2.0)).solids() == moved(plain, (16.0, 0.0, -2.0)).solids()
+    assert enlarge_scene(scene, 4.0).solids() == enlarge_scene(plain, 4.0).solids()
+    assert move_scene(scene, (16.0, 0.0, -2.0)).solids() == move_scene(plain, (16.0, 0.0, -2.0)).solids()
 
 
 def test_precision_is_warned_of_as_for_plain_solids() -> None:

@@ -11,7 +11,7 @@ import pytest
 import raytracer as rt
 from raytracer.compiler.draws import sample_at
 from raytracer.compiler.frame import make_frame
-from raytracer.formats.scene_file import load, named_files
+from raytracer.formats.scene_file import companion_paths, load
 from raytracer.rendering.programs import find_programs
 from raytracer.rendering.renderer import Renderer
 from raytracer.rendering.tile_renderer import TileRenderer
@@ -130,7 +130,7 @@ def test_a_scene_file_names_a_table_in_its_folder(file: Path, baked: merl.Measur
     scene = file.parent / "scene.toml"
     scene.write_text(f'{text[:start]}[materials.red]\nmodel = "merl"\nfile = "rough.binary"\n{text[end:]}')
     assert load(scene).materials[0].file == baked
-    assert named_files(scene, scene.read_text()) == [file]
+    assert companion_paths(scene, scene.read_text()) == [file]
 
 
 def test_a_table_that_many_materials_name_is_read_once_and_there_may_be_sixteen(file: Path, tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from raytracer.analysis.reflectance.report import markdown
+from raytracer.analysis.reflectance.tables import markdown
 from raytracer.app.cli import main
 from raytracer.compiler.glsl.materials import FUNCTIONS
 from raytracer.core.validation import InputError

@@ -113,7 +113,7 @@ def test_every_command_that_draws_says_so(
         raise RuntimeError("enough")
 
     monkeypatch.setattr("raytracer.rendering.renderer.Renderer.render", draw)
-    monkeypatch.setattr("raytracer.ground_truth.converged.truth", draw)
+    monkeypatch.setattr("raytracer.ground_truth.converged.trace_converged", draw)
     out = ["-o", str(tmp_path / "a.npz")] if command != "tune" else ["--max-error", "0.1"]
     assert main([command, str(file), *out, "--size", "8x8", "--shadows", "soft"]) == 1
     assert "no light has a radius" in capsys.readouterr().err

@@ -1,69 +1,15 @@
-"""The ledger of extremes: what is tried, how wrong the GPU's answer is, and the bound that is kept.
+"""Numerics at the extremes: how wrong pictures are where numbers get large, small or nearly equal.
 
-Every row of it is a function here that renders or intersects at the ends of a range, compares with
-float64, and yields `Finding`s. `raytracer extremes` runs them all; the tests run a shorter form.
+`raytracer extremes` measures all rows of the ledger and writes them; the tests measure a shorter form. The rows are in
+views.py, rays.py, solids.py and light.py; fuzz.py draws random scenes over all ranges together. pixel_errors.py
+compares pictures with the float64 ray tracer's, and allows for the doubt that `analysis/pixel_doubt.py` computes.
+
+Other packages may use:
+
+    ledger: ROWS, measure_ledger
+    ledger_page: HEADING, summary, as_csv, as_markdown, number_text
+    findings: Finding, LedgerRow, worst
+    fuzz: random_scene, measure_random_scenes
+    pixel_errors: MATTE, measure_pixel_errors
+    scene_transforms: enlarge_scene, move_scene
 """
-
-from __future__ import annotations
-
-import inspect
-from collections.abc import Callable, Iterator
-
-from raytracer.analysis.numerics import fuzz, light, rays, solids, views
-from raytracer.analysis.numerics.ledger import Finding, Row
-from raytracer.core.progress import Progress
-from raytracer.rendering.renderer import Renderer
-
-# In the order of the ledger. The second argument asks for the shorter form.
-ROWS: tuple[Callable[[Renderer, bool], Iterator[Finding]], ...] = (
-    views.scene_scale,
-    views.distance_from_origin,
-    views.far_sphere,
-    views.beside_a_huge_sphere,
-    views.on_a_huge_sphere,
-    views.camera_on_a_surface,
-    rays.tangents,
-    solids.shells,
-    light.self_shadow,
-    solids.coincident_faces,
-    solids.deep_trees,
-    solids.camera_inside,
-    views.field_of_view,
-    light.highlight,
-    light.shadow_end,
-    light.light_on_a_surface,
-    light.valid_scenes,
-)
-# What a row counts for in the progress, in fuzzed scenes.
-_ROW = 60
-
-
-def measure(
-    renderer: Renderer,
-    *,
-    short: bool,
-    scenes: int,
-    progress: Progress | None = None,
-    step: Callable[[str], None] = lambda title: None,
-) -> list[Row]:
-    """All rows, in their shorter form if `short`, and `scenes` fuzzed scenes.
-
-    `step(title)` is called before each row, progress(done, total) after it.
-    """
-    total = _ROW * len(ROWS) + scenes
-    rows: list[Row] = []
-    for i, row in enumerate(ROWS):
-        if progress:
-            progress(_ROW * i, total)
-        step(f"measuring {row.__name__.replace('_', ' ')}")
-        rows.append(Row(_about(row), list(row(renderer, short))))
-    if scenes:
-        done = _ROW * len(ROWS)
-        step(f"measuring {scenes} random scenes")
-        found = fuzz.run(renderer, scenes, progress=(lambda k: progress(done + k, total)) if progress else None)
-        rows.append(Row(_about(fuzz.scene), found))
-    return rows
-
-
-def _about(row: Callable[..., object]) -> str:
-    return inspect.cleandoc(row.__doc__ or "")

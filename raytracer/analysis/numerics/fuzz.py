@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from raytracer.analysis.numerics.comparison import compare, unit
-from raytracer.analysis.numerics.ledger import Finding, worst
+from raytracer.analysis.numerics.findings import Finding, worst
+from raytracer.analysis.numerics.pixel_errors import measure_pixel_errors, unit
 from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.core.validation import InputError, Vec3
 from raytracer.ground_truth import ray_tracer
@@ -28,7 +28,7 @@ _ATTEMPTS = 8
 _FEW_LOOPS = 7
 
 
-def scene(seed: int) -> Scene:
+def random_scene(seed: int) -> Scene:
     """The scene of a seed: 1 to 7 primitives in one or two trees, seen if they can be; all lengths log-uniform.
 
     Scale 1e-6 to 1e6; up to 1e6 scene sizes from the origin; radii over six orders of magnitude;
@@ -93,51 +93,55 @@ def _draw(structure: np.random.Generator, rng: np.random.Generator) -> Scene:
     return Scene(solids, [light], camera)
 
 
-def run(renderer: Renderer, count: int, start: int = 0, progress: Callable[[int], None] | None = None) -> list[Finding]:
-    """Compare scenes `start` to `start + count`: what has a fault, then the worst of all, each with its seed.
+def measure_random_scenes(
+    renderer: Renderer, count: int, start: int = 0, progress: Callable[[int], None] | None = None
+) -> list[Finding]:
+    """Measure the scenes of seeds `start` to `start + count`: all faults, then the worst of all, each with its seed.
 
     `progress(k)` is called after k scenes.
     """
-    found: list[Finding] = []
+    findings: list[Finding] = []
     doubts: dict[tuple[Precision, str], list[float]] = {}
     for seed in range(start, start + count):
-        drawn = scene(seed)
+        drawn = random_scene(seed)
         for settings in _settings(renderer, drawn, seed):
             bits = settings.precision
-            seen = compare(renderer, drawn, SIZE, settings)
-            doubts.setdefault((bits, "pixels"), []).append(min(1.0, seen.doubtful))
-            doubts.setdefault((bits, "shadows"), []).append(seen.unlit)
+            errors = measure_pixel_errors(renderer, drawn, SIZE, settings)
+            doubts.setdefault((bits, "pixels"), []).append(min(1.0, errors.doubtful))
+            doubts.setdefault((bits, "shadows"), []).append(errors.unlit)
             now = [
                 Finding("fuzz", f"seed {seed}, {settings.evaluator}", bits, measure, value, bound)
                 for measure, value, bound in (
-                    ("wrong pixels", seen.wrong, 0),
-                    ("wrong shadows", seen.lit, 0),
-                    ("NaN, infinite or negative values", seen.bad, 0),
-                    ("depth error, share of its bound", seen.depth_share, 1),
-                    ("normal error, share of its bound", seen.normal_share, 1),
-                    ("radiance error, share of its bound", seen.radiance_share, 1),
+                    ("wrong pixels", errors.wrong, 0),
+                    ("wrong shadows", errors.lit, 0),
+                    ("NaN, infinite or negative values", errors.bad, 0),
+                    ("depth error, share of its bound", errors.depth_share, 1),
+                    ("normal error, share of its bound", errors.normal_share, 1),
+                    ("radiance error, share of its bound", errors.radiance_share, 1),
                 )
             ]
-            found = [f for f in found if not f.kept] + worst([*(f for f in found if f.kept), *now])
+            findings = [f for f in findings if not f.kept] + worst([*(f for f in findings if f.kept), *now])
         if progress:
             progress(seed - start + 1)
     for (bits, what), shares in doubts.items():
         at, measure = f"all {len(shares)} from seed {start}", f"mean share of doubtful {what}, of those hit"
         # Of a few scenes the mean says nothing.
-        found.append(Finding("fuzz", at, bits, measure, sum(shares) / len(shares), 0.1 if count >= 100 else math.inf))
-    return found
+        findings.append(
+            Finding("fuzz", at, bits, measure, sum(shares) / len(shares), 0.1 if count >= 100 else math.inf)
+        )
+    return findings
 
 
 def _settings(renderer: Renderer, drawn: Scene, seed: int) -> list[Settings]:
     """How to render a scene: always by cells in float32, now and then also otherwise."""
-    found = [Settings()]
+    chosen = [Settings()]
     if seed % 4 == 0 and 64 in renderer.device.limits.precisions:
-        found.append(Settings(precision=64))
+        chosen.append(Settings(precision=64))
     if seed % 8 == 2:
-        found.append(Settings(evaluator="walk"))
+        chosen.append(Settings(evaluator="walk"))
     if seed % 4 == 1 and roth_loops(drawn) <= _FEW_LOOPS:
-        found.append(Settings(evaluator="roth"))
-    return found
+        chosen.append(Settings(evaluator="roth"))
+    return chosen
 
 
 def _log(rng: np.random.Generator, low: float, high: float) -> float:

@@ -1,135 +1,71 @@
-"""What was found, as a table for the terminal, as CSV and as Markdown."""
+"""The ledger of extremes: rows that each go to the ends of a range, and the measurement of all.
+
+A row is a function that renders or intersects at the ends of a range, compares with float64, and yields `Finding`s.
+Its docstring is the text about it.
+"""
 
 from __future__ import annotations
 
-import csv
-import io
-import math
-from collections.abc import Iterable, Sequence
-from dataclasses import astuple, dataclass, fields
+import inspect
+from collections.abc import Callable, Iterator
+
+from raytracer.analysis.numerics import fuzz, light, rays, solids, views
+from raytracer.analysis.numerics.findings import Finding, LedgerRow
+from raytracer.core.progress import Progress
+from raytracer.rendering.renderer import Renderer
+
+# In the order of the ledger. The second argument asks for the shorter form.
+ROWS: tuple[Callable[[Renderer, bool], Iterator[Finding]], ...] = (
+    views.scene_scale,
+    views.distance_from_origin,
+    views.far_sphere,
+    views.beside_a_huge_sphere,
+    views.on_a_huge_sphere,
+    views.camera_on_a_surface,
+    rays.tangents,
+    solids.shells,
+    light.self_shadow,
+    solids.coincident_faces,
+    solids.deep_trees,
+    solids.camera_inside,
+    views.field_of_view,
+    light.highlight,
+    light.shadow_end,
+    light.light_on_a_surface,
+    light.valid_scenes,
+)
+# What a row counts for in the progress, in fuzzed scenes.
+_ROW = 60
 
 
-@dataclass(frozen=True)
-class Finding:
-    """One measurement: `found` is to be at most `bound`."""
+def measure_ledger(
+    renderer: Renderer,
+    *,
+    short: bool,
+    scenes: int,
+    progress: Progress | None = None,
+    step: Callable[[str], None] = lambda title: None,
+) -> list[LedgerRow]:
+    """Measure all rows, in their shorter form if `short`, and `scenes` random scenes.
 
-    what: str  # the row of the ledger
-    at: str  # where in its range
-    bits: int  # of the intersections' precision; 32 for what has only that
-    measure: str
-    found: float
-    bound: float
-    note: str = ""
-
-    @property
-    def kept(self) -> bool:
-        return self.found <= self.bound  # so not a NaN
-
-
-def worst(findings: Iterable[Finding]) -> list[Finding]:
-    """Of each row's measures at each precision the largest finding, or the largest that is beyond its bound."""
-    groups: dict[object, list[Finding]] = {}
-    for finding in findings:
-        groups.setdefault((finding.what, finding.measure, finding.bits), []).append(finding)
-    return [max(group, key=lambda finding: (not finding.kept, finding.found)) for group in groups.values()]
-
-
-@dataclass(frozen=True)
-class Row:
-    """A row of the ledger: what it measures, in words, and what was found."""
-
-    about: str
-    findings: list[Finding]
-
-
-# In the name of a measure that has no bound: pixels that are wrong, in doubt or not.
-IN_FACT = "in fact"
-HEADING = ("what", "measured", "beyond bounds", "largest share of a bound, 32 bits", "wrong in fact, 32 / 64 bits")
-
-
-def summary(rows: Iterable[Row]) -> list[list[str]]:
-    """A line under HEADING for each row: the share of its bound of what is nearest to it, and so on."""
-    lines = []
-    for row in rows:
-        near = max((f.found / f.bound for f in row.findings if f.bits == 32 and 0.0 < f.bound < math.inf), default=0.0)
-        in_fact = [[f.found for f in row.findings if f.bits == bits and IN_FACT in f.measure] for bits in (32, 64)]
-        broken = sum(not f.kept for f in row.findings)
-        lines.append(
-            [
-                row.findings[0].what,
-                str(len(row.findings)),
-                f"**{broken}**" if broken else "none",
-                shown(near),
-                " / ".join(shown(sum(found)) for found in in_fact if found),
-            ]
+    `step(title)` is called before each row, progress(done, total) after it.
+    """
+    total = _ROW * len(ROWS) + scenes
+    rows: list[LedgerRow] = []
+    for i, row in enumerate(ROWS):
+        if progress:
+            progress(_ROW * i, total)
+        step(f"measuring {row.__name__.replace('_', ' ')}")
+        rows.append(LedgerRow(_about(row), list(row(renderer, short))))
+    if scenes:
+        done = _ROW * len(ROWS)
+        step(f"measuring {scenes} random scenes")
+        findings = fuzz.measure_random_scenes(
+            renderer, scenes, progress=(lambda k: progress(done + k, total)) if progress else None
         )
-    return lines
+        rows.append(LedgerRow(_about(fuzz.random_scene), findings))
+    return rows
 
 
-def as_csv(findings: Sequence[Finding]) -> str:
-    """Every finding, with a heading."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*(field.name for field in fields(Finding)), "kept"])
-    for finding in findings:
-        writer.writerow([*astuple(finding), finding.kept])
-    return text.getvalue()
-
-
-def as_markdown(rows: Sequence[Row], measured: str) -> str:
-    """A summary, then every row by place. `measured` says how, with what and on what."""
-    lines = [
-        "# Right at the extremes",
-        "",
-        "Written by `raytracer extremes` (`make extremes`): pictures and rays from the GPU against float64.",
-        f"{measured}",
-        "",
-        "- A pixel, or a shadow in it, is *doubtful* where the rounding of its numbers lets two answers be. That is",
-        "  computed for each ray by `raytracer/analysis/pixel_doubt.py`, from the error bounds that",
-        "  `shaders/geometry/sphere.glsl` and `plane.glsl` state. *Wrong* are pixels that are wrong without being",
-        "  doubtful: their bound is 0. The share of doubtful ones has a bound too, so that doubt does not",
-        "  excuse everything. Where that is `-`, 32 bits do not resolve the scene; *wrong in fact* then",
-        "  says how wrong it is, and what `--precision 64` makes of it.",
-        "- *Share of its bound*: an error over the bound that is computed for that very pixel. With 64 bits the depth",
-        "  is always near its bound, which is then that of the float32 in which pictures are kept.",
-        "- *ulp*: a unit in the last place of float32.",
-        "",
-        *_lines(HEADING, summary(rows)),
-    ]
-    for row in rows:
-        what = row.findings[0].what
-        lines += ["", f"## {what[0].upper()}{what[1:]}", "", row.about, "", *_by_place(row.findings)]
-    return "\n".join(lines) + "\n"
-
-
-def _by_place(findings: list[Finding]) -> list[str]:
-    """A line for each place in the range, a column for each measure: found with 32 bits / with 64, and the bounds."""
-    cells: dict[tuple[str, str], list[str]] = {}
-    bounds: dict[str, dict[str, None]] = {}
-    for f in findings:
-        cells.setdefault((f.at, f.measure), []).append(shown(f.found) if f.kept else f"**{shown(f.found)}**")
-        bounds.setdefault(f.measure, {})[shown(f.bound)] = None
-        if f.note:
-            cells.setdefault((f.at, "note"), []).append(f.note)
-    measures = [m for m in bounds if any(c != "0" for (_, name), row in cells.items() if name == m for c in row)]
-    rows = [
-        (at, *(" / ".join(cells.get((at, m), [])) for m in measures), "; ".join(cells.get((at, "note"), [])))
-        for at in dict.fromkeys(f.at for f in findings)
-    ]
-    rows = [row for row in rows if any(row[1:])]
-    zero = [f"{m} (bound {', '.join(bounds[m])})" for m in bounds if m not in measures]
-    heading = [f"{m} (bound {', '.join(bounds[m]) if len(bounds[m]) < 3 else 'computed'})" for m in measures]
-    found = [f"Found everywhere: 0 {'; 0 '.join(zero)}.", ""] if zero else []
-    return [*found, *_lines(("at, with 32 / 64 bits", *heading, "note"), rows)]
-
-
-def _lines(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    cells = [heading, ["---"] * len(heading), *rows]
-    return ["| " + " | ".join(text.replace("|", "\\|") for text in row) + " |" for row in cells]
-
-
-def shown(value: float) -> str:
-    """Counts as they are, all else to three digits; no bound is a dash."""
-    if value == math.inf:
-        return "-"
-    return f"{value:.0f}" if abs(value) < 1e6 and value == int(value) else f"{value:.3g}"
+def _about(row: Callable[..., object]) -> str:
+    return inspect.cleandoc(row.__doc__ or "")

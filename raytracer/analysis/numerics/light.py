@@ -10,8 +10,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.analysis.numerics.comparison import MATTE, findings, invalid, unit
-from raytracer.analysis.numerics.ledger import Finding
+from raytracer.analysis.numerics.findings import Finding
+from raytracer.analysis.numerics.pixel_errors import MATTE, findings, invalid, unit
 from raytracer.analysis.rounding_bounds import UNIT
 from raytracer.gpu import glsl_call
 from raytracer.ground_truth import ray_tracer
@@ -70,7 +70,7 @@ def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
             value = glsl_call.call(
                 "mirrorLobe" if model == "phong" else "halfwayLobe", N, L, V, h, device=renderer.device
             )
-            n, l, v = (unit(given.astype(float)) for given in (N, L, V))
+            n, l, v = (unit(vectors.astype(float)) for vectors in (N, L, V))
             a, b = (2.0 * _dot(n, l)[:, None] * n - l, v) if model == "phong" else (n, l + v)
             tangent = np.linalg.norm(np.cross(a, b), axis=1) / _dot(a, b)
             exact = np.exp(-0.5 * h * np.log1p(tangent**2))
@@ -80,7 +80,7 @@ def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
             yield Finding("exponent", at, 32, "relative error, share of its bound", float((error / bound).max()), 1)
             yield Finding("exponent", at, 32, "relative error", float(error.max()), float(bound.max()))
             scene = _highlight_on_a_ball(model, h)
-            truth = ray_tracer.render(scene, (64, 64)).radiance
+            truth = ray_tracer.trace(scene, (64, 64)).radiance
             for bits in renderer.device.limits.precisions:
                 image = renderer.render(scene, (64, 64), Settings(precision=bits))
                 off = float(np.abs(image.radiance - truth).max())

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from raytracer.analysis.numerics.ledger import Finding
+from raytracer.analysis.numerics.findings import Finding
 from raytracer.analysis.rounding_bounds import UNIT, moment_error
 from raytracer.gpu import glsl_call
 from raytracer.rendering.renderer import Renderer
@@ -16,7 +16,7 @@ _U = UNIT[32]
 
 def tangents(renderer: Renderer, short: bool) -> Iterator[Finding]:
     """Rays that pass a sphere's centre at r (1 -+ 2^-k): along an axis, and in random directions."""
-    what = "grazing and tangent"
+    row = "grazing and tangent"
     rng = np.random.default_rng(7)
     for k in (4, 12, 20, 23) if short else range(1, 24):
         # Along an axis all numbers are exact, so the answer has to be.
@@ -26,7 +26,7 @@ def tangents(renderer: Renderer, short: bool) -> Iterator[Finding]:
         entry, exit = _span(renderer, rays, (0, 0, 0, 1))
         wrong = int(np.sum((entry < exit) != [True, False, False]))
         yield Finding(
-            what, f"1 -+ 2^-{k} and 1, along an axis", 32, "wrong hit decisions", wrong, 0, "3 rays; a tangent misses"
+            row, f"1 -+ 2^-{k} and 1, along an axis", 32, "wrong hit decisions", wrong, 0, "3 rays; a tangent misses"
         )
 
         count = 1000
@@ -48,7 +48,7 @@ def tangents(renderer: Renderer, short: bool) -> Iterator[Finding]:
         sure = np.abs(p - radius) > p_error
         wrong = int(np.sum(((entry < exit) != (p < radius)) & sure))
         at = f"1 -+ 2^-{k}, any direction"
-        yield Finding(what, at, 32, "wrong hit decisions", wrong, 0, f"{count} rays, {np.sum(~sure)} doubtful")
+        yield Finding(row, at, 32, "wrong hit decisions", wrong, 0, f"{count} rays, {np.sum(~sure)} doubtful")
         hit = sure & (p < radius) & (entry < exit)
         if hit.any():
             along = -np.sum(ro * rd, axis=1)[hit]
@@ -59,7 +59,7 @@ def tangents(renderer: Renderer, short: bool) -> Iterator[Finding]:
             by_p = half - np.sqrt(np.maximum(least, 0.0))
             bound = by_p + 8.0 * _U * (np.linalg.norm(ro[hit], axis=1) + half)
             note = f"at most {(off / radius[hit]).max():.1e} radii"
-            yield Finding(what, at, 32, "depth error, share of its bound", float((off / bound).max()), 1, note)
+            yield Finding(row, at, 32, "depth error, share of its bound", float((off / bound).max()), 1, note)
 
 
 def _perpendicular(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:

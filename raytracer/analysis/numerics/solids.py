@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from raytracer.analysis.numerics.comparison import MATTE, findings
-from raytracer.analysis.numerics.ledger import Finding
-from raytracer.analysis.pixel_doubt import resolution
+from raytracer.analysis.numerics.findings import Finding
+from raytracer.analysis.numerics.pixel_errors import MATTE, findings
+from raytracer.analysis.pixel_doubt import find_pixel_doubt
 from raytracer.compiler.limits import MAX_ROTH_LOOPS
 from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.formats.image import Image
@@ -47,7 +47,7 @@ def shells(renderer: Renderer, short: bool) -> Iterator[Finding]:
         inside = Scene([outer - inner], [_LIGHT], Camera((0.2, 0.1, 0.3), (-0.3, -0.1, -1), vertical_fov=100))
         for bits in renderer.device.limits.precisions:
             image = renderer.render(inside, SIZE, Settings(precision=bits))
-            resolved = resolution(inside, SIZE, bits)
+            resolved = find_pixel_doubt(inside, SIZE, bits)
             lit, doubtful = (image.radiance > 0.0).any(axis=2), resolved.unlit | resolved.doubtful
             at_all = f"from inside, {at}"
             most = 0.05 if k <= 15 or bits == 64 else math.inf
@@ -90,7 +90,7 @@ def _ties() -> dict[str, tuple[Solid, Solid | None]]:
 
 def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
     """Solids made of parts with common faces, against what they are: the same pixels, bit for bit."""
-    what = "coincident faces"
+    row = "coincident faces"
     ties = _ties()
     for evaluator, bits in itertools.product(EVALUATORS, renderer.device.limits.precisions):
         if short and bits != 32:
@@ -99,11 +99,11 @@ def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
         for name, (solid, simple) in list(ties.items())[:: 4 if short and evaluator == "roth" else 1]:
             image = renderer.render(_scene(solid), SIZE, settings)
             wrong = _differs(image, renderer.render(_scene(simple), SIZE, settings) if simple is not None else None)
-            yield Finding(what, f"{name}, {evaluator}", bits, "wrong pixels", wrong, 0)
+            yield Finding(row, f"{name}, {evaluator}", bits, "wrong pixels", wrong, 0)
         twins = _scene(Sphere((0, 0, 0), 1, _RED), Sphere((0, 0, 0), 1, _BLUE))
         alone = renderer.render(_scene(Sphere((0, 0, 0), 1, _RED)), SIZE, settings)
         wrong = _differs(renderer.render(twins, SIZE, settings), alone)
-        yield Finding(what, f"two objects A, {evaluator}", bits, "wrong pixels", wrong, 0)
+        yield Finding(row, f"two objects A, {evaluator}", bits, "wrong pixels", wrong, 0)
     # Where only single rays meet both surfaces: against the reference.
     touching = {
         "spheres that touch": Sphere((-1, 0, 0), 1, _RED) | Sphere((1, 0, 0), 1, _BLUE),
@@ -118,14 +118,14 @@ def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
     for evaluator in _evaluators(short):
         scene = _scene(*cut, eye=(0.4, 3.0, 3.0))
         yield from findings(
-            renderer, what, f"cut by both sides of a half-space, {evaluator}", scene, (65, 49), evaluator
+            renderer, row, f"cut by both sides of a half-space, {evaluator}", scene, (65, 49), evaluator
         )
     if short:
         return
     for (name, solid), evaluator in itertools.product(touching.items(), EVALUATORS):
         for x in (0.0, 0.4):  # from the front: the middle ray meets them; and from the side
             scene = _scene(solid, eye=(x, 0.7 * x + 0.5 * ("half-space" in name), 5.0))
-            yield from findings(renderer, what, f"{name}, {evaluator}, from x = {x:g}", scene, (65, 49), evaluator)
+            yield from findings(renderer, row, f"{name}, {evaluator}, from x = {x:g}", scene, (65, 49), evaluator)
 
 
 def _differs(image: Image, expected: Image | None) -> int:

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from raytracer.analysis.numerics.comparison import MATTE, enlarged, findings, moved, unit
-from raytracer.analysis.numerics.ledger import Finding
+from raytracer.analysis.numerics.findings import Finding
+from raytracer.analysis.numerics.pixel_errors import MATTE, findings, unit
+from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_scene
 from raytracer.analysis.rounding_bounds import UNIT
 from raytracer.core.validation import Vec3
 from raytracer.rendering.renderer import Renderer
@@ -34,20 +35,20 @@ def still_life() -> Scene:
 def scene_scale(renderer: Renderer, short: bool) -> Iterator[Finding]:
     """The whole scene from 1e-6 to 1e6 times its size."""
     for power in (-6, 0, 6) if short else range(-6, 7):
-        yield from findings(renderer, "scene scale", f"1e{power}", enlarged(still_life(), 10.0**power), SIZE)
+        yield from findings(renderer, "scene scale", f"1e{power}", enlarge_scene(still_life(), 10.0**power), SIZE)
 
 
 def distance_from_origin(renderer: Renderer, short: bool) -> Iterator[Finding]:
     """Scene and camera together away from the origin, as far as coordinates go."""
-    what = "distance from the origin"
-    home = enlarged(still_life(), 1.37)  # away from whole numbers, which keep their bits when moved
+    row = "distance from the origin"
+    home = enlarge_scene(still_life(), 1.37)  # away from whole numbers, which keep their bits when moved
     at_home = renderer.render(home, SIZE, Settings())
     assert at_home.depth is not None
     for power in (6,) if short else range(0, 11):
         away = 10.0**power * EXTENT
-        scene = moved(home, (0.61 * away, 0.37 * away, -0.7 * away))
+        scene = move_scene(home, (0.61 * away, 0.37 * away, -0.7 * away))
         at = f"1e{power} scene sizes"
-        yield from findings(renderer, what, at, scene, SIZE)
+        yield from findings(renderer, row, at, scene, SIZE)
         # What is left of the scene when its own numbers have been rounded so far out: an end that
         # no precision of the shaders puts off.
         image = renderer.render(scene, SIZE, Settings())
@@ -56,7 +57,7 @@ def distance_from_origin(renderer: Renderer, short: bool) -> Iterator[Finding]:
         change = float(np.median(np.abs(image.depth[both] / at_home.depth[both].astype(float) - 1.0)))
         theory = 2.0**-22 + 2.0**-53 * away
         note = "out here the scene's own numbers have fewer bits than float32" if change > 2.0**-22 else ""
-        yield Finding(what, at, 32, "median change of depth by the move", change, theory, note)
+        yield Finding(row, at, 32, "median change of depth by the move", change, theory, note)
 
 
 def far_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:

@@ -1,7 +1,16 @@
-"""The bench: what the reflectance models are, measured of the very GLSL that renders, and shown.
+"""Properties of the reflectance models, measured of the very GLSL that renders, and compared with theory.
 
-`quadrature.py` says where to look, `measure.py` what is found there, `expectations.py` what is to be found by theory,
-and `closed_forms.py` which albedos; `verification.py` compares for all models at the ends of their ranges; `report.py`,
-`plots.py` and `gallery.py` show.
-All directions are in a frame whose normal N is +z; f is the reflectance in 1/sr.
+quadrature.py has the directions, properties.py measures a material, expectations.py and closed_forms.py have what
+theory says, verification.py compares the two for all models at the ends of their ranges; tables.py, plots.py and
+gallery.py show it. All directions are in a frame whose normal N is +z; f is the reflectance in 1/sr.
+
+Other packages may use:
+
+    properties: COMPLETE, MaterialProperties, measure_material, facets, unit_direction
+    verification: Verification, material_of, verify, verify_all
+    expectations: EXPECTATIONS, NOT_RECIPROCAL, Expectation, expectation_of
+    tried_parameters: Parameters, tried_parameters
+    tables: print_checks, checks_json, print_models, models_json, markdown
+    plots: plot_materials, plot_lecture
+    gallery: write_gallery
 """

@@ -7,8 +7,8 @@ from typing import Any
 
 from PIL import Image, ImageDraw, ImageFont
 
-from raytracer.analysis.reflectance.measure import COMPLETE
-from raytracer.analysis.reflectance.pictures import picture
+from raytracer.analysis.reflectance.pictures import draw_material
+from raytracer.analysis.reflectance.properties import COMPLETE
 from raytracer.core.output import Writer, check_output, written_whole
 from raytracer.core.progress import Progress
 from raytracer.core.validation import number
@@ -24,30 +24,6 @@ _CAPTION_TEXT = (
     "For phong, blinn and strauss, which leave pi out, they have 1 and 0.35."
 )
 _RUST = (0.78, 0.3, 0.12)
-# At 650, 550 and 450 nm (Johnson and Christy 1972; assets/materials/conductors.toml has it too).
-_COPPER_TABLE = read_collection("conductors")["copper"]
-_COPPER: dict[str, Any] = {"fresnel": "conductor", "n": _COPPER_TABLE["n"], "k": _COPPER_TABLE["k"]}
-# What shows what a model is for, and the label's second line.
-_SHOWN: dict[str, tuple[Material, str]] = {
-    "phong": (Material("phong", ka=0.0, kd=_RUST), "h 32"),
-    "blinn": (Material("blinn", ka=0.0, kd=_RUST, h=128.0), "h 128"),
-    "lambert": (Material("lambert", rho=_RUST), ""),
-    "minnaert": (Material("minnaert", rho=_RUST, k=0.6), "k 0.6"),
-    "phong_normalized": (Material("phong_normalized", kd=_RUST, ks=0.06), "ks 0.06, h 32"),
-    "blinn_normalized": (Material("blinn_normalized", kd=_RUST, ks=0.06, h=128.0), "ks 0.06, h 128"),
-    "strauss": (Material("strauss", color=_RUST, metalness=0.6), "smoothness 0.7, metalness 0.6"),
-    "lafortune": (published("lafortune/clay"), "clay, as published"),
-    "oren_nayar": (Material("oren_nayar", rho=_RUST, sigma=40.0), "sigma 40 degrees"),
-    "eon": (Material("eon", rho=_RUST, roughness=1.0), "roughness 1"),
-    "torrance_sparrow": (Material("torrance_sparrow", **_COPPER, m=0.5), "copper, m 0.5"),
-    "cook_torrance": (Material("cook_torrance", **_COPPER, m=0.5), "copper, m 0.5"),
-    "ggx": (Material("ggx", **_COPPER, alpha=0.5), "copper, alpha 0.5"),
-    "beckmann": (Material("beckmann", **_COPPER, alpha=0.5), "copper, alpha 0.5"),
-    "split": (Material("split", rho=_RUST, alpha=0.2), "f0 0.04, alpha 0.2"),
-    "diffuse_microfacet": (Material("diffuse_microfacet", rho=_RUST, alpha=0.8), "alpha 0.8"),
-    "he": (Material("he", fresnel="conductor", rho=0.05), "gold, sigma0 0.18 um"),
-    "mirror": (Material("mirror", f0=(0.95, 0.93, 0.88)), "f0 0.95"),
-}
 
 
 def write_gallery(
@@ -62,7 +38,7 @@ def write_gallery(
     """Write the picture, whole or not at all: with the file `merl`, of a measured material besides."""
     output = check_output(path, (".png",))
     side = int(number(side, "--cell", 64, 2048, "pixels in [64, 2048]"))
-    cells = [(name, *shown_material(name)) for name in COMPLETE]
+    cells = [(name, *shown) for name, shown in shown_materials().items()]
     if merl is not None:
         cells.append(("merl", Material("merl", file=merl), os.path.basename(merl)))
     rows = -(-len(cells) // _COLUMNS)
@@ -74,7 +50,7 @@ def write_gallery(
         if progress:
             progress(i, len(cells))
         x, y = _GAP + i % _COLUMNS * (side + _GAP), _GAP + i // _COLUMNS * (side + _BELOW + _GAP)
-        sheet.paste(Image.fromarray(picture(material, side, samples, renderer)), (x, y))
+        sheet.paste(Image.fromarray(draw_material(material, side, samples, renderer)), (x, y))
         draw.text((x + 2, y + side + 1), name, _INK, name_font)
         draw.text((x + 2, y + side + 18), about, _FAINT, small_font)
     draw.text((_GAP + 2, sheet.height - _CAPTION + 4), _CAPTION_TEXT, _FAINT, small_font)
@@ -84,6 +60,29 @@ def write_gallery(
         sheet.save(file, "png", optimize=True)
 
 
-def shown_material(model: str) -> tuple[Material, str]:
-    """What the gallery shows of a model, and how it is labelled."""
-    return _SHOWN[model] if model in _SHOWN else (Material(model), "")
+def shown_materials() -> dict[str, tuple[Material, str]]:
+    """For each model a material that shows its use, and the label's second line."""
+    # At 650, 550 and 450 nm (Johnson and Christy 1972; assets/materials/conductors.toml has it too).
+    table = read_collection("conductors")["copper"]
+    copper: dict[str, Any] = {"fresnel": "conductor", "n": table["n"], "k": table["k"]}
+    chosen = {
+        "phong": (Material("phong", ka=0.0, kd=_RUST), "h 32"),
+        "blinn": (Material("blinn", ka=0.0, kd=_RUST, h=128.0), "h 128"),
+        "lambert": (Material("lambert", rho=_RUST), ""),
+        "minnaert": (Material("minnaert", rho=_RUST, k=0.6), "k 0.6"),
+        "phong_normalized": (Material("phong_normalized", kd=_RUST, ks=0.06), "ks 0.06, h 32"),
+        "blinn_normalized": (Material("blinn_normalized", kd=_RUST, ks=0.06, h=128.0), "ks 0.06, h 128"),
+        "strauss": (Material("strauss", color=_RUST, metalness=0.6), "smoothness 0.7, metalness 0.6"),
+        "lafortune": (published("lafortune/clay"), "clay, as published"),
+        "oren_nayar": (Material("oren_nayar", rho=_RUST, sigma=40.0), "sigma 40 degrees"),
+        "eon": (Material("eon", rho=_RUST, roughness=1.0), "roughness 1"),
+        "torrance_sparrow": (Material("torrance_sparrow", **copper, m=0.5), "copper, m 0.5"),
+        "cook_torrance": (Material("cook_torrance", **copper, m=0.5), "copper, m 0.5"),
+        "ggx": (Material("ggx", **copper, alpha=0.5), "copper, alpha 0.5"),
+        "beckmann": (Material("beckmann", **copper, alpha=0.5), "copper, alpha 0.5"),
+        "split": (Material("split", rho=_RUST, alpha=0.2), "f0 0.04, alpha 0.2"),
+        "diffuse_microfacet": (Material("diffuse_microfacet", rho=_RUST, alpha=0.8), "alpha 0.8"),
+        "he": (Material("he", fresnel="conductor", rho=0.05), "gold, sigma0 0.18 um"),
+        "mirror": (Material("mirror", f0=(0.95, 0.93, 0.88)), "f0 0.95"),
+    }
+    return {model: chosen.get(model) or (Material(model), "") for model in COMPLETE}

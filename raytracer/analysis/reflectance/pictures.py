@@ -45,7 +45,7 @@ def _grey(value: float) -> Vec3:
     return (value, value, value)
 
 
-def picture(material: Material, side: int, samples: int, renderer: Renderer) -> NDArray[np.uint8]:
-    """A square picture of that scene, (side, side, 3), sRGB."""
+def draw_material(material: Material, side: int, samples: int, renderer: Renderer) -> NDArray[np.uint8]:
+    """Draw a square picture of the material on the scene, (side, side, 3), sRGB."""
     image = renderer.render(scene_of(material), (side, side), Settings(samples=samples))
     return encode_srgb8(image.radiance)

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from raytracer.analysis.reflectance.measure import DEGREES, direction, measure
-from raytracer.analysis.reflectance.pictures import light_of, picture
+from raytracer.analysis.reflectance.pictures import draw_material, light_of
+from raytracer.analysis.reflectance.properties import DEGREES, measure_material, unit_direction
 from raytracer.analysis.reflectance.quadrature import Array
 from raytracer.core.output import Writer, written_whole
 from raytracer.core.progress import Progress
@@ -65,7 +65,7 @@ def plot_materials(
         _draw_lobes(lobes, material, renderer.device)
         _draw_albedo(figure.add_subplot(grid[1, i]), material, renderer.device, legend=i == 0)
         ball = figure.add_subplot(grid[2, i])
-        ball.imshow(picture(material, round(_INCHES * _DOTS), 16, renderer))
+        ball.imshow(draw_material(material, round(_INCHES * _DOTS), 16, renderer))
         ball.set_axis_off()
         ball.set_title(f"light of colour {'1' if light_of(material) == 1.0 else 'π'}", fontsize=8)
     lines = figure.axes[0].get_lines()[::2]
@@ -87,7 +87,7 @@ def _draw_lobes(axes: Any, material: Material, device: Device) -> None:
     """f, the mean of its channels, by the viewer in the plane of incidence, for light from some angles."""
     curves = []
     for degrees in _INCIDENCE:
-        wi = direction(degrees, 180.0)
+        wi = unit_direction(degrees, 180.0)
         angles = _viewers(degrees)
         wo = np.column_stack([np.sin(angles), np.zeros_like(angles), np.cos(angles)])
         curves.append((angles, (evaluate(material, wi, wo, device=device) / wi[2]).mean(axis=1)))
@@ -121,30 +121,30 @@ def _viewers(degrees: float) -> Array:
     near = np.geomspace(1e-5, 1.0, 300)
     mirror = math.radians(degrees)
     limit = math.radians(89.9)
-    found = np.concatenate([np.linspace(-limit, limit, 721), [mirror], mirror + near, mirror - near])
-    return np.unique(found[np.abs(found) <= limit])
+    angles = np.concatenate([np.linspace(-limit, limit, 721), [mirror], mirror + near, mirror - near])
+    return np.unique(angles[np.abs(angles) <= limit])
 
 
 def _draw_albedo(axes: Any, material: Material, device: Device, legend: bool) -> None:
-    found = measure(material, _DEGREES, device)
+    properties = measure_material(material, _DEGREES, device)
     axes.axhline(1.0, color="0.6", lw=0.8)
-    curves = [("of what is seen", found.albedos, "-")]
-    if found.beams != found.albedos:
-        curves.append(("of a beam", found.beams, "--"))
+    curves = [("of what is seen", properties.albedos, "-")]
+    if properties.beams != properties.albedos:
+        curves.append(("of a beam", properties.beams, "--"))
     for label, curve, style in curves:
         x, y = [a.degrees for a in curve], [a.value for a in curve]
         axes.plot(x, y, style, color="#aa3377", lw=1.4, label=label)
         open_ = [a for a in curve if not a.resolved]
         axes.plot([a.degrees for a in open_], [a.value for a in open_], "o", mfc="none", color="#aa3377", ms=4)
     highest = max(max(a.value for a in curve) for _, curve, _ in curves)
-    usual = float(np.median([a.value for a in found.albedos]))
+    usual = float(np.median([a.value for a in properties.albedos]))
     top = min(max(1.05, 1.05 * highest), max(_HIGHEST, 1.5 * usual))
     axes.set_ylim(0.0, top)
     axes.set_xlim(0.0, 90.0)
     axes.set_xticks(range(0, 91, 30), [f"{x}°" for x in range(0, 91, 30)])
     axes.tick_params(labelsize=7)
-    mark = [] if found.reciprocal else ["not reciprocal"]
-    mark += {True: [], False: ["not conserving"], None: ["not resolved everywhere (o)"]}[found.conserving]
+    mark = [] if properties.reciprocal else ["not reciprocal"]
+    mark += {True: [], False: ["not conserving"], None: ["not resolved everywhere (o)"]}[properties.conserving]
     if highest > top:
         mark.append(f"up to {highest:.3g}")
     axes.set_title(", ".join(["albedo", *mark]), fontsize=8)
@@ -165,7 +165,7 @@ def plot_lecture(path: Path, h: float | None, device: Device, write: Writer = wr
     for column, across in enumerate((False, True)):
         both, apart = figure.add_subplot(grid[0, column]), figure.add_subplot(grid[1, column])
         for degrees, color in zip(_INCIDENCE, _COLORS, strict=True):
-            wi, wo = direction(degrees, 180.0), _around(direction(degrees), off, across)
+            wi, wo = unit_direction(degrees, 180.0), _around(unit_direction(degrees), off, across)
             up = wo[:, 2] > 0.0
             r, n = (evaluate(m, wi, wo[up], device=device)[:, 0].astype(float) for m in (phong, blinn))
             x = np.degrees(off[up])

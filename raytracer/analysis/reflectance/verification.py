@@ -1,4 +1,4 @@
-"""All models at the ends of their ranges: what is measured, held against what is written down."""
+"""Measurements of all models, at the ends of their ranges, compared with the expectations."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import msgspec
 import numpy as np
 
 from raytracer.analysis.reflectance.closed_forms import ALBEDOS
-from raytracer.analysis.reflectance.expectations import Settings, Verdict, expected, settings_of
-from raytracer.analysis.reflectance.measure import DEGREES, RESOLVED, Measured, measure
+from raytracer.analysis.reflectance.expectations import Expectation, expectation_of
+from raytracer.analysis.reflectance.properties import DEGREES, RESOLVED, MaterialProperties, measure_material
+from raytracer.analysis.reflectance.tried_parameters import Parameters, tried_parameters
 from raytracer.core.progress import Progress
 from raytracer.formats.material_library import MaterialLibrary
 from raytracer.gpu.device import Device
@@ -24,75 +25,79 @@ _FACETS_RATIONAL = 4e-3
 _SAME_ANGLE = 0.01
 
 
-class Check(msgspec.Struct, frozen=True):
-    """What was measured of a model, or of a published material, with some settings.
+class Verification(msgspec.Struct, frozen=True):
+    """The measured properties of a model, or of a published material, with some parameters, and the expectation.
 
-    `differs` says in words how that is not what the verdict says; there is none on published materials.
+    `differs` says in words how the two differ. There is no expectation of published materials.
     """
 
     name: str
-    settings: Settings
-    measured: Measured
-    verdict: Verdict | None
+    parameters: Parameters
+    properties: MaterialProperties
+    expectation: Expectation | None
     differs: list[str]
 
 
-def check(name: str, settings: Settings, device: Device | None = None, degrees: Sequence[float] = DEGREES) -> Check:
-    """Measure a model, or a published material, with some settings, and compare. InputError for wrong settings."""
-    measured = measure(material_of(name, settings), degrees, device)
-    verdict = expected(measured.material) if name in MODELS else None
-    return Check(name, settings, measured, verdict, list(_differences(measured, verdict)))
+def verify(
+    name: str, parameters: Parameters, device: Device | None = None, degrees: Sequence[float] = DEGREES
+) -> Verification:
+    """Measure a model, or a published material, with some parameters, and compare. Raises InputError."""
+    properties = measure_material(material_of(name, parameters), degrees, device)
+    expectation = expectation_of(properties.material) if name in MODELS else None
+    return Verification(name, parameters, properties, expectation, list(_differences(properties, expectation)))
 
 
-def material_of(name: str, settings: Settings) -> Material:
-    """The model, or published material, of that name, with these settings."""
-    return Material(name, **settings) if name in MODELS else MaterialLibrary().material(name).replace(**settings)
+def material_of(name: str, parameters: Parameters) -> Material:
+    """The model, or published material, of that name, with these parameters."""
+    return Material(name, **parameters) if name in MODELS else MaterialLibrary().material(name).replace(**parameters)
 
 
-def check_all(models: Sequence[str], device: Device | None = None, progress: Progress | None = None) -> list[Check]:
-    """Each of these models, which need no file, with each of its settings."""
-    todo = [(model, settings) for model in models for settings in settings_of(model)]
-    found = []
-    for i, (model, settings) in enumerate(todo):
+def verify_all(
+    models: Sequence[str], device: Device | None = None, progress: Progress | None = None
+) -> list[Verification]:
+    """Each of these models, which need no file, with each of its parameters."""
+    todo = [(model, parameters) for model in models for parameters in tried_parameters(model)]
+    verifications = []
+    for i, (model, parameters) in enumerate(todo):
         if progress:
             progress(i, len(todo))
-        found.append(check(model, settings, device))
+        verifications.append(verify(model, parameters, device))
     if progress:
         progress(len(todo), len(todo))
-    return found
+    return verifications
 
 
-def _differences(found: Measured, verdict: Verdict | None) -> Iterator[str]:
-    if not found.finite:
+def _differences(properties: MaterialProperties, expectation: Expectation | None) -> Iterator[str]:
+    if not properties.finite:
         yield "NaN or infinity"
-    if not found.positive:
-        yield f"negative: {found.least:.3g}"
-    if added := found.facets:
-        bound = _FACETS_RATIONAL if found.material.get("smith") == "rational" else _FACETS
+    if not properties.positive:
+        yield f"negative: {properties.least:.3g}"
+    if added := properties.facets:
+        bound = _FACETS_RATIONAL if properties.material.get("smith") == "rational" else _FACETS
         for name, off in (("weak white furnace", added.furnace), ("equation (vi)", added.normals)):
-            if off - added.error > bound or (added.error > bound and verdict is not None and verdict.resolved):
+            if off - added.error > bound or (added.error > bound and expectation is not None and expectation.resolved):
                 yield f"{name}: {off:.2g} off (+- {added.error:.2g}), at most {bound:g} expected"
-    yield from _albedos(found)
-    if verdict is None:
+    yield from _albedos(properties)
+    if expectation is None:
         return
     for name in ("reciprocal", "conserving"):
-        is_, should = getattr(found, name), getattr(verdict, name)
+        is_, should = getattr(properties, name), getattr(expectation, name)
         if is_ is not None and should is not None and is_ != should:
             yield f"{'' if is_ else 'not '}{name}, {'' if should else 'not '}{name} expected"
-    largest = found.largest
-    if verdict.resolved and not largest.resolved:
+    largest = properties.largest
+    if expectation.resolved and not largest.resolved:
         yield f"not resolved at {largest.degrees:.4g} degrees: {largest.value:.4g} +- {largest.error:.1g}"
-    if verdict.largest and not abs(largest.value - verdict.largest[0]) <= verdict.largest[1]:
-        yield f"largest albedo {largest.value:.5g}, {verdict.largest[0]:.5g} +- {verdict.largest[1]:g} expected"
-    if verdict.at is not None and abs(largest.degrees - verdict.at) > _SAME_ANGLE:
-        yield f"largest albedo at {largest.degrees:.4g} degrees, at {verdict.at:g} expected"
+    if expectation.largest and not abs(largest.value - expectation.largest[0]) <= expectation.largest[1]:
+        yield f"largest albedo {largest.value:.5g}, {expectation.largest[0]:.5g} +- {expectation.largest[1]:g} expected"
+    if expectation.at is not None and abs(largest.degrees - expectation.at) > _SAME_ANGLE:
+        yield f"largest albedo at {largest.degrees:.4g} degrees, at {expectation.at:g} expected"
 
 
-def _albedos(found: Measured) -> Iterator[str]:
+def _albedos(properties: MaterialProperties) -> Iterator[str]:
     """Where albedos are not what a closed form says."""
-    formula = ALBEDOS.get(found.material.model)
-    for albedo in found.albedos if formula else ():
-        right = formula(found.material, math.cos(math.radians(albedo.degrees))) if formula else None
+    formula = ALBEDOS.get(properties.material.model)
+    for albedo in properties.albedos if formula else ():
+        right = formula(properties.material, math.cos(math.radians(albedo.degrees))) if formula else None
         if right is None or not albedo.resolved:
             continue
         value = float(np.max(right))

@@ -119,10 +119,10 @@ def plan(scene: Scene, extent: Extent = FULL, file_settings: SettingsPatch = EMP
     if not scene.lights:
         targets = targets[:1]
         left_out = [("shadows", "the scene has no lights")]
-    found = Plan({target.name: target for target in targets}, [], left_out, file_settings)
+    made_plan = Plan({target.name: target for target in targets}, [], left_out, file_settings)
     merged: dict[object, Configuration] = {}
     for made in _configurations(extent, base):
-        if made.target in found.targets:
+        if made.target in made_plan.targets:
             key = made.target, made.settings, made.scale, made.estimates
             known = merged.get(key)
             merged[key] = (
@@ -130,8 +130,8 @@ def plan(scene: Scene, extent: Extent = FULL, file_settings: SettingsPatch = EMP
                 if known
                 else made
             )
-    found.configurations = list(merged.values())
-    return found
+    made_plan.configurations = list(merged.values())
+    return made_plan
 
 
 def _configurations(extent: Extent, base: Settings) -> Iterator[Configuration]:

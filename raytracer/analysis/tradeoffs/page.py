@@ -1,4 +1,4 @@
-"""A trade as one HTML page that needs nothing else, and its files.
+"""The page trade.html, which needs no other file, and the writing of it and of the data files.
 
 All text that is not ours, such as the scene's name, is escaped.
 """
@@ -13,10 +13,11 @@ from pathlib import Path
 from raytracer.analysis.image_difference import SCALE
 from raytracer.analysis.tradeoffs import plots
 from raytracer.analysis.tradeoffs.configurations import MAIN
-from raytracer.analysis.tradeoffs.measure import Result, Trade
-from raytracer.analysis.tradeoffs.report import as_csv, as_json, differences, slopes
+from raytracer.analysis.tradeoffs.data_files import as_csv, as_json
+from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs
 from raytracer.analysis.tradeoffs.strips import Tile, strips
-from raytracer.analysis.tradeoffs.targets import RESOLVED
+from raytracer.analysis.tradeoffs.summaries import shadow_differences, slopes
+from raytracer.analysis.tradeoffs.targets import RESOLVED_FROM
 from raytracer.core.output import Writer, written_whole
 from raytracer.rendering.renderer import Renderer
 
@@ -38,14 +39,15 @@ _HOW = (
     "Time is that of the whole of <code>Renderer.render()</code>, with read-back and, where the resolution is another "
     "one, bringing the picture to its size, once programs are compiled; without the picture's estimate of its own "
     "error, but where that is asked for or named. It is the median of {rounds} rounds, in each of which all "
-    "configurations take their turn. Error is the root mean square of the difference from the truth, over pixels and "
-    "channels, in linear radiance. Rays are those from the camera and at most one from each of them to every light, "
-    "a pixel of the picture. A configuration is on the front if none is as fast and less wrong or as good and faster; "
-    f"errors below {RESOLVED:g} times the truth's own are not resolved, and count as that."
+    "configurations take their turn. Error is the root mean square of the difference from the reference, over pixels "
+    "and channels, in linear radiance. Rays are those from the camera and at most one from each of them to every "
+    "light, a pixel of the picture. A configuration is on the front if none is as fast and less wrong or as good and "
+    "faster; "
+    f"errors below {RESOLVED_FROM:g} times the reference's own are not resolved, and count as that."
 )
 
 
-def write_tables(trade: Trade, folder: Path, write: Writer = written_whole) -> None:
+def write_tables(trade: Tradeoffs, folder: Path, write: Writer = written_whole) -> None:
     """Write trade.csv and trade.json into `folder`. Raises OSError.
 
     Before the page: it takes pictures, which may fail or be interrupted.
@@ -55,7 +57,7 @@ def write_tables(trade: Trade, folder: Path, write: Writer = written_whole) -> N
     _write(folder / data, as_json(trade), write)
 
 
-def write_page(trade: Trade, renderer: Renderer, folder: Path, write: Writer = written_whole) -> Path:
+def write_page(trade: Tradeoffs, renderer: Renderer, folder: Path, write: Writer = written_whole) -> Path:
     """Write trade.html into `folder`, and return its path. Where that fails, no page of another trade is left there.
 
     Raises InputError, OSError.
@@ -74,7 +76,7 @@ def _write(path: Path, text: str, write: Writer) -> None:
         file.write(text.encode())
 
 
-def as_html(trade: Trade, renderer: Renderer) -> str:
+def as_html(trade: Tradeoffs, renderer: Renderer) -> str:
     """The whole page."""
     title = f"What it costs and how wrong it is: {trade.scene}"
     width, height = trade.size
@@ -83,7 +85,7 @@ def as_html(trade: Trade, renderer: Renderer) -> str:
         "" if trade.complete else "<p><b>Interrupted: this is what was measured by then.</b></p>",
         f"<p>{width}x{height}. {escape('; '.join(f'{key}: {value}' for key, value in trade.machine.items()))}.</p>",
         f'<p class="note">{_HOW.format(rounds=trade.rounds)}</p>',
-        *(f'<p class="note">{escape(what)}: {escape(why)}.</p>' for what, why in trade.plan.left_out),
+        *(f'<p class="note">{escape(knob)}: {escape(why)}.</p>' for knob, why in trade.plan.left_out),
         *_main(trade),
         *_sequences(trade),
         *_strips(strips(trade, renderer)),
@@ -95,7 +97,7 @@ def as_html(trade: Trade, renderer: Renderer) -> str:
     return f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head>\n<body>\n' + "\n".join(body) + "\n</body></html>\n"
 
 
-def _main(trade: Trade) -> Iterable[str]:
+def _main(trade: Tradeoffs) -> Iterable[str]:
     if trade.of(MAIN):
         yield "<h2>Error against time</h2>"
         yield plots.error_against_time(trade, MAIN)
@@ -104,7 +106,7 @@ def _main(trade: Trade) -> Iterable[str]:
         yield _table(front)
 
 
-def _sequences(trade: Trade) -> Iterable[str]:
+def _sequences(trade: Tradeoffs) -> Iterable[str]:
     for knob, title in (("sequence", "Error against samples"), ("sequence, soft shadows", "The same, soft shadows")):
         if trade.of_knob(knob):
             yield f"<h2>{title}</h2>"
@@ -113,8 +115,8 @@ def _sequences(trade: Trade) -> Iterable[str]:
             yield _rows(("sequence", "p of error = c n^-p", "c"), rows)
 
 
-def _strips(found: dict[str, list[Tile]]) -> Iterable[str]:
-    for title, tiles in found.items():
+def _strips(strips_by_title: dict[str, list[Tile]]) -> Iterable[str]:
+    for title, tiles in strips_by_title.items():
         yield f"<h2>{escape(title)}</h2>"
         figures = []
         for tile in tiles:
@@ -125,23 +127,23 @@ def _strips(found: dict[str, list[Tile]]) -> Iterable[str]:
             )
             figures.append(f"<figure><b>{escape(tile.heading)}</b>{images}{escape(tile.text)}</figure>")
         yield f'<div class="strip">{"".join(figures)}</div>'
-    if found:
+    if strips_by_title:
         yield f'<p class="note">Below each: {escape(SCALE)}.</p>'
 
 
-def _shadows(trade: Trade) -> Iterable[str]:
+def _shadows(trade: Tradeoffs) -> Iterable[str]:
     for target in ("off shadows", "diluted shadows", "soft shadows"):
         if trade.of(target):
             yield f"<h2>{target.capitalize()}: error against time</h2>"
             yield plots.error_against_time(trade, target)
-    if found := differences(trade):
+    if apart := shadow_differences(trade):
         yield "<h2>What kinds of shadows are apart</h2>"
-        yield '<p class="note">The root mean square difference of their truths from that of soft shadows, under the '
-        yield "same lights: a difference of models, which no sample removes.</p>"
-        yield _rows(("shadows", "difference"), [(name, f"{value:.3g}") for name, value in found.items()])
+        yield '<p class="note">The root mean square difference of their references from that of soft shadows, under '
+        yield "the same lights: a difference of models, which no sample removes.</p>"
+        yield _rows(("shadows", "difference"), [(name, f"{value:.3g}") for name, value in apart.items()])
 
 
-def _approximations(trade: Trade) -> Iterable[str]:
+def _approximations(trade: Tradeoffs) -> Iterable[str]:
     targets = [name for name, target in trade.plan.targets.items() if target.same_samples and trade.of(name)]
     if not targets:
         return
@@ -151,24 +153,24 @@ def _approximations(trade: Trade) -> Iterable[str]:
         f'<p class="note">The scene with other materials; both sides take the same samples ({samples.pop()} a pixel), '
         "so only the approximation differs.</p>"
     )
-    yield plots.approximations(trade, targets)
+    yield plots.error_of_approximations(trade, targets)
     for name in targets:
         yield f"<p>{escape(name)}</p>{_table(trade.of(name))}"
 
 
-def _all(trade: Trade) -> Iterable[str]:
+def _all(trade: Tradeoffs) -> Iterable[str]:
     yield "<h2>All</h2>"
     yield _rows(
-        ("truth", "made by", "its own error", "resolved from"),
+        ("reference", "made by", "its own error", "resolved from"),
         [
-            (name, truth.kind, f"{truth.error:.2g}", f"{RESOLVED * truth.error:.2g}")
-            for name, truth in trade.truths.items()
+            (name, reference.kind, f"{reference.error:.2g}", f"{RESOLVED_FROM * reference.error:.2g}")
+            for name, reference in trade.references.items()
             if not trade.plan.targets[name].same_samples
         ],
     )
     for name, target in trade.plan.targets.items():
-        if not target.same_samples and (found := trade.of(name)):
-            yield f"<h3>{escape(name.capitalize())}</h3>{_table(sorted(found, key=lambda result: result.median))}"
+        if not target.same_samples and (results := trade.of(name)):
+            yield f"<h3>{escape(name.capitalize())}</h3>{_table(sorted(results, key=lambda result: result.median))}"
     if refused := [result for result in trade.results if result.refused]:
         yield "<h3>Refused</h3>"
         yield _rows(("configuration", "why"), [(r.configuration.label, r.refused) for r in refused])

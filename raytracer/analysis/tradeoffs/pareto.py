@@ -13,15 +13,15 @@ def beaten_by(points: Sequence[tuple[float, float]]) -> list[int | None]:
     One beats another if it is neither slower nor more wrong, and either faster or less wrong.
     """
     order = sorted(range(len(points)), key=lambda i: points[i])
-    found: list[int | None] = [None] * len(points)
+    winners: list[int | None] = [None] * len(points)
     for i, (seconds, error) in enumerate(points):
         for k in order:
             if points[k][0] > seconds:
                 break
             if points[k][1] <= error and points[k] != (seconds, error):
-                found[i] = k
+                winners[i] = k
                 break
-    return found
+    return winners
 
 
 def slope(counts: Sequence[float], errors: Sequence[float]) -> tuple[float, float] | None:

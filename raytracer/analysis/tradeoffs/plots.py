@@ -1,4 +1,4 @@
-"""The plots of a trade, by matplotlib, as SVG text that stands in a page by itself."""
+"""The plots of trade.html, by matplotlib, as SVG text that stands in a page by itself."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from raytracer.analysis.tradeoffs.measure import Result, Trade
-from raytracer.analysis.tradeoffs.report import slopes
-from raytracer.analysis.tradeoffs.targets import RESOLVED
+from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs
+from raytracer.analysis.tradeoffs.summaries import slopes
+from raytracer.analysis.tradeoffs.targets import RESOLVED_FROM
 from raytracer.core.validation import InputError
 from raytracer.scene.settings import Settings
 
@@ -59,18 +59,18 @@ def _svg(figure: Any) -> str:
     """As an element of a page. What only files need, or would name other places, is left out."""
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    found = text.getvalue()
-    found = re.sub(r"<metadata>.*?</metadata>", "", found[found.index("<svg") :], flags=re.DOTALL)
+    svg = text.getvalue()
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
     # Names of this plot's parts would be those of another's in the same page.
-    return found.replace(' xmlns="http://www.w3.org/2000/svg"', "")
+    return svg.replace(' xmlns="http://www.w3.org/2000/svg"', "")
 
 
-def error_against_time(trade: Trade, target: str) -> str:
+def error_against_time(trade: Tradeoffs, target: str) -> str:
     """A point for each configuration, marked by what it is, and the front."""
     figure = _figure(9.0, 5.2)
     axes = figure.add_subplot()
     results = trade.of(target)
-    floor = RESOLVED * trade.truths[target].error
+    floor = RESOLVED_FROM * trade.references[target].error
     kinds = [_kind(result, trade.plan.targets[target].settings) for result in results]
     for k, kind in enumerate(dict.fromkeys(kinds)):
         own = [result for result, its in zip(results, kinds, strict=True) if its == kind]
@@ -126,10 +126,10 @@ def _draw_front(axes: Any, results: Sequence[Result]) -> None:
 
 
 def _draw_floor(axes: Any, floor: float) -> None:
-    """What the truth does not resolve, if that is in the plot."""
+    """Shade the errors that the reference does not resolve, if the plot has them."""
     low, high = axes.get_ylim()
     if floor > low:
-        axes.axhspan(low, floor, color="0.9", zorder=0, label="not resolved by the truth")
+        axes.axhspan(low, floor, color="0.9", zorder=0, label="not resolved by the reference")
         axes.set_ylim(low, high)
 
 
@@ -152,7 +152,7 @@ def _label(axes: Any, x: str, y: str) -> None:
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def error_against_samples(trade: Trade, knob: str) -> str:
+def error_against_samples(trade: Tradeoffs, knob: str) -> str:
     """A line for each sequence, with its slope."""
     figure = _figure(9.0, 4.6)
     axes = figure.add_subplot()
@@ -176,7 +176,7 @@ def error_against_samples(trade: Trade, knob: str) -> str:
     _draw_slopes(axes)
     _label(axes, "samples a pixel", "error (RMSE, linear radiance)")
     if results:
-        _draw_floor(axes, RESOLVED * trade.truths[results[0].configuration.target].error)
+        _draw_floor(axes, RESOLVED_FROM * trade.references[results[0].configuration.target].error)
     axes.legend(fontsize=8)
     return _svg(figure)
 
@@ -193,7 +193,7 @@ def _draw_slopes(axes: Any) -> None:
         axes.annotate(f"n^-{p:g}", (x[-1], y[-1]), fontsize=8, color="0.4")
 
 
-def approximations(trade: Trade, targets: Sequence[str]) -> str:
+def error_of_approximations(trade: Tradeoffs, targets: Sequence[str]) -> str:
     """Of each target a small plot: error against time of what approximates it, each named."""
     columns = 3
     rows = -(-len(targets) // columns)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from raytracer.analysis.image_difference import difference
 from raytracer.analysis.tradeoffs.configurations import MAIN
-from raytracer.analysis.tradeoffs.measure import Result, Trade, picture
+from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs, time_picture
 from raytracer.formats.image import Image
 from raytracer.rendering.renderer import Renderer
 
@@ -31,7 +31,7 @@ class Tile(NamedTuple):
     difference: bytes | None = None
 
 
-def strips(trade: Trade, renderer: Renderer) -> dict[str, list[Tile]]:
+def strips(trade: Tradeoffs, renderer: Renderer) -> dict[str, list[Tile]]:
     """By their titles; none where what they are about was not measured."""
     results = trade.of(MAIN)
     common = next((r for r in results if r.configuration.label == f"{_SAMPLES} sobol"), None)
@@ -45,7 +45,7 @@ def strips(trade: Trade, renderer: Renderer) -> dict[str, list[Tile]]:
     families = _families(trade, results)
     return {
         f"Equal time: the least wrong of each within {1e3 * seconds:.0f} ms": [
-            show.truth(),
+            show.reference(),
             *_chosen(
                 families,
                 lambda r: r.median <= seconds,
@@ -55,7 +55,7 @@ def strips(trade: Trade, renderer: Renderer) -> dict[str, list[Tile]]:
             ),
         ],
         f"Equal error: the fastest of each with an error of {error:.2g} or less": [
-            show.truth(),
+            show.reference(),
             *_chosen(families, lambda r: _rmse(r) <= error, lambda r: r.median, show, "none as good"),
         ],
     }
@@ -65,18 +65,18 @@ def _rmse(result: Result) -> float:
     return result.error.rmse if result.error else np.inf
 
 
-def _families(trade: Trade, results: Sequence[Result]) -> dict[str, list[Result]]:
+def _families(trade: Tradeoffs, results: Sequence[Result]) -> dict[str, list[Result]]:
     """The techniques that are compared, and their configurations."""
     plain = [r for r in results if r.configuration.scale == 1.0 and not r.configuration.settings.sampling.is_adaptive]
-    found = {f"sequence {name}": [] for name in dict.fromkeys(r.configuration.settings.sequence for r in plain)}
+    families = {f"sequence {name}": [] for name in dict.fromkeys(r.configuration.settings.sequence for r in plain)}
     for result in plain:
-        found[f"sequence {result.configuration.settings.sequence}"].append(result)
-    found["adaptive"] = [r for r in results if r.configuration.settings.adaptive is not None]
-    found["max error"] = [r for r in results if r.configuration.settings.max_error is not None]
+        families[f"sequence {result.configuration.settings.sequence}"].append(result)
+    families["adaptive"] = [r for r in results if r.configuration.settings.adaptive is not None]
+    families["max error"] = [r for r in results if r.configuration.settings.max_error is not None]
     for scale in dict.fromkeys(r.configuration.scale for r in trade.of_knob("resolution", MAIN)):
         if scale != 1.0:
-            found[f"resolution x {scale:g}"] = [r for r in results if r.configuration.scale == scale]
-    return {name: own for name, own in found.items() if own}
+            families[f"resolution x {scale:g}"] = [r for r in results if r.configuration.scale == scale]
+    return {name: own for name, own in families.items() if own}
 
 
 def _chosen(
@@ -96,10 +96,10 @@ def _chosen(
 class _Shown:
     """Cuts the piece out of pictures: that in which `common` is most wrong."""
 
-    def __init__(self, trade: Trade, renderer: Renderer, common: Result) -> None:
+    def __init__(self, trade: Tradeoffs, renderer: Renderer, common: Result) -> None:
         self._trade, self._renderer = trade, renderer
-        self._truth = trade.truths[MAIN].radiance
-        off = ((self._picture(common) - self._truth) ** 2).sum(axis=2)
+        self._reference = trade.references[MAIN].radiance
+        off = ((self._picture(common) - self._reference) ** 2).sum(axis=2)
         height, width = off.shape
         self._side = min(_PIECE[0], width), min(_PIECE[1], height)
         sums = np.pad(off.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
@@ -109,21 +109,23 @@ class _Shown:
 
     def _picture(self, result: Result) -> NDArray[np.float64]:
         target = self._trade.plan.targets[MAIN]
-        return picture(result.configuration, target, self._renderer, self._trade.size)[0].radiance.astype(np.float64)
+        return time_picture(result.configuration, target, self._renderer, self._trade.size)[0].radiance.astype(
+            np.float64
+        )
 
     def _cut(self, radiance: NDArray[np.float64]) -> NDArray[np.float64]:
         return radiance[self._y : self._y + self._side[1], self._x : self._x + self._side[0]]
 
-    def truth(self) -> Tile:
-        """What all should be."""
-        piece = self._cut(self._truth)
+    def reference(self) -> Tile:
+        """The tile of the reference."""
+        piece = self._cut(self._reference)
         place = f"{self._side[0]}x{self._side[1]} pixels from ({self._x}, {self._y}), {_TIMES} times as large"
-        return Tile("truth", place, _png(piece), _png(difference(piece, piece).radiance))
+        return Tile("reference", place, _png(piece), _png(difference(piece, piece).radiance))
 
     def tile(self, name: str, result: Result) -> Tile:
         piece = self._cut(self._picture(result))
         text = f"{result.configuration.label}: {1e3 * result.median:.1f} ms, error {_rmse(result):.2g}"
-        return Tile(name, text, _png(piece), _png(difference(piece, self._cut(self._truth)).radiance))
+        return Tile(name, text, _png(piece), _png(difference(piece, self._cut(self._reference)).radiance))
 
 
 def _png(radiance: NDArray[np.float64]) -> bytes:

@@ -1,4 +1,4 @@
-"""What pictures are compared with, and how far off that is itself."""
+"""References: the pictures that others are compared with, and an estimate of how far off a reference is itself."""
 
 from __future__ import annotations
 
@@ -17,20 +17,19 @@ from raytracer.rendering.renderer import Renderer
 from raytracer.scene.scene import Scene
 from raytracer.scene.solids import leaves
 
-Source = Literal["auto", "gpu", "float64"]
+ReferenceMethod = Literal["auto", "gpu", "float64"]
 # The float64 reference meets every primitive with every ray, in NumPy: beyond it takes hours.
 FEW_PRIMITIVES = 48
 # Of each of the two pictures that the GPU makes.
 GPU_SAMPLES = 4096
-# Samples a pixel at most of a reference that is the truth, and what a pixel may be off by before it gets them. One that
-# is only to be compared with has what converged.py has by default.
+# The most samples of a pixel of a reference by float64, and the error from which a pixel gets more. One that is only
+# compared with the GPU's has the defaults of converged.py.
 SAMPLES, TOLERANCE = 4096, 1e-4
-# What differs from a truth by less than so many times its own error is not resolved: at 3 times, that error adds
-# 5 % to what is measured.
-RESOLVED = 3.0
+# Errors below so many times the reference's own are not resolved: at 3 times, its error adds 5 % to a measured one.
+RESOLVED_FROM = 3.0
 
 
-class Truth(NamedTuple):
+class Reference(NamedTuple):
     """`radiance` (H, W, 3) float64; `error`: its own estimated root mean square error; `kind`: how it was made."""
 
     radiance: NDArray[np.float64]
@@ -38,46 +37,49 @@ class Truth(NamedTuple):
     kind: str
 
 
-def make_truth(
+def make_reference(
     target: Target,
     size: tuple[int, int],
     renderer: Renderer,
-    source: Source = "auto",
+    method: ReferenceMethod = "auto",
     *,
     gpu_samples: int = GPU_SAMPLES,
     progress: Progress | None = None,
-) -> Truth:
-    """What `target` is at `size`: by the GPU, or by the float64 reference.
+) -> Reference:
+    """Draw the reference of `target` at `size`: by the GPU, or by the float64 ray tracer.
 
-    "auto" is the GPU's, and says how far the reference is from it, of scenes of few primitives: with as many samples as
-    it can have in the time, the reference is off by more.
+    "auto" is the GPU's. For scenes of few primitives it also says how far the float64 one is from it: that one is off
+    by more, with as many samples as it can have in the time.
     """
     if target.same_samples:
         image = renderer.render(target.scene, size, target.settings, geometry=False, estimates=False)
-        return Truth(image.radiance.astype(np.float64), 0.0, "the exact form's picture, of the same samples")
-    if source == "float64":
-        radiance, error, samples = _by_reference(target, size, SAMPLES, TOLERANCE, progress)
-        return Truth(radiance, error, f"float64 reference, {samples:.0f} samples a pixel")
-    found = _by_gpu(target, size, renderer, gpu_samples, progress)
-    if source == "gpu" or count_primitives(target.scene) > FEW_PRIMITIVES:
-        return found
-    from raytracer.ground_truth import converged
+        return Reference(image.radiance.astype(np.float64), 0.0, "the exact form's picture, of the same samples")
+    if method == "float64":
+        radiance, error, samples = _by_float64(target, size, SAMPLES, TOLERANCE, progress)
+        return Reference(radiance, error, f"float64 reference, {samples:.0f} samples a pixel")
+    by_gpu = _by_gpu(target, size, renderer, gpu_samples, progress)
+    if method == "gpu" or count_primitives(target.scene) > FEW_PRIMITIVES:
+        return by_gpu
+    from raytracer.ground_truth import job
 
-    radiance, error, _ = _by_reference(target, size, converged.SAMPLES, converged.TOLERANCE, progress)
-    apart = math.sqrt(float(np.mean((found.radiance - radiance) ** 2)))
-    return found._replace(
-        kind=f"{found.kind}; {apart:.2g} from the float64 reference, which takes itself to be off by {error:.2g}"
+    radiance, error, _ = _by_float64(target, size, job.SAMPLES, job.TOLERANCE, progress)
+    apart = math.sqrt(float(np.mean((by_gpu.radiance - radiance) ** 2)))
+    return by_gpu._replace(
+        kind=f"{by_gpu.kind}; {apart:.2g} from the float64 reference, which takes itself to be off by {error:.2g}"
     )
 
 
-def _by_reference(
+def _by_float64(
     target: Target, size: tuple[int, int], samples: int, tolerance: float, progress: Progress | None
 ) -> tuple[NDArray[np.float64], float, float]:
-    """The float64 reference, kept on the disk; its own error, and its samples a pixel."""
-    from raytracer.ground_truth.converged import truth
+    """The converged picture in float64, kept on the disk; its own error, and its samples a pixel."""
+    from raytracer.ground_truth.converged import trace_converged
 
-    found = truth(target.scene, size, target.settings, samples=samples, tolerance=tolerance, progress=progress)
-    return found.radiance, math.sqrt(float(np.mean(np.square(found.error)))), float(np.mean(found.samples))  # pyright: ignore[reportArgumentType, reportCallIssue]
+    picture = trace_converged(
+        target.scene, size, target.settings, samples=samples, tolerance=tolerance, progress=progress
+    )
+    assert picture.error is not None and picture.samples is not None
+    return picture.radiance, math.sqrt(float(np.mean(picture.error**2))), float(picture.samples.mean())
 
 
 def count_primitives(scene: Scene) -> int:
@@ -87,12 +89,12 @@ def count_primitives(scene: Scene) -> int:
 
 def _by_gpu(
     target: Target, size: tuple[int, int], renderer: Renderer, samples: int, progress: Progress | None
-) -> Truth:
+) -> Reference:
     """The mean of a picture by Sobol's and one by Roberts' sequence: they are off independently, but for the lights.
 
     So half their difference is the error of their mean. Their points on lights are the same: of these the first
     picture's own estimate tells. A picture of n samples has n points in common with it, and differs from it by up to
-    n / `samples` less than from the truth.
+    n / `samples` less than from the exact one.
     """
     settings = msgspec.structs.replace(target.settings, samples=samples, evaluator="cells", precision=64)
     try:
@@ -114,7 +116,7 @@ def _by_gpu(
     if first.estimate and first.estimate.rmse is not None and target.settings.shadows == "soft":
         error = max(error, first.estimate.rmse)
     kind = f"GPU, {settings.precision} bits, 2 x {samples} samples a pixel"
-    return Truth((a + b) / 2.0, error, kind)
+    return Reference((a + b) / 2.0, error, kind)
 
 
 def _half(progress: Progress | None, part: int) -> Progress | None:

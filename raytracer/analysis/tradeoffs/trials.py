@@ -1,4 +1,4 @@
-"""Pictures of a scene by several settings: their errors against one of many more samples, and their times."""
+"""Trials: pictures of a scene by several settings, with their times, and errors against one of many more samples."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from raytracer.scene.settings import Settings
 TIMES, FEWEST, MOST = 16, 256, 4096
 
 
-class Measured(NamedTuple):
-    """A picture's cost and error. `seconds`: those of render(), the median; `samples`: a pixel's, on average.
+class Trial(NamedTuple):
+    """A picture's settings, cost and error. `seconds`: those of render(), the median; `samples`: a pixel's, on average.
 
     `least`: the shortest time. What else runs on the machine only adds, so that tells who is faster.
     """
@@ -35,19 +35,19 @@ class Measured(NamedTuple):
     least: float
 
 
-class Stage:
-    """Pictures of a scene at one size, and what they are compared with."""
+class Trials:
+    """The trials of a scene at one size, and the reference that their pictures are compared with."""
 
     def __init__(self, renderer: Renderer, scene: Scene, base: Settings, size: tuple[int, int]) -> None:
         self._renderer, self._scene, self._base, self.size = renderer, scene, base, size
         self._reference: NDArray[np.float64] | None = None
         self.samples = 0
         self._shared = base.shadows == "soft" and any(light.radius for light in scene.lights)
-        self._known: dict[Settings, Measured] = {}
+        self._known: dict[Settings, Trial] = {}
         self._compiled: set[tuple[bool, bool, bool]] = set()
 
     def refer(self, samples: int, progress: Progress | None = None) -> None:
-        """Compare with a picture for pictures of so many samples."""
+        """Draw a reference for pictures of so many samples, unless the present one will do."""
         wanted = min(max(FEWEST, TIMES * samples), MOST)
         if wanted > self.samples:
             self.samples = wanted
@@ -58,7 +58,7 @@ class Stage:
             self._reference = image.radiance.astype(np.float64)
             self._known.clear()
 
-    def measure(self, settings: Settings) -> Measured:
+    def measure(self, settings: Settings) -> Trial:
         """Render for the error and one time; before that, where programs are not compiled yet, once for that."""
         if settings not in self._known:
             kind = settings.samples == 1, settings.adaptive is not None, settings.sampling.has_stopping_rule
@@ -69,19 +69,19 @@ class Stage:
             image = self._renderer.render(self._scene, self.size, settings, geometry=False)
             seconds = time.perf_counter() - begin
             samples = image.estimate.samples if image.estimate else float(settings.samples)
-            self._known[settings] = Measured(settings, seconds, self._error(image.radiance, samples), samples, seconds)
+            self._known[settings] = Trial(settings, seconds, self._error(image.radiance, samples), samples, seconds)
         return self._known[settings]
 
-    def known(self) -> list[Measured]:
-        """All that was measured against the present reference, by one time each."""
-        return [found for found in self._known.values() if not math.isnan(found.error)]
+    def known(self) -> list[Trial]:
+        """All trials against the present reference, by one time each."""
+        return [trial for trial in self._known.values() if not math.isnan(trial.error)]
 
     def knows(self, settings: Settings) -> bool:
-        """Whether that was measured against the present reference."""
+        """Whether there is a trial of these settings against the present reference."""
         return settings in self._known
 
     def seconds(self, settings: Settings) -> float:
-        """How long a picture takes."""
+        """Measure how long a picture takes."""
         begin = time.perf_counter()
         self._renderer.render(self._scene, self.size, settings, geometry=False)
         return time.perf_counter() - begin
@@ -93,11 +93,11 @@ class Stage:
         # Points on lights are the same whatever the sequence: so much of the reference is the picture's own.
         return error / (1.0 - min(0.5, samples / self.samples)) if self._shared else error
 
-    def in_turns(self, candidates: Iterable[Measured], rounds: int) -> list[Measured]:
-        """With so many times."""
-        found = list(candidates)
-        times: list[list[float]] = [[] for _ in found]
+    def in_turns(self, candidates: Iterable[Trial], rounds: int) -> list[Trial]:
+        """Measure the times of candidates again, in so many rounds."""
+        trials = list(candidates)
+        times: list[list[float]] = [[] for _ in trials]
         for _ in range(rounds):
-            for each, candidate in zip(times, found, strict=True):
+            for each, candidate in zip(times, trials, strict=True):
                 each.append(self.seconds(candidate.settings))
-        return [each._replace(seconds=median(own), least=min(own)) for each, own in zip(found, times, strict=True)]
+        return [each._replace(seconds=median(own), least=min(own)) for each, own in zip(trials, times, strict=True)]

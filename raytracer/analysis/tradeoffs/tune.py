@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from raytracer.analysis.tradeoffs.trials import MOST, TIMES, Measured, Stage
+from raytracer.analysis.tradeoffs.trials import MOST, TIMES, Trial, Trials
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
@@ -55,8 +55,8 @@ class Tuned(msgspec.Struct, frozen=True):
     tried, as what was measured tells that they miss it, too. `complete` unless it was interrupted.
     """
 
-    pick: Measured | None
-    best: Measured
+    pick: Trial | None
+    best: Trial
     tried: int
     reference: int
     hopeless: bool = False
@@ -96,23 +96,23 @@ def tune(
     `base`: what of the settings stays. `progress` is told, in words, what is measured next.
     Ctrl-C ends it with the best of what was measured at full size by then; raises KeyboardInterrupt if nothing was.
     """
-    small = Stage(renderer, scene, base, tuple(max(16, round(_SMALL * side)) for side in size))  # pyright: ignore[reportArgumentType]
-    full = Stage(renderer, scene, base, size)
-    target = _Target(max_error, time)
+    small = Trials(renderer, scene, base, tuple(max(16, round(_SMALL * side)) for side in size))  # pyright: ignore[reportArgumentType]
+    full = Trials(renderer, scene, base, size)
+    goal = _Goal(max_error, time)
     try:
-        return _search(small, full, base, target, progress)
+        return _search(small, full, base, goal, progress)
     except KeyboardInterrupt:
         if not (known := full.known()):
             raise
-        met = sorted(filter(target.is_met, known), key=target.order)
-        best = met[0] if met else min(known, key=target.miss)
+        met = sorted(filter(goal.is_met, known), key=goal.order)
+        best = met[0] if met else min(known, key=goal.miss)
         return Tuned(best if met else None, best, len(known), full.samples, complete=False)
 
 
-def _search(small: Stage, full: Stage, base: Settings, target: _Target, progress: Callable[[str], None]) -> Tuned:
-    ranked, hopeless = _ranked(small, full, base, target, progress)
-    extra = asked(base, target.max_error) if target.max_error is not None and not hopeless else []
-    tried: list[Measured] = []
+def _search(small: Trials, full: Trials, base: Settings, goal: _Goal, progress: Callable[[str], None]) -> Tuned:
+    ranked, hopeless = _ranked(small, full, base, goal, progress)
+    extra = asked(base, goal.max_error) if goal.max_error is not None and not hopeless else []
+    tried: list[Trial] = []
     count = 0
     while ranked or extra:
         batch, ranked = ranked[:_FEW], ranked[_FEW:]
@@ -120,31 +120,29 @@ def _search(small: Stage, full: Stage, base: Settings, target: _Target, progress
         extra = []
         count += len(candidates)
         progress(f"{len(candidates)} candidates at {full.size[0]}x{full.size[1]}")
-        found = [full.measure(settings) for settings in candidates]
+        trials = [full.measure(settings) for settings in candidates]
         # What is far from the target needs no second look.
-        found = full.in_turns(filter(target.is_near, found), _ROUNDS) or found
-        if met := sorted(filter(target.is_met, found), key=target.order):
+        trials = full.in_turns(filter(goal.is_near, trials), _ROUNDS) or trials
+        if met := sorted(filter(goal.is_met, trials), key=goal.order):
             progress("the best of them again")
-            met = full.in_turns((each for each in met if target.is_close(each, met[0])), _MORE_ROUNDS)
-        tried += [*found, *met]
-        if met := list(filter(target.is_met, met)):
-            pick, more = _descended(full, met, target, progress)
+            met = full.in_turns((each for each in met if goal.is_close(each, met[0])), _MORE_ROUNDS)
+        tried += [*trials, *met]
+        if met := list(filter(goal.is_met, met)):
+            pick, more = _descended(full, met, goal, progress)
             return Tuned(pick, pick, count + more, full.samples)
         # By as much less than was predicted as the luckiest of these are the others taken to miss it.
-        ratios = (target.miss(full.measure(each.settings)) / max(target.miss(each), _LEAST) for each in batch)
+        ratios = (goal.miss(full.measure(each.settings)) / max(goal.miss(each), _LEAST) for each in batch)
         luck = min(1.0, *ratios)
-        hopeful = [each for each in ranked if target.may_be_met(each, luck)]
+        hopeful = [each for each in ranked if goal.may_be_met(each, luck)]
         hopeless, ranked = hopeless or len(hopeful) < len(ranked), hopeful
-    return Tuned(None, min(tried, key=target.miss), count, full.samples, hopeless=hopeless)
+    return Tuned(None, min(tried, key=goal.miss), count, full.samples, hopeless=hopeless)
 
 
-def _descended(
-    full: Stage, met: list[Measured], target: _Target, progress: Callable[[str], None]
-) -> tuple[Measured, int]:
+def _descended(full: Trials, met: list[Trial], goal: _Goal, progress: Callable[[str], None]) -> tuple[Trial, int]:
     """The best candidate that is reached from those that meet the target by steps to better ones beside the best two,
     and how many were tried: what is predicted of small pictures is often wrong by a step.
     """
-    leading = sorted(met, key=target.order)[:2]
+    leading = sorted(met, key=goal.order)[:2]
     count = 0
     while True:
         beside = dict.fromkeys(settings for each in leading for settings in _beside(each.settings))
@@ -152,13 +150,13 @@ def _descended(
         if new:
             progress(f"{len(new)} candidates beside the best")
         # A single time may be far too long.
-        found = full.in_turns(filter(target.is_near, map(full.measure, new)), _ROUNDS)
-        better = [each for each in found if target.is_met(each) and target.is_close(each, leading[0])]
+        trials = full.in_turns(filter(goal.is_near, map(full.measure, new)), _ROUNDS)
+        better = [each for each in trials if goal.is_met(each) and goal.is_close(each, leading[0])]
         count += len(new)
         if not better:
             return leading[0], count
-        found = full.in_turns((*leading, *better), _MORE_ROUNDS)
-        leading = sorted(filter(target.is_met, found), key=target.order)[:2] or leading
+        trials = full.in_turns((*leading, *better), _MORE_ROUNDS)
+        leading = sorted(filter(goal.is_met, trials), key=goal.order)[:2] or leading
 
 
 def _beside(settings: Settings) -> list[Settings]:
@@ -178,46 +176,46 @@ def _beside(settings: Settings) -> list[Settings]:
     ]
 
 
-class _Target(NamedTuple):
-    """What is asked for, and what of that is best."""
+class _Goal(NamedTuple):
+    """The error or the time that is asked for, and which trials are better."""
 
     max_error: float | None
     time: float | None
 
-    def is_met(self, found: Measured) -> bool:
-        return found.error <= self.max_error if self.max_error is not None else found.seconds <= (self.time or 0.0)
+    def is_met(self, trial: Trial) -> bool:
+        return trial.error <= self.max_error if self.max_error is not None else trial.seconds <= (self.time or 0.0)
 
-    def is_near(self, found: Measured) -> bool:
-        """Whether it meets the target, but for what a single time is off by."""
-        return self.is_met(found) or (self.time is not None and found.seconds <= _ONCE * self.time)
+    def is_near(self, trial: Trial) -> bool:
+        """Whether a trial meets the goal, but for what a single time is off by."""
+        return self.is_met(trial) or (self.time is not None and trial.seconds <= _ONCE * self.time)
 
-    def order(self, found: Measured) -> tuple[float, float]:
+    def order(self, trial: Trial) -> tuple[float, float]:
         """Less is better."""
-        return (found.least, found.error) if self.max_error is not None else (found.error, found.least)
+        return (trial.least, trial.error) if self.max_error is not None else (trial.error, trial.least)
 
-    def miss(self, found: Measured) -> float:
-        """How far it is from the target."""
-        return found.error if self.max_error is not None else found.seconds
+    def miss(self, trial: Trial) -> float:
+        """How far a trial is from the goal."""
+        return trial.error if self.max_error is not None else trial.seconds
 
-    def may_be_met(self, predicted: Measured, share: float = 1.0) -> bool:
-        """Whether it may meet the target, where that share of what is predicted is true."""
+    def may_be_met(self, predicted: Trial, share: float = 1.0) -> bool:
+        """Whether a prediction may meet the goal, where that share of what is predicted is true."""
         if self.max_error is not None:
             return share * predicted.error <= _UNSURE_ERROR * self.max_error
         return share * predicted.seconds <= _UNSURE_TIME * (self.time or 0.0)
 
-    def is_close(self, found: Measured, best: Measured) -> bool:
+    def is_close(self, trial: Trial, best: Trial) -> bool:
         """Whether times decide between the two."""
-        return self.max_error is None or found.least <= _CLOSE * best.least
+        return self.max_error is None or trial.least <= _CLOSE * best.least
 
 
 def _ranked(
-    small: Stage, full: Stage, base: Settings, target: _Target, progress: Callable[[str], None]
-) -> tuple[list[Measured], bool]:
+    small: Trials, full: Trials, base: Settings, goal: _Goal, progress: Callable[[str], None]
+) -> tuple[list[Trial], bool]:
     """What candidates that may well meet the target are predicted to be at full size, the most promising first.
 
     And whether there is no hope: then there is but the best of them.
     """
-    max_error, time = target.max_error, target.time
+    max_error, time = goal.max_error, goal.time
     first = msgspec.structs.replace(base, samples=4)
     progress(f"numbers of samples at {small.size[0]}x{small.size[1]}")
     small.refer(MOST // TIMES)
@@ -246,35 +244,35 @@ def _ranked(
     near += [msgspec.structs.replace(base, samples=n) for n in LADDER[max(0, k - 2) : k + 3]]
     progress(f"{len(near)} candidates at {small.size[0]}x{small.size[1]}")
     predictions = []
-    for found in small.in_turns([small.measure(settings) for settings in near], _SMALL_ROUNDS):
-        settings = found.settings
+    for trial in small.in_turns([small.measure(settings) for settings in near], _SMALL_ROUNDS):
+        settings = trial.settings
         by_error, by_time = scales[settings.adaptive is not None]
         predictions.append(
-            found._replace(error=by_error * found.error, seconds=by_time * found.least, least=by_time * found.least)
+            trial._replace(error=by_error * trial.error, seconds=by_time * trial.least, least=by_time * trial.least)
         )
-    met = sorted(filter(target.may_be_met, predictions), key=target.order)
-    ranked = met + sorted((each for each in predictions if not target.may_be_met(each)), key=target.miss)
+    met = sorted(filter(goal.may_be_met, predictions), key=goal.order)
+    ranked = met + sorted((each for each in predictions if not goal.may_be_met(each)), key=goal.miss)
     # The plain one is among the first: it is the one whose time is known best.
     plain = [each for each in ranked if each.settings.adaptive is None][:1]
     return plain + [each for each in ranked if each not in plain], False
 
 
-def _scale(small: Stage, full: Stage, settings: Settings) -> tuple[float, float]:
+def _scale(small: Trials, full: Trials, settings: Settings) -> tuple[float, float]:
     """Error and time at full size, of those at the small one."""
-    [a], [b] = (stage.in_turns([stage.measure(settings)], _SMALL_ROUNDS) for stage in (small, full))
+    [a], [b] = (trials.in_turns([trials.measure(settings)], _SMALL_ROUNDS) for trials in (small, full))
     return (b.error / a.error if a.error else 1.0), b.least / a.least
 
 
 def _first_fixed(
-    small: Stage, scale: tuple[float, float], base: Settings, max_error: float | None, time: float | None
+    small: Trials, scale: tuple[float, float], base: Settings, max_error: float | None, time: float | None
 ) -> Settings:
     """The fewest samples that are expected to meet an error, or the most within a time."""
     settings = msgspec.structs.replace(base, samples=1)
     for n in LADDER:
-        found = small.measure(msgspec.structs.replace(base, samples=n))
-        if time is not None and scale[1] * found.seconds > time:
+        trial = small.measure(msgspec.structs.replace(base, samples=n))
+        if time is not None and scale[1] * trial.seconds > time:
             break
-        settings = found.settings
-        if max_error is not None and scale[0] * found.error <= max_error:
+        settings = trial.settings
+        if max_error is not None and scale[0] * trial.error <= max_error:
             break
     return settings

@@ -101,44 +101,44 @@ def _list(options: argparse.Namespace) -> int:
 
         say_json(json.dumps(materials_schema(), indent=1))
         return 0
-    from raytracer.analysis.reflectance import report
-    from raytracer.analysis.reflectance.measure import COMPLETE
-    from raytracer.analysis.reflectance.verification import check_all
+    from raytracer.analysis.reflectance import tables
+    from raytracer.analysis.reflectance.properties import COMPLETE
+    from raytracer.analysis.reflectance.verification import verify_all
     from raytracer.gpu.device import shared_device
 
     if options.markdown:
-        say(*report.markdown().splitlines())
+        say(*tables.markdown().splitlines())
         return 0
     with progress_bar("measuring") as progress:
-        checks = check_all(
+        checks = verify_all(
             [m for m in models if m in COMPLETE], shared_device(options.backend, options.device), progress
         )
     measured = {model: [check for check in checks if check.name == model] for model in models}
     if options.json:
-        say_json(report.models_json(models, measured))
+        say_json(tables.models_json(models, measured))
     else:
-        report.print_models(models, measured)
+        tables.print_models(models, measured)
     return 0
 
 
 def _check(options: argparse.Namespace) -> int:
     """Run `brdf check`; the exit status, 1 if a measurement is not what is expected."""
-    from raytracer.analysis.reflectance.measure import COMPLETE
-    from raytracer.analysis.reflectance.report import checks_json, print_checks
-    from raytracer.analysis.reflectance.verification import check, check_all, material_of
+    from raytracer.analysis.reflectance.properties import COMPLETE
+    from raytracer.analysis.reflectance.tables import checks_json, print_checks
+    from raytracer.analysis.reflectance.verification import material_of, verify, verify_all
     from raytracer.gpu.device import shared_device
 
     names = options.models or COMPLETE
     whole = [name for name in names if name in MODELS and not options.set]
     single = [(name, parse_parameters(name, options.set)) for name in names if name not in whole]
-    for name, settings in single:
-        material_of(name, settings)
+    for name, parameters in single:
+        material_of(name, parameters)
     if missing := [name for name in whole if name not in COMPLETE]:
         raise InputError("expected a file to measure: --set file=...", file=missing[0])
     device = shared_device(options.backend, options.device)
     with progress_bar("measuring") as progress:
-        checks = check_all(whole, device, progress)
-        checks += [check(name, settings, device) for name, settings in single]
+        checks = verify_all(whole, device, progress)
+        checks += [verify(name, parameters, device) for name, parameters in single]
     if options.json:
         say_json(checks_json(checks))
     else:

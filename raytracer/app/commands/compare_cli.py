@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 from pathlib import Path
 from typing import Any
 
-from raytracer.analysis.image_difference import SCALE, THRESHOLD, Comparison, Rows, difference, measure, size_of
+from raytracer.analysis.image_difference import (
+    METRICS,
+    SCALE,
+    THRESHOLD,
+    Comparison,
+    as_json,
+    as_rows,
+    difference,
+    measure_difference,
+)
 from raytracer.core.output import check_output
 from raytracer.core.terminal import say, say_json
 from raytracer.core.validation import InputError, number
@@ -16,6 +24,8 @@ from raytracer.formats.image_files import FORMATS, load_radiance, read_size
 
 # Pixels of a picture that is read in no time.
 _SMALL = 1 << 16
+# Measured only with an option of the metric's name.
+_ASKED = [metric for metric in METRICS if metric.measure]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,9 +46,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"which share of pixels has a channel that is off by more (default: {THRESHOLD:g})",
     )
     parser.add_argument("--tolerance", metavar="RMSE", type=float, help="exit status 1 if the RMSE is above this")
-    parser.add_argument(
-        "--flip", action="store_true", help="FLIP, too, of high dynamic range for two .npz (needs flip-evaluator)"
-    )
+    for metric in _ASKED:
+        parser.add_argument(f"--{metric.field}", action="store_true", help=metric.help)
     parser.add_argument("-o", "--output", metavar="OUT", help=f"a .png of {SCALE}")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table; an infinite PSNR is null")
     parser.set_defaults(run=run)
@@ -68,53 +77,38 @@ def run(options: argparse.Namespace) -> int:
             if isinstance(picture, np.ndarray):
                 np.clip(picture, 0.0, 1.0, out=picture)
     a, b = pictures
-    flip = None if not options.flip else "hdr" if len(unclipped) == 2 else "ldr"
-    comparison = measure(a, b, options.threshold, flip)
+    asked = [metric.field for metric in _ASKED if getattr(options, metric.field)]
+    comparison = measure_difference(a, b, options.threshold, asked, "hdr" if len(unclipped) == 2 else "ldr")
     if output:
-        image = difference(a, b)
         with options.write(output) as file:
-            image.write(file, output.suffix)
+            difference(a, b).write(file, output.suffix)
     within = options.tolerance is None or comparison.rmse <= options.tolerance
+    size = a.shape[1], a.shape[0]
     if options.json:
-        say_json(json.dumps(_json(comparison, options, a, clipped, within), indent=1, allow_nan=False))
+        say_json(json.dumps(_json(comparison, options, size, clipped, within), indent=1, allow_nan=False))
     else:
-        _print(comparison, options, a, clipped, within)
+        _print(comparison, options, size, clipped, within)
     return 0 if within else 1
 
 
 def _json(
-    comparison: Comparison, options: argparse.Namespace, a: Rows, clipped: str | None, within: bool
+    comparison: Comparison, options: argparse.Namespace, size: tuple[int, int], clipped: str | None, within: bool
 ) -> dict[str, Any]:
     return {
         "a": options.a,
         "b": options.b,
-        "size": [a.shape[1], a.shape[0]],
+        "size": list(size),
         "clipped": clipped,
-        "rmse": comparison.rmse,
-        "largest": comparison.largest,
-        "pixel": comparison.pixel,
-        "psnr": comparison.psnr if math.isfinite(comparison.psnr) else None,
-        "relative": comparison.relative,
-        "threshold": comparison.threshold,
-        "over": comparison.over,
-        "flip": comparison.flip,
+        **as_json(comparison),
         "tolerance": options.tolerance,
         "within_tolerance": within,
     }
 
 
-def _print(comparison: Comparison, options: argparse.Namespace, a: Rows, clipped: str | None, within: bool) -> None:
-    x, y = comparison.pixel
-    rows = [
-        ("size", size_of(a)),
-        ("RMSE", f"{comparison.rmse:.3g}"),
-        ("largest", f"{comparison.largest:.3g}" + (f", in the pixel ({x}, {y})" if comparison.largest else "")),
-        ("PSNR", f"{comparison.psnr:.1f} dB"),
-        ("relative", "the reference is black" if comparison.relative is None else f"{comparison.relative:.3g}"),
-        (f"over {comparison.threshold:g}", f"{100.0 * comparison.over:.3g} % of the pixels"),
-    ]
-    if comparison.flip is not None:
-        rows.append(("FLIP", f"{comparison.flip:.3g}"))
+def _print(
+    comparison: Comparison, options: argparse.Namespace, size: tuple[int, int], clipped: str | None, within: bool
+) -> None:
+    rows = [("size", f"{size[0]}x{size[1]}"), *as_rows(comparison)]
     if clipped is not None:
         rows.append(("clipped", f"{clipped}, to [0, 1]"))
     if options.tolerance is not None:

@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import platform
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from raytracer.app.options import add_backend, whole
-from raytracer.core.progress import progress_bar
+from raytracer.core.progress import progress_bar, tell_step
+from raytracer.core.terminal import cell, say, say_table
+
+if TYPE_CHECKING:
+    from raytracer.analysis.numerics.findings import LedgerRow
+
+_FILES = "extremes.csv", "extremes.md"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,14 +36,48 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run `extremes`; the exit status, 1 if a bound is not kept."""
-    from raytracer.analysis.numerics.report import FILES, report
+    from raytracer.analysis.machine import describe_machine
+    from raytracer.analysis.numerics.ledger import measure_ledger
+    from raytracer.analysis.numerics.ledger_page import as_csv, as_markdown
     from raytracer.core.output import check_folder
     from raytracer.gpu.device import shared_device
     from raytracer.rendering.renderer import Renderer
 
     folder = Path(options.output)
-    check_folder(folder, *FILES)
+    check_folder(folder, *_FILES)
     renderer = Renderer(shared_device(options.backend, options.device))
     with progress_bar("measuring") as progress:
-        kept = report(renderer, folder, options.short, options.fuzz, progress, options.write)
-    return 0 if kept else 1
+        rows = measure_ledger(renderer, short=options.short, scenes=options.fuzz, progress=progress, step=tell_step)
+        _print(rows)
+        if 64 not in renderer.device.limits.precisions:
+            say("nothing is measured with 64 bits: that needs OpenGL 4.0")
+        form = "in the short form" if options.short else "in full"
+        machine = describe_machine(renderer)
+        how = (
+            f"Measured {form}, with {options.fuzz} fuzzed scenes, by raytracer {machine['raytracer']} "
+            f"on {machine['device']}, {platform.machine()}."
+        )
+        findings = [finding for row in rows for finding in row.findings]
+        for name, text in zip(_FILES, (as_csv(findings), as_markdown(rows, how)), strict=True):
+            with options.write(folder / name) as file:
+                file.write(text.encode())
+            say(f"wrote {folder / name}")
+    return 0 if all(finding.kept for finding in findings) else 1
+
+
+def _print(rows: list[LedgerRow]) -> None:
+    """Print a line for each row, then all findings beyond their bounds."""
+    from rich.table import Table
+
+    from raytracer.analysis.numerics.ledger_page import HEADING, number_text, summary
+
+    table = Table(*HEADING)
+    for line in summary(rows):
+        table.add_row(*map(cell, line))
+    say_table(table)
+    findings = [finding for row in rows for finding in row.findings]
+    beyond = [finding for finding in findings if not finding.kept]
+    for finding in beyond:
+        at = f"{finding.what}, {finding.at}, {finding.bits} bits"
+        say(f"{at}: {finding.measure}: {number_text(finding.found)}, bound {number_text(finding.bound)}")
+    say(f"{len(findings)} measurements, {len(beyond) or 'none'} beyond their bounds")

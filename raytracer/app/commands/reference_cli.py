@@ -19,13 +19,13 @@ from raytracer.core.output import check_output
 from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import complain, say
 from raytracer.core.validation import about, check_size
-from raytracer.formats.scene_file import parse_all, read
+from raytracer.formats.scene_file import find_scene, read_document
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `reference`."""
-    from raytracer.ground_truth.converged import FIRST, SAMPLES, TOLERANCE
     from raytracer.ground_truth.disk_cache import MOST_BYTES
+    from raytracer.ground_truth.job import FIRST_SAMPLES, SAMPLES, TOLERANCE
     from raytracer.ground_truth.picture import REFERENCE_SIZE
 
     add_scene(parser)
@@ -36,7 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         type=whole,
         default=SAMPLES,
-        help=f"rays a pixel at most, {FIRST} at least: {FIRST}, doubled as often as it takes (default: {SAMPLES})",
+        help=f"rays a pixel at most, {FIRST_SAMPLES} at least: {FIRST_SAMPLES}, doubled as often as it takes "
+        f"(default: {SAMPLES})",
     )
     parser.add_argument(
         "--tolerance",
@@ -60,8 +61,9 @@ def run(options: argparse.Namespace) -> int:
     """Run `reference`; the exit status."""
     import numpy as np
 
-    from raytracer.ground_truth.converged import Job, truth
-    from raytracer.ground_truth.cost import check_cost, cost
+    from raytracer.ground_truth.converged import trace_converged
+    from raytracer.ground_truth.cost import check_cost, estimate_cost
+    from raytracer.ground_truth.job import Job
     from raytracer.ground_truth.picture import REFERENCE_SIZE, WORTH_MENTION
 
     chosen = chosen_settings(options).without_sampling()  # --samples is the reference's own
@@ -69,7 +71,8 @@ def run(options: argparse.Namespace) -> int:
     size = chosen_size(options) or REFERENCE_SIZE
     check_size(size)
     output = check_output(options.output, (".npz",))
-    scene, section = parse_all(*read(options.scene))
+    document = read_document(find_scene(options.scene))
+    scene, section = document.scene, document.section
     settings = (section.settings.without_sampling() | chosen).resolve()
     with about(options.scene):
         for material in scene.materials:
@@ -82,11 +85,11 @@ def run(options: argparse.Namespace) -> int:
     def before(job: Job) -> None:
         nonlocal traced
         traced = True
-        if (takes := cost(job, options.samples)).seconds > WORTH_MENTION:
+        if (takes := estimate_cost(job)).seconds > WORTH_MENTION:
             complain(f"this takes {takes}")
 
     with progress_bar(f"tracing {output.name}") as progress:
-        image = truth(
+        image = trace_converged(
             scene,
             size,
             settings,

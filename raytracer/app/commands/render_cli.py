@@ -14,7 +14,7 @@ from raytracer.core.memory import check_memory, picture_bytes
 from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import complain, say
 from raytracer.core.validation import about, check_size
-from raytracer.formats.scene_file import parse_all, read
+from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.scene.settings import Settings
 from raytracer.scene.settings_patch import UNSET, SettingsPatch
@@ -44,7 +44,8 @@ def run(options: argparse.Namespace) -> int:
     # What is wrong is found as early as it can be: most of it before NumPy and OpenGL are loaded.
     chosen = chosen_settings(options)
     chosen.resolve()
-    scene, section = parse_all(*read(options.scene))
+    document = read_document(find_scene(options.scene))
+    scene, section = document.scene, document.section
     with about(f"{options.scene}: [settings] and the options given"):  # that exclude each other
         settings = (section.settings | chosen).resolve()
     size = chosen_size(options) or section.size or DEFAULT_SIZE
@@ -64,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
     start = time.monotonic()
     # Beyond the driver's limits is the scene.
     with about(options.scene), progress_bar(f"rendering {output.name}") as progress:
-        image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, only=True)
+        image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, single_picture=True)
     with options.write(output) as file:
         image.write(file, output.suffix)
     took = time.monotonic() - start
@@ -93,7 +94,7 @@ def _imports_kept() -> Iterator[None]:
 
 
 def _samples(image: Image, settings: Settings) -> str:
-    """How many samples the pixels of a picture got."""
+    """The number of samples of a picture's pixels, in words."""
     fewest = most = settings.samples
     if image.samples is not None:
         fewest, most = image.samples.min(), image.samples.max()
@@ -104,19 +105,19 @@ def _samples(image: Image, settings: Settings) -> str:
 
 
 def _missed(image: Image, settings: Settings) -> str:
-    """What to say of a picture that is not, or not known to be, as accurate as was asked for; else ""."""
+    """A sentence about a picture that is not, or not known to be, as accurate as max_error asks; else ""."""
     estimate = image.estimate
     assert estimate
     if settings.max_error is None or (estimate.rmse is not None and estimate.rmse < settings.max_error):
         return ""
-    found = f"its error is unknown ({estimate.unknown})"
+    error = f"its error is unknown ({estimate.unknown})"
     if estimate.rmse is not None:
-        found = f"its error is about {estimate.rmse:.2g}"
+        error = f"its error is about {estimate.rmse:.2g}"
     if settings.time is not None and image.samples is not None and image.samples.max() < settings.samples:
         remedy = f"{settings.time:g} s were not enough: try more --time"
     else:
         remedy = f"{settings.samples} samples were not enough: try more --samples"
-    return f"{found} and was to be below {settings.max_error:g}; {remedy}"
+    return f"{error} and was to be below {settings.max_error:g}; {remedy}"
 
 
 def _is_error_chosen(in_file: SettingsPatch, chosen: SettingsPatch) -> bool:

@@ -18,7 +18,7 @@ from raytracer.app.options import (
 from raytracer.core.interrupts import STATUS
 from raytracer.core.terminal import complain, note, say
 from raytracer.core.validation import about, check_size, number
-from raytracer.formats.scene_file import parse_all, read
+from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE, SettingsSection, section_text
 from raytracer.scene.settings_patch import fewest, flags
 
@@ -55,7 +55,8 @@ def run(options: argparse.Namespace) -> int:
             number(value, name, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
     chosen = chosen_settings(options).without_sampling()  # --max-error and --time are targets
     chosen.resolve()
-    scene, section = parse_all(*read(options.scene))
+    document = read_document(find_scene(options.scene))
+    scene, section = document.scene, document.section
     size = chosen_size(options) or section.size or DEFAULT_SIZE
     from raytracer.analysis.tradeoffs.tune import tune
     from raytracer.gpu.device import shared_device
@@ -67,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
     renderer = Renderer(shared_device(options.backend, options.device))
     try:
         with about(options.scene):
-            found = tune(
+            tuned = tune(
                 renderer,
                 scene,
                 size,
@@ -79,15 +80,15 @@ def run(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         complain("interrupted before any picture of the full size was measured")
         return STATUS
-    _report(found, size, section)
-    if not found.complete:
+    _report(tuned, size, section)
+    if not tuned.complete:
         return STATUS
-    return 0 if found.pick else 1
+    return 0 if tuned.pick else 1
 
 
-def _report(found: Tuned, size: tuple[int, int], section: SettingsSection) -> None:
-    """Print what was found."""
-    best = found.best
+def _report(tuned: Tuned, size: tuple[int, int], section: SettingsSection) -> None:
+    """Print the settings, and how good they are."""
+    best = tuned.best
     # There are flags also where the file, or the defaults, give the same settings.
     options = flags(fewest(best.settings, section.settings)) or flags(fewest(best.settings))
     options = options or f"--samples {best.settings.samples}"
@@ -95,10 +96,10 @@ def _report(found: Tuned, size: tuple[int, int], section: SettingsSection) -> No
         f"{options}: {best.seconds:.3g} s, error {best.error:.2g} (RMSE, linear radiance), "
         f"{best.samples:.3g} samples a pixel at {size[0]}x{size[1]}"
     )
-    if not found.complete:
-        say(f"interrupted: the best of {found.tried} that were measured by then:")
-    if found.pick:
+    if not tuned.complete:
+        say(f"interrupted: the best of {tuned.tried} that were measured by then:")
+    if tuned.pick:
         say(says, "", *section_text(best.settings, section.size).splitlines())
     else:
-        why = ", and that tells that no other will" if found.hopeless else ""
-        say(f"of {found.tried} tried nothing meets that{why}; the closest is {says}")
+        why = ", and that tells that no other will" if tuned.hopeless else ""
+        say(f"of {tuned.tried} tried nothing meets that{why}; the closest is {says}")

@@ -15,9 +15,10 @@ from raytracer.gpu.device import Device
 from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.gpu.gl import Framebuffer, set_uniforms
 from raytracer.rendering.progressive import ProgressivePicture
-from raytracer.scene.scene import Camera, PointLight
+from raytracer.scene.camera import Camera
+from raytracer.scene.lights import PointLight
 
-# Text or the like: (h, w, 4) uint8 with the top row first, and the window's pixel under its lower left one.
+# A picture of text: (h, w, 4) uint8 with the top row first, and the window's pixel under its lower left pixel.
 Panel = tuple[NDArray[np.uint8], tuple[int, int]]
 
 # The programs, and values of the types that their uniforms should have.
@@ -33,7 +34,7 @@ _LABEL = "label"
 
 
 class Canvas:
-    """What the window shows. The device's context must be current in all calls."""
+    """A picture and everything over it, drawn into the window. The device's context must be current in all calls."""
 
     def __init__(self, device: Device) -> None:
         """Compile the programs. Raises ShaderError as load_programs()."""

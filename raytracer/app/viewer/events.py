@@ -17,12 +17,13 @@ import msgspec
 from raytracer.app.viewer import orbit
 from raytracer.compiler.glsl.shaders import Show
 from raytracer.core.validation import InputError, shown
+from raytracer.formats.scene_file import SceneDocument
 from raytracer.scene.materials.models import SHADINGS
 from raytracer.scene.options import Shadows
 from raytracer.scene.scene import Scene, used_models
 from raytracer.scene.sequences import PROGRESSIVE
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import EMPTY, UNSET, SettingsPatch, changes, checked_patch, fewest, flags
+from raytracer.scene.settings_patch import UNSET, SettingsPatch, changes, checked_patch, fewest, flags
 from raytracer.scene.warnings import NO_RADIUS
 
 T = TypeVar("T")
@@ -41,14 +42,12 @@ Button = Literal["left", "right"]
 
 
 class State(msgspec.Struct, frozen=True):
-    """What the window shows. `scene` is `loaded` with lights and camera moved."""
+    """The picture and the overlay of the window. `scene` is the document's with lights and camera moved."""
 
-    text: str  # of the scene file
-    loaded: Scene  # as that has it
+    document: SceneDocument
     scene: Scene
     settings: Settings  # its samples are those to which a still picture is refined
     limit: int  # those at first, which A offers besides 1, 4 and 16
-    file_settings: SettingsPatch = EMPTY  # the settings that the file gives
     show: Show = "picture"
     light: int = 0  # the selected one
     marker: bool = True
@@ -106,9 +105,7 @@ class Wheel(msgspec.Struct, frozen=True):
 class Loaded(msgspec.Struct, frozen=True):
     """The scene file was read, and is right."""
 
-    text: str
-    scene: Scene
-    file_settings: SettingsPatch = EMPTY  # its settings
+    document: SceneDocument
 
 
 class Failed(msgspec.Struct, frozen=True):
@@ -132,13 +129,13 @@ class Hinted(msgspec.Struct, frozen=True):
 Event = Key | Press | Release | Cursor | Wheel | Loaded | Failed | Told | Hinted
 
 
-def start(text: str, scene: Scene, file_settings: SettingsPatch, chosen: SettingsPatch) -> State:
-    """The state of a window that opens on `scene`, which is in a file of this text and these settings.
+def start(document: SceneDocument, chosen: SettingsPatch) -> State:
+    """The state of a window that opens on a scene file.
 
     The settings `chosen` by the user are in place of the file's. Raises InputError for those that no window can have.
     """
-    settings = _window_settings(_DEFAULTS | file_settings | chosen)
-    return State(text, scene, scene, settings, settings.samples, file_settings)
+    settings = _window_settings(_DEFAULTS | document.section.settings | chosen)
+    return State(document, document.scene, settings, settings.samples)
 
 
 def step(state: State, event: Event) -> tuple[State, Redo]:
@@ -168,8 +165,8 @@ def step(state: State, event: Event) -> tuple[State, Redo]:
                 new = _set(new, scene=orbit.scale_camera(state.scene, factor))
             else:
                 new = _set(new, scene=orbit.scale_light(state.scene, state.light, factor))
-        case Loaded(text, scene, file_settings):
-            new = _set(_resettled(_reloaded(new, scene), file_settings), text=text, error="")
+        case Loaded(document):
+            new = _set(_resettled(_reloaded(new, document.scene), document), document=document, error="")
         case Failed(error):
             new = _set(new, error=error)
         case Told(notice):
@@ -182,9 +179,7 @@ def step(state: State, event: Event) -> tuple[State, Redo]:
 def reverted(state: State, good: State) -> State:
     """`state` with the picture of `good`, because its own cannot be drawn."""
     light = min(state.light, max(0, len(good.scene.lights) - 1))
-    picture = {
-        name: getattr(good, name) for name in ("text", "loaded", "scene", "settings", "limit", "file_settings", "show")
-    }
+    picture = {name: getattr(good, name) for name in ("document", "scene", "settings", "limit", "show")}
     return _set(state, **picture, light=light)
 
 
@@ -201,15 +196,15 @@ def _changes(old: State, new: State) -> Redo:
 
 def _reloaded(state: State, scene: Scene) -> State:
     """With `scene` in place of the one loaded before. What the user moved stays, unless the file moves it too."""
-    camera, before = scene.camera, state.loaded.camera
+    camera, before = scene.camera, state.document.scene.camera
     if (camera.position, camera.look_at, camera.up) == (before.position, before.look_at, before.up):
         camera = msgspec.structs.replace(camera, position=state.scene.camera.position)
     lights = list(scene.lights)
-    for i, (old, moved) in enumerate(zip(state.loaded.lights[: len(lights)], state.scene.lights, strict=False)):
+    for i, (old, moved) in enumerate(zip(state.document.scene.lights[: len(lights)], state.scene.lights, strict=False)):
         if lights[i].position == old.position:
             lights[i] = msgspec.structs.replace(lights[i], position=moved.position)
     light = min(state.light, max(0, len(lights) - 1))
-    return _set(state, loaded=scene, scene=msgspec.structs.replace(scene, camera=camera, lights=lights), light=light)
+    return _set(state, scene=msgspec.structs.replace(scene, camera=camera, lights=lights), light=light)
 
 
 def _window_settings(patch: SettingsPatch) -> Settings:
@@ -223,16 +218,16 @@ def _window_settings(patch: SettingsPatch) -> Settings:
     return settings
 
 
-def _resettled(state: State, file_settings: SettingsPatch) -> State:
+def _resettled(state: State, document: SceneDocument) -> State:
     """With the file's settings in place of those before: what differs is taken up, all else stays as it is."""
-    before, now = ((_DEFAULTS | patch).resolve() for patch in (state.file_settings, file_settings))
+    before, now = ((_DEFAULTS | each.section.settings).resolve() for each in (state.document, document))
     changed = changes(before, now)
     keeps_samples = changed.samples is UNSET
     if keeps_samples:
         changed = changed.replace(samples=state.settings.samples)
     settings = _window_settings(checked_patch(state.settings) | changed)
     limit = state.limit if keeps_samples else settings.samples
-    return _set(state, settings=settings, limit=limit, file_settings=file_settings)
+    return _set(state, settings=settings, limit=limit)
 
 
 def _next(choices: Sequence[T], now: T, by: int = 1) -> T:
@@ -245,7 +240,7 @@ def _with_settings(state: State, **fields: object) -> State:
 
 def _shading(state: State, by: int = 1) -> State:
     """To the next shading that differs: None is like "phong" where all materials are phong."""
-    own = used_models(state.loaded)
+    own = used_models(state.document.scene)
     choices = [None, *(shading for shading in SHADINGS if own != [shading])]
     return _with_settings(state, shading=_next(choices, state.settings.shading, by))
 
@@ -253,7 +248,7 @@ def _shading(state: State, by: int = 1) -> State:
 def _shadows(state: State) -> State:
     """To the next shadows that differ: soft ones are hard where all lights are points."""
     shadows = _next(get_args(Shadows), state.settings.shadows)
-    if shadows == "soft" and not any(light.radius for light in state.loaded.lights):
+    if shadows == "soft" and not any(light.radius for light in state.document.scene.lights):
         state = _set(state, hint=f"no soft shadows: {NO_RADIUS}")
         shadows = _next(get_args(Shadows), shadows)
     return _with_settings(state, shadows=shadows)
@@ -273,11 +268,11 @@ def _next_light(state: State) -> State:
 
 
 def _lights_back(state: State) -> State:
-    return _set(state, scene=msgspec.structs.replace(state.scene, lights=state.loaded.lights))
+    return _set(state, scene=msgspec.structs.replace(state.scene, lights=state.document.scene.lights))
 
 
 def _camera_back(state: State) -> State:
-    return _set(state, scene=msgspec.structs.replace(state.scene, camera=state.loaded.camera))
+    return _set(state, scene=msgspec.structs.replace(state.scene, camera=state.document.scene.camera))
 
 
 class Control(msgspec.Struct, frozen=True):
@@ -318,4 +313,4 @@ def command(state: State, size: tuple[int, int], path: str) -> str:
     """The command line that renders a file of the state's scene to its picture in the window."""
     output = path.removesuffix(".toml") + "-rendered.png"  # not a name of P's
     parts = "raytracer render", shlex.quote(path), "-o", shlex.quote(output), f"--size {size[0]}x{size[1]}"
-    return " ".join(filter(None, (*parts, flags(fewest(state.settings, state.file_settings)))))
+    return " ".join(filter(None, (*parts, flags(fewest(state.settings, state.document.section.settings)))))

@@ -1,4 +1,4 @@
-"""Noticing that a scene file, a file of its instances or a shader was saved."""
+"""A watcher of the files that decide the picture: the scene file, its companions and the shaders."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from pathlib import Path
 
 from raytracer.compiler.glsl.preprocessor import shaders_folder
 from raytracer.core.validation import InputError
-from raytracer.formats.scene_file import named_files, read
+from raytracer.formats.scene_file import companion_paths, read_text
 
 _SHADERS = (".glsl", ".frag", ".vert")
 
 
 class Files:
-    """The scene file, those of its instances and all shaders, as they were at the last look."""
+    """The scene file, its companion files and all shaders, with their times and sizes at the last look."""
 
     def __init__(self, scene: Path) -> None:
         self.scene = scene
@@ -23,7 +23,7 @@ class Files:
         self.changed()
 
     def changed(self) -> bool:
-        """Whether any was saved since the last look.
+        """Whether any file was saved since the last look.
 
         Editors replace files, so one that is gone is taken to be as it was. Their hidden files,
         locks and copies, are no shaders.
@@ -33,7 +33,7 @@ class Files:
             self._look_at(self.scene)
             if self._seen.get(self.scene) != before.get(self.scene):
                 with suppress(InputError):  # while it is wrong, it has the instances that it had
-                    self._instances = named_files(*read(self.scene))
+                    self._instances = companion_paths(self.scene, read_text(self.scene))
         shaders = (path for path in shaders_folder().rglob("[!.]*") if path.suffix in _SHADERS)
         for path in (*self._instances, *shaders):
             self._look_at(path)

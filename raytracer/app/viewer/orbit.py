@@ -1,4 +1,4 @@
-"""Moving lights and the camera around what the camera looks at, as a drag or a wheel does.
+"""Orbits of the lights and the camera around the point that the camera looks at, for drags and the wheel.
 
 Everything turns around `camera.up` through `camera.look_at`. Angles are in radians.
 """

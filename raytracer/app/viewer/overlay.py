@@ -22,15 +22,15 @@ _INK, _GROUND, _WRONG = (255, 255, 255, 255), (16, 16, 24, 208), (140, 16, 16, 2
 
 
 def panels(state: State, size: tuple[int, int], scale: float) -> list[tuple[NDArray[np.uint8], tuple[int, int]]]:
-    """What is to be drawn over a window of `size` pixels: (h, w, 4) uint8 arrays and their lower left pixels.
+    """Draw the panels over a window of `size` pixels: (h, w, 4) uint8 arrays, and the lower left pixel of each.
 
     `scale` is the display's: at 2 a letter has twice as many pixels. Text that does not fit is drawn smaller.
     """
-    found: list[tuple[NDArray[np.uint8], tuple[int, int]]] = []
+    boxes: list[tuple[NDArray[np.uint8], tuple[int, int]]] = []
     if state.help:
         columns = ["\n".join(c.key for c in CONTROLS), "\n".join(c.does for c in CONTROLS)]
         table = _fitted(columns, size, scale, _GROUND)
-        found.append((table, (0, size[1] - table.shape[0])))
+        boxes.append((table, (0, size[1] - table.shape[0])))
     width = max(_FEWEST_LETTERS, int(size[0] / (_LETTER_WIDTH * _FONT_SIZE * scale)))
     bottom = 0
     for text, ground in ((state.error, _WRONG), (state.notice, _GROUND), (state.hint, _GROUND)):
@@ -39,9 +39,9 @@ def panels(state: State, size: tuple[int, int], scale: float) -> list[tuple[NDAr
             lines[_MOST_LINES - 1 :] = ["... (the whole is on the terminal)"]
         if lines and bottom < size[1]:
             box = _fitted(["\n".join(lines)], (size[0], size[1] - bottom), scale, ground)
-            found.append((box, (0, bottom)))
+            boxes.append((box, (0, bottom)))
             bottom += box.shape[0]
-    return found
+    return boxes
 
 
 def _fitted(columns: list[str], size: tuple[int, int], scale: float, ground: tuple[int, ...]) -> NDArray[np.uint8]:

@@ -9,7 +9,7 @@ HELP = "H: help"
 
 
 def title(state: State, samples: int, milliseconds: float, error: float | None = None) -> str:
-    """The window's title: time of a frame, `samples` so far and the picture's `error` if known, and what is on."""
+    """The window's title: time of a frame, `samples` so far, the picture's `error` if known, models and shadows."""
     settings = state.settings
     lights = len(state.scene.lights)
     parts = (
@@ -29,7 +29,7 @@ def compiling(state: State) -> str:
 
 
 def compiling_title(state: State) -> str:
-    """The window's title at that time."""
+    """The window's title while programs are compiled."""
     return f"{state.scene.name} - {compiling(state)}, H for help"
 
 

@@ -14,25 +14,21 @@ import msgspec
 
 from raytracer.app.viewer.canvas import Canvas
 from raytracer.app.viewer.events import (
-    Button,
-    Cursor,
     Event,
     Failed,
     Hinted,
     Key,
     Loaded,
-    Press,
     Redo,
-    Release,
     State,
     Told,
-    Wheel,
     command,
     reverted,
     start,
     step,
 )
 from raytracer.app.viewer.file_watcher import Files
+from raytracer.app.viewer.input import connect
 from raytracer.app.viewer.overlay import label, panels
 from raytracer.app.viewer.titles import HELP, compiling, compiling_title, title
 from raytracer.compiler.glsl.preprocessor import ShaderError
@@ -40,7 +36,7 @@ from raytracer.core.output import write_numbered
 from raytracer.core.terminal import complain, say
 from raytracer.core.validation import InputError, about
 from raytracer.formats.companion_files import copied
-from raytracer.formats.scene_file import moved, named_files, parse_all, read
+from raytracer.formats.scene_file import companion_paths, edit_positions, find_scene, parse_document, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.gpu.context import open_window
 from raytracer.gpu.device import Device
@@ -57,9 +53,6 @@ _RETITLE = 0.25
 # Keys that are pressed one after the other within so long count together: only the last one's programs are compiled.
 _TOGETHER = 0.3
 _HINT = 6.0
-_BUTTONS: dict[int, Button] = {glfw.MOUSE_BUTTON_LEFT: "left", glfw.MOUSE_BUTTON_RIGHT: "right"}
-_NAMES = {glfw.KEY_TAB: "Tab", glfw.KEY_HOME: "Home", glfw.KEY_ESCAPE: "Escape"}
-_OTHER_MODIFIERS = glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER
 
 
 def view(scene: str, chosen: SettingsPatch, size: tuple[int, int] | None, budget: float) -> None:
@@ -85,14 +78,12 @@ def opened(
     moving picture may take before its pixels are enlarged. Raises ContextError if no window opens, InputError for a
     wrong scene file; drawing raises InputError for a scene beyond this driver's limits.
     """
-    path, text = read(scene)
+    path = find_scene(scene)
     files = Files(path)
-    if files.has_scene:  # it may have been saved before changes were looked for
-        path, text = read(path)
-    loaded, section = parse_all(path, text)
+    document = read_document(path)
     with about(path):
-        state = start(text, loaded, section.settings, chosen)
-    context, window = open_window(size or section.size or DEFAULT_SIZE, compiling_title(state))
+        state = start(document, chosen)
+    context, window = open_window(size or document.section.size or DEFAULT_SIZE, compiling_title(state))
     try:
         viewer = Viewer(context, window, files, state, budget)
         yield viewer
@@ -120,12 +111,8 @@ class Viewer:
         self._panels: object = None  # what is on the GPU of them
         self._pressed_at = 0.0
         self._hinted: tuple[str, float] = "", 0.0  # the hint that is shown, and since when
-        self._on_cursor(window, *glfw.get_cursor_pos(window))
+        connect(window, self.handle)
         glfw.set_window_refresh_callback(window, self._on_refresh)
-        glfw.set_key_callback(window, self._on_key)
-        glfw.set_mouse_button_callback(window, self._on_button)
-        glfw.set_cursor_pos_callback(window, self._on_cursor)
-        glfw.set_scroll_callback(window, self._on_scroll)
         self.handle(Hinted(HELP))
 
     def close(self) -> None:
@@ -145,7 +132,7 @@ class Viewer:
         if Redo.SCREENSHOT in redo:
             self._screenshot_due = True
             settings = self.state.settings
-            most = f"{'up to ' if settings.sampling.has_stopping_rule else ''}{settings.samples} samples a pixel"
+            most = f"{'up to ' if settings.sampling.is_adaptive else ''}{settings.samples} samples a pixel"
             self.handle(Told(f"a screenshot will be written with {most}"))
         if Redo.EXPORT in redo:
             self._write(self._export)
@@ -189,10 +176,9 @@ class Viewer:
     def _is_compiled(self) -> bool:
         """Whether the programs of the picture that is wanted are compiled; also if there can be none."""
         picture, state = self.picture, self.state
-        if not self._reloaded and picture.has_structure(state.scene, state.settings, state.show):
-            return True
+        wanted = state.scene, state.settings, state.show
         try:
-            return picture.is_compiled(state.scene, state.settings, state.show)
+            return (not self._reloaded and picture.has_structure(*wanted)) or picture.is_compiled(*wanted)
         except (InputError, ShaderError):
             return True
 
@@ -270,10 +256,11 @@ class Viewer:
             return
         path = self._files.scene
         try:
-            text = read(path)[1] if self._files.has_scene else self.state.text
-            loaded, section = parse_all(path, text)
+            # A pipe is not read twice.
+            again = self._files.has_scene
+            document = read_document(path) if again else parse_document(path, self.state.document.text)
             with about(path):
-                self.handle(Loaded(text, loaded, section.settings))
+                self.handle(Loaded(document))
         except InputError as error:
             complain(*str(error).splitlines())
             self.handle(Failed(str(error)))
@@ -309,7 +296,7 @@ class Viewer:
 
     def _screenshot(self) -> str:
         state, picture = self._drawn or self.state, self.picture
-        settings = state.settings.replace(samples=picture.samples, adaptive=None, max_error=None, time=None)
+        settings = state.settings.replace(samples=picture.samples)
         text = metadata(state.scene, picture.size, settings, picture.estimate())
         text["Description"] += f", showing {state.show}" if state.show != "picture" else ""
         path = write_numbered(state.scene.name, ".png", picture.image(text).write_png)
@@ -319,10 +306,10 @@ class Viewer:
 
     def _export(self) -> str:
         try:
-            text = moved(self.state.text, self.state.scene, self._files.scene.parent)
+            text = edit_positions(self.state.document.text, self.state.scene, self._files.scene.parent)
         except RuntimeError as error:
             raise RuntimeError(f"{self._files.scene}: {error}") from None
-        with copied(named_files(self._files.scene, text), Path()):
+        with copied(companion_paths(self._files.scene, text), Path()):
             path = write_numbered(self.state.scene.name, ".toml", lambda file: file.write(text.encode()))
         return f"wrote {path}; to render its picture: {command(self.state, self.picture.size, str(path))}"
 
@@ -330,29 +317,3 @@ class Viewer:
         # At once: while a user resizes a window, macOS and Windows return from no other call.
         self._redo |= Redo.PRESENT
         self.frame()
-
-    def _on_key(self, _window: Any, key: int, scancode: int, action: int, modifiers: int) -> None:
-        if action == glfw.PRESS and not modifiers & _OTHER_MODIFIERS:
-            self.handle(Key(_NAMES.get(key) or _letter(key, scancode)))
-
-    def _on_button(self, _window: Any, button: int, action: int, _modifiers: int) -> None:
-        if name := _BUTTONS.get(button):
-            self.handle(Press(name) if action == glfw.PRESS else Release(name))
-
-    def _on_cursor(self, window: Any, x: float, y: float) -> None:
-        height = max(1, glfw.get_window_size(window)[1])
-        self.handle(Cursor(x / height, y / height))
-
-    def _on_scroll(self, window: Any, dx: float, dy: float) -> None:
-        shift = glfw.PRESS in (glfw.get_key(window, key) for key in (glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT))
-        self.handle(Wheel(dy or (dx if shift else 0.0), shift))  # macOS turns a shifted wheel sideways
-
-
-def _letter(key: int, scancode: int) -> str:
-    """What is on a key in the keyboard's layout, or in the English one where the layout's letters are others."""
-    if key == glfw.KEY_UNKNOWN:  # of those, GLFW is not to be asked
-        return ""
-    letter = glfw.get_key_name(key, scancode) or ""
-    if letter.isascii():
-        return letter.upper()
-    return chr(key) if glfw.KEY_A <= key <= glfw.KEY_Z else ""

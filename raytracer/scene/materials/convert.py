@@ -1,7 +1,7 @@
 """A material as another model would have it, for the shading override: as like as that model can be made.
 
-Parameters that both models have stay. Of the others a model's colours, and the width of its highlight, become those
-of the other by what they mean; where the other's range ends, they end.
+Parameters that both models have stay. Of the others a model's colours, and the width of its highlight, become the
+other model's, by their meaning, within the ranges of the other model.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from raytracer.scene.materials.lobe import Lobe
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 
-# What says how much is reflected diffusely, and as a highlight; the first that a material has counts.
+# The names of diffuse and of specular factors: the first that a material has counts.
 _DIFFUSE, _SPECULAR = ("kd", "rho", "color"), ("ks", "f0")
 _BLACK = (0.0, 0.0, 0.0)
 # Models whose diffuse part has no 1/pi.
@@ -38,19 +38,19 @@ def translated(material: Material, model: str) -> Material:
         meant["lobes"] = (Lobe((-1.0,) * 3, (1.0,) * 3, (h,) * 3, (-1.0,) * 3, _colors(material, "phong")["ks"]),)
     known = MODELS[model].parameters
     meant = {name: parameter.default for name, parameter in known.items() if parameter.kind == "choice"} | meant
-    given: dict[str, Any] = {}
+    parameters: dict[str, Any] = {}
     for name, parameter in known.items():
         value = meant.get(name)
         if value is None or (parameter.when and meant[parameter.when[0]] != parameter.when[1]):
             continue  # also not what belongs to another choice than the one that stays
         match parameter.kind:
             case "color":
-                given[name] = tuple(min(max(part, parameter.low), parameter.high) for part in value)
+                parameters[name] = tuple(min(max(part, parameter.low), parameter.high) for part in value)
             case "number":
-                given[name] = min(max(value, parameter.low), parameter.high)
+                parameters[name] = min(max(value, parameter.low), parameter.high)
             case _:
-                given[name] = value
-    return Material(model, name=material.name, **given)
+                parameters[name] = value
+    return Material(model, name=material.name, **parameters)
 
 
 def _shared(material: Material, model: str) -> dict[str, Any]:
@@ -86,7 +86,7 @@ def _colors(material: Material, model: str) -> dict[str, Any]:
 
 
 def _reflected(material: Material) -> tuple[Vec3, Vec3]:
-    """A material's diffuse colour, and what it reflects as a mirror or highlight at normal incidence."""
+    """A material's diffuse colour, and its reflectance as a mirror or highlight at normal incidence."""
     if table := material.get("file"):
         from statistics import median  # takes long to import
 

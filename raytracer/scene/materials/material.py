@@ -1,4 +1,4 @@
-"""How a surface reflects: a model of `models.py` and its parameters.
+"""Materials: a reflectance model of `models.py` and its parameters.
 
 Part of `scene.py`, which says what holds for all of it.
 """
@@ -34,7 +34,7 @@ MAX_LOBES = 16
 
 @public
 class Material:
-    """How a surface reflects: `model`, a name of `models.MODELS`, and parameters that this model has.
+    """The reflectance of a surface: `model`, a name of `models.MODELS`, and parameters that this model has.
 
         Material(kd=(0.64, 0.08, 0.08))
         Material("ggx", alpha=0.1, fresnel="conductor")
@@ -89,8 +89,8 @@ class Material:
     def replace(self, **changes: Any) -> Material:
         """The same material with other parameters, another name or another model. `copy.replace` does the same.
 
-        With another choice goes what only the choice before had: f0, where `fresnel` is "schlick" no more. With
-        another model goes what the new one does not have.
+        With another choice goes what only the choice before had: f0, where `fresnel` is "schlick" no more. Parameters
+        that a new model does not have go, too.
         """
         model = changes.pop("model", self.model)
         new = MODELS.get(model) if isinstance(model, str) else None

@@ -23,7 +23,7 @@ from raytracer.core.validation import InputError, about, check_path
 SHAPE = (90, 90, 180)
 SCALES = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
 _BYTES = 12 + 8 * 3 * 90 * 90 * 180
-# What float32 can hold, times any colour.
+# The largest value: times any colour, float32 can hold it.
 _LARGEST = 1e12
 
 
@@ -34,12 +34,12 @@ class Measured:
     """
 
     def __init__(self, values: ArrayLike, path: str = "") -> None:
-        found = np.asarray(values)
-        if found.shape != (*SHAPE, 3):
-            raise InputError(f"expected values of shape {(*SHAPE, 3)}, got {found.shape}")
-        if not (found <= _LARGEST).all():  # nor NaN
+        numbers = np.asarray(values)
+        if numbers.shape != (*SHAPE, 3):
+            raise InputError(f"expected values of shape {(*SHAPE, 3)}, got {numbers.shape}")
+        if not (numbers <= _LARGEST).all():  # nor NaN
             raise InputError(f"expected values of at most {_LARGEST:g}")
-        self.values: NDArray[np.float32] = (np.maximum(found, 0.0) + 0.0).astype(np.float32)  # and no -0.0
+        self.values: NDArray[np.float32] = (np.maximum(numbers, 0.0) + 0.0).astype(np.float32)  # and no -0.0
         self.values.flags.writeable = False
         self.path = path
         self._digest = hashlib.sha256(self.values.tobytes()).digest()

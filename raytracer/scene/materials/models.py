@@ -1,6 +1,6 @@
 """The reflectance models: one table of what each takes, in what range, in what unit, and whose it is.
 
-Whatever asks what a material may hold asks this table: `Material`, scene files, their JSON Schema, the
+This table decides the parameters of a material for all others: `Material`, scene files, their JSON Schema, the
 shaders' struct Material, `raytracer brdf` and its documentation. The formulas are in `shaders/brdf/`, one file a
 model, and once more, in float64, in `reflectance.py`.
 
@@ -34,17 +34,17 @@ class Parameter(msgspec.Struct, frozen=True):
     high: float = 1.0
     unit: str = ""
     source: str = ""
-    # Of a choice: the names. If they stand for numbers (`values`), the shader has the number, else a function for each.
+    # The names of a choice. If they stand for numbers (`values`), the shader has the number, else a function for each.
     choices: tuple[str, ...] = ()
     values: tuple[float, ...] = ()
     # Only where another parameter has this value: ("fresnel", "conductor").
     when: tuple[str, str] | None = None
-    # What struct Material calls it, where another model has another thing of that name.
+    # The name in struct Material, where another model has another parameter of the same name.
     member: str = ""
 
 
 class Model(msgspec.Struct, frozen=True):
-    """A reflectance model: what it is, whose, and its parameters by name."""
+    """A reflectance model: a description, its source, and its parameters by name."""
 
     about: str
     source: str
@@ -130,7 +130,7 @@ def _fresnel(f0: float) -> tuple[Parameter, ...]:
 
 
 def _v_cavity(m: str) -> tuple[Parameter, ...]:
-    """What the models with V-shaped cavities have in common."""
+    """The parameters of models with V-shaped cavities."""
     return (
         _color("rho", 0.0, "albedo of a diffuse part", unit=REFLECTED),
         _color("ks", 1.0, "scales all but that", unit=REFLECTED),

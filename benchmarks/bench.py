@@ -1,8 +1,9 @@
-"""What a benchmark needs: frames and pictures of ours and of others, in turns, and whether pictures agree."""
+"""The bench: times of frames and pictures, ours and others' in turns, and whether pictures agree."""
 
 import time
 from collections.abc import Callable
 from contextlib import closing
+from pathlib import Path
 from statistics import median
 
 import moderngl
@@ -42,7 +43,7 @@ _FEW, _MANY, _SMALL = 16, 4000, (64, 36)
 
 
 class Agreement:
-    """What was found of pictures, in words; whether they are right."""
+    """Agreement of pictures, in words; whether they are right."""
 
     def __init__(self) -> None:
         self.findings: list[str] = []
@@ -50,9 +51,9 @@ class Agreement:
 
     def compare(self, picture: Picture, truth: Picture, against: str, share: float = SAME_RAYS) -> None:
         """At most that `share` of the pixels may differ by more than the tolerance."""
-        found = float(np.mean(np.abs(picture.astype(int) - truth).max(axis=2) > TOLERANCE))
-        self.right &= found <= share
-        self.findings.append(f"{100.0 * found:.2g} % off {against} (at most {100.0 * share:g} %)")
+        share_off = float(np.mean(np.abs(picture.astype(int) - truth).max(axis=2) > TOLERANCE))
+        self.right &= share_off <= share
+        self.findings.append(f"{100.0 * share_off:.2g} % off {against} (at most {100.0 * share:g} %)")
 
 
 def in_turns(
@@ -127,10 +128,18 @@ class Bench:
             return time.perf_counter() - begin
 
     def rendered(self, scene: rt.Scene, settings: rt.Settings) -> Image:
-        """What render() gives."""
+        """The picture that render() draws."""
         image = self._renderer.render(scene, self.size, settings, geometry=False)
         self.context.__enter__()  # render() leaves no context current; here one is throughout
         return image
+
+    def saved(self, scene: rt.Scene, path: Path, *, geometry: bool) -> float:
+        """The seconds in which a picture of 1 sample is rendered and saved."""
+        begin = time.perf_counter()
+        self._renderer.render(scene, self.size, rt.Settings(), geometry=geometry).save(path)
+        seconds = time.perf_counter() - begin
+        self.context.__enter__()  # as in rendered()
+        return seconds
 
     def traced(self, scene: rt.Scene, samples: int = 1, *, again: bool = False) -> tuple[Picture, float]:
         """POV-Ray's picture and seconds; of a run before, if there was one and it is not to run `again`."""
@@ -141,17 +150,19 @@ class Bench:
 
     def agreement(self, scene: rt.Scene, samples: int = 1) -> Agreement:
         """How our picture compares with POV-Ray's where that is installed, and the reference's where that is quick."""
-        found, settings = Agreement(), rt.Settings(samples=samples)
+        agreement, settings = Agreement(), rt.Settings(samples=samples)
         picture = encode_srgb8(self.radiance(scene, settings))
         if povray.version():
             share = SAME_RAYS if samples == 1 else OTHER_RAYS
-            found.compare(picture, self.traced(scene, samples)[0], "POV-Ray's", share)
+            agreement.compare(picture, self.traced(scene, samples)[0], "POV-Ray's", share)
         count = sum(len(leaves(solid)) for solid in scene.solids())
         if count <= _FEW or (not povray.version() and count <= _MANY):
             width, height = self.size
             size = _SMALL if count > _FEW else self.size if samples == 1 else (width // 4, height // 4)
-            truth = ray_tracer.render(scene, size, settings).srgb8()
-            found.compare(encode_srgb8(self.radiance(scene, settings, size)), truth, f"float64's, {size[0]}x{size[1]}")
-        if not found.findings:
-            found.findings.append("not compared: that takes povray")
-        return found
+            truth = ray_tracer.trace(scene, size, settings).srgb8()
+            agreement.compare(
+                encode_srgb8(self.radiance(scene, settings, size)), truth, f"float64's, {size[0]}x{size[1]}"
+            )
+        if not agreement.findings:
+            agreement.findings.append("not compared: that takes povray")
+        return agreement

@@ -1,4 +1,4 @@
-"""The bench's findings on the terminal, as JSON and as Markdown."""
+"""Tables of the models and of their verifications: on the terminal, as JSON, and docs/models.md as Markdown."""
 
 from __future__ import annotations
 
@@ -7,18 +7,19 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from raytracer.analysis.reflectance.expectations import NOT_RECIPROCAL, VERDICTS, Settings
-from raytracer.analysis.reflectance.measure import RECIPROCAL, RESOLVED, Measured
-from raytracer.analysis.reflectance.verification import Check
+from raytracer.analysis.reflectance.expectations import EXPECTATIONS, NOT_RECIPROCAL
+from raytracer.analysis.reflectance.properties import RECIPROCAL, RESOLVED, MaterialProperties
+from raytracer.analysis.reflectance.tried_parameters import Parameters
+from raytracer.analysis.reflectance.verification import Verification
 from raytracer.core.terminal import cell, say, say_table
 from raytracer.scene.materials.models import MODELS, Parameter
 
-_HEADING = ("model", "settings", "reciprocal", "conserving", "largest albedo", "furnace", "(vi)", "verdict")
+_HEADING = ("model", "settings", "reciprocal", "conserving", "largest albedo", "furnace", "(vi)", "outcome")
 _ANSWERS = {True: "yes", False: "no", None: "?"}
 
 
-def print_checks(checks: Sequence[Check]) -> None:
-    """A table of all, then in words what is not as expected; of a single check its albedo over the angle too."""
+def print_checks(checks: Sequence[Verification]) -> None:
+    """Print a table of all, and in words what is not as expected; for a single one its albedo over the angle, too."""
     from rich.table import Table
 
     table = Table(*_HEADING)
@@ -26,52 +27,52 @@ def print_checks(checks: Sequence[Check]) -> None:
         table.add_row(*map(cell, _row(check)))
     say_table(table)
     if len(checks) == 1:
-        _print_albedos(checks[0].measured)
+        _print_albedos(checks[0].properties)
     say(f"reciprocal: f(wi, wo) and f(wo, wi) differ by {RECIPROCAL:g} of the larger one at most.")
     say(f"albedo: over 0 to 89.9 degrees; ? where it is not resolved to {RESOLVED:g}. * with a part in one direction")
     say("furnace, (vi): how far off 1 are the weak white furnace and the facets that a viewer sees")
     for check in checks:
         for differs in check.differs:
-            say(f"{check.name} {settings_text(check.settings)}: {differs}".replace("  ", " "))
+            say(f"{check.name} {parameters_text(check.parameters)}: {differs}".replace("  ", " "))
     wrong = sum(bool(check.differs) for check in checks)
-    without = sum(check.verdict is None for check in checks)
-    partly = sum(check.verdict is not None and check.verdict.conserving is None for check in checks)
+    without = sum(check.expectation is None for check in checks)
+    partly = sum(check.expectation is not None and check.expectation.conserving is None for check in checks)
     parts = [f"{len(checks)} measured, {wrong or 'none'} not as expected"]
     parts += [f"of {without} nothing is written down"] if without else []
     parts += [f"of {partly} it is not written down whether it conserves energy"] if partly else []
     say("; ".join(parts))
 
 
-def _row(check: Check) -> list[str]:
-    found = check.measured
-    largest = found.largest
+def _row(check: Verification) -> list[str]:
+    properties = check.properties
+    largest = properties.largest
     mark = "" if largest.resolved else "?"
-    facets = [f"{found.facets.furnace:.0e}", f"{found.facets.normals:.0e}"] if found.facets else ["", ""]
+    facets = [f"{properties.facets.furnace:.0e}", f"{properties.facets.normals:.0e}"] if properties.facets else ["", ""]
     return [
         check.name,
-        settings_text(check.settings) or "-",
-        "yes" if found.reciprocal else f"no: {found.reciprocity:.2g}",
-        _ANSWERS[found.conserving],
-        f"{largest.value:.4g}{mark} at {largest.degrees:.4g}{'*' if found.delta else ''}",
+        parameters_text(check.parameters) or "-",
+        "yes" if properties.reciprocal else f"no: {properties.reciprocity:.2g}",
+        _ANSWERS[properties.conserving],
+        f"{largest.value:.4g}{mark} at {largest.degrees:.4g}{'*' if properties.delta else ''}",
         *facets,
-        _verdict_text(check),
+        _outcome(check),
     ]
 
 
-def _verdict_text(check: Check) -> str:
+def _outcome(check: Verification) -> str:
     if check.differs:
         return "DIFFERS"
-    if check.verdict is None:
+    if check.expectation is None:
         return "-"
-    return "as expected" if check.verdict.conserving is not None else "reciprocal as expected"
+    return "as expected" if check.expectation.conserving is not None else "reciprocal as expected"
 
 
-def _print_albedos(found: Measured) -> None:
+def _print_albedos(properties: MaterialProperties) -> None:
     from rich.table import Table
 
-    same = found.beams == found.albedos
+    same = properties.beams == properties.albedos
     table = Table("degrees", "albedo", "+-", *(() if same else ("of a beam", "+-")))
-    for seen, beam in zip(found.albedos, found.beams, strict=True):
+    for seen, beam in zip(properties.albedos, properties.beams, strict=True):
         pairs = (seen,) if same else (seen, beam)
         cells = [text for a in pairs for text in (f"{a.value:.5f}{'' if a.resolved else '?'}", f"{a.error:.0e}")]
         table.add_row(f"{seen.degrees:.4g}", *cells)
@@ -80,9 +81,9 @@ def _print_albedos(found: Measured) -> None:
         say("It is not reciprocal: the albedo under equal light from everywhere is not the albedo of a beam.")
 
 
-def settings_text(settings: Settings) -> str:
-    """As `--set` takes them."""
-    return " ".join(f"{name}={_value_text(value)}" for name, value in settings.items())
+def parameters_text(parameters: Parameters) -> str:
+    """Parameters as `--set` takes them."""
+    return " ".join(f"{name}={_value_text(value)}" for name, value in parameters.items())
 
 
 def _value_text(value: Any) -> str:
@@ -95,29 +96,30 @@ def _value_text(value: Any) -> str:
     return "[...]"  # lobes
 
 
-def checks_json(checks: Sequence[Check]) -> str:
-    """All that was measured. What is not finite is null."""
+def checks_json(checks: Sequence[Verification]) -> str:
+    """All measurements as JSON. A number that is not finite is null."""
     return _json({"checks": [_check_json(check) for check in checks]})
 
 
-def _check_json(check: Check) -> dict[str, Any]:
-    found, verdict = check.measured, check.verdict
+def _check_json(check: Verification) -> dict[str, Any]:
+    properties, expectation = check.properties, check.expectation
     return {
         "name": check.name,
-        "model": found.material.model,
-        "settings": dict(check.settings),
-        "finite": found.finite,
-        "least": found.least,
-        "reciprocity": found.reciprocity,
-        "reciprocal": found.reciprocal,
-        "conserving": found.conserving,
-        "largest": _albedo_json(found.largest),
-        "albedo": [_albedo_json(a) for a in found.albedos],
-        "beam": [_albedo_json(a) for a in found.beams],
-        "delta": found.delta,
-        "facets": found.facets and {name: getattr(found.facets, name) for name in ("furnace", "normals", "error")},
-        "expected": verdict
-        and {"reciprocal": verdict.reciprocal, "conserving": verdict.conserving, "why": verdict.why},
+        "model": properties.material.model,
+        "settings": dict(check.parameters),
+        "finite": properties.finite,
+        "least": properties.least,
+        "reciprocity": properties.reciprocity,
+        "reciprocal": properties.reciprocal,
+        "conserving": properties.conserving,
+        "largest": _albedo_json(properties.largest),
+        "albedo": [_albedo_json(a) for a in properties.albedos],
+        "beam": [_albedo_json(a) for a in properties.beams],
+        "delta": properties.delta,
+        "facets": properties.facets
+        and {name: getattr(properties.facets, name) for name in ("furnace", "normals", "error")},
+        "expected": expectation
+        and {"reciprocal": expectation.reciprocal, "conserving": expectation.conserving, "why": expectation.why},
         "differs": check.differs,
     }
 
@@ -142,17 +144,17 @@ def _json(value: Any) -> str:
     return json.dumps(plain(value), indent=1, allow_nan=False)
 
 
-def properties(checks: Sequence[Check]) -> dict[str, str]:
-    """In words, what was measured of a model with all its settings: over which part of its range it holds."""
+def properties_in_words(checks: Sequence[Verification]) -> dict[str, str]:
+    """Whether a model is reciprocal and conserves energy, in words, and over which part of its range."""
     return {name: _over_range(checks, name) for name in ("reciprocal", "conserving")}
 
 
-def _over_range(checks: Sequence[Check], name: str) -> str:
-    by_answer = {answer: [c for c in checks if getattr(c.measured, name) is answer] for answer in (True, False, None)}
+def _over_range(checks: Sequence[Verification], name: str) -> str:
+    by_answer = {answer: [c for c in checks if getattr(c.properties, name) is answer] for answer in (True, False, None)}
     yes, no, open_ = by_answer.values()
 
-    def where(some: Sequence[Check]) -> str:
-        named = ", ".join(settings_text(c.settings) or "defaults" for c in some[:4])
+    def where(some: Sequence[Verification]) -> str:
+        named = ", ".join(parameters_text(c.parameters) or "defaults" for c in some[:4])
         return f"{len(some)} of {len(checks)} settings ({named}{', ...' if len(some) > 4 else ''})"
 
     unresolved = f"not resolved in {where(open_)}" if open_ else ""
@@ -162,16 +164,16 @@ def _over_range(checks: Sequence[Check], name: str) -> str:
     return f"{answer}; {unresolved}" if open_ else answer
 
 
-def print_models(models: Sequence[str], measured: Mapping[str, Sequence[Check]]) -> None:
-    """What each is, what was measured, and what it takes."""
+def print_models(models: Sequence[str], measured: Mapping[str, Sequence[Verification]]) -> None:
+    """Print each model's name and source, what was measured, and a table of its parameters."""
     from rich.table import Table
 
     for name in models:
         model = MODELS[name]
         say("", f"{name}: {model.about} ({model.source})")
         if checks := measured.get(name):
-            found = properties(checks)
-            say(f"reciprocal: {found['reciprocal']}; conserving: {found['conserving']}")
+            answers = properties_in_words(checks)
+            say(f"reciprocal: {answers['reciprocal']}; conserving: {answers['conserving']}")
         else:
             say("not measured: it needs a file")
         table = Table("name", "kind", "range", "default", "unit", "meaning", "source")
@@ -180,8 +182,8 @@ def print_models(models: Sequence[str], measured: Mapping[str, Sequence[Check]])
         say_table(table)
 
 
-def models_json(models: Sequence[str], measured: Mapping[str, Sequence[Check]]) -> str:
-    """The same."""
+def models_json(models: Sequence[str], measured: Mapping[str, Sequence[Verification]]) -> str:
+    """The same as print_models, as JSON."""
     return _json(
         {
             name: {
@@ -227,7 +229,7 @@ def _default_text(value: Any) -> str:
 
 
 def markdown() -> str:
-    """docs/models.md: the table of models, with what theory says of them, which the tests hold measurements to."""
+    """The text of docs/models.md: the models with their parameters and expectations."""
     lines = [
         "# Reflectance models",
         "",
@@ -248,7 +250,7 @@ def markdown() -> str:
     for name, model in MODELS.items():
         lines += ["", f"## {name}", "", f"{model.about[0].upper()}{model.about[1:]} ({model.source}).", ""]
         lines += _parameter_lines([p for p in model.parameters.values() if p.name not in ("ka", "le")])
-        if rows := [verdict for verdict in VERDICTS if verdict.model == name]:
+        if rows := [expectation for expectation in EXPECTATIONS if expectation.model == name]:
             cells = [
                 ["where", "law", "reciprocal", "conserving", "largest albedo", "why"],
                 ["---"] * 6,
@@ -270,7 +272,7 @@ def markdown() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _where(when: Settings) -> str:
+def _where(when: Parameters) -> str:
     def text(name: str, value: Any) -> str:
         return (
             f"{name} {value[0]:g} to {value[1]:g}"

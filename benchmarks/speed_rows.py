@@ -1,4 +1,4 @@
-"""The rows of the table: what is measured against whom, and what it should reach."""
+"""The rows of the table: a measurement against a peer, and the ratio that it should reach."""
 
 import itertools
 import os
@@ -16,8 +16,8 @@ from PIL import Image as Pillow
 
 import raytracer as rt
 from benchmarks import scenes
+from benchmarks.bench import OTHER_RAYS, Agreement, Bench, in_turns
 from benchmarks.literal import Literal
-from benchmarks.measure import OTHER_RAYS, Agreement, Bench, in_turns
 from benchmarks.povray import UnavailableError
 from raytracer.ground_truth import ray_tracer
 from tests.processes import finished
@@ -42,8 +42,8 @@ _SCRIPT = "import sys; from raytracer.app.cli import main; sys.exit(main())"
 
 
 @dataclass(frozen=True)
-class Measured:
-    """Seconds of ours and of theirs, and what pictures say. `note` stands with the row."""
+class Timing:
+    """Seconds of ours and of theirs, and how the pictures agree. `note` stands with the row."""
 
     ours: float
     theirs: float
@@ -52,30 +52,30 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class Row:
+class SpeedRow:
     """`wanted`: how many times faster than `against` the work should be; or, if `at_most`, how long it may take."""
 
     group: str
     work: str
     against: str
     wanted: float
-    measure: Callable[[Bench], Measured]
+    measure: Callable[[Bench], Timing]
     at_most: bool = False
 
-    def ratio(self, found: Measured) -> float:
-        """What is to be compared with `wanted`."""
-        return found.ours / found.theirs if self.at_most else found.theirs / found.ours
+    def ratio(self, timing: Timing) -> float:
+        """The ratio that is compared with `wanted`."""
+        return timing.ours / timing.theirs if self.at_most else timing.theirs / timing.ours
 
-    def reached(self, found: Measured) -> bool:
+    def reached(self, timing: Timing) -> bool:
         """Whether it is as fast as it should be."""
-        return self.ratio(found) <= self.wanted if self.at_most else self.ratio(found) >= self.wanted
+        return self.ratio(timing) <= self.wanted if self.at_most else self.ratio(timing) >= self.wanted
 
 
 def _assignment() -> rt.Scene:
     return rt.load("assignment")
 
 
-def _against_povray(scene: Callable[[], rt.Scene], bench: Bench, samples: int = 1, once: bool = False) -> Measured:
+def _against_povray(scene: Callable[[], rt.Scene], bench: Bench, samples: int = 1, once: bool = False) -> Timing:
     """`once`: POV-Ray takes so long that one run is enough."""
     made, settings = scene(), rt.Settings(samples=samples)
     ours, theirs = in_turns(
@@ -84,29 +84,29 @@ def _against_povray(scene: Callable[[], rt.Scene], bench: Bench, samples: int = 
         lambda: bench.traced(made, samples, again=not once)[1],
         each=1,
     )
-    return Measured(ours, theirs, bench.agreement(made, samples))
+    return Timing(ours, theirs, bench.agreement(made, samples))
 
 
-def _against_literal(bench: Bench) -> Measured:
+def _against_literal(bench: Bench) -> Timing:
     scene = _assignment()
     with Literal(bench.context, scene, bench.size) as literal:
         literal.frame()  # compiles
         ours, theirs = in_turns(bench.rounds, lambda: bench.frame(scene, rt.Settings()), literal.frame)
         agreement = bench.agreement(scene)
-        truth = ray_tracer.render(scene, bench.size).srgb8()
+        truth = ray_tracer.trace(scene, bench.size).srgb8()
         # Its shadow rays' bias and its roots' cancellation show at outlines.
         agreement.compare(literal.picture(), truth, "float64's by the literal shader", OTHER_RAYS)
-    return Measured(ours, theirs, agreement)
+    return Timing(ours, theirs, agreement)
 
 
-def _against_fewer(bench: Bench) -> Measured:
+def _against_fewer(bench: Bench) -> Timing:
     few, more, settings = scenes.many(1_000), scenes.many(10_000), rt.Settings()
     bench.frame(few, settings)
     ours, theirs = in_turns(bench.rounds, lambda: bench.frame(more, settings), lambda: bench.frame(few, settings))
-    return Measured(ours, theirs, bench.agreement(more))
+    return Timing(ours, theirs, bench.agreement(more))
 
 
-def _light_moved(bench: Bench) -> Measured:
+def _light_moved(bench: Bench) -> Timing:
     scene, settings, steps = scenes.many(10_000), rt.Settings(), itertools.count(1)
 
     def moved() -> rt.Scene:
@@ -118,10 +118,10 @@ def _light_moved(bench: Bench) -> Measured:
         lambda: bench.first_frame(moved, settings),
         lambda: bench.frame(scene, settings),
     )
-    return Measured(ours, theirs, bench.agreement(moved()), "with what it takes to make the scene anew")
+    return Timing(ours, theirs, bench.agreement(moved()), "with what it takes to make the scene anew")
 
 
-def _adaptive(bench: Bench) -> Measured:
+def _adaptive(bench: Bench) -> Timing:
     scene, full = _assignment(), rt.Settings(samples=16)
     candidates = [msgspec.structs.replace(full, adaptive=threshold) for threshold in _THRESHOLDS]
     truth = bench.radiance(scene, rt.Settings(samples=_MANY_SAMPLES))
@@ -138,10 +138,22 @@ def _adaptive(bench: Bench) -> Measured:
     ours, theirs = in_turns(bench.rounds, lambda: bench.summed(scene, settings), lambda: bench.summed(scene, full))
     agreement = bench.agreement(scene, full.samples)
     agreement.findings.append(f"error {of_adaptive:.2e}, of full {of_full:.2e}")
-    return Measured(ours, theirs, agreement, f"T = {settings.adaptive}, both with the read-back")
+    return Timing(ours, theirs, agreement, f"T = {settings.adaptive}, both with the read-back")
 
 
-def _command_line(bench: Bench, new: bool) -> Measured:
+def _unread_geometry(bench: Bench) -> Timing:
+    scene = _assignment()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "picture.png")
+        ours, theirs = in_turns(
+            bench.rounds,
+            lambda: bench.saved(scene, path, geometry=True),
+            lambda: bench.saved(scene, path, geometry=False),
+        )
+    return Timing(ours, theirs, bench.agreement(scene))
+
+
+def _command_line(bench: Bench, new: bool) -> Timing:
     """`new`: also to Mesa, which otherwise has the compiled programs on disk."""
     size = 1280, 720
     with tempfile.TemporaryDirectory() as folder:
@@ -160,8 +172,8 @@ def _command_line(bench: Bench, new: bool) -> Measured:
         with Pillow.open(output) as image:
             picture = np.asarray(image.convert("RGB"))
     agreement = Agreement()
-    agreement.compare(picture, ray_tracer.render(_assignment(), size).srgb8(), f"float64's, {size[0]}x{size[1]}")
-    return Measured(ours, theirs, agreement)
+    agreement.compare(picture, ray_tracer.trace(_assignment(), size).srgb8(), f"float64's, {size[0]}x{size[1]}")
+    return Timing(ours, theirs, agreement)
 
 
 def _process(*arguments: str, variables: Mapping[str, str]) -> float:
@@ -177,21 +189,24 @@ def _process(*arguments: str, variables: Mapping[str, str]) -> float:
 
 _POVRAY, _ITSELF = "POV-Ray", "itself"
 ROWS = [
-    Row("assignment", "assignment, 1 sample", _POVRAY, 15, partial(_against_povray, _assignment)),
-    Row("assignment", "assignment, 4 samples", _POVRAY, 12, partial(_against_povray, _assignment, samples=4)),
-    Row("assignment", "assignment, 16 samples", _POVRAY, 12, partial(_against_povray, _assignment, samples=16)),
-    Row("literal", "assignment, 1 sample", "the literal shader", 15, _against_literal),
-    Row("many", "1,000 objects", _POVRAY, 15, partial(_against_povray, partial(scenes.many, 1_000))),
-    Row("many", "10,000 objects", _POVRAY, 20, partial(_against_povray, partial(scenes.many, 10_000))),
-    Row("many", "10,000 objects", "1,000 objects", 2.5, _against_fewer, at_most=True),
-    Row("light", "10,000 objects, light moved", "the same, light still", 2, _light_moved, at_most=True),
+    SpeedRow("assignment", "assignment, 1 sample", _POVRAY, 15, partial(_against_povray, _assignment)),
+    SpeedRow("assignment", "assignment, 4 samples", _POVRAY, 12, partial(_against_povray, _assignment, samples=4)),
+    SpeedRow("assignment", "assignment, 16 samples", _POVRAY, 12, partial(_against_povray, _assignment, samples=16)),
+    SpeedRow("literal", "assignment, 1 sample", "the literal shader", 15, _against_literal),
+    SpeedRow("many", "1,000 objects", _POVRAY, 15, partial(_against_povray, partial(scenes.many, 1_000))),
+    SpeedRow("many", "10,000 objects", _POVRAY, 20, partial(_against_povray, partial(scenes.many, 10_000))),
+    SpeedRow("many", "10,000 objects", "1,000 objects", 2.5, _against_fewer, at_most=True),
+    SpeedRow("light", "10,000 objects, light moved", "the same, light still", 2, _light_moved, at_most=True),
     *(
-        Row("holes", work, _POVRAY, 150, partial(_against_povray, partial(scenes.holes, chain), once=True))
+        SpeedRow("holes", work, _POVRAY, 150, partial(_against_povray, partial(scenes.holes, chain), once=True))
         for work, chain in (("sphere minus a union of 999", False), ("sphere minus 999, one by one", True))
     ),
-    Row("adaptive", "assignment, 16 samples, adaptive", "full 16 samples", 0.35, _adaptive, at_most=True),
-    Row("cold", "command line, again", "a bare process", 1.5, partial(_command_line, new=False), at_most=True),
-    Row("cold", "command line, first ever", "a bare process", 1.5, partial(_command_line, new=True), at_most=True),
+    SpeedRow("adaptive", "assignment, 16 samples, adaptive", "full 16 samples", 0.35, _adaptive, at_most=True),
+    SpeedRow(
+        "geometry", "assignment, saved as .png", "the same with geometry=False", 1.1, _unread_geometry, at_most=True
+    ),
+    SpeedRow("cold", "command line, again", "a bare process", 1.5, partial(_command_line, new=False), at_most=True),
+    SpeedRow("cold", "command line, first ever", "a bare process", 1.5, partial(_command_line, new=True), at_most=True),
 ]
 # Frames a second are counted of these, and of so many samples.
 SCENES: dict[str, tuple[Callable[[], rt.Scene], int]] = {

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import os
-import platform
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from importlib.metadata import version
 from statistics import median
 from typing import Any
 
@@ -16,23 +13,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.analysis.image_difference import Comparison, compare
+from raytracer.analysis.machine import describe_machine
 from raytracer.analysis.tradeoffs.configurations import Configuration, Plan, Target
 from raytracer.analysis.tradeoffs.pareto import beaten_by
-from raytracer.analysis.tradeoffs.targets import GPU_SAMPLES, RESOLVED, Source, Truth, make_truth
+from raytracer.analysis.tradeoffs.targets import GPU_SAMPLES, RESOLVED_FROM, Reference, ReferenceMethod, make_reference
 from raytracer.compiler.glsl.preprocessor import ShaderError
 from raytracer.core.progress import Progress
 from raytracer.core.validation import InputError
 from raytracer.formats.image import Image
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.scene import Scene
-from raytracer.version import __version__
 
 # Makes a progress bar with a title.
 Bar = Callable[[str], AbstractContextManager[Progress | None]]
 
 
 class Result(msgspec.Struct):
-    """What was measured of one configuration.
+    """The measurements of one configuration.
 
     `seconds`: one for each round. `samples` and `rays` are means over the pixels of the picture at its full size; rays
     are those from the camera and at most one from each to every light. `refused`: why there is no picture.
@@ -59,15 +56,15 @@ class Result(msgspec.Struct):
         return bool(self.seconds) and self.error is not None
 
 
-class Trade(msgspec.Struct):
-    """All that was measured, on what; `complete` unless it was interrupted."""
+class Tradeoffs(msgspec.Struct):
+    """All measurements of a scene, and the machine; `complete` unless Ctrl-C ended them."""
 
     scene: str
     size: tuple[int, int]
     rounds: int
     machine: dict[str, str]
     plan: Plan
-    truths: dict[str, Truth]
+    references: dict[str, Reference]
     results: list[Result]
     complete: bool = False
 
@@ -84,7 +81,7 @@ class Trade(msgspec.Struct):
         ]
 
 
-def measure(
+def measure_tradeoffs(
     scene: Scene,
     plan: Plan,
     renderer: Renderer,
@@ -92,22 +89,22 @@ def measure(
     rounds: int,
     bar: Bar,
     *,
-    source: Source = "auto",
+    method: ReferenceMethod = "auto",
     gpu_samples: int = GPU_SAMPLES,
-) -> Trade:
+) -> Tradeoffs:
     """Measure everything of `plan`, as far as it gets: Ctrl-C ends it, and what was measured by then is there.
 
     Time is that of the whole of Renderer.render() and of bringing the picture to its size, once programs are compiled.
     Each is rendered once for that, and its error; then `rounds` times, in turns with all others.
     Raises KeyboardInterrupt if there is nothing yet.
     """
-    trade = Trade(scene.name, size, rounds, machine(renderer), plan, {}, [])
+    trade = Tradeoffs(scene.name, size, rounds, describe_machine(renderer), plan, {}, [])
     total = len(plan.configurations) * rounds
     try:
         for target in plan.targets.values():
-            with bar(f"the truth of {target.name}") as progress:
-                trade.truths[target.name] = make_truth(
-                    target, size, renderer, source, gpu_samples=gpu_samples, progress=progress
+            with bar(f"the reference of {target.name}") as progress:
+                trade.references[target.name] = make_reference(
+                    target, size, renderer, method, gpu_samples=gpu_samples, progress=progress
                 )
             with bar(f"measuring {target.name}") as progress:
                 for configuration in plan.configurations:
@@ -120,7 +117,7 @@ def measure(
                 result = trade.results[k % len(trade.results)]
                 if not result.refused:
                     target = plan.targets[result.configuration.target]
-                    result.seconds.append(picture(result.configuration, target, renderer, size)[1])
+                    result.seconds.append(time_picture(result.configuration, target, renderer, size)[1])
                 if progress:
                     progress(k + 1, total)
         trade.complete = True
@@ -131,29 +128,29 @@ def measure(
     return trade
 
 
-def _first(configuration: Configuration, trade: Trade, renderer: Renderer) -> Result:
-    """How wrong a configuration's picture is; that has compiled its programs, and another one is the first round's."""
-    target, truth = trade.plan.targets[configuration.target], trade.truths[configuration.target]
+def _first(configuration: Configuration, trade: Tradeoffs, renderer: Renderer) -> Result:
+    """Measure the error of a configuration's picture, which compiles the programs; then the time of the first round."""
+    target, reference = trade.plan.targets[configuration.target], trade.references[configuration.target]
     result = Result(configuration, [])
     try:
-        image, _ = picture(configuration, target, renderer, trade.size)
-        result.error = compare(image.radiance, truth.radiance)
+        image, _ = time_picture(configuration, target, renderer, trade.size)
+        result.error = compare(image.radiance, reference.radiance)
     except (InputError, ShaderError) as error:
         result.refused = str(error).partition("\n")[0]
         return result
-    result.resolved = result.error.rmse > RESOLVED * truth.error or target.same_samples
+    result.resolved = result.error.rmse > RESOLVED_FROM * reference.error or target.same_samples
     if image.estimate:
         result.samples = image.estimate.samples * configuration.scale**2
     lights = 0 if configuration.settings.shadows == "off" else len(target.scene.lights)
     result.rays = result.samples * (1 + lights)
-    result.seconds.append(picture(configuration, target, renderer, trade.size)[1])
+    result.seconds.append(time_picture(configuration, target, renderer, trade.size)[1])
     return result
 
 
-def picture(
+def time_picture(
     configuration: Configuration, target: Target, renderer: Renderer, size: tuple[int, int]
 ) -> tuple[Image, float]:
-    """A configuration's picture at `size`, and the seconds that it took."""
+    """Draw a configuration's picture at `size`; return it with the seconds that it took."""
     scene = configuration.scene or target.scene
     begin = time.perf_counter()
     made = size[0] * configuration.scale, size[1] * configuration.scale
@@ -178,23 +175,11 @@ def resized(radiance: NDArray[Any], size: tuple[int, int]) -> NDArray[np.float32
     return np.stack([np.asarray(channel.resize(size, how)) for channel in channels], axis=-1)
 
 
-def _judge(trade: Trade) -> None:
-    """Find each target's front. Errors below what its truth resolves count as that."""
-    for name, truth in trade.truths.items():
+def _judge(trade: Tradeoffs) -> None:
+    """Find each target's front. Errors below what its reference resolves count as that."""
+    for name, reference in trade.references.items():
         results = trade.of(name)
-        floor = RESOLVED * truth.error
+        floor = RESOLVED_FROM * reference.error
         points = [(result.median, max(result.error.rmse, floor) if result.error else floor) for result in results]
         for result, other in zip(results, beaten_by(points), strict=True):
             result.beaten_by = None if other is None else results[other].configuration.label
-
-
-def machine(renderer: Renderer) -> dict[str, str]:
-    """What times depend on."""
-    info = renderer.device.context.info
-    return {
-        "device": f"{info['GL_RENDERER']}, {info['GL_VERSION']}",
-        "processor": f"{os.cpu_count()} cores, {platform.machine()}",
-        "raytracer": __version__,
-        "moderngl, NumPy, Python": f"{version('moderngl')}, {np.__version__}, {platform.python_version()}",
-        "date": time.strftime("%Y-%m-%d"),
-    }

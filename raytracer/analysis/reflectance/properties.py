@@ -1,4 +1,4 @@
-"""What a material does, measured of the GLSL that renders: positivity, reciprocity, energy, and what facets add up to.
+"""Properties of a material, measured of the GLSL that renders: positivity, reciprocity, energy, sums over facets.
 
 Nothing here knows what is expected: see `expectations.py`.
 """
@@ -73,8 +73,8 @@ class Facets(msgspec.Struct, frozen=True):
     error: float
 
 
-class Measured(msgspec.Struct, frozen=True):
-    """What was found of a material."""
+class MaterialProperties(msgspec.Struct, frozen=True):
+    """The measured properties of a material."""
 
     material: Material
     least: float  # the least value of f cos(theta_i)
@@ -96,10 +96,10 @@ class Measured(msgspec.Struct, frozen=True):
     @property
     def largest(self) -> Albedo:
         """The largest albedo of the two kinds, at the first angle if there are several; or one that is not resolved."""
-        found = [*self.albedos, *self.beams]
-        most = max(found, key=lambda a: (not a.resolved, a.value))
+        albedos = [*self.albedos, *self.beams]
+        most = max(albedos, key=lambda a: (not a.resolved, a.value))
         return next(
-            (a for a in found if most.resolved and a.value >= most.value - RESOLVED * max(1.0, most.value)), most
+            (a for a in albedos if most.resolved and a.value >= most.value - RESOLVED * max(1.0, most.value)), most
         )
 
     @property
@@ -110,8 +110,10 @@ class Measured(msgspec.Struct, frozen=True):
         return True if self.largest.resolved else None
 
 
-def measure(material: Material, degrees: Sequence[float] = DEGREES, device: Device | None = None) -> Measured:
-    """All that there is to measure of a material; albedos at these angles to the normal."""
+def measure_material(
+    material: Material, degrees: Sequence[float] = DEGREES, device: Device | None = None
+) -> MaterialProperties:
+    """Measure all properties of a material; albedos at these angles to the normal."""
     seen = _Seen(material, device)
     extreme = _extreme_directions()
     pairs = len(extreme)
@@ -122,7 +124,7 @@ def measure(material: Material, degrees: Sequence[float] = DEGREES, device: Devi
     albedos = _albedos(material, degrees, seen, mirrored, beams=False)
     beams = albedos if reciprocity <= RECIPROCAL else _albedos(material, degrees, seen, mirrored, beams=True)
     added = facets(material, device=device) if distribution_of(material) else None
-    return Measured(material, seen.least, seen.finite, reciprocity, albedos, beams, delta, added)
+    return MaterialProperties(material, seen.least, seen.finite, reciprocity, albedos, beams, delta, added)
 
 
 class _Seen:
@@ -140,7 +142,7 @@ class _Seen:
         return values
 
 
-def direction(degrees: float, azimuth: float = 0.0) -> Array:
+def unit_direction(degrees: float, azimuth: float = 0.0) -> Array:
     """A unit direction at an angle to the normal, nearly, and an azimuth in degrees, whose float32 form is unit too.
 
     Near the horizon a length that is off by a rounding moves halfway vectors like an angle that is off by a lot more:
@@ -153,12 +155,12 @@ def direction(degrees: float, azimuth: float = 0.0) -> Array:
 
 def _extreme_directions() -> Array:
     """Straight above, at the horizon, and between: with their mirror directions."""
-    found = [NORMAL]
+    directions = [NORMAL]
     for cosine in (0.5, 1e-2, 1e-4, 1e-6, 1e-12, 1e-30):
         sine = math.sqrt(1.0 - cosine * cosine)
-        found += [np.array([x * sine, y * sine, cosine]) for x, y in ((1, 0), (-1, 0), (0.6, 0.8))]
-    found += [np.array([sine, 0.0, 1.0]) for sine in (1e-6, 1e-12, 1e-30)]
-    return np.array(found)
+        directions += [np.array([x * sine, y * sine, cosine]) for x, y in ((1, 0), (-1, 0), (0.6, 0.8))]
+    directions += [np.array([sine, 0.0, 1.0]) for sine in (1e-6, 1e-12, 1e-30)]
+    return np.array(directions)
 
 
 def _reciprocity(material: Material, seen: Callable[[Array, Array], Array]) -> float:
@@ -220,16 +222,16 @@ def _albedos(
     whole = make_layout([material]).is_anisotropic
     azimuths = (0.0, 30.0, 60.0, 90.0) if whole else (0.0,)
     fine = msgspec.structs.replace(_FINE, whole=whole)
-    directions = [direction(angle, azimuth) for angle in degrees for azimuth in azimuths]
+    directions = [unit_direction(angle, azimuth) for angle in degrees for azimuth in azimuths]
     values = np.zeros((len(directions), 3))
     errors = np.full(len(directions), math.inf)
     open_ = list(range(len(directions)))
     for level, factor in enumerate(_FINER):
         rules = [_rule(material, directions[i], fine.times(factor)) for i in open_]
-        found = _integrals([directions[i] for i in open_], rules, seen, beams)
+        integrals = _integrals([directions[i] for i in open_], rules, seen, beams)
         if level:
-            errors[open_] = np.abs(found - values[open_]).max(axis=1)
-        values[open_] = found
+            errors[open_] = np.abs(integrals - values[open_]).max(axis=1)
+        values[open_] = integrals
         open_ = [i for i in open_ if not errors[i] <= RESOLVED * max(1.0, np.abs(values[i]).max())]
         if not open_ or not np.isfinite(values).all():
             break
@@ -262,7 +264,7 @@ def _integrals(
 
 def _mirrored(material: Material, degrees: Sequence[float], device: Device | None) -> Array:
     """What is reflected to the mirror direction only, (N, 3)."""
-    views = [direction(angle) for angle in degrees]
+    views = [unit_direction(angle) for angle in degrees]
     return call(f"{material.model}Mirrored", material, NORMAL, views, device=device).astype(float)
 
 
@@ -274,7 +276,7 @@ def distribution_of(material: Material) -> str | None:
 def facets(material: Material, degrees: Sequence[float] = _FACET_DEGREES, device: Device | None = None) -> Facets:
     """What its distribution D and masking G1 add up to, seen from these angles."""
     kind = distribution_of(material)
-    viewers = [direction(angle) for angle in degrees]
+    viewers = [unit_direction(angle) for angle in degrees]
     cosines = np.array([wo[2] for wo in viewers])
     masking = cosines / call(f"{kind}Slope", material, cosines, device=device)
 

@@ -1,0 +1,44 @@
+"""Parts of the pages that benchmarks write: the machine, and a table in a page that is there."""
+
+import datetime
+import os
+import platform
+import re
+from importlib.metadata import version
+from pathlib import Path
+
+from benchmarks import povray
+from benchmarks.bench import Bench
+from raytracer.version import __version__
+
+
+def machine_lines(bench: Bench) -> str:
+    """List in Markdown the processor, the driver, versions and the date: times depend on them."""
+    info = bench.context.info
+    lines = {
+        "processor": f"{_processor()}, {os.cpu_count()} cores, {platform.machine()}",
+        "driver": f"{info['GL_RENDERER']}, {info['GL_VERSION']}",
+        "raytracer": __version__,
+        "moderngl, NumPy, Python": f"{version('moderngl')}, {version('numpy')}, {platform.python_version()}",
+        "POV-Ray": povray.version() or "not installed: rows against it are left out",
+        "date": datetime.date.today().isoformat(),
+    }
+    return "\n".join(f"- {key}: {value}" for key, value in lines.items())
+
+
+def _processor() -> str:
+    try:
+        match = re.search(r"^model name\s*: (.*)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
+    except OSError:
+        match = None
+    return match[1] if match else platform.processor() or "unknown"
+
+
+def fill(page: Path, name: str, text: str) -> None:
+    """Put a table between the marks of that name in a page."""
+    marks = f"<!-- {name} -->", f"<!-- end of {name} -->"
+    filled, count = re.subn(
+        f"{marks[0]}.*?{marks[1]}", lambda _: f"{marks[0]}\n{text}\n{marks[1]}", page.read_text(), flags=re.DOTALL
+    )
+    assert count == 1, f"{page}: expected one place for {name}, found {count}"
+    page.write_text(filled)

@@ -1,0 +1,104 @@
+"""The ledger as text: rows of a table for the terminal, extremes.csv and extremes.md."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import astuple, fields
+
+from raytracer.analysis.numerics.findings import Finding, LedgerRow
+
+# In the name of a measure that has no bound: pixels that are wrong, in doubt or not.
+IN_FACT = "in fact"
+HEADING = ("what", "measured", "beyond bounds", "largest share of a bound, 32 bits", "wrong in fact, 32 / 64 bits")
+
+
+def summary(rows: Iterable[LedgerRow]) -> list[list[str]]:
+    """A line under HEADING for each row: the share of its bound of what is nearest to it, and so on."""
+    lines = []
+    for row in rows:
+        near = max((f.found / f.bound for f in row.findings if f.bits == 32 and 0.0 < f.bound < math.inf), default=0.0)
+        in_fact = [[f.found for f in row.findings if f.bits == bits and IN_FACT in f.measure] for bits in (32, 64)]
+        broken = sum(not f.kept for f in row.findings)
+        lines.append(
+            [
+                row.findings[0].what,
+                str(len(row.findings)),
+                f"**{broken}**" if broken else "none",
+                number_text(near),
+                " / ".join(number_text(sum(wrong)) for wrong in in_fact if wrong),
+            ]
+        )
+    return lines
+
+
+def as_csv(findings: Sequence[Finding]) -> str:
+    """Every finding, with a heading."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([*(field.name for field in fields(Finding)), "kept"])
+    for finding in findings:
+        writer.writerow([*astuple(finding), finding.kept])
+    return text.getvalue()
+
+
+def as_markdown(rows: Sequence[LedgerRow], measured: str) -> str:
+    """A summary, then every row by place. `measured` says how, with what and on what."""
+    lines = [
+        "# Right at the extremes",
+        "",
+        "Written by `raytracer extremes` (`make extremes`): pictures and rays from the GPU against float64.",
+        f"{measured}",
+        "",
+        "- A pixel, or a shadow in it, is *doubtful* where the rounding of its numbers lets two answers be. That is",
+        "  computed for each ray by `raytracer/analysis/pixel_doubt.py`, from the error bounds that",
+        "  `shaders/geometry/sphere.glsl` and `plane.glsl` state. *Wrong* are pixels that are wrong without being",
+        "  doubtful: their bound is 0. The share of doubtful ones has a bound too, so that doubt does not",
+        "  excuse everything. Where that is `-`, 32 bits do not resolve the scene; *wrong in fact* then",
+        "  says how wrong it is, and what `--precision 64` makes of it.",
+        "- *Share of its bound*: an error over the bound that is computed for that very pixel. With 64 bits the depth",
+        "  is always near its bound, which is then that of the float32 in which pictures are kept.",
+        "- *ulp*: a unit in the last place of float32.",
+        "",
+        *_lines(HEADING, summary(rows)),
+    ]
+    for row in rows:
+        title = row.findings[0].what
+        lines += ["", f"## {title[0].upper()}{title[1:]}", "", row.about, "", *_by_place(row.findings)]
+    return "\n".join(lines) + "\n"
+
+
+def _by_place(findings: list[Finding]) -> list[str]:
+    """A line for each place in the range, a column for each measure: found with 32 bits / with 64, and the bounds."""
+    cells: dict[tuple[str, str], list[str]] = {}
+    bounds: dict[str, dict[str, None]] = {}
+    for f in findings:
+        text = number_text(f.found)
+        cells.setdefault((f.at, f.measure), []).append(text if f.kept else f"**{text}**")
+        bounds.setdefault(f.measure, {})[number_text(f.bound)] = None
+        if f.note:
+            cells.setdefault((f.at, "note"), []).append(f.note)
+    measures = [m for m in bounds if any(c != "0" for (_, name), row in cells.items() if name == m for c in row)]
+    rows = [
+        (at, *(" / ".join(cells.get((at, m), [])) for m in measures), "; ".join(cells.get((at, "note"), [])))
+        for at in dict.fromkeys(f.at for f in findings)
+    ]
+    rows = [row for row in rows if any(row[1:])]
+    zero = [f"{m} (bound {', '.join(bounds[m])})" for m in bounds if m not in measures]
+    heading = [f"{m} (bound {', '.join(bounds[m]) if len(bounds[m]) < 3 else 'computed'})" for m in measures]
+    intro = [f"Found everywhere: 0 {'; 0 '.join(zero)}.", ""] if zero else []
+    return [*intro, *_lines(("at, with 32 / 64 bits", *heading, "note"), rows)]
+
+
+def _lines(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    cells = [heading, ["---"] * len(heading), *rows]
+    return ["| " + " | ".join(text.replace("|", "\\|") for text in row) + " |" for row in cells]
+
+
+def number_text(value: float) -> str:
+    """A number as text: a count as it is, another number to three digits, no bound as a dash."""
+    if value == math.inf:
+        return "-"
+    return f"{value:.0f}" if abs(value) < 1e6 and value == int(value) else f"{value:.3g}"

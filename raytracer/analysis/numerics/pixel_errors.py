@@ -1,0 +1,127 @@
+"""Pictures of the GPU against those of the float64 ray tracer: which pixels are wrong, and how large errors are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.analysis.numerics.findings import Finding
+from raytracer.analysis.pixel_doubt import find_pixel_doubt
+from raytracer.formats.image import Image
+from raytracer.ground_truth import ray_tracer
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.materials.material import Material
+from raytracer.scene.options import Evaluator
+from raytracer.scene.scene import Scene
+from raytracer.scene.settings import Settings
+
+# Without ambient light or highlights: black where no light reaches, and only there.
+MATTE = tuple(
+    Material(ka=(0, 0, 0), kd=kd, ks=(0, 0, 0))
+    for kd in ((0.8, 0.1, 0.1), (0.1, 0.2, 0.9), (0.1, 0.8, 0.2), (0.6, 0.6, 0.6))
+)
+
+
+@dataclass(frozen=True)
+class PixelErrors:
+    """The errors of a picture of one sample against the float64 ray tracer's. Errors are those of sure pixels."""
+
+    wrong: int  # sure pixels that show another material, or none
+    doubtful: float  # share of the pixels, and of those that show something, in which that is in doubt
+    lit: int  # sure pixels that light reaches, or does not, and should not, or should
+    unlit: float  # share of the sure hit pixels where that is in doubt
+    anyhow: int  # pixels that are wrong in either way, doubtful or not
+    bad: int  # values of any output that are not finite (but for a depth of nothing), or negative radiance
+    depth_share: float  # largest error of the depth over its bound
+    depth_median: tuple[float, float]  # the error in units in the last place of the depth; and its bound
+    depth_largest: tuple[float, float]
+    normal_share: float
+    radiance_share: float
+
+
+def measure_pixel_errors(renderer: Renderer, scene: Scene, size: tuple[int, int], settings: Settings) -> PixelErrors:
+    """Compare a picture of `scene` with the float64 ray tracer's.
+
+    The shadows are compared by the pixels without any light: scenes are to have one light, and be MATTE.
+    """
+    image = renderer.render(scene, size, settings)
+    exact = ray_tracer.trace(scene, size, settings)
+    pixel_doubt = find_pixel_doubt(scene, size, settings.precision)
+    assert image.depth is not None and image.normal is not None and image.material is not None
+    assert exact.depth is not None and exact.normal is not None and exact.material is not None
+    sure = ~pixel_doubt.doubtful
+    shown = (exact.material >= 0) | (image.material >= 0)
+    other = image.material != exact.material
+    dark = (image.radiance == 0.0).all(axis=2) != (exact.radiance == 0.0).all(axis=2)
+    hit = sure & shown & ~other
+    depth = np.abs(image.depth[hit] - exact.depth[hit])
+    ulp, bound = (error / np.spacing(exact.depth[hit].astype(np.float32)) for error in (depth, pixel_doubt.depth[hit]))
+    normal = np.linalg.norm(image.normal[hit] - exact.normal[hit], axis=1)
+    same_light = hit & ~pixel_doubt.unlit
+    radiance = np.abs(image.radiance - exact.radiance).max(axis=2)[same_light]
+    return PixelErrors(
+        wrong=int(np.sum(sure & other)),
+        doubtful=float(np.sum(~sure) / max(1, np.sum(shown))),
+        lit=int(np.sum(dark & same_light)),
+        unlit=float(np.sum(hit & pixel_doubt.unlit) / max(1, np.sum(hit))),
+        anyhow=int(np.sum(other | (shown & dark))),
+        bad=invalid(image),
+        depth_share=_largest(depth, pixel_doubt.depth[hit]),
+        depth_median=(float(np.median(ulp)), float(np.median(bound))) if hit.any() else (0.0, 0.0),
+        depth_largest=(float(ulp.max(initial=0.0)), float(bound.max(initial=0.0))),
+        normal_share=_largest(normal, pixel_doubt.normal[hit]),
+        radiance_share=_largest(radiance, pixel_doubt.radiance[same_light]),
+    )
+
+
+def invalid(image: Image) -> int:
+    """How many values of an image none of its outputs may have: NaN; infinite or negative radiance; and so on."""
+    assert image.depth is not None and image.normal is not None
+    bad = np.sum(~(image.radiance >= 0.0) | np.isinf(image.radiance)) + np.sum(~np.isfinite(image.normal))
+    return int(bad + np.sum(~(image.depth > 0.0)))
+
+
+def unit(v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Vectors (..., 3) made unit."""
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+
+def _largest(error: NDArray[np.float64], bound: NDArray[np.float64]) -> float:
+    """The largest share of its bound that an error has; one above a bound of 0 is infinite."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.nan_to_num(error / bound, nan=0.0, posinf=np.inf).max(initial=0.0))
+
+
+def findings(
+    renderer: Renderer,
+    row: str,
+    at: str,
+    scene: Scene,
+    size: tuple[int, int],
+    evaluator: Evaluator = "cells",
+    doubt: float = 0.01,
+    dark: float = 0.05,
+) -> Iterator[Finding]:
+    """Measure a scene at all precisions.
+
+    At most a share `doubt` of what is seen, and `dark` of what is lit, may be in doubt with 32 bits; inf
+    says that 32 bits do not resolve that. With 64 bits the bounds are always the defaults.
+    """
+    for bits in renderer.device.limits.precisions:
+        errors = measure_pixel_errors(renderer, scene, size, Settings(precision=bits, evaluator=evaluator))
+        yield Finding(row, at, bits, "wrong pixels", errors.wrong, 0)
+        yield Finding(row, at, bits, "doubtful pixels, of those hit", errors.doubtful, doubt if bits == 32 else 0.01)
+        if scene.lights:
+            yield Finding(row, at, bits, "wrong shadows", errors.lit, 0)
+            yield Finding(row, at, bits, "doubtful shadows, of those hit", errors.unlit, dark if bits == 32 else 0.05)
+            yield Finding(row, at, bits, "radiance error, share of its bound", errors.radiance_share, 1)
+        yield Finding(row, at, bits, "wrong in fact, doubtful or not", errors.anyhow, math.inf)
+        yield Finding(row, at, bits, "NaN, infinite or negative values", errors.bad, 0)
+        yield Finding(row, at, bits, "depth error, ulp, median", *errors.depth_median)
+        yield Finding(row, at, bits, "depth error, ulp, largest", *errors.depth_largest)
+        yield Finding(row, at, bits, "depth error, share of its bound", errors.depth_share, 1)
+        yield Finding(row, at, bits, "normal error, share of its bound", errors.normal_share, 1)

@@ -1,0 +1,23 @@
+"""Calls in threads, all at once."""
+
+import threading
+from collections.abc import Callable
+
+
+def in_threads(*calls: Callable[[], object]) -> list[object]:
+    """The result of each call, or its exception; all run at once, each in a thread of its own."""
+    results: list[object] = [None] * len(calls)
+
+    def run(k: int) -> None:
+        try:
+            results[k] = calls[k]()
+        except BaseException as error:
+            results[k] = error
+
+    threads = [threading.Thread(target=run, args=(k,), daemon=True) for k in range(len(calls))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60)
+    assert not any(thread.is_alive() for thread in threads), "a thread hangs"
+    return results
