@@ -41,7 +41,7 @@ def opened(path: Path, folder: Path | None = None) -> IO[bytes]:
     flags = ("O_NONBLOCK", "O_NOCTTY", "O_BINARY", *(() if folder is None else ("O_NOFOLLOW",)))
     number = sum(getattr(os, flag, 0) for flag in flags)
     # The file object owns the descriptor from the start, so that an interrupt closes it once.
-    file = open(path, "rb", opener=lambda name, _: os.open(name, number))
+    file = open(path, "rb", opener=lambda name, _: os.open(name, number))  # noqa: SIM115  (for the caller)
     try:
         _check_regular(os.fstat(file.fileno()))
     except BaseException:
