@@ -66,6 +66,11 @@ def is_cut_off() -> bool:
     return _process.is_cut_off
 
 
+def has_turn() -> bool:
+    """Whether this thread has a turn, as a progress callback has, in which OpenGL is of no other use."""
+    return _process.owner == threading.get_ident()
+
+
 def begin() -> None:
     """Take note that this process uses OpenGL from now on. Raises ContextError as check_process()."""
     check_process()
@@ -81,8 +86,7 @@ def exclusive() -> Iterator[None]:
     process = _process
     if process.owner == threading.get_ident():
         raise RuntimeError(
-            "expected no use of OpenGL from within a picture's progress callback: render, and read depth, normal or "
-            "material of other pictures, when that picture is done"
+            "expected no use of OpenGL from within a picture's progress callback: render when that picture is done"
         )
     with process.lock:
         try:

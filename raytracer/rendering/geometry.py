@@ -5,7 +5,7 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
-from contextlib import closing
+from contextlib import closing, nullcontext
 from typing import Any
 
 import msgspec
@@ -16,7 +16,7 @@ from raytracer.compiler.draws import sample_at
 from raytracer.compiler.frame import make_frame
 from raytracer.formats.image import Geometry, GeometrySource
 from raytracer.gpu.device import Device, shared_device
-from raytracer.gpu.turns import ContextError, exclusive, is_cut_off
+from raytracer.gpu.turns import ContextError, exclusive, has_turn, is_cut_off
 from raytracer.rendering.programs import find_programs
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import place, split, tile_size
@@ -69,17 +69,18 @@ class DrawnGeometry(GeometrySource):
     def geometry(self) -> Geometry:
         """The arrays. Threads take turns: the first draws, all others wait for it.
 
-        Raises RuntimeError within a progress callback and errors as draw_geometry(). A forked process, where OpenGL is
-        of no use, has another process draw, and raises ContextError if that fails.
+        Errors are those of draw_geometry(). A forked process and a progress callback, where OpenGL is of no use, have
+        another process draw, and raise ContextError if that fails.
         """
         if self._geometry is None:
-            cut_off = is_cut_off()
+            within_turn = has_turn()
+            is_elsewhere = within_turn or is_cut_off()
             # No other lock than that of OpenGL's turns: a thread that waited for a turn with a lock of this object
             # would wait for ever if the turn's thread, in a progress callback, asked for the same arrays.
-            with exclusive() if cut_off else self._device.turn():
+            with nullcontext() if within_turn else exclusive() if is_elsewhere else self._device.turn():
                 if self._view is not None:  # another thread may have been before
                     view, device = self._view, self._device
-                    made = _drawn_elsewhere(device, view) if cut_off else draw_geometry(device, view)
+                    made = _drawn_elsewhere(device, view) if is_elsewhere else draw_geometry(device, view)
                     self._geometry, self._view = made, None
         assert self._geometry is not None
         return self._geometry
@@ -104,10 +105,11 @@ def _drawn_elsewhere(device: Device, view: View) -> Geometry:
     message = pickle.dumps((sys.path, task))
     done = subprocess.run([sys.executable, "-c", _DRAW], input=message, capture_output=True, check=False)
     if done.returncode:
+        reason = "this process was forked after its parent used OpenGL" if is_cut_off() else "a picture is being drawn"
         lines = done.stderr.decode(errors="replace").strip().splitlines()
         raise ContextError(
-            "this process was forked after its parent used OpenGL, and another process, which was to find depth, "
-            f"normal and material, failed: {lines[-1] if lines else f'exit status {done.returncode}'}"
+            f"{reason}, and another process, which was to find depth, normal and material, failed: "
+            f"{lines[-1] if lines else f'exit status {done.returncode}'}"
         )
     result: Geometry | Exception = pickle.loads(done.stdout)
     if isinstance(result, Exception):
