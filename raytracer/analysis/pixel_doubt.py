@@ -29,8 +29,9 @@ from raytracer.analysis.rounding_bounds import (
 from raytracer.compiler import view_space
 from raytracer.ground_truth import ray_tracer
 from raytracer.ground_truth.microfacets import dot
-from raytracer.scene.scene import PointLight, Scene
-from raytracer.scene.settings import Precision
+from raytracer.scene.lights import PointLight
+from raytracer.scene.options import Precision
+from raytracer.scene.scene import Scene
 from raytracer.scene.solids import Sphere
 
 Array = NDArray[np.float64]

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import IO, Any
 
 from raytracer.core.interrupts import deferred
-from raytracer.core.validation import InputError, check_path, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError, check_path
 
 _ANY_MAY_WRITE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
 # The permissions of a new file, from which the umask takes some away.

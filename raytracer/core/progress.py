@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
+from raytracer.core.shown import printable, shown
 from raytracer.core.terminal import note
-from raytracer.core.validation import InputError, printable, shown
+from raytracer.core.validation import InputError
 
 # Seconds. Longer work shows a progress bar on a terminal.
 _SECONDS_WITHOUT_BAR = 1.0

@@ -22,7 +22,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble, shaders_folder
 from raytracer.core.files import read_packaged
-from raytracer.core.validation import InputError, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError
 from raytracer.gpu.device import Device, shared_device
 from raytracer.gpu.gl import release, set_uniforms, volume_texture
 

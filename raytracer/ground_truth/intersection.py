@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from raytracer.ground_truth.light_rays import ends_on
 from raytracer.ground_truth.microfacets import dot
-from raytracer.scene.scene import PointLight, Scene
+from raytracer.scene.lights import PointLight
+from raytracer.scene.scene import Scene
 from raytracer.scene.solids import Complement, Intersection, Primitive, Solid, Sphere, Union, postfix
 
 Array = NDArray[np.float64]

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from raytracer.compiler.glsl import materials
 from raytracer.compiler.material_layout import make_layout, struct
 from raytracer.core.arrays import number_array
-from raytracer.core.validation import InputError, Keys, check_text, is_number, number, shown, vector
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError, Keys, check_text, is_number, number, vector
 from raytracer.gpu import glsl_call
 from raytracer.gpu.device import Device
 from raytracer.scene.materials.material import Material

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from raytracer.core.record import Record, public
+from raytracer.core.shown import shown
 from raytracer.core.validation import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -21,7 +22,6 @@ from raytracer.core.validation import (
     number,
     point,
     set_fields,
-    shown,
 )
 from raytracer.core.vectors import add, dot, scaled
 from raytracer.scene.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves, with_leaves

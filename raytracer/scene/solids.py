@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
 
 from raytracer.core.record import Record, public
+from raytracer.core.shown import shown
 from raytracer.core.validation import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -19,7 +20,6 @@ from raytracer.core.validation import (
     number,
     point,
     set_fields,
-    shown,
     vector,
     whole,
 )

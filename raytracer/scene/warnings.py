@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 
-from raytracer.core.validation import Vec3, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import Vec3
 from raytracer.scene.instances import Instances
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS, REFLECTED

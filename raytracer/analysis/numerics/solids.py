@@ -15,8 +15,11 @@ from raytracer.compiler.limits import MAX_ROTH_LOOPS
 from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.formats.image import Image
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.scene import Camera, PointLight, Scene
-from raytracer.scene.settings import Evaluator, Settings
+from raytracer.scene.camera import Camera
+from raytracer.scene.lights import PointLight
+from raytracer.scene.options import Evaluator
+from raytracer.scene.scene import Scene
+from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Plane, Solid, Sphere
 
 SIZE = (64, 48)

@@ -13,17 +13,19 @@ from collections.abc import Callable, Sequence
 from typing import Literal, TypeVar, get_args
 
 import msgspec
+from msgspec import UNSET
 
 from raytracer.app.viewer import orbit
 from raytracer.compiler.glsl.shaders import Show
-from raytracer.core.validation import InputError, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError
 from raytracer.formats.scene_file import SceneDocument
 from raytracer.scene.materials.models import SHADINGS
 from raytracer.scene.options import Shadows
 from raytracer.scene.scene import Scene, used_models
 from raytracer.scene.sequences import PROGRESSIVE
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import UNSET, SettingsPatch, changes, checked_patch, fewest, flags
+from raytracer.scene.settings_patch import SettingsPatch, changes, checked_patch, fewest, flags
 from raytracer.scene.warnings import NO_RADIUS
 
 T = TypeVar("T")
