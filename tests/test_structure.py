@@ -18,7 +18,7 @@ CACHED = {
 }
 # The names of modules that are bound anew, or collect what comes, while the process runs, and why.
 VARIABLES = {
-    ("gpu/context.py", "_loaders"): "what OpenGL's functions were loaded by, which must outlive every context",
+    ("gpu/context.py", "_loaders"): "the open windows of GLFW, which ends with the last of them",
     ("gpu/device.py", "_shared"): "the devices that rt.render() and glsl.call() share",
     ("gpu/turns.py", "_process"): "which thread of this process draws, anew after a fork",
     ("ground_truth/workers.py", "_worker"): "in a process that does nothing else",

@@ -115,7 +115,7 @@ class _GlfwLoader:
             _close(self._glfw, self._window)
 
 
-# Of GLFW's open windows. GLFW has one platform a process at a time.
+# The loaders of all open windows of GLFW, which has one platform a process at a time.
 _loaders: list[_GlfwLoader] = []
 
 

@@ -29,7 +29,7 @@ EVALUATORS: tuple[Evaluator, ...] = ("cells", "walk", "roth")
 
 
 def _evaluators(short: bool) -> tuple[Evaluator, ...]:
-    """The shorter form leaves out walk, whose programs draw all but the quiet cells anyway."""
+    """The evaluators of a row. The shorter form leaves out walk: `cells` draws all but the plane-only cells by it."""
     return ("cells", "roth") if short else EVALUATORS
 
 
