@@ -39,7 +39,7 @@ Mask = NDArray[np.bool_]
 
 
 class PixelDoubt(NamedTuple):
-    """What rounding may change in a picture of one sample: arrays (H, W)."""
+    """The changes that rounding may make in a picture of one sample: arrays (H, W)."""
 
     doubtful: Mask  # what is seen may be another surface, or none
     depth: Array  # |error| of the depth, elsewhere

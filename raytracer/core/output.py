@@ -99,7 +99,7 @@ def written_whole(path: Path, finish: Callable[[Path], object] | None = None) ->
 
 @contextmanager
 def replaced_whole(path: Path, finish: Callable[[], object] | None = None) -> Iterator[IO[Any]]:
-    """As written_whole(), but a link gives way to a file: who could have made the link does not choose the target."""
+    """Do as written_whole(), but replace a link: who could have made the link does not choose the target."""
     kept = None
     with suppress(FileNotFoundError):
         status = path.lstat()

@@ -36,7 +36,7 @@ def progress_bar(title: str) -> AbstractContextManager[Progress]:
 
 @contextmanager
 def step_bar(title: str) -> Iterator[Progress]:
-    """As progress_bar(), for one of several steps: where there is no terminal, a line says that the step begins."""
+    """Do as progress_bar() for one of several steps: where there is no terminal, a line says that the step begins."""
     tell_step(title)
     with progress_bar(title) as progress:
         yield progress

@@ -95,7 +95,7 @@ def open_window(size: tuple[int, int], title: str) -> tuple[moderngl.Context, An
 
 
 class _GlfwLoader:
-    """What moderngl wants of a context that somebody else made: functions, and an end."""
+    """A context of GLFW as moderngl takes it: it loads functions, becomes current, and is released."""
 
     def __init__(self, glfw: Any, window: Any, platform: str) -> None:
         self._glfw, self._window, self.platform = glfw, window, platform

@@ -23,7 +23,7 @@ Mask = NDArray[np.bool_]
 
 
 def _inside(solid: list[Solid], leaf_inside: list[Mask]) -> list[Mask]:
-    """For every node of a postfix tree, whether the point is in it, given that for the leaves."""
+    """Whether points are in each node of a postfix tree, by whether they are in the leaves."""
     results: list[Mask] = []
     stack: list[Mask] = []
     leaf = iter(leaf_inside)

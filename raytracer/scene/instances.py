@@ -110,7 +110,7 @@ class Instances(Record, frozen=True, eq=False):
             raise InputError(f"expected {expected}, got {place}", ("positions", i))
 
     def replace(self, **changes: Any) -> Instances:
-        """As `Record.replace`; one scale of all places is the scale of other positions, too, however many these are."""
+        """Do as `Record.replace`; one scale of all places is the scale of any number of other positions, too."""
         if "positions" in changes and (self.scales == self.scales[0]).all():
             changes = {"scales": float(self.scales[0])} | changes
         return super().replace(**changes)

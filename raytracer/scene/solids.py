@@ -306,7 +306,7 @@ def postfix(solid: Solid) -> list[Solid]:
 
 
 def simplified(solid: Solid) -> list[Solid]:
-    """As postfix(), of the shortest tree that is compiled alike: without complements of complements."""
+    """List the tree as postfix() does, but without complements of complements: it is compiled alike."""
     order: list[Solid] = []
     for node in postfix(solid):
         if isinstance(node, Complement) and isinstance(order[-1], Complement):

@@ -96,7 +96,7 @@ def _reach(solid: Solid, eye: Vec3) -> tuple[float, float]:
 
 
 def _reach_of_many(instances: Instances, eye: Vec3) -> tuple[float, float]:
-    """As _reach(), all at once: float64 is exact enough for a warning."""
+    """Do as _reach() for all instances at once: float64 is exact enough for a warning."""
     import numpy as np
 
     centers, radii = instances.spheres()
