@@ -17,6 +17,7 @@ from raytracer.gpu.device import Device
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.merl import SHAPE, Measured, directions
 
+# The name and the last function of the generated text that is called.
 _TOP = "reflectance.glsl"
 _EVALUATE = [
     "vec3 evaluate(Material m, vec3 L, vec3 V) {",
