@@ -1,8 +1,9 @@
 """The compiler: a scene and its options become arrays and GLSL. NumPy only, no OpenGL.
 
 A scene is compiled once. A CompiledScene holds the parts that neither the camera nor the picture's size decides; the
-texts of the programs follow from it. A Frame holds all numbers of one view. Draws are a list of values for any player.
-All values are frozen. A value lends its unchanged parts to the next one: a player uploads only new objects.
+texts of the programs follow from it. A Frame holds all numbers of one view. Draws are a list of values, which gpu's
+DrawPlayer carries out. All values are frozen. A new Frame takes the unchanged parts from the one before, so that gpu
+uploads only the others.
 
 May import: core, scene. Other packages may use:
 

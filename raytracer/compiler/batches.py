@@ -83,47 +83,68 @@ class Batches(msgspec.Struct, frozen=True, eq=False):
 def make_batches(objects: Sequence[Solid | Instances]) -> Batches:
     """Sort a scene's objects."""
     trees = [simplified(o.solid if isinstance(o, Instances) else o) for o in objects]
-    counts = [len(o) if isinstance(o, Instances) else 1 for o in objects]
-    shapes = [tuple(type(node) for node in tree) for tree in trees]
-    candidates: Counter[Shape] = Counter()
-    for shape, count in zip(shapes, counts, strict=True):
-        if not {Plane, Complement} & set(shape) and shape.count(Sphere) <= SHAPE_LEAVES:
-            candidates[shape] += count
+    counts = np.array([len(o) if isinstance(o, Instances) else 1 for o in objects])
+    items: dict[Shape, list[int]] = {}  # the entries of `objects` by their shape
+    for i, tree in enumerate(trees):
+        items.setdefault(tuple(map(type, tree)), []).append(i)
+    totals = {shape: int(counts[own].sum()) for shape, own in items.items()}
+    candidates = Counter(
+        {
+            shape: count
+            for shape, count in totals.items()
+            if not {Plane, Complement} & set(shape) and shape.count(Sphere) <= SHAPE_LEAVES
+        }
+    )
     compiled = [shape for shape, _ in candidates.most_common(SHAPES)]
-    spheres = sum(shape.count(Sphere) * count for shape, count in zip(shapes, counts, strict=True))
-    few_planes = sum(count for shape, count in zip(shapes, counts, strict=True) if shape == (Plane,)) <= NAMED_PLANES
-    first: list[list[Ints]] = [[] for _ in compiled]
-    order: list[list[Ints]] = [[] for _ in compiled]
-    programs: dict[Shape, list[tuple[Ints, Ints]]] = {}
-    planes: list[int] = []
-    sphere_orders: list[Ints] = []
-    plane_orders: list[Ints] = []
-    sphere, plane, number = 0, spheres, 0
-    for tree, shape, count in zip(trees, shapes, counts, strict=True):
-        own = shape.count(Sphere), shape.count(Plane)
-        numbers = np.arange(number, number + count)
+    spheres, planes = np.zeros((2, len(trees)), np.int64)  # of one object of each entry
+    for shape, own in items.items():
+        spheres[own], planes[own] = shape.count(Sphere), shape.count(Plane)
+    first_sphere = _sums(counts * spheres)
+    first_plane = first_sphere[-1] + _sums(counts * planes)
+    number = _sums(counts)
+    programs: list[ProgramBatch] = []
+    named: list[int] = []
+    for shape, own in items.items():
         if shape in compiled:
-            first[compiled.index(shape)].append(sphere + own[0] * np.arange(count))
-            order[compiled.index(shape)].append(numbers)
-        elif shape == (Plane,) and few_planes:
-            planes += range(plane, plane + count)
-        else:
-            is_plane = np.array([isinstance(node, Plane) for node in tree if isinstance(node, Primitive)])
-            among = np.where(is_plane, np.cumsum(is_plane) - 1 + plane, np.cumsum(~is_plane) - 1 + sphere)
-            step = np.where(is_plane, own[1], own[0])
-            programs.setdefault(shape, []).append((among + step * np.arange(count)[:, None], numbers))
-        sphere_orders.append(np.repeat(numbers, own[0]))
-        plane_orders.append(np.repeat(numbers, own[1]))
-        sphere, plane, number = sphere + own[0] * count, plane + own[1] * count, number + count
-    shape_batches = [
-        ShapeBatch(_numbered(trees[shapes.index(shape)]), np.concatenate(f), np.concatenate(o))
-        for shape, f, o in zip(compiled, first, order, strict=True)
+            continue
+        if shape == (Plane,) and totals[shape] <= NAMED_PLANES:
+            named = _spread(first_plane[own], 1, counts[own]).tolist()
+            continue
+        tree = trees[own[0]]
+        columns = []
+        sphere = plane = 0
+        for node in tree:
+            if isinstance(node, Plane):
+                columns.append(_spread(first_plane[own], shape.count(Plane), counts[own]) + plane)
+                plane += 1
+            elif isinstance(node, Sphere):
+                columns.append(_spread(first_sphere[own], shape.count(Sphere), counts[own]) + sphere)
+                sphere += 1
+        order = _spread(number[own], 1, counts[own])
+        programs.append(ProgramBatch(Pruner(tree), np.column_stack(columns), order))
+    shapes = [
+        ShapeBatch(
+            _numbered(trees[own[0]]),
+            _spread(first_sphere[own], shape.count(Sphere), counts[own]),
+            _spread(number[own], 1, counts[own]),
+        )
+        for shape in compiled
+        for own in (items[shape],)
     ]
-    program_batches = [
-        ProgramBatch(Pruner(trees[shapes.index(shape)]), np.concatenate(surfaces), np.concatenate(order))
-        for shape, (surfaces, order) in ((shape, zip(*parts, strict=True)) for shape, parts in programs.items())
-    ]
-    return Batches(shape_batches, program_batches, planes, np.concatenate([*sphere_orders, *plane_orders]))
+    numbers = np.arange(number[-1])
+    orders = [np.repeat(numbers, np.repeat(leaves, counts)) for leaves in (spheres, planes)]
+    return Batches(shapes, programs, named, np.concatenate(orders))
+
+
+def _sums(counts: Ints) -> Ints:
+    """(N + 1,): the sum of all counts before each, and of all."""
+    return np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
+
+
+def _spread(starts: Ints, step: int, counts: Ints) -> Ints:
+    """Each start as often as its count says, and so many steps further each time."""
+    within = np.arange(counts.sum()) - np.repeat(_sums(counts)[:-1], counts)
+    return np.repeat(starts, counts) + step * within
 
 
 def _numbered(tree: list[Solid]) -> list[Solid | int]:

@@ -19,6 +19,6 @@ found, without NumPy. Other packages may use:
     progress: Progress, progress_bar, step_bar, tell_step, check_progress
     terminal: say, complain, note, say_json, say_table, cell, tolerant_output, drop_output
 
-An InputError holds where a mistake is as data: `keys`, `file` and `line`. Its text is made of these, and nobody reads
-the text.
+An InputError has the place of a mistake as data: `keys`, `file` and `line`. Its text is made from these, and no code
+parses the text.
 """

@@ -1,7 +1,7 @@
 """Files: scene files and the files beside them, published materials, pictures; and `Image`.
 
-Every file that is read may be anything: its bytes are bounded, and every error names the file, and where it can the key
-and the line. The package imports core and scene alone. Other packages may use:
+No file is trusted: the package reads at most a fixed number of bytes, and every error names the file and, where it can,
+the key and the line. The package imports core and scene alone. Other packages may use:
 
     scene_file: load, load_all, load_settings, loads, SceneFile (as rt.*); find_scene, read_document, parse_document,
         SceneDocument (one reading for all uses of a file); read_text, companion_paths, edit_positions, examples
