@@ -3,6 +3,7 @@
 import inspect
 import pickle
 import pkgutil
+import pydoc
 import subprocess
 import sys
 
@@ -135,3 +136,10 @@ def test_public_functions_say_what_they_take() -> None:
             assert parameter.annotation is not parameter.empty
             if name in ("reference", "compare"):
                 assert f"`{parameter.name}" in function.__doc__, f"{name}: {parameter.name}"
+
+
+def test_public_classes_have_signatures_and_help() -> None:
+    shown = {name: str(inspect.signature(getattr(rt, name))) for name in ("Camera", "Image", "Settings", "Sphere")}
+    assert "radius: float, material: raytracer.Material" in shown["Sphere"]
+    assert "depth: numpy.ndarray" in shown["Image"]
+    assert all(pydoc.render_doc(getattr(rt, name)) for name in shown)

@@ -39,13 +39,15 @@ def opened(path: Path, folder: Path | None = None) -> IO[bytes]:
         path = real
     # Whatever has taken the file's place since is not waited for, nor followed.
     flags = ("O_NONBLOCK", "O_NOCTTY", "O_BINARY", *(() if folder is None else ("O_NOFOLLOW",)))
-    number = os.open(path, sum(getattr(os, flag, 0) for flag in flags))
+    number = sum(getattr(os, flag, 0) for flag in flags)
+    # The file object owns the descriptor from the start, so that an interrupt closes it once.
+    file = open(path, "rb", opener=lambda name, _: os.open(name, number))  # noqa: SIM115  (for the caller)
     try:
-        _check_regular(os.fstat(number))
-        return open(number, "rb")
+        _check_regular(os.fstat(file.fileno()))
     except BaseException:
-        os.close(number)
+        file.close()
         raise
+    return file
 
 
 def _check_regular(status: os.stat_result) -> None:

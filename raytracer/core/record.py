@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Self, TypeVar
+from typing import Any, ForwardRef, Self, TypeVar
 
 import msgspec
 
@@ -17,9 +17,15 @@ def public(kind: K) -> K:
     """Name the package itself as the module of a class that is an attribute of the package: `raytracer.Sphere`.
 
     So a pickle does not depend on where the class is defined. Unpickling asks the package for the class, and then
-    `eval(repr(x), vars(raytracer))` finds the class, too.
+    `eval(repr(x), vars(raytracer))` finds the class, too. The names in the annotations stay those of the class's own
+    module, where `inspect.signature` and `help` look for them.
     """
-    kind.__module__ = kind.__module__.partition(".")[0]
+    module = kind.__module__
+    kind.__annotations__ = {
+        name: ForwardRef(hint, module=module, is_class=True) if isinstance(hint, str) else hint
+        for name, hint in kind.__annotations__.items()
+    }
+    kind.__module__ = module.partition(".")[0]
     return kind
 
 
