@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from raytracer.formats.material_library import published
     from raytracer.formats.scene_file import SceneFile, load, load_all, load_settings
     from raytracer.gpu import glsl_call as glsl  # noqa: F401  (not in __all__)
-    from raytracer.gpu.context import ContextError
+    from raytracer.gpu.turns import ContextError
     from raytracer.ground_truth.picture import reference
     from raytracer.rendering import brdf
     from raytracer.rendering.picture import render
@@ -99,7 +99,7 @@ _SCENES = {
 }
 _PICTURES = {
     "Comparison": "analysis.image_difference",
-    "ContextError": "gpu.context",
+    "ContextError": "gpu.turns",
     "Image": "formats.image",
     "ShaderError": "compiler.glsl.preprocessor",
     "compare": "analysis.image_difference",

@@ -7,7 +7,8 @@ import raytracer as rt
 from raytracer.analysis.pixel_doubt import PixelDoubt, find_pixel_doubt
 from raytracer.formats.image import Image
 from raytracer.ground_truth import ray_tracer
-from raytracer.rendering.renderer import TILE, Renderer
+from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.tiles import TILE
 from raytracer.scene.settings import Settings
 from tests.compiled import compiled
 

@@ -1,6 +1,7 @@
 """The structure of the package: what a file may hold, and where. The directions of imports are `lint-imports`'s."""
 
 import ast
+import re
 from collections.abc import Iterator
 from inspect import isfunction
 from pathlib import Path
@@ -18,7 +19,7 @@ CACHED = {
 }
 # The names of modules that are bound anew, or collect what comes, while the process runs, and why.
 VARIABLES = {
-    ("gpu/context.py", "_loaders"): "what OpenGL's functions were loaded by, which must outlive every context",
+    ("gpu/context.py", "_loaders"): "the open windows of GLFW, which ends with the last of them",
     ("gpu/device.py", "_shared"): "the devices that rt.render() and glsl.call() share",
     ("gpu/turns.py", "_process"): "which thread of this process draws, anew after a fork",
     ("ground_truth/workers.py", "_worker"): "in a process that does nothing else",
@@ -109,3 +110,20 @@ def test_tests_stand_where_the_packages_do_and_import_no_test() -> None:
     tests = parsed(TESTS)
     assert {name.partition("/")[0] for name in tests if "/" in name} <= {name.partition("/")[0] for name in MODULES}
     assert not {name for name, module in tests.items() if any(".test_" in each for each in imports(module))}
+
+
+def test_a_package_lists_the_names_that_other_packages_import() -> None:
+    lists = {name: ast.get_docstring(module) or "" for name, module in MODULES.items() if name.endswith("__init__.py")}
+    missing: set[str] = set()
+    for name, module in MODULES.items():
+        own = name.partition("/")[0]
+        for node in ast.walk(module):
+            if "/" not in name or not isinstance(node, ast.ImportFrom) or not node.module:
+                continue
+            root, *folders = node.module.split(".")
+            if root != "raytracer" or not folders or folders[0] in (own, "version"):
+                continue
+            pages = ["/".join(folders[:end]) for end in range(1, len(folders) + 1)]
+            words = re.findall(r"\w+", " ".join(lists.get(f"{page}/__init__.py", "") for page in pages))
+            missing |= {f"{node.module}: {alias.name}" for alias in node.names if alias.name not in words}
+    assert not missing

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.core.validation import shown
+from raytracer.core.shown import shown
 from raytracer.formats.image_files import load_radiance
 
 api: Any = rt  # where types are wrong on purpose

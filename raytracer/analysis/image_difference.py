@@ -161,7 +161,7 @@ def difference(a: PictureRows, b: PictureRows) -> Image:
 
 
 def size_of(picture: PictureRows) -> str:
-    """As in 320x180."""
+    """Write a picture's size as in 320x180."""
     height, width = picture.shape[:2]
     return f"{width}x{height}"
 

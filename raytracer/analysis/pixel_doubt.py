@@ -29,8 +29,9 @@ from raytracer.analysis.rounding_bounds import (
 from raytracer.compiler import view_space
 from raytracer.ground_truth import ray_tracer
 from raytracer.ground_truth.microfacets import dot
-from raytracer.scene.scene import PointLight, Scene
-from raytracer.scene.settings import Precision
+from raytracer.scene.lights import PointLight
+from raytracer.scene.options import Precision
+from raytracer.scene.scene import Scene
 from raytracer.scene.solids import Sphere
 
 Array = NDArray[np.float64]
@@ -38,7 +39,7 @@ Mask = NDArray[np.bool_]
 
 
 class PixelDoubt(NamedTuple):
-    """What rounding may change in a picture of one sample: arrays (H, W)."""
+    """The changes that rounding may make in a picture of one sample: arrays (H, W)."""
 
     doubtful: Mask  # what is seen may be another surface, or none
     depth: Array  # |error| of the depth, elsewhere

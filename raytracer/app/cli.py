@@ -22,9 +22,10 @@ from typing import Any, NoReturn
 
 from raytracer.core.interrupts import STATUS
 from raytracer.core.output import written_whole
+from raytracer.core.shown import shown
 from raytracer.core.suggest import did_you_mean
 from raytracer.core.terminal import complain, drop_output, tolerant_output
-from raytracer.core.validation import InputError, shown
+from raytracer.core.validation import InputError
 from raytracer.version import __version__
 
 _COMMANDS = {

@@ -1,4 +1,4 @@
-"""What several commands take on the command line: a scene, settings, a size, a backend."""
+"""Arguments that several commands take on the command line: a scene, settings, a size, a backend."""
 
 from __future__ import annotations
 

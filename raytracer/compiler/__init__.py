@@ -14,8 +14,9 @@ May import: core, scene. Other packages may use:
 - glsl.preprocessor: assemble, shaders_folder, ShaderError, Source
 - glsl.materials: material_text, reflected_text
 - material_layout: make_layout, struct, Layout
-- draws: sample_at, sample_draws, Clear, Draw, Sample, Screen, Step, SUMMED
-- meshes: tile_meshes, Cells, Coverage, Meshes, Rectangles, and the names of programs
+- draws: sample_at, sample_draws, viewport, Clear, Draw, Sample, Screen, Step, MARGIN, SUMMED
+- meshes: tile_meshes, runs, Cells, Coverage, Mask, Meshes, Rectangle, Rectangles, PER_CELL; the names of programs, SEE,
+  SHAPES, SHADE, PLANE_ONLY and EMPTY
 - direction_cells: BLOCK, CELL
 - roth_bounds: roth_loops
 - rounds: MAX_ROUNDS

@@ -178,7 +178,7 @@ class Lister:
         return shared, others
 
     def light_lists(self, lights: Sequence[PointLight], grid: int) -> Lists:
-        """For the cells of the cubes around lights, one after the other, numbered as cells.cube_faces() does."""
+        """The lists of the cells of the cubes around lights, one after the other, numbered as by cube_faces()."""
         cells = 6 * grid * grid
         views: list[FindPairs] = []
         counts, items = [np.zeros(0, np.int64)], [np.zeros(0, np.int32)]

@@ -144,7 +144,7 @@ class Pruner:
         return (1 << self._bits) - 1
 
     def _chain(self, cell: Ints, place: Ints) -> Ints:
-        """What is left: (cell << bits | number) << LEAF_SHIFT | how it is combined. All leaves have one parent."""
+        """The codes that are left, if all leaves have one parent: (cell << bits | number) << LEAF_SHIFT | operation."""
         start = np.flatnonzero(_differs(cell))
         left = np.add.reduceat(self._killer[place], start) == self._killer[self._leaf].sum()
         how = self._joins[place]
@@ -205,7 +205,7 @@ class Pruner:
         return _Events(pair, below, last, tops, sides, parents, start, inner[: len(parent)])
 
     def _down(self, levels: list[_Events]) -> list[Ints]:
-        """What is left, from the roots down to the leaves, as _chain() has it."""
+        """The codes that are left, from the roots down to the leaves, as _chain() has them."""
         parts: list[Ints] = []
         # How each path that is left joins what was evaluated before it: the code for a leaf in its place.
         joins = np.full(len(levels[0].tops), PUSH)

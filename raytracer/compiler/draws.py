@@ -31,8 +31,8 @@ class Screen(msgspec.Struct, frozen=True):
 
 
 class Clear(msgspec.Struct, frozen=True):
-    """The value that all pixels of an `area` of a texture get: the first component in a texture of depths. A texture
-    of integers gets 0.
+    """The value that all pixels of an `area` of a texture get: the first component in a texture of depths. All of a
+    texture of integers gets 0.
     """
 
     texture: str
@@ -161,6 +161,7 @@ def _shading(
     fills = replaces and blending == "copy"  # with the light of empty cells
     steps: list[Step] = []
     if fills:
+        # The whole texture: a part llvmpipe clears by drawing, with a program to be compiled.
         r, g, b = background
         steps.append(Clear("radiance", (r, g, b, r * r + g * g + b * b)))  # as empty.frag has it
     elif sample.starts_sum and not replaces:

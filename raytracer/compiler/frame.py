@@ -62,12 +62,11 @@ class LightNumbers(msgspec.Struct, frozen=True, eq=False):
 
 
 class CellMasks(msgspec.Struct, frozen=True, eq=False):
-    """(rows, columns) each, the lowest row first: the cells of a picture by what draws them. Each is in one mask."""
+    """(rows, columns) each, the lowest row first: the cells of a picture that may have a program of their own."""
 
     key: Key
     plane_only: Mask  # without the empty ones
     empty: Mask
-    others: Mask
 
 
 class Frame(msgspec.Struct, frozen=True, eq=False):
@@ -250,12 +249,12 @@ def _cells(
     shape = -(-size[1] // CELL), -(-size[0] // CELL)
     none = np.zeros(shape, bool)
     if not compiled.has_plane_only_cells:
-        return CellMasks(key, none, none, ~none)
+        return CellMasks(key, none, none)
     occupied = listed_cells(lists, lights) if lists else occupied_cells(view, compiled.scene.solids(), lights, size)
     covered, empty = plane_only_cells(view, planes, lights, occupied, size)
     if plane_only and planes:
-        return CellMasks(key, covered & ~empty, empty, ~covered)
-    return CellMasks(key, none, empty, ~empty)
+        return CellMasks(key, covered & ~empty, empty)
+    return CellMasks(key, none, empty)
 
 
 def _uniforms(

@@ -3,7 +3,9 @@
 The package imports no other package, and NumPy only where arrays are made: a scene is made, and a user's mistake is
 found, without NumPy. Other packages may use:
 
-    validation: InputError; Vec3, Key, Keys; bounds such as MAX_LENGTH; checks that return the checked value
+    validation: InputError, about, within; Vec3, Key, Keys; MAX_COLOR, MAX_EXPONENT, MAX_LENGTH, MAX_SIDE, MIN_RADIUS;
+        checks that return the checked value: number, whole, vector, three, point, color, direction, items,
+        check_choice, check_flag, check_keys, check_path, check_size, check_text; is_number, set_fields
     suggest: did_you_mean, did_you_mean_file, known (remedies that end an error)
     shown: shown, printable, shortened (values as an error shows them)
     record: Record (frozen structs with `replace`), public

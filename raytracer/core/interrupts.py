@@ -95,7 +95,7 @@ class _Interrupts:
             raise KeyboardInterrupt
 
     def raise_again(self, lost: sys.UnraisableHookArgs) -> None:
-        """As sys.unraisablehook: an interrupt in code that cannot raise, such as a destructor, comes again soon."""
+        """Send an interrupt again that came in code that cannot raise, such as a destructor: a sys.unraisablehook."""
         if not issubclass(lost.exc_type, KeyboardInterrupt):
             if not self.happened:  # afterwards a destructor may well miss something
                 sys.__unraisablehook__(lost)

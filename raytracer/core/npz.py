@@ -10,7 +10,8 @@ import struct
 from collections.abc import Callable, Iterable
 from typing import IO, TYPE_CHECKING, Any
 
-from raytracer.core.validation import InputError, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError
 
 if TYPE_CHECKING:
     from zipfile import ZipFile, ZipInfo

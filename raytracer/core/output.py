@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import IO, Any
 
 from raytracer.core.interrupts import deferred
-from raytracer.core.validation import InputError, check_path, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError, check_path
 
 _ANY_MAY_WRITE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
 # The permissions of a new file, from which the umask takes some away.
@@ -98,7 +99,7 @@ def written_whole(path: Path, finish: Callable[[Path], object] | None = None) ->
 
 @contextmanager
 def replaced_whole(path: Path, finish: Callable[[], object] | None = None) -> Iterator[IO[Any]]:
-    """As written_whole(), but a link gives way to a file: who could have made the link does not choose the target."""
+    """Do as written_whole(), but replace a link: who could have made the link does not choose the target."""
     kept = None
     with suppress(FileNotFoundError):
         status = path.lstat()

@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
+from raytracer.core.shown import printable, shown
 from raytracer.core.terminal import note
-from raytracer.core.validation import InputError, printable, shown
+from raytracer.core.validation import InputError
 
 # Seconds. Longer work shows a progress bar on a terminal.
 _SECONDS_WITHOUT_BAR = 1.0
@@ -35,7 +36,7 @@ def progress_bar(title: str) -> AbstractContextManager[Progress]:
 
 @contextmanager
 def step_bar(title: str) -> Iterator[Progress]:
-    """As progress_bar(), for one of several steps: where there is no terminal, a line says that the step begins."""
+    """Do as progress_bar() for one of several steps: where there is no terminal, a line says that the step begins."""
     tell_step(title)
     with progress_bar(title) as progress:
         yield progress

@@ -47,7 +47,7 @@ def did_you_mean(name: str, names: Iterable[str]) -> str:
 
 
 def did_you_mean_file(path: Path, others: Iterable[str] = ()) -> str:
-    """As `did_you_mean`, of a file that is not there: the name of one beside it, or one of the names `others`.
+    """End an error about a file that is not there: `did_you_mean` with a file beside it, or one of the names `others`.
 
     A path without a suffix is rather meant to be one of the others. "" if the file is there. A file whose suffix is not
     near to the path's is another kind of file.

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from raytracer.core.validation import printable
+from raytracer.core.shown import printable
 
 if TYPE_CHECKING:
     from rich.table import Table

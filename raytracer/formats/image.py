@@ -14,7 +14,8 @@ from numpy.typing import DTypeLike, NDArray
 
 from raytracer.core.output import check_output, written_whole
 from raytracer.core.record import Record, public
-from raytracer.core.validation import InputError, about, check_choice, check_text, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError, about, check_choice, check_text
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image_files import FORMATS
 from raytracer.formats.srgb import encode_srgb8

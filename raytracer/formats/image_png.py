@@ -15,7 +15,8 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.core.validation import InputError, printable
+from raytracer.core.shown import printable
+from raytracer.core.validation import InputError
 from raytracer.formats.png_chunks import SIGNATURE, check_whole, read_header
 from raytracer.formats.radiance import MAX_PIXELS, row_blocks
 from raytracer.formats.srgb import decode_srgb, encode_srgb8

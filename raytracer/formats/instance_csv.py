@@ -6,7 +6,8 @@ import csv
 from array import array
 from collections.abc import Iterator
 
-from raytracer.core.validation import InputError, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError
 from raytracer.scene.instances import Instances
 from raytracer.scene.solids import MAX_SURFACES, Solid
 

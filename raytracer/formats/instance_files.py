@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path, PurePath
 
-from raytracer.core.validation import InputError, about, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError, about
 from raytracer.formats import instance_csv, instance_npz
 from raytracer.formats.companion_files import ByteBudget, is_plain_name, read_companion
 from raytracer.scene.instances import Instances

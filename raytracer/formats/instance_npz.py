@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from raytracer.core.npz import read_arrays
-from raytracer.core.validation import InputError, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError
 from raytracer.formats import companion_files
 from raytracer.scene.instances import Instances
 from raytracer.scene.solids import MAX_SURFACES, Solid

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from raytracer.core.files import packaged, read_packaged
+from raytracer.core.shown import shown
 from raytracer.core.suggest import did_you_mean
-from raytracer.core.validation import InputError, shown, within
+from raytracer.core.validation import InputError, within
 from raytracer.formats.toml_text import parse_toml
 from raytracer.scene.materials.material import Material
 

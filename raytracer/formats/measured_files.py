@@ -9,7 +9,8 @@ from collections.abc import Callable
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
-from raytracer.core.validation import InputError, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError
 from raytracer.formats.companion_files import is_plain_name
 
 if TYPE_CHECKING:

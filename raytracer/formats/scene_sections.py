@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
+from raytracer.core.shown import shown
 from raytracer.core.suggest import did_you_mean, known
-from raytracer.core.validation import InputError, check_choice, check_text, shown, within
+from raytracer.core.validation import InputError, check_choice, check_text, within
 from raytracer.formats import csg_expression
 from raytracer.formats.companion_files import ByteBudget
 from raytracer.formats.instance_files import read_instances

@@ -4,10 +4,11 @@ May import: core, compiler. Other packages may use
 
 - device: Device, shared_device; ADD, OVER (ways of blending)
 - glsl_call: call, dtype, struct_dtype (public as raytracer.glsl)
-- turns: ContextError (public as raytracer.ContextError)
-- context: open_window, the names of backends; adapters: Adapter; context_report: for `raytracer doctor`
+- turns: exclusive, has_turn, is_cut_off, ContextError (public as raytracer.ContextError)
+- context: open_window, Backend, PACKAGES; adapters: Adapter
+- context_report: examine_contexts, ContextReport, for `raytracer doctor`
 - scene_buffers: SceneBuffers, the numbers of a frame; draw_player: DrawPlayer, which plays lists of draws
-- gl: types of OpenGL's objects, set_uniforms
+- gl: set_uniforms; Context, Framebuffer, Program and Texture, types of OpenGL's objects
 
 turns has the one lock of a process. cell_draw and rectangle_draw draw the meshes of compiler/meshes.py.
 """

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 import moderngl
 
-from raytracer.core.validation import InputError, printable, shown, whole
+from raytracer.core.shown import printable, shown
+from raytracer.core.validation import InputError, whole
 
 VARIABLE = "RAYTRACER_DEVICE"
 # More adapters than any machine has; EGL says itself where its list ends.

@@ -95,7 +95,7 @@ def open_window(size: tuple[int, int], title: str) -> tuple[moderngl.Context, An
 
 
 class _GlfwLoader:
-    """What moderngl wants of a context that somebody else made: functions, and an end."""
+    """A context of GLFW as moderngl takes it: it loads functions, becomes current, and is released."""
 
     def __init__(self, glfw: Any, window: Any, platform: str) -> None:
         self._glfw, self._window, self.platform = glfw, window, platform
@@ -115,7 +115,7 @@ class _GlfwLoader:
             _close(self._glfw, self._window)
 
 
-# Of GLFW's open windows. GLFW has one platform a process at a time.
+# The loaders of all open windows of GLFW, which has one platform a process at a time.
 _loaders: list[_GlfwLoader] = []
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
@@ -139,12 +139,12 @@ class Device:
         """Whether `program` compiles nothing."""
         return (vertex.text, source.text) in self._programs
 
-    def held_by(self, owner: object) -> set[Program]:
-        """The programs that are kept as long as `owner` lives: a set that `owner` fills.
+    def hold(self, owner: object, programs: Iterable[Program]) -> None:
+        """Keep `programs` as long as `owner` lives, in place of the programs held for it before.
 
         A window holds the programs that it draws with, while other pictures are made by the same device.
         """
-        return self._held.setdefault(owner, set())
+        self._held[owner] = set(programs)
 
     def forget(self) -> None:
         """Release all programs that nobody holds. The context must be current."""

@@ -67,7 +67,6 @@ class DrawPlayer:
 
     def __init__(self, device: Device) -> None:
         self._device, self._context = device, device.context
-        self._held = device.held_by(self)
         self._programs: dict[str, Program] = {}
         self._meshes: dict[str, CellDraw | RectangleDraw | ScreenDraw] = {}  # by program
         self._textures: dict[str, Any] = {}
@@ -87,8 +86,7 @@ class DrawPlayer:
                 if sampler in program:
                     set_sampler(self._context, program, sampler, unit)
             self._programs[name] = program
-        self._held.clear()
-        self._held.update(self._programs.values())
+        self._device.hold(self, self._programs.values())
 
     def has_program(self, name: str) -> bool:
         """Whether a program has that name."""
@@ -147,7 +145,7 @@ class DrawPlayer:
 
     def _clear(self, step: Clear) -> None:
         texture = self._textures[step.texture]
-        if step.texture == "depth":
+        if texture.depth:
             framebuffer = self._framebuffer((), step.texture)
             framebuffer.scissor = step.area or (0, 0, *framebuffer.size)
             framebuffer.clear(depth=step.value[0])
@@ -156,7 +154,6 @@ class DrawPlayer:
         if texture.dtype == "i4":
             clear_integers(self._context, framebuffer)
             return
-        # All of it: a part llvmpipe clears by drawing, with a program to be compiled.
         framebuffer.scissor = step.area or (0, 0, *framebuffer.size)
         framebuffer.use()
         framebuffer.clear(color=step.value)
@@ -216,8 +213,9 @@ class DrawPlayer:
     def close(self) -> None:
         """Give back everything on the GPU but the programs."""
         release(self._context, *self._framebuffers.values(), *self._meshes.values(), *self._textures.values())
-        for kept in (self._framebuffers, self._meshes, self._textures, self._programs, self._held):
+        for kept in (self._framebuffers, self._meshes, self._textures, self._programs):
             kept.clear()
+        self._device.hold(self, ())
 
 
 def _part(step: Step) -> tuple[tuple[str, ...], Rectangle] | None:

@@ -35,14 +35,14 @@ _FUNCTION: Any = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)
 _Uint, _Int = ctypes.c_uint, ctypes.c_int
 
 
-def release(context: moderngl.Context, *things: Any) -> None:
+def release(context: moderngl.Context, *objects: Any) -> None:
     """Release OpenGL objects, framebuffers among them.
 
     When moderngl makes a framebuffer it binds the one used last again, which must not be gone by then.
     """
     context.detect_framebuffer(0).use()
-    for thing in things:
-        thing.release()
+    for each in objects:
+        each.release()
 
 
 def set_uniforms(program: moderngl.Program, **values: object) -> None:
@@ -78,9 +78,9 @@ def clear_integers(context: moderngl.Context, framebuffer: moderngl.Framebuffer)
 
 def largest_point(context: moderngl.Context) -> int:
     """The side of the largest point in pixels."""
-    found = (ctypes.c_float * 2)()
-    _function(context, "glGetFloatv", _Uint, ctypes.POINTER(ctypes.c_float))(_ALIASED_POINT_SIZE_RANGE, found)
-    return int(found[1])
+    sizes = (ctypes.c_float * 2)()
+    _function(context, "glGetFloatv", _Uint, ctypes.POINTER(ctypes.c_float))(_ALIASED_POINT_SIZE_RANGE, sizes)
+    return int(sizes[1])
 
 
 def varying_components(context: moderngl.Context) -> int:
@@ -113,10 +113,10 @@ class BufferTexture:
     @staticmethod
     def most(context: moderngl.Context) -> int:
         """How many texels one can have."""
-        found = _Int()
+        texels = _Int()
         get = _function(context, "glGetIntegerv", _Uint, ctypes.POINTER(_Int))
-        get(_MAX_TEXTURE_BUFFER_SIZE, ctypes.byref(found))
-        return found.value
+        get(_MAX_TEXTURE_BUFFER_SIZE, ctypes.byref(texels))
+        return texels.value
 
     def write(self, data: NDArray[Any]) -> None:
         """Hold (N, 4) float32 or int32, (N, 2) or (N,) int32. It must be of the kind that was written before."""

@@ -22,7 +22,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble, shaders_folder
 from raytracer.core.files import read_packaged
-from raytracer.core.validation import InputError, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError
 from raytracer.gpu.device import Device, shared_device
 from raytracer.gpu.gl import release, set_uniforms, volume_texture
 
@@ -56,7 +57,7 @@ def call(
     file: str | None = None,
     volumes: Mapping[str, NDArray[np.float32]] | None = None,
 ) -> Any:
-    """What `function` gives for each of N elements.
+    """Call `function` for each of N elements.
 
     An argument for each `in` and `inout` parameter: N elements of its type in an array, or one
     for all. Returns an array of N elements of the function's type; if there are `out` or `inout`
@@ -71,19 +72,19 @@ def call(
     device = device or shared_device()
     types = _Types(file or _file_of(function), defines, generated)
     result, parameters = types.signature(function)
-    given = [p for p in parameters if p.direction != "out"]
-    if len(arguments) != len(given):
-        names = ", ".join(f"{p.type} {p.name}" for p in given)
-        raise TypeError(f"{function}({names}) takes {len(given)} arguments, got {len(arguments)}")
+    inputs = [p for p in parameters if p.direction != "out"]
+    if len(arguments) != len(inputs):
+        names = ", ".join(f"{p.type} {p.name}" for p in inputs)
+        raise TypeError(f"{function}({names}) takes {len(inputs)} arguments, got {len(arguments)}")
 
-    columns = [_elements(value, types.dtype(p.type), p.name) for value, p in zip(arguments, given, strict=True)]
+    columns = [_elements(value, types.dtype(p.type), p.name) for value, p in zip(arguments, inputs, strict=True)]
     lengths = {len(column) for column in columns} - {1}
     if len(lengths) > 1:
         raise ValueError(f"{function}: expected arguments of as many elements, or one, got {sorted(lengths)}")
     count = lengths.pop() if lengths else 1
-    taken = np.dtype([(p.name, types.dtype(p.type)) for p in given])
+    taken = np.dtype([(p.name, types.dtype(p.type)) for p in inputs])
     data = np.zeros(count, taken)
-    for parameter, column in zip(given, columns, strict=True):
+    for parameter, column in zip(inputs, columns, strict=True):
         data[parameter.name] = column
 
     results = [("return", result)] if result != "void" else []
@@ -112,21 +113,21 @@ def struct_dtype(struct: str, file: str, generated: Mapping[str, str]) -> np.dty
 @cache
 def _definitions() -> dict[str, list[str]]:
     """The files that define each function and struct."""
-    found: dict[str, list[str]] = {}
+    files: dict[str, list[str]] = {}
     folder = shaders_folder()
     for path in sorted(folder.rglob("*.glsl")):
         text = _COMMENT.sub("", read_packaged(path))
         for name in re.findall(r"^\w+\s+(\w+)\s*\([^()]*\)\s*\{|^struct\s+(\w+)", text, re.MULTILINE):
             file = path.relative_to(folder).as_posix()
-            found.setdefault(name[0] or name[1], []).append(file)
-    return found
+            files.setdefault(name[0] or name[1], []).append(file)
+    return files
 
 
 def _file_of(name: str) -> str:
     files = _definitions().get(name, [])
     if len(files) != 1:
-        found = f", but in {' and '.join(files)}" if files else ""
-        raise ShaderError(f"no function or struct {name} in exactly one file of {shaders_folder()}{found}")
+        places = f", but in {' and '.join(files)}" if files else ""
+        raise ShaderError(f"no function or struct {name} in exactly one file of {shaders_folder()}{places}")
     return files[0]
 
 

@@ -10,7 +10,7 @@ Other packages may use:
     ray_tracer: trace, trace_rays, camera_rays, rays_through, RayResults
     intersection: Tracer
     reflectance: reflected, mirrored
-    microfacets, rough_surfaces: the terms of the reflectance models
+    microfacets: fresnel, dot; rough_surfaces: eon_albedo, eon_mean_albedo (terms of the reflectance models)
     converged: trace_converged
     job: Job, FIRST_SAMPLES, SAMPLES, TOLERANCE
     cost: check_cost, estimate_cost

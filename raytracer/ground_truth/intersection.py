@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from raytracer.ground_truth.light_rays import ends_on
 from raytracer.ground_truth.microfacets import dot
-from raytracer.scene.scene import PointLight, Scene
+from raytracer.scene.lights import PointLight
+from raytracer.scene.scene import Scene
 from raytracer.scene.solids import Complement, Intersection, Primitive, Solid, Sphere, Union, postfix
 
 Array = NDArray[np.float64]
@@ -22,7 +23,7 @@ Mask = NDArray[np.bool_]
 
 
 def _inside(solid: list[Solid], leaf_inside: list[Mask]) -> list[Mask]:
-    """For every node of a postfix tree, whether the point is in it, given that for the leaves."""
+    """Whether points are in each node of a postfix tree, by whether they are in the leaves."""
     results: list[Mask] = []
     stack: list[Mask] = []
     leaf = iter(leaf_inside)

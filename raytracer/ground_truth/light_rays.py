@@ -1,4 +1,4 @@
-"""From a point to a light, in float64: the rays that ray_tracer.py looks along, by a rule of its own."""
+"""Rays from points to a light, in float64: ray_tracer.py looks along them, by a rule of its own."""
 
 from __future__ import annotations
 

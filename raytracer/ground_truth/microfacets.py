@@ -1,4 +1,4 @@
-"""What the microfacet models share, in float64 NumPy, from the definitions: Fresnel factors, distributions, masking."""
+"""The parts that microfacet models share, in float64 NumPy, from the definitions: Fresnel, distributions, masking."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def schlick(f0: Array, c: Array) -> Array:
 
 
 def fresnel(m: Material, c: Array) -> Array:
-    """What a facet reflects, (R, 3), by the cosine (R,) of the angle to it."""
+    """The share of light that a facet reflects, (R, 3), by the cosine (R,) of the angle to it."""
     if m.fresnel == "schlick":
         return schlick(np.array(m.f0), c)
     # Amplitudes for a complex index, as Born and Wolf have them; a dielectric's is real.

@@ -11,7 +11,8 @@ from raytracer.formats.image import Image
 from raytracer.ground_truth.converged import trace_converged
 from raytracer.ground_truth.cost import check_cost, estimate_cost
 from raytracer.ground_truth.job import SAMPLES, TOLERANCE, Job, check_accuracy
-from raytracer.scene.options import Shading, Shadows
+from raytracer.scene.materials.models import Shading
+from raytracer.scene.options import Shadows
 from raytracer.scene.scene import Scene, checked_scene
 from raytracer.scene.settings import Settings
 from raytracer.scene.settings_patch import SettingsPatch, checked_patch

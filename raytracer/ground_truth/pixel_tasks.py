@@ -39,7 +39,7 @@ class Task(NamedTuple):
 
 
 class TaskResult(NamedTuple):
-    """For each pixel of a task: the mean radiance, (P, 3), its variance, and in the first round the centre ray."""
+    """The results of a task's pixels: mean radiance, (P, 3), its variance, and in the first round the centre rays."""
 
     mean: Array
     variance: Array

@@ -19,8 +19,10 @@ from raytracer.ground_truth.intersection import Tracer
 from raytracer.ground_truth.light_rays import ends_on, light_rays
 from raytracer.ground_truth.microfacets import dot
 from raytracer.ground_truth.reflectance import mirrored, reflected
+from raytracer.scene.camera import Camera
+from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.models import MODELS
-from raytracer.scene.scene import Camera, PointLight, Scene
+from raytracer.scene.scene import Scene
 from raytracer.scene.sequences import sample_points
 from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Sphere

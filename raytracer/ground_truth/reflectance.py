@@ -27,7 +27,7 @@ def reflected(m: Material, N: Array, L: Array, V: Array) -> Array:
 
 
 def mirrored(m: Material, N: Array, V: Array) -> Array:
-    """Which share, (R, 3), a material sends towards V of the light from the mirror direction."""
+    """The share, (R, 3), of the light from the mirror direction that a material sends towards V."""
     return rough_surfaces.he_mirrored(m, N, V) if m.model == "he" else fresnel(m, np.clip(dot(N, V), 0.0, 1.0))
 
 

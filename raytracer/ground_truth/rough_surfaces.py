@@ -185,7 +185,7 @@ def he(m: Material, N: Array, L: Array, V: Array) -> Array:
 
 
 def he_mirrored(m: Material, N: Array, V: Array) -> Array:
-    """What the radiance from the mirror direction is multiplied with: ks F e^-g S."""
+    """The factor of the radiance from the mirror direction: ks F e^-g S."""
     theta = _angle(N, V)
     g = (4 * np.pi / np.array(m.wavelength) * (he_height(m, theta, theta) * np.cos(theta))[:, None]) ** 2
     F = fresnel(m, np.cos(theta))

@@ -10,14 +10,26 @@ from numpy.typing import ArrayLike, NDArray
 from raytracer.compiler.glsl import materials
 from raytracer.compiler.material_layout import make_layout, struct
 from raytracer.core.arrays import number_array
-from raytracer.core.validation import InputError, Keys, check_text, is_number, number, shown, vector
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError, Keys, check_text, is_number, number, vector
 from raytracer.gpu import glsl_call
 from raytracer.gpu.device import Device
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.merl import SHAPE, Measured, directions
 
+# The name and the last function of the generated text that is called.
 _TOP = "reflectance.glsl"
+_EVALUATE = [
+    "vec3 evaluate(Material m, vec3 L, vec3 V) {",
+    "    return L.z > 0.0 && V.z > 0.0 ? reflected(m, vec3(0.0, 0.0, 1.0), L, V) : vec3(0.0);",
+    "}",
+]
+# Directions of one call: the Material goes to the GPU with each of them.
 _SLICE = 2**17
+# The error of a direction's squared length: that of unit vectors in float32, and of a user's rounding to 4 digits.
+_OFF_UNIT = 1e-3
+# Rows of a list: 400 MB as float64. An array may have more.
+_MOST = 2**24
 
 
 def evaluate(material: Material, wi: ArrayLike, wo: ArrayLike, *, device: Device | None = None) -> NDArray[np.float32]:
@@ -38,9 +50,10 @@ def evaluate(material: Material, wi: ArrayLike, wo: ArrayLike, *, device: Device
 
 
 def call(function: str, material: Material, *arguments: ArrayLike, device: Device | None = None) -> NDArray[Any]:
-    """What a GLSL function of a Material and N more arguments answers, in a shader that has what `material` needs.
+    """Call a GLSL function of a Material and of N more arguments, in a shader for the model of `material`.
 
-    Such as ggxD() of shaders/brdf/distribution_ggx.glsl for a material of the model ggx. As raytracer.glsl.call().
+    An example is ggxD() of shaders/brdf/distribution_ggx.glsl for a material of the model ggx. All else is as in
+    raytracer.glsl.call().
     """
     _check(material, device)
     check_text(function, "function")
@@ -63,7 +76,6 @@ def bake(material: Material, *, device: Device | None = None) -> Measured:
     if make_layout([material]).is_anisotropic:
         raise InputError("expected cx and cy to be the same: MERL's format is for isotropic materials", "lobes")
     wi, wo = (_above(part.reshape(-1, 3)) for part in directions())
-    # In slices: the Material goes to the GPU with each of its directions.
     slices = [slice(i, i + _SLICE) for i in range(0, len(wi), _SLICE)]
     f = np.concatenate([evaluate(material, wi[part], wo[part], device=device) / wi[part, 2:] for part in slices])
     return Measured(f.reshape(*SHAPE, 3))
@@ -77,24 +89,11 @@ def _check(material: Any, device: Any) -> None:
 
 
 def _above(directions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Those below half a cell above the horizon, half a degree, brought up there."""
+    """The directions, with those that are less than half a cell, half a degree, above the horizon brought up there."""
     least = np.sin(np.radians(0.5))
     x, y, z = directions.T
     scale = np.where(z < least, np.sqrt((1.0 - least**2) / np.maximum(x**2 + y**2, 1e-30)), 1.0)
     return np.stack([x * scale, y * scale, np.maximum(z, least)], -1)
-
-
-_EVALUATE = [
-    "vec3 evaluate(Material m, vec3 L, vec3 V) {",
-    "    return L.z > 0.0 && V.z > 0.0 ? reflected(m, vec3(0.0, 0.0, 1.0), L, V) : vec3(0.0);",
-    "}",
-]
-# Of a direction's length, squared: what float32 numbers make of a unit vector, and a user's rounding to 4 digits.
-_OFF_UNIT = 1e-3
-
-
-# Rows of a list: 400 MB as float64. An array may have more.
-_MOST = 2**24
 
 
 def _directions(value: Any, name: str) -> NDArray[np.float32]:

@@ -132,9 +132,9 @@ def tile_statistics(
     spread, seen = statistics.variance[part] / samples, statistics.at[part] > 0
     scales = np.full(samples.max() + 1, _scale(squared_errors, spread, seen))
     for n in np.unique(samples):
-        those = seen & (samples == n)
-        if those.any():
-            scales[n] = _scale(squared_errors, spread, those)
+        alike = seen & (samples == n)
+        if alike.any():
+            scales[n] = _scale(squared_errors, spread, alike)
     worst = scales[samples] * statistics.most[part] / samples
     row, column = np.unravel_index(int(worst.argmax()), worst.shape)
     y, x = (int(index + rows.start) * BLOCK + BLOCK // 2 for index, rows in zip((row, column), part, strict=True))
@@ -147,10 +147,10 @@ def tile_statistics(
     )
 
 
-def _scale(squared_errors: Array, spread: Array, those: Mask) -> float:
-    """The squared errors of some blocks over those that independent samples would have."""
-    total = float(spread[those].sum(dtype=float))
-    return float(squared_errors[those].sum()) / total if total else 0.0
+def _scale(squared_errors: Array, spread: Array, chosen: Mask) -> float:
+    """The squared errors of the `chosen` blocks over the squared errors that independent samples would have."""
+    total = float(spread[chosen].sum(dtype=float))
+    return float(squared_errors[chosen].sum()) / total if total else 0.0
 
 
 def sample_variance(sums: NDArray[np.float32], samples: NDArray[np.int32]) -> NDArray[np.float32]:

@@ -23,7 +23,7 @@ from raytracer.rendering.tiles import place, split, tile_size
 from raytracer.scene.options import SamplingOptions
 
 
-class View(msgspec.Struct, frozen=True, eq=False):
+class GeometryRequest(msgspec.Struct, frozen=True, eq=False):
     """All that decides the geometry of a picture."""
 
     compiled: CompiledScene
@@ -31,25 +31,25 @@ class View(msgspec.Struct, frozen=True, eq=False):
     tile: int  # the side of the largest target in pixels
 
 
-def draw_geometry(device: Device, view: View) -> Geometry:
-    """The geometry of `view`. The device's context must be current.
+def draw_geometry(device: Device, request: GeometryRequest) -> Geometry:
+    """The geometry of `request`. The device's context must be current.
 
     Raises InputError if shaders do not come to an end, ShaderError for a mistake in `shaders/`.
     """
-    width, height = view.size
+    width, height = request.size
     # Neither shadows nor mirrors are drawn, and so no lists of lights are made.
-    scene, options = view.compiled.scene, view.compiled.options
-    compiled = compile(scene, options.replace(shadows="off", bounces=0), view.compiled)
-    frame = make_frame(compiled, view.size, device.limits, plane_only=False)
+    scene, options = request.compiled.scene, request.compiled.options
+    compiled = compile(scene, options.replace(shadows="off", bounces=0), request.compiled)
+    frame = make_frame(compiled, request.size, device.limits, plane_only=False)
     geometry = Geometry(
         np.empty((height, width), np.float32),
         np.empty((height, width, 3), np.float32),
         np.empty((height, width), np.int32),
     )
-    tile = tile_size(view.size, view.tile, is_drawn_once=True)
+    tile = tile_size(request.size, request.tile, is_drawn_once=True)
     with closing(TileRenderer(device, tile, geometry=True)) as renderer:
         renderer.load(find_programs(device, compiled, None), frame)
-        for rectangle in split(view.size, tile):
+        for rectangle in split(request.size, tile):
             renderer.draw(rectangle, sample_at(0, SamplingOptions()))  # at the centre of each pixel
             part = renderer.read_geometry(rectangle[2:])
             for array, values in zip(geometry, part, strict=True):
@@ -58,12 +58,12 @@ def draw_geometry(device: Device, view: View) -> Geometry:
 
 
 class DrawnGeometry(GeometrySource):
-    """The geometry of `view`, which `device` draws at the first access. Images share it with their copies."""
+    """The geometry of `request`, which `device` draws at the first access. Images share it with their copies."""
 
-    def __init__(self, device: Device, view: View) -> None:
-        self.shape = view.size[1], view.size[0]
+    def __init__(self, device: Device, request: GeometryRequest) -> None:
+        self.shape = request.size[1], request.size[0]
         self._device = device
-        self._view: View | None = view  # until it is drawn
+        self._request: GeometryRequest | None = request  # until it is drawn
         self._geometry: Geometry | None = None
 
     def geometry(self) -> Geometry:
@@ -78,10 +78,10 @@ class DrawnGeometry(GeometrySource):
             # No other lock than that of OpenGL's turns: a thread that waited for a turn with a lock of this object
             # would wait for ever if the turn's thread, in a progress callback, asked for the same arrays.
             with nullcontext() if within_turn else exclusive() if is_elsewhere else self._device.turn():
-                if self._view is not None:  # another thread may have been before
-                    view, device = self._view, self._device
-                    made = _drawn_elsewhere(device, view) if is_elsewhere else draw_geometry(device, view)
-                    self._geometry, self._view = made, None
+                if self._request is not None:  # another thread may have been before
+                    request, device = self._request, self._device
+                    made = _drawn_elsewhere(device, request) if is_elsewhere else draw_geometry(device, request)
+                    self._geometry, self._request = made, None
         assert self._geometry is not None
         return self._geometry
 
@@ -98,10 +98,10 @@ with output:
 """
 
 
-def _drawn_elsewhere(device: Device, view: View) -> Geometry:
-    """The geometry of `view` by another process, on the same kind of device."""
-    compiled = view.compiled
-    task = pickle.dumps((device.backend, device.adapter, compiled.scene, compiled.options, view.size, view.tile))
+def _drawn_elsewhere(device: Device, request: GeometryRequest) -> Geometry:
+    """The geometry of `request` by another process, on the same kind of device."""
+    compiled = request.compiled
+    task = pickle.dumps((device.backend, device.adapter, compiled.scene, compiled.options, request.size, request.tile))
     message = pickle.dumps((sys.path, task))
     done = subprocess.run([sys.executable, "-c", _DRAW], input=message, capture_output=True, check=False)
     if done.returncode:
@@ -124,7 +124,7 @@ def answer(task: bytes, output: Any) -> None:
     try:
         device = shared_device(backend, adapter)
         with device.turn():
-            result = draw_geometry(device, View(compile(scene, options), size, tile))
+            result = draw_geometry(device, GeometryRequest(compile(scene, options), size, tile))
     except Exception as error:  # for the process that asked
         result = error
     output.write(pickle.dumps(result, pickle.HIGHEST_PROTOCOL))

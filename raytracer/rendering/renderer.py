@@ -22,7 +22,7 @@ from raytracer.gpu.gl import Program
 from raytracer.rendering.accumulation import Accumulation, TileResult, complete, is_measured, margin
 from raytracer.rendering.block_measurements import BlockMeasurements
 from raytracer.rendering.estimator import TileStatistics, estimate
-from raytracer.rendering.geometry import DrawnGeometry, View
+from raytracer.rendering.geometry import DrawnGeometry, GeometryRequest
 from raytracer.rendering.programs import find_programs
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import TILE, place, split, tile_size
@@ -97,7 +97,7 @@ class Renderer:
             frame = make_frame(compiled, size, self.device.limits, plane_only=plane_only)
             programs = find_programs(self.device, compiled, plane_only=plane_only)
             seconds = _draw(self.device, programs, frame, options, tile, arrays, progress, estimates=estimates)
-        source: Any = DrawnGeometry(self.device, View(compiled, size, tile)) if geometry else None
+        source: Any = DrawnGeometry(self.device, GeometryRequest(compiled, size, tile)) if geometry else None
         error = arrays.estimate(seconds, _why_unknown(settings, estimates))
         return Image(
             arrays.radiance,

@@ -164,13 +164,11 @@ class TileRenderer:
 
 def _coverage(programs: Collection[str], frame: Frame) -> Coverage:
     """Find which program draws which cells."""
-    masks = frame.cells
-    cells = {}
-    if EMPTY in programs:
-        cells[EMPTY] = masks.empty
-        if PLANE_ONLY in programs:
-            cells[PLANE_ONLY] = masks.plane_only
-    others = masks.others if EMPTY in programs else np.ones_like(masks.others)
+    own = {EMPTY: frame.cells.empty, PLANE_ONLY: frame.cells.plane_only}
+    cells = {name: mask for name, mask in own.items() if name in programs}
+    others = np.ones_like(frame.cells.empty)
+    for mask in cells.values():
+        others &= ~mask
     cells |= {name: others for name in (SEE, SHADE) if name in programs}
     rectangles = frame.rectangles if SHAPES in programs else None
     return Coverage(frame.size, cells, frame.camera_lists, rectangles, frame.compiled.scene.background)

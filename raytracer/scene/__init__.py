@@ -3,17 +3,20 @@
 All are frozen values that check themselves when they are made. The package imports core alone: no OpenGL, and NumPy
 only where instances and measured materials are made. Other packages may use:
 
-    scene: Scene, checked_scene
-    solids: Sphere, Plane, the operators, and the trees' leaves and nodes in order
+    scene: Scene, checked_scene, used_models
+    solids: Solid, Primitive, Sphere, Plane; Union, Intersection, Difference, Complement; leaves, postfix, simplified
+        and with_leaves, for the parts of a tree; MAX_SURFACES, ROUNDING
     instances: Instances
     lights: PointLight, FALLOFFS
     camera: Camera
     materials: a package of its own
     settings: Settings
-    options: CompileOptions, SamplingOptions (the halves of Settings), Shadows, Evaluator, Precision, Shading
-    settings_patch: SettingsPatch, quality, QUALITIES, fewest, flags, changes, checked_patch (settings from many places)
-    sequences: SEQUENCES, PROGRESSIVE, sample_place, sample_points, scatters
-    warnings: scene_warnings and its parts
+    options: CompileOptions, SamplingOptions (the halves of Settings), Shadows, Evaluator, Precision,
+        MAX_SAMPLES
+    settings_patch: SettingsPatch, EMPTY, Quality, quality, QUALITIES, ASKED_SAMPLES, fewest, flags, changes,
+        checked_patch (settings from many places)
+    sequences: SampleSequence, SEQUENCES, PROGRESSIVE, sample_place, sample_points, scatters
+    warnings: scene_warnings, NO_RADIUS
 
 A new sequence is a row in sequences.py. A new falloff is a name in lights.py, a formula in irradiance.glsl and one in
 float64 in ground_truth/light_rays.py. A new setting is a field in options.py, in its half and with its check, in

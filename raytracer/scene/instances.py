@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from raytracer.core.record import Record, public
+from raytracer.core.shown import shown
 from raytracer.core.validation import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -21,7 +22,6 @@ from raytracer.core.validation import (
     number,
     point,
     set_fields,
-    shown,
 )
 from raytracer.core.vectors import add, dot, scaled
 from raytracer.scene.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves, with_leaves
@@ -110,7 +110,7 @@ class Instances(Record, frozen=True, eq=False):
             raise InputError(f"expected {expected}, got {place}", ("positions", i))
 
     def replace(self, **changes: Any) -> Instances:
-        """As `Record.replace`; one scale of all places is the scale of other positions, too, however many these are."""
+        """Do as `Record.replace`; one scale of all places is the scale of any number of other positions, too."""
         if "positions" in changes and (self.scales == self.scales[0]).all():
             changes = {"scales": float(self.scales[0])} | changes
         return super().replace(**changes)

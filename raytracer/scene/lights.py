@@ -9,6 +9,7 @@ import math
 from typing import Literal, get_args
 
 from raytracer.core.record import Record, public
+from raytracer.core.shown import shown
 from raytracer.core.validation import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -19,7 +20,6 @@ from raytracer.core.validation import (
     number,
     point,
     set_fields,
-    shown,
 )
 from raytracer.scene.solids import ROUNDING, Sphere
 

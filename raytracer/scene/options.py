@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import msgspec
 
 from raytracer.core.record import Record
-from raytracer.core.validation import InputError, check_choice, number, set_fields, shown, whole
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError, check_choice, number, set_fields, whole
 from raytracer.scene.materials.models import MODELS, SHADINGS, Shading
 from raytracer.scene.sequences import PROGRESSIVE, SEQUENCES, SampleSequence
 

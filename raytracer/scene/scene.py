@@ -12,7 +12,8 @@ from types import UnionType
 from typing import Any, TypeVar
 
 from raytracer.core.record import Record, public
-from raytracer.core.validation import InputError, Vec3, check_text, color, items, set_fields, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError, Vec3, check_text, color, items, set_fields
 from raytracer.scene.camera import Camera
 from raytracer.scene.instances import Instances
 from raytracer.scene.lights import PointLight

@@ -5,7 +5,8 @@ from __future__ import annotations
 import msgspec
 
 from raytracer.core.record import Record, public
-from raytracer.core.validation import InputError, set_fields, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError, set_fields
 from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import Shading

@@ -9,7 +9,8 @@ import msgspec
 from msgspec import UNSET, UnsetType
 
 from raytracer.core.record import Record
-from raytracer.core.validation import InputError, check_choice, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError, check_choice
 from raytracer.scene.materials.models import Shading
 from raytracer.scene.options import CompileOptions, Evaluator, Precision, SamplingOptions, Shadows
 from raytracer.scene.sequences import SampleSequence

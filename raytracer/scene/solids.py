@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
 
 from raytracer.core.record import Record, public
+from raytracer.core.shown import shown
 from raytracer.core.validation import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -19,7 +20,6 @@ from raytracer.core.validation import (
     number,
     point,
     set_fields,
-    shown,
     vector,
     whole,
 )
@@ -306,7 +306,7 @@ def postfix(solid: Solid) -> list[Solid]:
 
 
 def simplified(solid: Solid) -> list[Solid]:
-    """As postfix(), of the shortest tree that is compiled alike: without complements of complements."""
+    """List the tree as postfix() does, but without complements of complements: it is compiled alike."""
     order: list[Solid] = []
     for node in postfix(solid):
         if isinstance(node, Complement) and isinstance(order[-1], Complement):

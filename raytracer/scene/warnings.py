@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 
-from raytracer.core.validation import Vec3, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import Vec3
 from raytracer.scene.instances import Instances
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS, REFLECTED
@@ -95,7 +96,7 @@ def _reach(solid: Solid, eye: Vec3) -> tuple[float, float]:
 
 
 def _reach_of_many(instances: Instances, eye: Vec3) -> tuple[float, float]:
-    """As _reach(), all at once: float64 is exact enough for a warning."""
+    """Do as _reach() for all instances at once: float64 is exact enough for a warning."""
     import numpy as np
 
     centers, radii = instances.spheres()

@@ -1,6 +1,6 @@
 // The material of the surface that a ray hits.
-// Provides hitMaterial(). struct Material and materialAt() are generated (raytracer/compiler/glsl/reflectance.py): they have the
-// parameters that the models in use need, and no others.
+// Provides hitMaterial(). struct Material and materialAt() are generated (raytracer/compiler/glsl/materials.py): they have
+// the parameters that the models in use need, and no others.
 
 #include "geometry/surfaces.glsl"
 #include "materials.glsl"

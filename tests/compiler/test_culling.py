@@ -10,7 +10,8 @@ import raytracer as rt
 from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_scene
 from raytracer.compiler.direction_cells import CELL
 from raytracer.compiler.meshes import runs
-from raytracer.ground_truth.ray_tracer import Tracer, camera_rays
+from raytracer.ground_truth.intersection import Tracer
+from raytracer.ground_truth.ray_tracer import camera_rays
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Plane, Solid, leaves

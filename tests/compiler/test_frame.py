@@ -86,7 +86,7 @@ def test_a_frame_after_another_is_as_one_alone(scene: rt.Scene, settings: Settin
         for name, texels in alone.textures.items():
             np.testing.assert_array_equal(before.textures[name], texels, err_msg=name)
         np.testing.assert_array_equal(before.rectangles, alone.rectangles)
-        for name in ("plane_only", "empty", "others"):
+        for name in ("plane_only", "empty"):
             np.testing.assert_array_equal(getattr(before.cells, name), getattr(alone.cells, name))
 
 

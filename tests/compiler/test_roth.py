@@ -13,7 +13,8 @@ from raytracer import glsl
 from raytracer.compiler.roth_bounds import max_hits
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.settings import Evaluator, Settings
+from raytracer.scene.options import Evaluator
+from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.pictures import check_truth
 

@@ -92,7 +92,7 @@ def test_programs_are_released_once_nobody_holds_them(renderer: Renderer) -> Non
     owner = Owner()
     with device.turn():
         program = device.program(assemble("half", None, {"half": RED_HALF}))
-        device.held_by(owner).add(program)
+        device.hold(owner, [program])
         device.forget()
         assert not isinstance(program.mglo, moderngl.InvalidObject)
         del owner

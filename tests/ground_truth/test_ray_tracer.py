@@ -8,8 +8,8 @@ import pytest
 import raytracer as rt
 from raytracer.formats.srgb import encode_srgb8
 from raytracer.ground_truth import ray_tracer
+from raytracer.scene.options import Shadows
 from raytracer.scene.sequences import SEQUENCES, sample_points
-from raytracer.scene.settings import Shadows
 from tests import scenes
 
 LIGHT = rt.PointLight((0, 3, 4), (1, 0.5, 0.25))

@@ -57,12 +57,12 @@ def picture(renderer: Renderer, scene: rt.Scene = SCENE, settings: Settings = SE
 
 
 @pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[geometry.View]:
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[geometry.GeometryRequest]:
     """The views whose geometry was drawn in this process."""
-    views: list[geometry.View] = []
+    views: list[geometry.GeometryRequest] = []
     draw = geometry.draw_geometry
 
-    def note(device: devices.Device, view: geometry.View) -> Geometry:
+    def note(device: devices.Device, view: geometry.GeometryRequest) -> Geometry:
         views.append(view)
         return draw(device, view)
 
@@ -71,7 +71,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[geometry.View]:
 
 
 def test_it_is_drawn_at_the_first_access_and_once_for_all_three(
-    renderer: Renderer, drawn: list[geometry.View], expected: list[np.ndarray]
+    renderer: Renderer, drawn: list[geometry.GeometryRequest], expected: list[np.ndarray]
 ) -> None:
     drawn.clear()
     image = picture(renderer)
@@ -81,7 +81,9 @@ def test_it_is_drawn_at_the_first_access_and_once_for_all_three(
     assert image.depth is image.depth and len(drawn) == 1
 
 
-def test_what_needs_no_geometry_draws_none(renderer: Renderer, drawn: list[geometry.View], tmp_path: Path) -> None:
+def test_what_needs_no_geometry_draws_none(
+    renderer: Renderer, drawn: list[geometry.GeometryRequest], tmp_path: Path
+) -> None:
     image = picture(renderer)
     image.save(tmp_path / "a.png")
     others = [copy.copy(image), image.replace(metadata={"Title": "none"})]
@@ -92,7 +94,7 @@ def test_what_needs_no_geometry_draws_none(renderer: Renderer, drawn: list[geome
     assert not drawn
 
 
-def test_an_image_without_geometry_has_none(renderer: Renderer, drawn: list[geometry.View]) -> None:
+def test_an_image_without_geometry_has_none(renderer: Renderer, drawn: list[geometry.GeometryRequest]) -> None:
     image = picture(renderer, geometry=False)
     assert image.depth is None and image.normal is None and image.material is None and not drawn
 
@@ -161,7 +163,7 @@ def test_another_thread_gets_the_same_bits_while_a_third_renders(
         assert_same(each, expected)
 
 
-def test_threads_that_ask_at_once_have_it_drawn_once(renderer: Renderer, drawn: list[geometry.View]) -> None:
+def test_threads_that_ask_at_once_have_it_drawn_once(renderer: Renderer, drawn: list[geometry.GeometryRequest]) -> None:
     image = picture(renderer)
     depths = in_threads(*[lambda: image.depth] * 8)
     assert len(drawn) == 1
@@ -205,7 +207,9 @@ def test_a_callback_that_asks_for_what_another_thread_waits_to_draw_gets_it(
     assert_same(found, expected)
 
 
-def test_copies_share_what_is_drawn(renderer: Renderer, drawn: list[geometry.View], expected: list[np.ndarray]) -> None:
+def test_copies_share_what_is_drawn(
+    renderer: Renderer, drawn: list[geometry.GeometryRequest], expected: list[np.ndarray]
+) -> None:
     drawn.clear()
     image = picture(renderer)
     copies = [copy.copy(image), image.replace(metadata={}), image.replace(depth=np.zeros(SIZE[::-1], np.float32))]
@@ -293,7 +297,7 @@ def test_what_drawing_raises_is_raised_at_each_access_until_it_is_drawn(
 ) -> None:
     image = picture(renderer)
 
-    def fail(device: devices.Device, view: geometry.View) -> Geometry:
+    def fail(device: devices.Device, view: geometry.GeometryRequest) -> Geometry:
         raise rt.InputError("expected fewer", "objects")
 
     with monkeypatch.context() as patch:

@@ -12,7 +12,9 @@ from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.settings import Evaluator, Settings, Shading, Shadows
+from raytracer.scene.materials.models import Shading
+from raytracer.scene.options import Evaluator, Shadows
+from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.pictures import assert_agrees, check_truth
 

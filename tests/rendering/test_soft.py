@@ -12,7 +12,8 @@ import raytracer as rt
 from raytracer import glsl
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.settings import Evaluator, Settings, Shadows
+from raytracer.scene.options import Evaluator, Shadows
+from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.compiled import sources
 

@@ -7,19 +7,11 @@ import re
 from contextlib import suppress
 
 import pytest
+from msgspec import UNSET
 
 import raytracer as rt
 from raytracer.scene.options import CompileOptions, SamplingOptions
-from raytracer.scene.settings_patch import (
-    ASKED_SAMPLES,
-    EMPTY,
-    QUALITIES,
-    UNSET,
-    changes,
-    checked_patch,
-    fewest,
-    flags,
-)
+from raytracer.scene.settings_patch import ASKED_SAMPLES, EMPTY, QUALITIES, changes, checked_patch, fewest, flags
 from raytracer.scene.settings_patch import SettingsPatch as Patch
 from tests import scenes
 

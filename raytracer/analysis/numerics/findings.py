@@ -24,7 +24,7 @@ class Finding:
 
 
 def worst(findings: Iterable[Finding]) -> list[Finding]:
-    """Of each row's measures at each precision the largest finding, or the largest that is beyond its bound."""
+    """The largest finding of each measure of each row at each precision; if some are beyond their bounds, of these."""
     groups: dict[object, list[Finding]] = {}
     for finding in findings:
         groups.setdefault((finding.what, finding.measure, finding.bits), []).append(finding)

@@ -14,9 +14,12 @@ from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.core.validation import InputError, Vec3
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
+from raytracer.scene.camera import Camera
+from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
-from raytracer.scene.scene import Camera, PointLight, Scene
-from raytracer.scene.settings import Precision, Settings
+from raytracer.scene.options import Precision
+from raytracer.scene.scene import Scene
+from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Plane, Solid, Sphere
 
 SIZE = (40, 30)

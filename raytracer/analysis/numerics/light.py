@@ -16,8 +16,10 @@ from raytracer.analysis.rounding_bounds import UNIT
 from raytracer.gpu import glsl_call
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
+from raytracer.scene.camera import Camera
+from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
-from raytracer.scene.scene import Camera, PointLight, Scene
+from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Plane, Solid, Sphere
 

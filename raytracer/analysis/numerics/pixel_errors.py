@@ -79,7 +79,7 @@ def measure_pixel_errors(renderer: Renderer, scene: Scene, size: tuple[int, int]
 
 
 def invalid(image: Image) -> int:
-    """How many values of an image none of its outputs may have: NaN; infinite or negative radiance; and so on."""
+    """Count the values that no output of an image may have: NaN; infinite or negative radiance; and so on."""
     assert image.depth is not None and image.normal is not None
     bad = np.sum(~(image.radiance >= 0.0) | np.isinf(image.radiance)) + np.sum(~np.isfinite(image.normal))
     return int(bad + np.sum(~(image.depth > 0.0)))

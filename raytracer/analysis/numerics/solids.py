@@ -15,8 +15,11 @@ from raytracer.compiler.limits import MAX_ROTH_LOOPS
 from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.formats.image import Image
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.scene import Camera, PointLight, Scene
-from raytracer.scene.settings import Evaluator, Settings
+from raytracer.scene.camera import Camera
+from raytracer.scene.lights import PointLight
+from raytracer.scene.options import Evaluator
+from raytracer.scene.scene import Scene
+from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Plane, Solid, Sphere
 
 SIZE = (64, 48)
@@ -26,7 +29,7 @@ EVALUATORS: tuple[Evaluator, ...] = ("cells", "walk", "roth")
 
 
 def _evaluators(short: bool) -> tuple[Evaluator, ...]:
-    """The shorter form leaves out walk, whose programs draw all but the quiet cells anyway."""
+    """The evaluators of a row. The shorter form leaves out walk: `cells` draws all but the plane-only cells by it."""
     return ("cells", "roth") if short else EVALUATORS
 
 

@@ -13,7 +13,9 @@ from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_sce
 from raytracer.analysis.rounding_bounds import UNIT
 from raytracer.core.validation import Vec3
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.scene import Camera, PointLight, Scene
+from raytracer.scene.camera import Camera
+from raytracer.scene.lights import PointLight
+from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Plane, Sphere
 

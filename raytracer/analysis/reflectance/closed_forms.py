@@ -57,7 +57,7 @@ def _of_oren_nayar(m: Material, cosine: float) -> Any:
 
 
 def _of_eon(m: Material, cosine: float) -> Any:
-    """Of single reflections E(N.V), and of more what makes up for it (Portsmouth, Kutz and Hill 2025)."""
+    """E(N.V) by single reflections, and the share that more reflections add (Portsmouth, Kutz and Hill 2025)."""
     rho, mean = np.array(m.rho), eon_mean_albedo(m.roughness)
     single = eon_albedo(np.array(math.acos(cosine)), m.roughness)
     return rho * single + rho**2 * mean * (1.0 - single) / (1.0 - rho * (1.0 - mean))

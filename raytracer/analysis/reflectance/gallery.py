@@ -61,7 +61,7 @@ def write_gallery(
 
 
 def shown_materials() -> dict[str, tuple[Material, str]]:
-    """For each model a material that shows its use, and the label's second line."""
+    """A material for each model that shows the model's use, and the label's second line."""
     # At 650, 550 and 450 nm (Johnson and Christy 1972; assets/materials/conductors.toml has it too).
     table = read_collection("conductors")["copper"]
     copper: dict[str, Any] = {"fresnel": "conductor", "n": table["n"], "k": table["k"]}

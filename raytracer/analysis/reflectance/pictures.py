@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from raytracer.core.validation import Vec3
 from raytracer.formats.srgb import encode_srgb8
 from raytracer.rendering.renderer import Renderer
+from raytracer.scene.camera import Camera
+from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.convert import WITHOUT_PI
 from raytracer.scene.materials.material import Material
-from raytracer.scene.scene import Camera, PointLight, Scene
+from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Plane, Sphere
 

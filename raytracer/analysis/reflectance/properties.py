@@ -191,7 +191,7 @@ def _unit(vectors: Array) -> Array:
 
 
 def _factors(material: Material) -> list[tuple[float, ...]]:
-    """What the parts of a direction are multiplied by to have that of a lobe for it: of all lobes."""
+    """The factors that make a direction the axis of a lobe, part by part: those of each lobe, once."""
     lobes = [
         tuple(channel) for lobe in material.get("lobes", ()) for channel in zip(lobe.cx, lobe.cy, lobe.cz, strict=True)
     ]
@@ -207,7 +207,7 @@ def _rule(material: Material, w: Array, fine: Fineness) -> Rule:
 
 @lru_cache(maxsize=64)
 def _known_rule(model: str, w: tuple[float, ...], fine: Fineness) -> Rule:
-    """Coarse rules are asked for again and again."""
+    """The rule by these values alone. It is kept, because verifications ask for coarse rules again and again."""
     if model in _WITHOUT_LOBES:
         return polar(NORMAL, fine, kinks=np.array(w))
     if model in _ABOUT_MIRROR:
@@ -252,7 +252,7 @@ def _degrees(w: Array) -> float:
 def _integrals(
     directions: Sequence[Array], rules: Sequence[Rule], seen: Callable[[Array, Array], Array], beams: bool
 ) -> Array:
-    """For each direction the integral by its rule: over light from everywhere, or over where a beam from there goes."""
+    """The integral of each direction by its rule: over light from everywhere, or over where a beam from there goes."""
     fixed = np.concatenate([np.broadcast_to(w, rule[0].shape) for w, rule in zip(directions, rules, strict=True)])
     others = np.concatenate([rule[0] for rule in rules])
     values = seen(fixed, others) * (others[:, 2:] / fixed[:, 2:]) if beams else seen(others, fixed)
@@ -263,7 +263,7 @@ def _integrals(
 
 
 def _mirrored(material: Material, degrees: Sequence[float], device: Device | None) -> Array:
-    """What is reflected to the mirror direction only, (N, 3)."""
+    """The share of light that is reflected to the mirror direction only, (N, 3)."""
     views = [unit_direction(angle) for angle in degrees]
     return call(f"{material.model}Mirrored", material, NORMAL, views, device=device).astype(float)
 
@@ -274,7 +274,7 @@ def distribution_of(material: Material) -> str | None:
 
 
 def facets(material: Material, degrees: Sequence[float] = _FACET_DEGREES, device: Device | None = None) -> Facets:
-    """What its distribution D and masking G1 add up to, seen from these angles."""
+    """Sum up a material's distribution D and masking G1, as seen from these angles."""
     kind = distribution_of(material)
     viewers = [unit_direction(angle) for angle in degrees]
     cosines = np.array([wo[2] for wo in viewers])

@@ -39,7 +39,7 @@ class Fineness(msgspec.Struct, frozen=True):
     whole: bool = False
 
     def times(self, factor: float) -> Fineness:
-        """As fine by a factor in each of the two."""
+        """The fineness with this times as many nodes of either."""
         return Fineness(max(2, round(self.panel * factor)), max(2, round(self.azimuths * factor)), self.whole)
 
 

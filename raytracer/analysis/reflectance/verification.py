@@ -18,7 +18,7 @@ from raytracer.gpu.device import Device
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 
-# Of what the facets' areas add up to. The rational fit of Beckmann's masking is itself 0.35 % off.
+# The error of the sum of the facets' areas. The rational fit of Beckmann's masking is itself 0.35 % off.
 _FACETS = 1e-3
 _FACETS_RATIONAL = 4e-3
 # Angles are rounded by less.

@@ -1,4 +1,4 @@
-"""What is tried: a table of all knobs, and of the combinations that are of use."""
+"""Configurations to be tried: a table of all knobs, and of the combinations that are of use."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ RADIUS_SHARE = 0.05
 
 
 class Target(msgspec.Struct, frozen=True):
-    """What configurations are compared with: what `scene` converges to with `settings`.
+    """The aim of some configurations: the picture that `scene` converges to with `settings`.
 
     `same_samples`: instead, the picture with just these settings, so that configurations with the same samples differ
     from it by nothing but what they approximate.
@@ -105,7 +105,7 @@ MAIN = "hard shadows"
 
 
 def plan(scene: Scene, extent: Extent = FULL, file_settings: SettingsPatch = EMPTY) -> Plan:
-    """What is tried on `scene`, apart from shading (approximations.py).
+    """Plan what to try on `scene`, apart from shading (approximations.py).
 
     What is no knob, and what knobs are turned from, is as the scene file's [settings] have it; but for the shadows.
     """

@@ -69,7 +69,7 @@ class Tradeoffs(msgspec.Struct):
     complete: bool = False
 
     def of(self, target: str) -> list[Result]:
-        """What was measured against that target."""
+        """The results that were measured against that target."""
         return [result for result in self.results if result.configuration.target == target and result.measured]
 
     def of_knob(self, knob: str, target: str | None = None) -> list[Result]:

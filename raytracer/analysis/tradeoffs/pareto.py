@@ -1,4 +1,4 @@
-"""What is worth its time: which configurations no other beats, and who beats the rest."""
+"""The Pareto front: the configurations that no other beats, and who beats the rest."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def beaten_by(points: Sequence[tuple[float, float]]) -> list[int | None]:
-    """Of each point (seconds, error) the index of the fastest that beats it; None of those on the front.
+    """The index of the fastest point that beats each point (seconds, error); None for points on the front.
 
     One beats another if it is neither slower nor more wrong, and either faster or less wrong.
     """

@@ -56,7 +56,7 @@ def _figure(width: float, height: float) -> Any:
 
 
 def _svg(figure: Any) -> str:
-    """As an element of a page. What only files need, or would name other places, is left out."""
+    """A figure as an element of a page, without all that only files need, or that would name other places."""
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     svg = text.getvalue()
@@ -194,7 +194,7 @@ def _draw_slopes(axes: Any) -> None:
 
 
 def error_of_approximations(trade: Tradeoffs, targets: Sequence[str]) -> str:
-    """Of each target a small plot: error against time of what approximates it, each named."""
+    """A small plot for each target: error against time of its approximations, each named."""
     columns = 3
     rows = -(-len(targets) // columns)
     figure = _figure(3.4 * columns, 2.6 * rows)

@@ -13,7 +13,7 @@ from raytracer.scene.sequences import SEQUENCES
 
 
 def slopes(trade: Tradeoffs, knob: str = "sequence") -> dict[str, tuple[float, float] | None]:
-    """For each sequence p and c of error = c n^-p, by its resolved errors with n > 1; None for fewer than 2 errors."""
+    """p and c of error = c n^-p for each sequence, by its resolved errors with n > 1; None for fewer than 2 errors."""
     fits = {}
     for sequence in SEQUENCES:
         series = [

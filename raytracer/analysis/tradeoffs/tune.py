@@ -49,7 +49,7 @@ _THRESHOLD = 1.0, 60.0
 
 
 class Tuned(msgspec.Struct, frozen=True):
-    """What was found: the `pick`, or None if nothing meets the target; then `best` comes closest.
+    """The result of a search: the `pick`, or None if nothing meets the target; then `best` comes closest.
 
     `tried`: how many at full size. `reference`: samples of what they were compared with. `hopeless`: others were not
     tried, as what was measured tells that they miss it, too. `complete` unless it was interrupted.
@@ -211,7 +211,7 @@ class _Goal(NamedTuple):
 def _ranked(
     small: Trials, full: Trials, base: Settings, goal: _Goal, progress: Callable[[str], None]
 ) -> tuple[list[Trial], bool]:
-    """What candidates that may well meet the target are predicted to be at full size, the most promising first.
+    """The candidates that may well meet the target, as predicted for the full size, the most promising first.
 
     And whether there is no hope: then there is but the best of them.
     """

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from msgspec import UNSET
+
 from raytracer.app.options import add_backend, add_scene, add_settings, chosen_settings, chosen_size, warn_about
 from raytracer.core.memory import check_memory, picture_bytes
 from raytracer.core.progress import progress_bar
@@ -17,7 +19,7 @@ from raytracer.core.validation import about, check_size
 from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import UNSET, SettingsPatch
+from raytracer.scene.settings_patch import SettingsPatch
 
 if TYPE_CHECKING:
     from raytracer.formats.image import Image

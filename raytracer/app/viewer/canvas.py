@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import BLOCK
-from raytracer.compiler.draws import Draw, Rectangle, Screen
+from raytracer.compiler.draws import Draw, Screen
 from raytracer.compiler.glsl.preprocessor import assemble
+from raytracer.compiler.meshes import Rectangle
 from raytracer.compiler.view_space import in_picture
 from raytracer.gpu.device import Device
 from raytracer.gpu.draw_player import DrawPlayer

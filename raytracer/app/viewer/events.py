@@ -1,4 +1,4 @@
-"""What the window does with mouse and keys: event in, new state and what must be redone out.
+"""Events of the window, from mouse, keys and files: event in, new state and what must be redone out.
 
 Pure: no window, no OpenGL. `CONTROLS` is the one table of keys; the overlay, `raytracer view --help`
 and the README's table are made from it.
@@ -13,17 +13,19 @@ from collections.abc import Callable, Sequence
 from typing import Literal, TypeVar, get_args
 
 import msgspec
+from msgspec import UNSET
 
 from raytracer.app.viewer import orbit
 from raytracer.compiler.glsl.shaders import Show
-from raytracer.core.validation import InputError, shown
+from raytracer.core.shown import shown
+from raytracer.core.validation import InputError
 from raytracer.formats.scene_file import SceneDocument
 from raytracer.scene.materials.models import SHADINGS
 from raytracer.scene.options import Shadows
 from raytracer.scene.scene import Scene, used_models
 from raytracer.scene.sequences import PROGRESSIVE
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import UNSET, SettingsPatch, changes, checked_patch, fewest, flags
+from raytracer.scene.settings_patch import SettingsPatch, changes, checked_patch, fewest, flags
 from raytracer.scene.warnings import NO_RADIUS
 
 T = TypeVar("T")
@@ -60,7 +62,7 @@ class State(msgspec.Struct, frozen=True):
 
 
 class Redo(enum.Flag):
-    """What an event makes necessary."""
+    """The work that an event makes necessary."""
 
     NOTHING = 0
     PRESENT = enum.auto()  # the same picture, under another overlay
@@ -115,13 +117,13 @@ class Failed(msgspec.Struct, frozen=True):
 
 
 class Told(msgspec.Struct, frozen=True):
-    """There is something to tell the user."""
+    """A notice for the user has come up."""
 
     notice: str
 
 
 class Hinted(msgspec.Struct, frozen=True):
-    """There is something to tell the user for some seconds; or, if it is "", no longer."""
+    """A hint for the user has come up, for some seconds; "" ends it."""
 
     hint: str
 
@@ -195,7 +197,7 @@ def _changes(old: State, new: State) -> Redo:
 
 
 def _reloaded(state: State, scene: Scene) -> State:
-    """With `scene` in place of the one loaded before. What the user moved stays, unless the file moves it too."""
+    """The state with `scene` in place of the scene before. Moves by the user stay, unless the file moves the same."""
     camera, before = scene.camera, state.document.scene.camera
     if (camera.position, camera.look_at, camera.up) == (before.position, before.look_at, before.up):
         camera = msgspec.structs.replace(camera, position=state.scene.camera.position)
@@ -219,7 +221,7 @@ def _window_settings(patch: SettingsPatch) -> Settings:
 
 
 def _resettled(state: State, document: SceneDocument) -> State:
-    """With the file's settings in place of those before: what differs is taken up, all else stays as it is."""
+    """The state with the settings that differ between the file and the file before; all others stay."""
     before, now = ((_DEFAULTS | each.section.settings).resolve() for each in (state.document, document))
     changed = changes(before, now)
     keeps_samples = changed.samples is UNSET
@@ -239,14 +241,14 @@ def _with_settings(state: State, **fields: object) -> State:
 
 
 def _shading(state: State, by: int = 1) -> State:
-    """To the next shading that differs: None is like "phong" where all materials are phong."""
+    """Go to the next shading that differs: None is like "phong" where all materials are phong."""
     own = used_models(state.document.scene)
     choices = [None, *(shading for shading in SHADINGS if own != [shading])]
     return _with_settings(state, shading=_next(choices, state.settings.shading, by))
 
 
 def _shadows(state: State) -> State:
-    """To the next shadows that differ: soft ones are hard where all lights are points."""
+    """Go to the next shadows that differ: soft ones are hard where all lights are points."""
     shadows = _next(get_args(Shadows), state.settings.shadows)
     if shadows == "soft" and not any(light.radius for light in state.document.scene.lights):
         state = _set(state, hint=f"no soft shadows: {NO_RADIUS}")

@@ -1,4 +1,4 @@
-"""The interactive window: GLFW's events into `interaction`, and what that wants redone onto the screen."""
+"""The interactive window: it hands GLFW's events to events.py, and draws what the new state needs."""
 
 from __future__ import annotations
 

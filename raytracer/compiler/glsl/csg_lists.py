@@ -134,9 +134,9 @@ _AT_NEAREST = [
 def _nearest_plane(planes: list[NamedPlane]) -> list[str]:
     lines = ["    Nearest nearest = Nearest(ray.distance, 0, -1), found;"]
     for s, index in planes:
-        found = f"Nearest(planeRoot(ray, {s}), planeMat(ray, {s}, {index}), planeObject({s}))"
+        plane = f"Nearest(planeRoot(ray, {s}), planeMat(ray, {s}, {index}), planeObject({s}))"
         lines += [
-            f"    found = {found};",
+            f"    found = {plane};",
             "    if (found.t > 0.0 && nearer(found.t, found.object, nearest)) nearest = found;",
         ]
     return lines

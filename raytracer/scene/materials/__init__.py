@@ -3,9 +3,9 @@
 Other packages may use:
 
     material: Material, MAX_LOBES
-    models: MODELS, the table of all models and their parameters; Parameter; SHADINGS, REFLECTED
+    models: MODELS, the table of all models and their parameters; Parameter, Shading, SHADINGS, REFLECTED
     lobe: Lobe, peak, MAX_COEFFICIENT
-    merl: Measured and read, for measured materials in MERL's format
+    merl: Measured, read, directions and SHAPE, for measured materials in MERL's format
     convert: translated, a material in another model; WITHOUT_PI
 
 A new model is a row in models.py, a file in shaders/brdf/, and its formula in float64 in ground_truth/reflectance.py.

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from raytracer.core.record import public
+from raytracer.core.shown import shown
 from raytracer.core.suggest import did_you_mean
 from raytracer.core.validation import (
     InputError,
@@ -19,7 +20,6 @@ from raytracer.core.validation import (
     direction,
     items,
     number,
-    shown,
     three,
     within,
 )
