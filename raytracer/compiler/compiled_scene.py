@@ -12,7 +12,7 @@ from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 from raytracer.scene.options import CompileOptions
-from raytracer.scene.scene import Scene
+from raytracer.scene.scene import Scene, SceneObjects
 from raytracer.scene.solids import Plane, simplified
 
 
@@ -89,13 +89,22 @@ def _surfaces(scene: Scene, previous: CompiledScene | None) -> Surfaces:
     # Tuples of the same objects and materials are quickly compared.
     if previous and previous.scene.objects == scene.objects and previous.scene.materials == scene.materials:
         return previous.surfaces
-    return make_surfaces(scene)
+    # Scenes that differ in the camera, the size or the lights share their objects: a picture after another, or frames.
+    assert isinstance(scene.objects, SceneObjects)
+    kept = scene.objects.derived.get("surfaces")
+    if kept is None or kept[0] != scene.materials:
+        kept = scene.objects.derived["surfaces"] = scene.materials, make_surfaces(scene)
+    return kept[1]
 
 
 def _batches(scene: Scene, previous: CompiledScene | None) -> Batches:
     if previous and previous.scene.objects == scene.objects:
         return previous.batches
-    return make_batches(scene.objects)
+    assert isinstance(scene.objects, SceneObjects)
+    kept = scene.objects.derived.get("batches")
+    if kept is None:
+        kept = scene.objects.derived["batches"] = make_batches(scene.objects)
+    return kept
 
 
 def _materials(

@@ -9,7 +9,6 @@ from weakref import WeakKeyDictionary
 
 import moderngl
 
-from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.draws import MARGIN
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble
 from raytracer.compiler.limits import DriverLimits
@@ -71,7 +70,6 @@ class Device:
         `backend` and `adapter` are how shared_device() finds such a device in another process.
         """
         self.context, self.backend, self.adapter = context, backend, adapter
-        self.drawn_last: CompiledScene | None = None  # it lends its parts to the next scene of the same objects
         self._programs: dict[tuple[str, str], Program] = {}  # the least recently used first
         self._held: WeakKeyDictionary[object, set[Program]] = WeakKeyDictionary()
         with context:

@@ -86,9 +86,8 @@ class Renderer:
         """
         options, (width, height) = settings.sampling, size
         estimates |= options.has_stopping_rule
-        compiled = compile(scene, settings.compile_options, self.device.drawn_last)
+        compiled = compile(scene, settings.compile_options)
         self.device.limits.check(compiled)
-        self.device.drawn_last = compiled
         tile = min(tile, self.device.limits.target - 2 * margin(options))
         arrays = _Arrays(size, is_adaptive=options.is_adaptive, has_errors=geometry and estimates)
         # Plane-only cells have a program of their own where that saves more than its compilation takes.

@@ -3,7 +3,7 @@
 All are frozen values that check themselves when they are made. The package imports core alone: no OpenGL, and NumPy
 only where instances and measured materials are made. Other packages may use:
 
-    scene: Scene, checked_scene, used_models
+    scene: Scene, SceneObjects, checked_scene, used_models
     solids: Solid, Primitive, Sphere, Plane; Union, Intersection, Difference, Complement; leaves, postfix, simplified
         and with_leaves, for the parts of a tree; MAX_SURFACES, ROUNDING
     instances: Instances

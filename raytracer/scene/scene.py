@@ -32,6 +32,9 @@ class SceneObjects(tuple[Solid | Instances, ...]):
     """
 
     materials: tuple[Material, ...]
+    # Values that follow from the objects and their materials, by name. The compiler makes them once for all scenes that
+    # share the objects; the values live as long as the objects.
+    derived: dict[str, Any]
 
     def __init__(self, objects: tuple[Solid | Instances, ...]) -> None:
         if not objects:
@@ -46,6 +49,7 @@ class SceneObjects(tuple[Solid | Instances, ...]):
                 raise InputError(f"expected at most {MAX_SURFACES} primitives, got {least}{count}", "objects")
             materials |= dict.fromkeys(leaf.material for leaf in primitives)
         self.materials = tuple(materials)
+        self.derived = {}
 
     def __reduce__(self) -> tuple[type, tuple[list[Solid | Instances]]]:
         """Become a plain tuple in a pickle: the scene that holds it finds the materials again."""

@@ -102,15 +102,3 @@ def test_programs_are_released_once_nobody_holds_them(renderer: Renderer) -> Non
 
 def test_a_process_has_one_device_of_a_kind(renderer: Renderer) -> None:
     assert shared_device() is shared_device() is renderer.device
-
-
-def test_a_scene_that_is_rendered_again_is_not_compiled_again(renderer: Renderer) -> None:
-    own = Renderer(Device(renderer.device.context))
-    scene = scenes.assignment()
-    own.render(scene, SIZE, Settings())
-    first = own.device.drawn_last
-    own.render(scene.replace(lights=[rt.PointLight((1, 2, 3))]), SIZE, Settings(samples=2, shadows="off"))
-    second = own.device.drawn_last
-    assert first and second and first is not second
-    for part in ("surfaces", "batches", "materials", "layout"):
-        assert getattr(first, part) is getattr(second, part), part
