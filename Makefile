@@ -6,8 +6,11 @@ GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
 # libatomic1: Dr.Jit, on which Mitsuba is built, loads it.
 TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 libatomic1 xvfb xdotool ?povray
 
-# The tests that make test runs again on OSMesa: of OpenGL itself, and of pictures. make check runs all again.
+# The tests that make test runs again on OSMesa: of OpenGL itself, and of pictures.
 ON_OSMESA := tests/gpu tests/rendering/test_picture.py
+# The tests that make check does not run again on OSMesa: of values that shaders compute, however OpenGL is reached.
+ONCE := analysis ground_truth scene/test_merl.py compiler/test_soft_cells.py \
+	$(patsubst %,rendering/test_%.py,article brdf brdf_rough estimator mirrors peers soft)
 
 .PHONY: demo test view check extremes bench clean help
 .DELETE_ON_ERROR:
@@ -42,7 +45,7 @@ check: .venv/dev ## lint, formatting, types, directions of imports, then all tes
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
 	$(BIN)/lint-imports
-	$(call run_tests,,-m gl)
+	$(call run_tests,,-m gl $(addprefix --ignore tests/,$(ONCE)))
 
 extremes: .venv/core ## measure how wrong pictures are at the extremes, into benchmarks/results
 	@tools/system-packages $(GL_PACKAGES)
