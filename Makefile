@@ -40,12 +40,12 @@ view: .venv/core ## open the assignment in a window
 	@tools/system-packages $(GL_PACKAGES) libglx-mesa0
 	$(BIN)/raytracer view $(SCENE)
 
-check: .venv/dev ## lint, formatting, types, directions of imports, then all tests, also the slow ones
+check: .venv/dev ## lint, formatting, types, directions of imports, then all tests on EGL, many again on OSMesa
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
 	$(BIN)/lint-imports
-	$(call run_tests,,-m gl $(addprefix --ignore tests/,$(ONCE)))
+	$(call run_tests,,-m 'gl and not slow' $(addprefix --ignore tests/,$(ONCE)))
 
 extremes: .venv/core ## measure how wrong pictures are at the extremes, into benchmarks/results
 	@tools/system-packages $(GL_PACKAGES)
