@@ -105,7 +105,12 @@ def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, with_o
         "        at = next;",
         "    }",
     ]
-    if not with_owner:
+    return _walk_function(lines, [*owner(trees), "    pointAt(mat, ray, P, N);"] if with_owner else None)
+
+
+def _walk_function(lines: list[str], owner_lines: list[str] | None) -> list[str]:
+    """The function around the lines that compute `at`: rayCSG(), or blockedAt() without lines for the owner."""
+    if owner_lines is None:
         return [*BLOCKED_AT, *lines, "    return at;", "}"]
     return [
         *RAY_CSG,
@@ -113,8 +118,7 @@ def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, with_o
         "    N = real3(0.0);",
         "    mat = 0;",
         *lines,
-        *owner(trees),
-        "    pointAt(mat, ray, P, N);",
+        *owner_lines,
         "    return at;",
         "}",
     ]
@@ -191,18 +195,7 @@ def nearest_plane(planes: list[NamedPlane], *, with_owner: bool) -> list[str]:
             *([f"        mat = planeMat(ray, {s}, {index});"] if with_owner else []),
             "    }",
         ]
-    if not with_owner:
-        return [*BLOCKED_AT, *lines, "    return at;", "}"]
-    return [
-        *RAY_CSG,
-        "    P = ray.ro + ray.distance * ray.rd;",
-        "    N = real3(0.0);",
-        "    mat = 0;",
-        *lines,
-        "    if (mat != 0) pointAt(mat, ray, P, N);",
-        "    return at;",
-        "}",
-    ]
+    return _walk_function(lines, ["    if (mat != 0) pointAt(mat, ray, P, N);"] if with_owner else None)
 
 
 def holds_of(tree: Tree, leaf: str) -> str:
