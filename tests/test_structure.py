@@ -22,6 +22,7 @@ VARIABLES = {
     ("gpu/context.py", "_loaders"): "the open windows of GLFW, which ends with the last of them",
     ("gpu/device.py", "_shared"): "the devices that rt.render() and glsl.call() share",
     ("gpu/turns.py", "_process"): "which thread of this process draws, anew after a fork",
+    ("rendering/renderer.py", "_shared"): "the renderer of each shared device, with the one scene that was drawn last",
     ("ground_truth/workers.py", "_worker"): "in a process that does nothing else",
 }
 COLLECTIONS = ("OrderedDict", "WeakKeyDictionary", "WeakSet", "WeakValueDictionary", "defaultdict", "deque")

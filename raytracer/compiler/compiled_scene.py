@@ -20,6 +20,7 @@ class CompiledScene(msgspec.Struct, frozen=True, eq=False):
     """A scene as the shaders take it. `compile` makes one; parts are objects of their own, which compiled scenes share.
 
     `has_lists`: there are many primitives, so rays look for objects in the lists of cells (candidate_lists.py).
+    `is_one_pass`: there are so few that one program finds what a pixel sees and computes its light.
     `has_mirrors`: the light of some material comes from other surfaces, too. `is_over_planes`: besides objects that
     share code there are at most half-spaces, which the second pass quickly finds itself. `has_plane_only_cells`: some
     cells of a picture may show nothing but half-spaces (culling.py).
@@ -33,6 +34,7 @@ class CompiledScene(msgspec.Struct, frozen=True, eq=False):
     layout: Layout  # of these
     lights: tuple[PointLight, ...]  # points, unless shadows are soft
     has_lists: bool
+    is_one_pass: bool
     has_mirrors: bool
     is_over_planes: bool
     has_plane_only_cells: bool
@@ -60,10 +62,12 @@ class CompiledScene(msgspec.Struct, frozen=True, eq=False):
 
 
 def compile(scene: Scene, options: CompileOptions, previous: CompiledScene | None = None) -> CompiledScene:
-    """Compile `scene`. `previous` lends the parts that stay as they were.
+    """Compile `scene`. `previous` lends the parts that stay as they were, or all of it.
 
     Raises InputError for a material that the model of `options.shading` does not take.
     """
+    if previous and previous.scene is scene and previous.options == options:
+        return previous
     surfaces, batches = _surfaces(scene, previous), _batches(scene, previous)
     materials, layout = _materials(scene, options, surfaces, previous)
     has_lists = options.evaluator == "cells" and options.precision == 32 and surfaces.size > FEW
@@ -77,6 +81,8 @@ def compile(scene: Scene, options: CompileOptions, previous: CompiledScene | Non
         layout=layout,
         lights=tuple(map(options.effective_light, scene.lights)),
         has_lists=has_lists,
+        # Roth's filters twice in a row take llvmpipe minutes to compile, and large trees seconds.
+        is_one_pass=options.evaluator != "roth" and surfaces.size <= FEW,
         has_mirrors=has_mirrors,
         is_over_planes=has_lists and bool(batches.shapes) and not batches.programs and not has_mirrors,
         has_plane_only_cells=options.evaluator == "cells"

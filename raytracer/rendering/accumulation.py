@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.draws import SUMMED, sample_at
+from raytracer.compiler.draws import SUMMED, TOGETHER, sample_at
 from raytracer.compiler.meshes import Mask, Rectangle
 from raytracer.rendering import stopping_rule
 from raytracer.rendering.block_measurements import BlockMeasurements
@@ -97,8 +97,10 @@ class Accumulation:
         """The blocks of the tile's area."""
         return self._blocks
 
-    def step(self, seconds_left: float = math.inf) -> None:
+    def step(self, seconds_left: float = math.inf, *, together: bool = False) -> None:
         """Draw one more sample, and decide where more are needed, and whether; `seconds_left` are for all of them.
+
+        If `together`, TOGETHER samples are drawn where nothing is to be decided before the last of them.
 
         Raises ShaderError for a mistake in the shaders of measurements, and InputError as TileRenderer.draw().
         """
@@ -106,10 +108,12 @@ class Accumulation:
         index, options, blocks = self.samples, self._options, self._blocks
         if index and index % SUMMED == 0:
             self._read_sums()
-        self._tiles.draw(blocks.area, sample_at(index, options), None if blocks.is_whole else blocks.active)
-        self.samples += 1
+        more = TOGETHER if together and self._can_draw_together() else 1
+        samples = [sample_at(index + k, options) for k in range(more)]
+        self._tiles.draw(blocks.area, samples, None if blocks.is_whole else blocks.active)
+        self.samples += more
         self._is_enough = self.samples == options.samples
-        self._blocks = blocks.sampled()
+        self._blocks = blocks.sampled(more)
         drawn = time.perf_counter()
         self.drawing_seconds = drawn - begin
         if self._measurements:
@@ -124,6 +128,17 @@ class Accumulation:
         """Whether there are enough samples, or none more would be done in the seconds that are left."""
         looking = self._looking_seconds if self._is_look_due(self.samples + 1) else 0.0
         return self._is_enough or self.drawing_seconds + looking > seconds_left
+
+    def _can_draw_together(self) -> bool:
+        """Whether the picture gets TOGETHER more samples, and nothing is due before the last of them."""
+        after = self.samples + TOGETHER
+        if after > self._options.samples or after % TOGETHER:  # a sum ends at a multiple
+            return False
+        return not any(self._is_anything_due(n) for n in range(self.samples + 1, after))
+
+    def _is_anything_due(self, samples: int) -> bool:
+        ends = self._options.max_error is not None and stopping_rule.may_end_by_error(samples)
+        return ends or self._is_look_due(samples) or stopping_rule.is_choice_due(self._options, samples)
 
     def _is_look_due(self, samples: int) -> bool:
         return self._statistics is not None and is_look_due(samples, self._options.samples, has_all=self._looks_always)
@@ -228,7 +243,7 @@ def complete(accumulation: Accumulation, until: float, progress: Callable[[int],
     while True:
         # A second part of the sum is read besides, and added in float64.
         end = until - (reading if accumulation.samples < SUMMED else 2.0 * reading)
-        accumulation.step(end - time.perf_counter())
+        accumulation.step(end - time.perf_counter(), together=until == math.inf)
         if accumulation.samples == 1 and until < math.inf and not accumulation.is_done(until - time.perf_counter()):
             begin = time.perf_counter()
             accumulation.result(errors=True)

@@ -3,8 +3,9 @@ message can be traced back to a file and line."""
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -44,6 +45,20 @@ class Source(NamedTuple):
             return f"{self.files[file]}:{line}" if file < len(self.files) else match[0]
 
         return _PLACE.sub(name, log)
+
+
+def file_versions(names: Iterable[str]) -> tuple[tuple[int, int] | None, ...]:
+    """The time and the size of each file in `shaders/`, None for one that is not there: a generated one."""
+    folder = shaders_folder()
+
+    def version(name: str) -> tuple[int, int] | None:
+        try:
+            status = os.stat(folder / name)
+        except OSError:
+            return None
+        return status.st_mtime_ns, status.st_size
+
+    return tuple(map(version, names))
 
 
 def assemble(
