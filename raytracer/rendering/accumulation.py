@@ -234,7 +234,8 @@ class Accumulation:
         if self._variance is not None:
             return self._variance
         area = self._blocks.area
-        return sample_variance(self._tiles.read_sums((0, 0, *area[2:]), 4), self._blocks.samples_in(area))
+        samples = self._blocks.samples_in(area) if self._chooses else self.samples
+        return sample_variance(self._tiles.read_sums((0, 0, *area[2:]), 4), samples)
 
 
 def complete(accumulation: Accumulation, until: float, progress: Callable[[int], None]) -> None:

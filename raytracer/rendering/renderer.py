@@ -172,7 +172,7 @@ class Renderer:
             previous = kept.frame if kept else None
             frame = make_frame(compiled, size, self.device.limits, previous, plane_only=plane_only)
         if kept and kept.draws(compiled, plane_only=plane_only, several=several):
-            programs = kept.programs
+            programs, several = kept.programs, kept.several
         else:
             programs = picture_programs(self.device, compiled, plane_only=plane_only, several=several)
         if kept is None or kept.tiles.target[0] < target[0] or kept.tiles.target[1] < target[1]:
