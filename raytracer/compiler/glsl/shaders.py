@@ -9,7 +9,6 @@ OpenGL here, and no text of a user's: names in the generated code are made of nu
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
 from raytracer.compiler.compiled_scene import CompiledScene
