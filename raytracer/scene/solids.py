@@ -37,6 +37,9 @@ MAX_NODES = 4 * MAX_LEAVES
 MAX_SURFACES = 1048576
 # The roundings of a handful of numbers to float64 take their sum so far from 0, as a share of its largest number.
 ROUNDING = 8.0 * 2.0**-53
+# Expected values in the words of errors.
+_RADIUS = f"a number above 0, in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
+_OFFSET = f"a number within +-{MAX_LENGTH:g}"
 
 
 @public
@@ -123,11 +126,10 @@ class Sphere(Solid, frozen=True, repr_omit_defaults=True):
 
     def __post_init__(self) -> None:
         _check_material(self.material)
-        expected = f"a number above 0, in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
         set_fields(
             self,
             center=point(self.center, "center"),
-            radius=number(self.radius, "radius", MIN_RADIUS, MAX_LENGTH, expected),
+            radius=number(self.radius, "radius", MIN_RADIUS, MAX_LENGTH, _RADIUS),
         )
 
     def power(self, point: Vec3) -> float:
@@ -157,8 +159,7 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
 
     def __post_init__(self) -> None:
         _check_material(self.material)
-        expected = f"a number within +-{MAX_LENGTH:g}"
-        offset = number(self.offset, "offset", -MAX_LENGTH, MAX_LENGTH, expected)
+        offset = number(self.offset, "offset", -MAX_LENGTH, MAX_LENGTH, _OFFSET)
         normal = direction(self.normal, "normal")
         set_fields(self, normal=normal, offset=offset)
         distance = abs(self.unit()[1])
