@@ -187,14 +187,8 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
 Primitive = Sphere | Plane
 
 
-_FLOATS = [float, float, float]
-
-
 def _place(value: Any) -> Vec3:
     """A point to be looked at, as far away as it may be."""
-    # A camera's or light's, which very many surfaces are asked about, is known to be right.
-    if type(value) is tuple and list(map(type, value)) == _FLOATS:
-        return value
     return vector(value, "point", -math.inf, math.inf, "3 finite numbers")
 
 
@@ -282,25 +276,30 @@ def postfix(solid: Solid) -> list[Solid]:
 
     Raises InputError for a tree of more than `MAX_LEAVES` leaves or `MAX_NODES` nodes, and for no solid.
     """
-    # Root, right, left on a stack is postfix backwards. Exact types are compared, which takes less time than `match`:
-    # no class is derived from a node's.
+    # Root, right, left is postfix backwards: down along the last operands, with the first ones on a stack. Exact types
+    # are compared, which takes less time than isinstance(): no class is derived from a node's.
     order: list[Solid] = []
     pending = [solid]
     count = 0
     while pending:
-        node = pending.pop()
-        order.append(node)
+        node: Any = pending.pop()
         kind = type(node)
-        if kind is Sphere or kind is Plane:
-            count += 1
-            if count > MAX_LEAVES:
-                raise InputError(f"expected at most {MAX_LEAVES} primitives in one object", "objects")
-            if len(order) > MAX_NODES:
-                raise InputError(f"expected at most {MAX_NODES} primitives and operators in one object", "objects")
-        elif kind in _KINDS:
-            pending += node.operands
-        else:
-            raise InputError(f"expected solids here, got {shown(node)}", "objects")
+        while kind is not Sphere and kind is not Plane:
+            if kind not in _KINDS:
+                raise InputError(f"expected solids here, got {shown(node)}", "objects")
+            order.append(node)
+            if kind is Complement:
+                node = node.a
+            else:
+                pending.append(node.a)
+                node = node.b
+            kind = type(node)
+        order.append(node)
+        count += 1
+        if count > MAX_LEAVES:
+            raise InputError(f"expected at most {MAX_LEAVES} primitives in one object", "objects")
+        if len(order) > MAX_NODES:
+            raise InputError(f"expected at most {MAX_NODES} primitives and operators in one object", "objects")
     order.reverse()
     return order
 
