@@ -85,7 +85,7 @@ def _tuple_of(values: Any, kinds: tuple[type, ...], key: str, expected: str) -> 
     result = tuple(result)
     if len(result) > MAX_SURFACES:
         raise InputError(f"expected at most {MAX_SURFACES} {expected}", key)
-    # Of very many values there are few types.
+    # Very many values have few types.
     if not all(issubclass(each, kinds) for each in {*map(type, result)}):
         wrong = next(value for value in result if not isinstance(value, kinds))
         raise InputError(f"expected {expected}, got {shown(wrong)}", key)

@@ -1,6 +1,6 @@
-"""The objects of a scene, with all that follows from the objects alone: trees, materials, spheres.
+"""The objects of a scene, and the values that follow from the objects alone: trees, materials, spheres.
 
-Part of `scene.py`, which says what holds for all of it. NumPy is imported only where arrays are asked for.
+`scene.py` describes the whole. Only the functions that make arrays import NumPy.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class SceneObjects(tuple[Solid | Instances, ...]):
                 yield Run(self.tree(end), self._instances[end])
 
     def counts(self) -> list[int]:
-        """How many solids each object is."""
+        """Count the solids of each object: 1, or the number of instances."""
         counts = [1] * len(self)
         for i, instances in self._instances.items():
             counts[i] = len(instances)

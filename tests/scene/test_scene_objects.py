@@ -1,4 +1,4 @@
-"""What a scene's objects know of themselves: their trees in one list, spheres, and values that are derived once."""
+"""A scene's objects list their trees and spheres once, and keep the values that are derived from the objects."""
 
 import numpy as np
 import pytest
