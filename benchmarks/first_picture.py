@@ -16,7 +16,7 @@ import msgspec
 
 import raytracer as rt
 from benchmarks import scenes
-from benchmarks.speed_rows import BARE, SCRIPT, process_seconds
+from benchmarks.speed_rows import BARE_PROCESS, SCRIPT, process_seconds
 from raytracer.scene.solids import Sphere, postfix
 
 _COUNTS = 1, 1_000, 10_000
@@ -107,7 +107,7 @@ def in_processes(scene: rt.Scene, rounds: int) -> dict[str, float]:
             {
                 "file": lambda: seconds(lambda: rt.load(file)),
                 "command": lambda: process_seconds(*command, variables=cache),
-                "bare": lambda: process_seconds("-c", BARE, variables=cache),
+                "bare": lambda: process_seconds("-c", BARE_PROCESS, variables=cache),
             },
         )
 

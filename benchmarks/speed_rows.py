@@ -30,7 +30,7 @@ _THRESHOLDS = (0.1, 0.09, 0.08, 0.07, 0.06, 0.05, 0.03, 0.02, 0.01, 0.005, 0.002
 _MORE_ERROR = 1.1
 _MANY_SAMPLES = 1024
 # A process's bare cost: what the command line cannot do without.
-BARE = """
+BARE_PROCESS = """
 import numpy, moderngl
 context = moderngl.create_context(standalone=True, backend="egl", libgl="libGL.so.1", libegl="libEGL.so.1")
 frame = context.simple_framebuffer((1280, 720))
@@ -167,7 +167,7 @@ def _command_line(bench: Bench, new: bool) -> Timing:
         ours, theirs = in_turns(
             bench.rounds,
             lambda: process_seconds(*command, variables=cache()),
-            lambda: process_seconds("-c", BARE, variables=cache()),
+            lambda: process_seconds("-c", BARE_PROCESS, variables=cache()),
         )
         with Pillow.open(output) as image:
             picture = np.asarray(image.convert("RGB"))
