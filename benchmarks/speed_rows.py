@@ -30,7 +30,7 @@ _THRESHOLDS = (0.1, 0.09, 0.08, 0.07, 0.06, 0.05, 0.03, 0.02, 0.01, 0.005, 0.002
 _MORE_ERROR = 1.1
 _MANY_SAMPLES = 1024
 # A process's bare cost: what the command line cannot do without.
-_BARE = """
+BARE_PROCESS = """
 import numpy, moderngl
 context = moderngl.create_context(standalone=True, backend="egl", libgl="libGL.so.1", libegl="libEGL.so.1")
 frame = context.simple_framebuffer((1280, 720))
@@ -38,7 +38,7 @@ frame.clear()
 numpy.frombuffer(frame.read(), numpy.uint8)
 """
 # What the script `raytracer` does that pip installs.
-_SCRIPT = "import sys; from raytracer.app.cli import main; sys.exit(main())"
+SCRIPT = "import sys; from raytracer.app.cli import main; sys.exit(main())"
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ def _command_line(bench: Bench, new: bool) -> Timing:
     size = 1280, 720
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder, "picture.png")
-        command = ("-c", _SCRIPT, "render", "assignment", "-o", str(output), "--size", f"{size[0]}x{size[1]}")
+        command = ("-c", SCRIPT, "render", "assignment", "-o", str(output), "--size", f"{size[0]}x{size[1]}")
         runs = itertools.count()
 
         def cache() -> Mapping[str, str]:
@@ -166,8 +166,8 @@ def _command_line(bench: Bench, new: bool) -> Timing:
 
         ours, theirs = in_turns(
             bench.rounds,
-            lambda: _process(*command, variables=cache()),
-            lambda: _process("-c", _BARE, variables=cache()),
+            lambda: process_seconds(*command, variables=cache()),
+            lambda: process_seconds("-c", BARE_PROCESS, variables=cache()),
         )
         with Pillow.open(output) as image:
             picture = np.asarray(image.convert("RGB"))
@@ -176,7 +176,7 @@ def _command_line(bench: Bench, new: bool) -> Timing:
     return Timing(ours, theirs, agreement)
 
 
-def _process(*arguments: str, variables: Mapping[str, str]) -> float:
+def process_seconds(*arguments: str, variables: Mapping[str, str]) -> float:
     """The seconds that a new Python takes. Raises UnavailableError if it fails."""
     # With bytecode, which pip compiles when it installs, NumPy's and ours; what keeps Python from it is ours alone.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}

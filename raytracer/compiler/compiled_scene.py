@@ -7,13 +7,13 @@ import msgspec
 from raytracer.compiler.batches import FEW, Batches, is_bounded, make_batches
 from raytracer.compiler.material_layout import Layout, make_layout
 from raytracer.compiler.surfaces import Surfaces, make_surfaces
-from raytracer.scene.instances import Instances
 from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 from raytracer.scene.options import CompileOptions
-from raytracer.scene.scene import Scene, SceneObjects
-from raytracer.scene.solids import Plane, simplified
+from raytracer.scene.scene import Scene
+from raytracer.scene.scene_objects import SceneObjects
+from raytracer.scene.solids import Plane
 
 
 class CompiledScene(msgspec.Struct, frozen=True, eq=False):
@@ -97,20 +97,15 @@ def _surfaces(scene: Scene, previous: CompiledScene | None) -> Surfaces:
         return previous.surfaces
     # Scenes that differ in the camera, the size or the lights share their objects: a picture after another, or frames.
     assert isinstance(scene.objects, SceneObjects)
-    kept = scene.objects.derived.get("surfaces")
-    if kept is None or kept[0] != scene.materials:
-        kept = scene.objects.derived["surfaces"] = scene.materials, make_surfaces(scene)
-    return kept[1]
+    return scene.objects.derive("surfaces", scene.materials, lambda: make_surfaces(scene))
 
 
 def _batches(scene: Scene, previous: CompiledScene | None) -> Batches:
     if previous and previous.scene.objects == scene.objects:
         return previous.batches
-    assert isinstance(scene.objects, SceneObjects)
-    kept = scene.objects.derived.get("batches")
-    if kept is None:
-        kept = scene.objects.derived["batches"] = make_batches(scene.objects)
-    return kept
+    objects = scene.objects
+    assert isinstance(objects, SceneObjects)
+    return objects.derive("batches", None, lambda: make_batches(objects))
 
 
 def _materials(
@@ -129,11 +124,12 @@ def _has_mirror_planes(surfaces: Surfaces, batches: Batches, materials: dict[int
 
 def _is_bounded(scene: Scene, batches: Batches) -> bool:
     """Whether a ray that meets no sphere meets nothing but single half-spaces, few enough to be named."""
+    assert isinstance(scene.objects, SceneObjects)
     planes = 0
-    for item in scene.objects:
-        shape = tuple(type(node) for node in simplified(item.solid if isinstance(item, Instances) else item))
+    for i, count in enumerate(scene.objects.counts()):
+        shape = tuple(map(type, scene.objects.tree(i)))
         if shape == (Plane,):
-            planes += len(item) if isinstance(item, Instances) else 1
+            planes += count
         elif not is_bounded(shape):
             return False
     return planes <= len(batches.planes)

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -165,6 +166,17 @@ def test_each_file_is_included_once_and_its_lines_are_numbered() -> None:
 def test_a_missing_include_names_the_file_and_line_that_wants_it() -> None:
     with pytest.raises(ShaderError, match=r'top:2: no file "nowhere.glsl"'):
         assemble("top", generated={"top": '// one\n#include "nowhere.glsl"'})
+
+
+def test_a_changed_file_is_read_anew(shaders: Path) -> None:
+    file = shaders / "passes/empty.frag"
+    before = assemble("passes/empty.frag")
+    assert assemble("passes/empty.frag") == before
+    file.write_text(f"{file.read_text()}// more\n")
+    assert assemble("passes/empty.frag").text == f"{before.text}// more\n"
+    file.unlink()
+    with pytest.raises(ShaderError, match=r'no file "passes/empty.frag"'):
+        assemble("passes/empty.frag")
 
 
 # Mesa knows the file only of the first.
