@@ -9,11 +9,12 @@ OpenGL here, and no text of a user's: names in the generated code are made of nu
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Literal, NamedTuple
 
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.draws import TOGETHER
-from raytracer.compiler.glsl import csg, csg_lists, materials
+from raytracer.compiler.glsl import csg, csg_lists
 from raytracer.compiler.glsl.constants import (
     ALL,
     CONSTANT_LIGHTS,
@@ -24,10 +25,12 @@ from raytracer.compiler.glsl.constants import (
     shape_trees,
     surface_index,
 )
+from raytracer.compiler.glsl.materials import material_text, reflected_text
 from raytracer.compiler.glsl.preprocessor import Source, assemble
 from raytracer.compiler.glsl.ray_queries import camera_query, mirror_query, shadow_query
 from raytracer.compiler.meshes import EMPTY, PICTURE, PLANE_ONLY, SEE, SEVERAL, SHADE, SHAPES
 from raytracer.compiler.rounds import has_model_loops, may_take_many_rounds
+from raytracer.scene.materials.material import Material
 from raytracer.scene.options import Shadows
 
 # The image that the second pass makes: the picture, or one of three to look into it.
@@ -186,7 +189,8 @@ def _plane_only_source(compiled: CompiledScene, handed: Handed, samples: int = 1
     generated = ['#include "geometry/plane.glsl"', *_declared(compiled, handed), '#include "geometry/hit.glsl"']
     generated += csg.nearest_plane(planes, with_owner=True)
     if compiled.lights:
-        generated += [*_lights(compiled), *_light_rays(compiled)]
+        visible = {compiled.surfaces.material[plane] for plane in compiled.batches.planes}
+        generated += [*_lights(compiled, [compiled.materials[i] for i in visible]), *_light_rays(compiled)]
     if compiled.lights and compiled.options.shadows != "off" and len(planes) > 1:
         defines["SHADOWS"] = 1
         generated += [*csg.nearest_plane(planes, with_owner=False), _shadow(compiled.options.shadows)]
@@ -247,7 +251,7 @@ def _set_constants(constants: list[_Constant]) -> list[str]:
 
 
 def _material(compiled: CompiledScene) -> dict[str, str]:
-    return {"materials.glsl": materials.material_text(compiled.layout)}
+    return {"materials.glsl": material_text(compiled.layout)}
 
 
 def _shadow(shadows: Shadows) -> str:
@@ -262,10 +266,10 @@ def _light_rays(compiled: CompiledScene) -> list[str]:
     return [f'#include "{name}"' for name in names]
 
 
-def _lights(compiled: CompiledScene) -> list[str]:
-    """The lights, and reflected(), with just the models in use."""
+def _lights(compiled: CompiledScene, materials: Collection[Material] | None = None) -> list[str]:
+    """The lights, and reflected(), with just the models in use, or in use by some of the `materials`."""
     return [
         *(['#include "shading/light.glsl"'] if compiled.lights else []),
         '#include "shading/material.glsl"',
-        *materials.reflected_text(compiled.layout, mirrors=compiled.has_mirrors),
+        *reflected_text(compiled.layout, mirrors=compiled.has_mirrors, materials=materials),
     ]
