@@ -10,9 +10,9 @@ from pathlib import Path
 from statistics import median
 
 from benchmarks.bench import CALLS, Bench
-from benchmarks.pages import machine_lines
+from benchmarks.pages import fill, machine_lines
 from benchmarks.povray import UnavailableError
-from benchmarks.speed_page import TimedRow, as_csv, as_markdown, stem_of
+from benchmarks.speed_page import TimedRow, as_csv, as_markdown, readme_table, stem_of
 from benchmarks.speed_rows import ROWS, SCENES
 from raytracer import InputError, Settings, ShaderError
 from raytracer.core.output import check_folder, written_whole
@@ -27,7 +27,7 @@ _EXAMPLES = """\
 examples:
   python -m benchmarks.speed
   python -m benchmarks.speed --rows assignment literal --rounds 9
-  python -m benchmarks.speed -o benchmarks/results
+  python -m benchmarks.speed -o benchmarks/results --readme
 """
 
 
@@ -37,6 +37,8 @@ def main() -> int:
     options = parser.parse_args()
     if options.rounds < 1:
         parser.error(f"argument --rounds: expected at least 1, got {options.rounds}")
+    if options.readme and options.rows:
+        parser.error("argument --readme: not allowed with --rows, as the README has rows of several groups")
     folder = Path(options.output)
     check_folder(folder)
     bench = Bench(shared_device(), _SIZE, options.rounds)
@@ -58,6 +60,8 @@ def main() -> int:
         with written_whole(path) as file:
             file.write(content.encode())
     print(f"{text}\nwrote {folder / stem}.md and .csv")
+    if options.readme:
+        fill(Path("README.md"), "speed", readme_table(results))
     agreements = [timing.agreement for _, timing in results if not isinstance(timing, str)]
     return 0 if all(agreement is None or agreement.right for agreement in agreements) else 1
 
@@ -103,6 +107,7 @@ def _parser() -> argparse.ArgumentParser:
         help="gets speed.md and speed.csv, or with a GPU speed-NAME.md and .csv, over those that are there "
         "(default: here)",
     )
+    parser.add_argument("--readme", action="store_true", help="also put rows into the README's table")
     return parser
 
 

@@ -58,17 +58,29 @@ def as_markdown(results: Sequence[TimedRow], rates: Sequence[tuple[str, ...]], o
     return "\n".join(lines) + "\n"
 
 
+def readme_table(results: Sequence[TimedRow]) -> str:
+    """The rows of users' calls with the README's columns."""
+    lines = ["| call | against | ours, ms | theirs, ms | ratio | goal |", "| --- | --- | --- | --- | --- | --- |"]
+    rows = [_cells(row, timing) for row, timing in results if row.is_in_readme and not isinstance(timing, str)]
+    return "\n".join((*lines, *(f"| {' | '.join(cells[:6])} |" for cells in rows)))
+
+
 def _line(row: SpeedRow, timing: Timing | str) -> str:
+    """A row of the report's table."""
+    return f"| {' | '.join(_cells(row, timing))} |"
+
+
+def _cells(row: SpeedRow, timing: Timing | str) -> tuple[str, ...]:
+    """The cells of a row of the report's table."""
     goal = f"at {'most' if row.at_most else 'least'} {row.goal:g}"
     if isinstance(timing, str):
-        return f"| {row.call} | {row.against} | | | | {goal} | | not available: {timing} |"
+        return row.call, row.against, "", "", "", goal, "", f"not available: {timing}"
     ratio = f"{row.ratio(timing):.{1 if row.goal > 3 else 2}f}"
     is_reached = "yes" if row.is_reached(timing) else "**no**"
     agreement = timing.agreement
     picture = ("" if agreement.right else "**wrong**: ") + "; ".join(agreement.findings) if agreement else ""
-    note = f" ({timing.note})" if timing.note else ""
-    ours, theirs = _milliseconds(timing.ours), _milliseconds(timing.theirs)
-    return f"| {row.call}{note} | {row.against} | {ours} | {theirs} | {ratio} | {goal} | {is_reached} | {picture} |"
+    call = f"{row.call} ({timing.note})" if timing.note else row.call
+    return call, row.against, *map(_milliseconds, (timing.ours, timing.theirs)), ratio, goal, is_reached, picture
 
 
 def _milliseconds(seconds: float) -> str:
