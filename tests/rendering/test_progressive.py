@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
+from raytracer.app.viewer import canvas
 from raytracer.app.viewer.canvas import MARKER_RADIUS, Canvas
 from raytracer.app.viewer.orbit import turn_camera, turn_light
 from raytracer.compiler.glsl.shaders import Show
@@ -297,6 +298,17 @@ def test_a_place_in_the_picture_is_where_the_camera_ray_of_that_pixel_goes() -> 
 
 
 # What is wrong, and what the message says. GLSL takes the second and third, but the host does not.
+def test_the_program_for_plain_pictures_shows_what_the_program_for_all_pictures_shows(
+    live: Live, renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain = drawn(live, renderer, scenes.assignment(), ONE)
+    for general in ("present_enlarged", "present_refined"):
+        monkeypatch.setitem(canvas._SOURCES, "present", canvas._SOURCES[general])
+        with renderer.device.context:
+            live.canvas.load_programs()
+        assert np.array_equal(shown(live, renderer), plain)
+
+
 MISTAKES = [
     ("shading/lighting.glsl", "I += m.ka * ambient;", "I += m.kb * ambient;", r"shading/lighting\.glsl:\d+"),
     ("passes/draw.glsl", "real pixelScale;    // ", "int pixelScale;  // ", r"uniform draw\.pixelScale"),
@@ -328,8 +340,8 @@ def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
     file.write_text(good)
     live.reread()
     assert np.array_equal(drawn(live, own, scene, ONE, show), before)
-    # What is shown on the screen has three, a picture of cells four, one of the depth two.
-    assert len(own.device._programs) == 3 + (4 if show == "picture" else 2), "those of the mistakes are released"
+    # The canvas has five programs, a picture of cells four, one of the depth two.
+    assert len(own.device._programs) == 5 + (4 if show == "picture" else 2), "those of the mistakes are released"
     with renderer.device.context:
         live.close()
 
