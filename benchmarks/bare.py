@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 import raytracer as rt
 from raytracer.compiler.compiled_scene import compile
-from raytracer.compiler.draws import Step
+from raytracer.compiler.draws import TOGETHER, Step
 from raytracer.compiler.frame import make_frame
 from raytracer.gpu.device import Device
 from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.gpu.scene_buffers import SceneBuffers
 from raytracer.rendering.accumulation import Accumulation, complete, is_measured, margin
 from raytracer.rendering.block_measurements import BlockMeasurements
-from raytracer.rendering.programs import find_programs
+from raytracer.rendering.programs import picture_programs
 from raytracer.rendering.tile_renderer import TileRenderer
 
 
@@ -61,7 +61,9 @@ class BareDraws:
         compiled = compile(scene, settings.compile_options)
         with device.turn():
             self._tiles = TileRenderer(device, (size[0] + around, size[1] + around))
-            self._tiles.load(find_programs(device, compiled), make_frame(compiled, size, device.limits))
+            several = options.samples >= TOGETHER
+            programs = picture_programs(device, compiled, plane_only=True, several=several)
+            self._tiles.load(programs.by_name, make_frame(compiled, size, device.limits))
             is_needed = is_measured(options, estimates=True)
             measurements = BlockMeasurements(device, self._tiles.player, self._tiles.target) if is_needed else None
             self._accumulation = Accumulation(self._tiles, measurements, options, (0, 0, *size), size)
