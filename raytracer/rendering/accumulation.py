@@ -131,9 +131,8 @@ class Accumulation:
     def _can_draw_together(self) -> bool:
         """Whether it saves time to draw TOGETHER more samples at once, and nothing is due before the last of them."""
         after = self.samples + TOGETHER
-        if (
-            not self._tiles.draws_together or after > self._options.samples or after % TOGETHER
-        ):  # a sum ends at a multiple
+        # A sum ends at a multiple.
+        if not self._tiles.draws_together or after > self._options.samples or after % TOGETHER:
             return False
         return not any(self._is_anything_due(n) for n in range(self.samples + 1, after))
 
