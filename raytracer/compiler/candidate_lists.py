@@ -168,7 +168,7 @@ class Lister:
         far = reach(place, self._centers, self._radii)
         wider = widening(far, light.radius)
         passing = wider - light.radius * (1.0 + MARGIN)  # the part of it that is for rounding
-        lists = cube_lists(self._balls, place, wider, passing, grid, most)
+        lists, longest = cube_lists(self._balls, place, wider, passing, grid, most)
         pairs, total = len(lists.entries), listed
         if self._batches.programs:
 
@@ -177,7 +177,8 @@ class Lister:
 
             count = np.subtract(*lists.ends.T[::-1], dtype=np.int64)
             lists, total = self._lists(view, count, lists.entries, listed, most_listed)
-        return CubeLists(lists, lists.longest(), far, pairs, total - listed)
+            longest = lists.longest()
+        return CubeLists(lists, longest, far, pairs, total - listed)
 
     def _lists(self, view: FindPairs, count: Ints, item: NDArray[np.int32], total: int, most: int) -> tuple[Lists, int]:
         """The lists of objects of common shapes, of which cell i has count[i] one after the other, and of all others.

@@ -72,8 +72,10 @@ def cube_balls(centers: Array, radii: Array, growth: Array) -> CubeBalls:
     return CubeBalls(centers, radii, growth, shown)
 
 
-def cube_lists(balls: CubeBalls, place: Array, wider: float, passing: float, grid: int, most: int) -> Lists:
+def cube_lists(balls: CubeBalls, place: Array, wider: float, passing: float, grid: int, most: int) -> tuple[Lists, int]:
     """Make the lists for the cells of the cube around a light at `place`, numbered as cube_faces() does.
+
+    The second value is how many entries the longest list has.
 
     All balls are `wider`, and by `passing` more for each unit of growth. In a list, nearer balls come first, roughly.
     Raises InputError above `most` pairs of a cell and a ball.
@@ -128,23 +130,23 @@ def _small_keys(seen: _Seen, keys: _Keys, most: int) -> list[Words]:
     # Sums of products with 0 and 1 are faster than a choice, and as exact.
     at_x, at_y, at_z = (on.astype(np.float32) for on in (on_x, on_y, ~(on_x | on_y)))
     off_x, off_z = np.float32(1.0) - at_x, np.float32(1.0) - at_z
-    main: Floats = np.add(x * at_x + y * at_y, z * at_z)
-    b: Floats = np.add(x * off_x, y * at_x)
-    c: Floats = np.add(z * off_z, y * at_z)
+    main = x * at_x + y * at_y + z * at_z
+    b, c = x * off_x + y * at_x, z * off_z + y * at_z
     axis = on_y.astype(keys.word) + keys.word(2) * at_z.astype(keys.word)
-    parts = _face_keys(_Seen((main, b, c), *seen[1:]), axis, keys, most)
     reach = seen.radius * np.float32(_DIAGONAL)
     reach += seen.distance * np.float32(_EDGE)
-    beside = np.flatnonzero(np.maximum(np.abs(b), np.abs(c)) + reach >= np.abs(main))
-    seen, own, reach = seen.take(beside), axis.take(beside), reach.take(beside)
-    sizes = [size.take(beside) for size in sizes]
-    for other in range(3):
-        j, k = (0, 1, 2)[:other] + (0, 1, 2)[other + 1 :]
-        number = np.flatnonzero((own != other) & (sizes[other] + reach >= np.maximum(sizes[j], sizes[k])))
-        near = seen.take(number)
-        places = near.places[other], near.places[j], near.places[k]
-        parts += _face_keys(_Seen(places, *near[1:]), np.full(len(number), other, keys.word), keys, most)
-    return parts
+    beside = (np.maximum(np.abs(b), np.abs(c)) + reach >= np.abs(main)).nonzero()[0]
+    x, y, z, reach, own = (part.take(beside) for part in (x, y, z, reach, axis))
+    numbers, faces = [], [(main, b, c)]
+    for other, (p, q, r) in enumerate(((x, y, z), (y, x, z), (z, x, y))):
+        seen_there = (own != other) & (np.abs(p) + reach >= np.maximum(np.abs(q), np.abs(r)))
+        numbers.append(seen_there.nonzero()[0])
+        faces.append(tuple(part.take(numbers[-1]) for part in (p, q, r)))
+    again = beside.take(np.concatenate(numbers))
+    rest = (np.concatenate((part, part.take(again))) for part in seen[1:])
+    places = tuple(np.concatenate(part) for part in zip(*faces, strict=True))
+    axis = np.concatenate((axis, np.repeat(np.arange(3, dtype=keys.word), list(map(len, numbers)))))
+    return _face_keys(_Seen(places, *rest), axis, keys, most)
 
 
 def _face_keys(seen: _Seen, axis: Words, keys: _Keys, most: int) -> list[Words]:
@@ -167,20 +169,19 @@ def _face_keys(seen: _Seen, axis: Words, keys: _Keys, most: int) -> list[Words]:
     key = axis + axis + (main < 0.0)
     more = []  # rows and columns behind the first one
     for side in across[::-1]:
-        at = side * scale
+        at: Floats = np.multiply(side, scale)
         at += half
-        first = np.clip(at - width, np.float32(0.0), top).astype(word)
+        first = _cell_numbers(np.subtract(at, width), top, word)
         at += width
-        last = np.clip(at, np.float32(0.0), top).astype(word)
         key *= word(grid)
         key += first
-        more.append(last - first)
+        more.append(_cell_numbers(at, top, word) - first)
     rows, columns = more
     key <<= shift
     key += seen.low
     parts = [key]
     if max(int(rows.max(initial=0)), int(columns.max(initial=0))) > 1:
-        large = np.flatnonzero(np.maximum(rows, columns) > 1)
+        large = (np.maximum(rows, columns) > 1).nonzero()[0]
         wide = columns[large].astype(np.int64) + 1
         count = wide * (rows[large].astype(np.int64) + 1)
         check_pairs(int(count.sum()), most)
@@ -188,15 +189,23 @@ def _face_keys(seen: _Seen, axis: Words, keys: _Keys, most: int) -> list[Words]:
         row, column = np.divmod(place, wide[ball])
         parts.append(key[large[ball]] + ((row * grid + column).astype(word) << shift))
         rows[large] = columns[large] = 0
-    right = np.flatnonzero(columns > 0)
+    right = (columns > 0).nonzero()[0]
     beside = key.take(right) + (word(1) << shift)
     up = word(grid) << shift
-    above = key.take(np.flatnonzero(rows > 0)) + up
-    return [*parts, beside, above, beside.take(np.flatnonzero(rows.take(right) > 0)) + up]
+    above = key.take((rows > 0).nonzero()[0]) + up
+    return [*parts, beside, above, beside.take((rows.take(right) > 0).nonzero()[0]) + up]
 
 
-def _sorted_lists(key: Words, keys: _Keys) -> Lists:
-    """Sort the keys of balls into the lists of all cells."""
+def _cell_numbers(at: Floats, top: np.float32, word: type[Any]) -> Words:
+    """Round places in a grid down to whole numbers from 0 to `top`. It changes `at`."""
+    np.maximum(at, np.float32(0.0), out=at)
+    np.minimum(at, top, out=at)
+    return at.astype(word)
+
+
+def _sorted_lists(key: Words, keys: _Keys) -> tuple[Lists, int]:
+    """Sort the keys of balls into the lists of all cells, and find how many entries the longest one has."""
+    longest = 0
     ends = np.zeros((6 * keys.grid**2, 2), np.int32)
     key.sort()
     if len(key):
@@ -207,7 +216,8 @@ def _sorted_lists(key: Words, keys: _Keys) -> Lists:
         spans[0, 0], spans[1:, 0] = 0, change
         spans[:-1, 1], spans[-1, 1] = change, len(key)
         occupied = np.concatenate((cell[:1], cell.take(change))).astype(np.int64)
+        longest = int((spans[:, 1] - spans[:, 0]).max())
         # Two numbers are written as one, which is several times faster.
         ends.view(np.int64)[occupied, 0] = spans.view(np.int64)[:, 0]
     key &= keys.word((1 << keys.numbers) - 1)
-    return Lists(ends, key.astype(np.int32))
+    return Lists(ends, key.astype(np.int32)), longest

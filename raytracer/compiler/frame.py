@@ -27,7 +27,7 @@ from raytracer.compiler.scene_lists import (
     make_camera_lists,
     make_light_lists,
 )
-from raytracer.compiler.surfaces import touched_surface
+from raytracer.compiler.surfaces import touched_surfaces
 from raytracer.compiler.view_space import View, make_view, pixel_scale
 from raytracer.core.validation import InputError
 
@@ -204,10 +204,10 @@ def _lights(compiled: CompiledScene, view: View, surfaces: SurfaceNumbers, previ
     if previous and previous.lights.key == key:
         return previous.lights
     known = previous.lights.touched if previous and previous.view.surfaces is view.surfaces else {}
-    touched: dict[Caster, int | None] = {}
-    for light in compiled.lights:
-        place = light.position, light.radius
-        touched[place] = known[place] if place in known else touched_surface(view.surfaces, light)
+    casters = light_casters(compiled.lights)
+    new = {caster: light for caster, light in zip(casters, compiled.lights, strict=True) if caster not in known}
+    found = dict(zip(new, touched_surfaces(view.surfaces, list(new.values())), strict=True)) if new else {}
+    touched = {caster: (known if caster in known else found)[caster] for caster in casters}
     on = [touched[light.position, light.radius] for light in compiled.lights]
     block = packing.lights_block(view, compiled.lights, on, surfaces.coinciding, compiled.options.precision)
     return LightNumbers(key, touched, block)

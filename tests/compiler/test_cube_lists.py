@@ -15,6 +15,12 @@ def alone(centers: Array, radii: Array) -> CubeBalls:
     return cube_balls(centers, radii, np.zeros(len(radii)))
 
 
+def listed(balls: CubeBalls, place: Array, wider: float, passing: float, grid: int, most: int = MAX_PAIRS) -> Lists:
+    lists, longest = cube_lists(balls, place, wider, passing, grid, most)
+    assert longest == lists.longest()
+    return lists
+
+
 def pairs(lists: Lists) -> tuple[Ints, Ints]:
     """(cell, ball), each (M,): all entries of all lists."""
     begin, end = lists.ends.T.astype(np.int64)
@@ -34,7 +40,7 @@ def test_every_ray_to_the_light_finds_the_balls_that_it_meets(grid: int, scale: 
     directions[:250] += rng.choice([-1e-9, 0, 1e-9], (250, 3))
     place = rng.normal(size=3)
     balls = alone(scale * (centers + place), scale * radii)
-    cell, ball = pairs(cube_lists(balls, scale * place, 0, 0, grid, MAX_PAIRS))
+    cell, ball = pairs(listed(balls, scale * place, 0, 0, grid))
     ray, met = meets(directions, centers, radii)
     assert len(np.unique(met)) > 200
     assert missing(cell, ball, face_cell(directions, grid)[ray], met) == 0
@@ -50,7 +56,7 @@ def test_float32_lists_all_pairs_that_float64_does_and_hardly_more(grid: int, co
     edges = np.sign(centers[::4]) * np.abs(centers[::4]).max(axis=1, keepdims=True)  # towards corners of the cube
     centers[::4] = np.where(rng.random(edges.shape) < 0.7, edges, centers[::4])
     place, wider = rng.normal(size=3), 1e-5
-    cell, ball = pairs(cube_lists(alone(centers + place, radii), place, wider, 0, grid, MAX_PAIRS))
+    cell, ball = pairs(listed(alone(centers + place, radii), place, wider, 0, grid))
     exact = cube_faces(centers, radii + wider, grid)
     assert missing(cell, ball, *exact) == 0
     assert len(np.unique(cell << 20 | ball)) == len(cell) <= 1.35 * len(exact[0]) + 20
@@ -63,7 +69,7 @@ def test_rays_at_the_edge_of_a_cell_find_tiny_balls_in_float32() -> None:
     edge[:1000, 0] = 0.0
     edge[1000:2000, 1] = rng.choice([-1.0, 1.0], 1000)  # and of a face
     centers = np.column_stack((np.ones(3000), edge + rng.uniform(-1e-7, 1e-7, (3000, 2))))[:, rng.permutation(3)]
-    cell, ball = pairs(cube_lists(alone(centers, np.full(3000, 1e-12)), ORIGIN, 0, 0, grid, MAX_PAIRS))
+    cell, ball = pairs(listed(alone(centers, np.full(3000, 1e-12)), ORIGIN, 0, 0, grid))
     assert missing(cell, ball, face_cell(centers.astype(np.float32), grid), np.arange(3000)) == 0
     assert len(cell) <= 4 * 3000
 
@@ -72,7 +78,7 @@ def test_balls_grow_with_a_light_and_with_what_rounding_moves() -> None:
     centers = np.array([(10.0, 0.0, 0.0)])
     balls = cube_balls(centers, np.array([0.1]), np.array([3.0]))
     for wider, passing in ((0.0, 0.0), (0.5, 0.0), (0.5, 0.2), (3.0, 1.0)):
-        cell, _ = pairs(cube_lists(balls, ORIGIN, wider, passing, 64, MAX_PAIRS))
+        cell, _ = pairs(listed(balls, ORIGIN, wider, passing, 64))
         exact, _ = cube_faces(centers, np.array([0.1 + wider + 3.0 * passing]), 64)
         assert set(exact.tolist()) == set(cell.tolist())
 
@@ -82,7 +88,7 @@ def test_nearer_balls_come_first_roughly() -> None:
     distance = rng.uniform(1, 3, 500)
     directions = np.column_stack((np.ones(500), rng.uniform(-1, 1, (500, 2))))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    lists = cube_lists(alone(distance[:, None] * directions, np.full(500, 1e-3)), ORIGIN, 0, 0, 4, MAX_PAIRS)
+    lists = listed(alone(distance[:, None] * directions, np.full(500, 1e-3)), ORIGIN, 0, 0, 4)
     for begin, end in lists.ends:
         assert np.all(np.diff(distance[lists.entries[begin:end]]) > -0.1)
 
@@ -91,13 +97,13 @@ def test_more_pairs_than_the_limit_are_refused() -> None:
     near, far = (np.full((20, 3), place) for place in (0.0, 9.0))
     for centers in (near, far):
         balls = alone(centers, np.ones(20))
-        cell, _ = pairs(cube_lists(balls, ORIGIN, 0, 0, 64, MAX_PAIRS))
+        cell, _ = pairs(listed(balls, ORIGIN, 0, 0, 64))
         with pytest.raises(InputError, match="expected at most 300 pairs"):
-            cube_lists(balls, ORIGIN, 0, 0, 64, 300)
+            listed(balls, ORIGIN, 0, 0, 64, 300)
         assert len(cell) > 300
 
 
 def test_no_balls_have_no_lists() -> None:
-    lists = cube_lists(alone(np.zeros((0, 3)), np.zeros(0)), ORIGIN, 0, 0, 8, MAX_PAIRS)
+    lists = listed(alone(np.zeros((0, 3)), np.zeros(0)), ORIGIN, 0, 0, 8)
     assert len(lists.entries) == 0 and not lists.ends.any() and lists.ends.shape == (6 * 64, 2)
     assert lists.longest() == 0 and not lists.occupied().any()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -128,25 +129,27 @@ def test_lights_at_one_place_share_their_lists() -> None:
 def test_many_lights_on_surfaces_take_no_work_again(monkeypatch: pytest.MonkeyPatch) -> None:
     calls: list[str] = []
 
-    def counted(module: Any, name: str) -> None:
+    def counted(module: Any, name: str, times: Callable[..., int]) -> None:
         function = getattr(module, name)
-        monkeypatch.setattr(module, name, lambda *arguments: (calls.append(name), function(*arguments))[1])
+        monkeypatch.setattr(
+            module, name, lambda *arguments: (calls.extend([name] * times(*arguments)), function(*arguments))[1]
+        )
 
-    counted(packing, "coincidences")
-    counted(frame_module, "touched_surface")
+    counted(packing, "coincidences", lambda *_: 1)
+    counted(frame_module, "touched_surfaces", lambda _, lights: len(lights))
     lights = [rt.PointLight((0.1 * i, -1.5, 0)) for i in range(20)]
     scene = msgspec.structs.replace(MANY, lights=lights)
     before = frame(scene, SIZE)
-    assert calls == ["coincidences", *["touched_surface"] * 20]
+    assert calls == ["coincidences", *["touched_surfaces"] * 20]
     assert set(before.lights.touched.values()) == {20}, "the ground, after 20 spheres"
     calls.clear()
     moved = msgspec.structs.replace(scene, lights=[*lights[1:], rt.PointLight((0, 1, 0), (0.5, 0.5, 0.5))])
     after = following(before, moved, Settings())
-    assert calls == ["touched_surface"], "of the one that is new"
+    assert calls == ["touched_surfaces"], "of the one that is new"
     calls.clear()
     following(after, msgspec.structs.replace(moved, camera=rt.Camera((1, 2, 7), (0, 0, 0))), Settings())
     assert calls == ["coincidences"], "once for a camera"
-    assert surfaces.touched_surface is not frame_module.touched_surface
+    assert surfaces.touched_surfaces is not frame_module.touched_surfaces
 
 
 @pytest.mark.gl
