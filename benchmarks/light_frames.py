@@ -1,13 +1,13 @@
-"""Milliseconds on the processor for the numbers of a frame, with many primitives and many lights on one of them.
+"""Milliseconds for the numbers of a frame of many primitives, with many lights on one of them, and with one light.
 
 python -m benchmarks.light_frames [PRIMITIVES [LIGHTS]]
 
-No OpenGL is needed: a window calls compile() and make_frame() for each frame, and these are measured.
+No OpenGL is needed: a window calls compile() and make_frame() for each frame, and these are measured. The
+first frame of a scene is that with all changed.
 """
 
 import sys
 import time
-from statistics import median
 
 import msgspec
 import numpy as np
@@ -19,7 +19,7 @@ from raytracer.compiler.frame import Frame, make_frame
 from raytracer.compiler.limits import DriverLimits
 
 SIZE = (1280, 720)
-ROUNDS = 5
+ROUNDS = 9
 LIMITS = DriverLimits("none", 450, 2**14, 128, 2**16, 2**27, 2**11)
 
 
@@ -45,27 +45,37 @@ def changed(scene: rt.Scene, change: str, k: int) -> rt.Scene:
     return msgspec.structs.replace(scene, lights=[first, *others])
 
 
-def milliseconds(scene: rt.Scene, settings: rt.Settings, change: str) -> float:
-    """The median for a frame after the first."""
-    frame: Frame | None = None
-    taken = []
-    for k in range(ROUNDS + 1):
-        new = changed(scene, change, k)
+class Frames:
+    """Frames one after the other, of one crowd under some lights."""
+
+    def __init__(self, primitives: int, lights: int, settings: rt.Settings) -> None:
+        self._primitives, self._lights, self._settings = primitives, lights, settings
+        self._scene = crowd(primitives, lights)
+        self._frame: Frame | None = None
+
+    def milliseconds(self, change: str, k: int) -> float:
+        """The time for frame k, which differs from the one before by one change, or is the first of a new scene."""
+        if change == "all":
+            self._scene, self._frame = crowd(self._primitives, self._lights), None
+        scene, before = changed(self._scene, change, k), self._frame
         begin = time.perf_counter()
-        compiled = compile(new, settings.compile_options, frame.compiled if frame else None)
-        frame = make_frame(compiled, SIZE, LIMITS, frame)
-        taken.append(1000.0 * (time.perf_counter() - begin))
-    return taken[0] if change == "all" else median(taken[1:])
+        compiled = compile(scene, self._settings.compile_options, before.compiled if before else None)
+        self._frame = make_frame(compiled, SIZE, LIMITS, before)
+        return 1000.0 * (time.perf_counter() - begin)
 
 
 def main() -> None:
+    """Print the table."""
     primitives, lights = (int(argument) for argument in (*sys.argv[1:], *("20001", "20")[len(sys.argv) - 1 :]))
-    scene = crowd(primitives, lights)
-    print(f"{primitives} primitives, {lights} lights on one of them, {SIZE[0]}x{SIZE[1]}, ms a frame\n")
-    print("| changed | no shadows | hard shadows |\n|---|---|---|")
-    for change in ("all", "nothing", "a light's color", "a light's place", "the camera's place"):
-        times = (milliseconds(scene, rt.Settings(shadows=shadows), change) for shadows in ("off", "hard"))
-        print(f"| {change} | " + " | ".join(f"{time:.2f}" for time in times) + " |")
+    print(f"{primitives} primitives, 1 and {lights} lights on one of them, {SIZE[0]}x{SIZE[1]}, ms a frame\n")
+    print(f"| changed | shadows | 1 light | {lights} lights | times |\n|---|---|---|---|---|")
+    for shadows in ("off", "hard"):
+        both = [Frames(primitives, count, rt.Settings(shadows=shadows)) for count in (1, lights)]
+        for change in ("all", "nothing", "a light's color", "a light's place", "the camera's place"):
+            # In turns, so that what else the machine does slows down both. The first round is not measured.
+            times = np.array([[frames.milliseconds(change, k) for frames in both] for k in range(ROUNDS + 1)])
+            one, many = np.median(times[1:], axis=0)
+            print(f"| {change} | {shadows} | {one:.2f} | {many:.2f} | {many / one:.2f} |", flush=True)
 
 
 if __name__ == "__main__":

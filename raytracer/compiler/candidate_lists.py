@@ -7,32 +7,32 @@ texture; -n is followed by the number of another object in the scene, and the n 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler import program_rows
-from raytracer.compiler.batches import SHAPE_LEAVES, Balls, Batches, balls, combined
+from raytracer.compiler.batches import SHAPE_LEAVES, Balls, Batches, ProgramBatch, balls, combined
+from raytracer.compiler.cube_lists import CubeBalls, cube_balls, cube_lists
 from raytracer.compiler.culling import PASSING, finest_grid, reach, widening
-from raytracer.compiler.direction_cells import CELL, MARGIN, by_cell, covered, cube_faces, overlaps, tangents, widened
-from raytracer.compiler.program_rows import FindPairs
+from raytracer.compiler.direction_cells import CELL, MARGIN, Lists, covered, cube_faces, overlaps, tangents, widened
+from raytracer.compiler.program_rows import FindPairs, Rows, everywhere, filled, met, most_listed
 from raytracer.compiler.view_space import View, camera_grid
 from raytracer.scene.lights import PointLight
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# tan(a) of the half angle a of a ball as seen from a light that is in it: then it takes all cells.
-_AROUND = 4.0
 
+class CubeLists(NamedTuple):
+    """The lists of the cells of the cube around one light, numbered as by cube_faces()."""
 
-class Lists(NamedTuple):
-    """Cell i's entries are entries[ends[i, 0] : ends[i, 1]]; cells may share them."""
-
-    ends: NDArray[np.int32]  # (cells, 2)
-    entries: NDArray[np.int32]
+    lists: Lists
+    longest: int  # entries of the longest list
+    reach: float  # the length up to which the lists hold every object that a ray to the light may meet
+    pairs: int  # of a cell and an object of a common shape
+    listed: int  # pairs of a cell and a primitive of another object
 
 
 class Items(NamedTuple):
@@ -77,8 +77,17 @@ class Lister:
         self._items = make_items(view, batches)
         self._batches = batches
         self._spheres = view.surfaces.spheres
-        self._centers = view.centers
+        self._centers = np.asfortranarray(view.centers)  # in this order loops over all spheres are fast
         self._radii = view.surfaces.radii
+
+    @property
+    def ball_count(self) -> int:
+        """The number of balls that are looked for around a light."""
+        return len(self._items.radii) + sum(batch.surfaces.size for batch in self._batches.programs)
+
+    @functools.cached_property
+    def _balls(self) -> CubeBalls:
+        return cube_balls(self._items.centers, self._items.radii, self._items.growth - 1.0)
 
     def items_texture(self, numbers: NDArray[np.float32]) -> NDArray[np.float32]:
         """(4 N, 4): the texels `items` of lists.glsl; `numbers` are the texels of surfaces.glsl."""
@@ -131,7 +140,8 @@ class Lister:
             return overlaps(*tangents(centers, radii), corner, (step, step), shape)
 
         cells = shape[0] * shape[1]
-        return self._lists([view], cells, np.zeros(cells, np.int64), np.zeros(0, np.int32), cells)
+        none = np.zeros(0, np.int32)
+        return self._lists(view, np.zeros(cells, np.int64), none, 0, most_listed(cells))[0]
 
     def full_list(self) -> NDArray[np.int32]:
         """The list of all objects, for rays that come from anywhere."""
@@ -140,7 +150,7 @@ class Lister:
             return np.zeros(len(radii), np.int64), np.arange(len(radii))
 
         every = np.arange(len(self._items.radii), dtype=np.int32)
-        lists = self._lists([view], 1, np.array([len(every)]), every)
+        lists, _ = self._lists(view, np.array([len(every)]), every, 0, most_listed(0))
         begin, end = lists.ends[0]  # entries behind are for cells that see no sphere
         return lists.entries[begin:end]
 
@@ -148,69 +158,39 @@ class Lister:
         """The most cells that a side of a cube's face around a light should have."""
         return finest_grid(self._view.place(light.position), light.radius, self._centers)
 
-    def reach(self, light: PointLight) -> float:
-        """The length up to which light_lists() lists every object that a ray to a light may meet."""
-        return reach(self._view.place(light.position), self._centers, self._radii)
+    def cube_lists(self, light: PointLight, grid: int, most: int, listed: int, most_listed: int) -> CubeLists:
+        """The lists of the cells of the cube around a light.
 
-    def pairs(self, lights: Sequence[PointLight], grid: int) -> tuple[float, float]:
-        """About how many pairs of a cell and a ball lights' lists have: of objects of common shapes, and of others.
-
-        A ball of the half angle a takes the share tan(a) of a face's side, and half a cell more on each side.
+        Raises InputError above `most` pairs of a cell and an object of a common shape, and for more than `most_listed`
+        pairs of a cell and a primitive of another object, together with the `listed` ones of other lights.
         """
-        shared = others = 0.0
-        for light in lights:
-            place = self._view.place(light.position)
-            wider = widening(place, light.radius, self._centers, self._radii)
+        place = self._view.place(light.position)
+        far = reach(place, self._centers, self._radii)
+        wider = widening(far, light.radius)
+        passing = wider - light.radius * (1.0 + MARGIN)  # the part of it that is for rounding
+        lists, longest = cube_lists(self._balls, place, wider, passing, grid, most)
+        pairs, total = len(lists.entries), listed
+        if self._batches.programs:
 
-            def count(centers: Array, radii: Array, place: Array = place, wider: float = wider) -> float:
-                radius = radii + wider
-                distance = np.linalg.norm(centers - place, axis=1)
-                beside = np.sqrt(np.maximum(distance - radius, 0.0) * (distance + radius))
-                tangent = radius / np.maximum(beside, radius / _AROUND)
-                return float(np.minimum((grid * tangent + 1.0) ** 2, 6.0 * grid**2).sum())
-
-            shared += count(self._items.centers, self._items.radii)
-            for batch in self._batches.programs:
-                is_sphere = batch.surfaces[0] < self._spheres
-                spheres = batch.surfaces[:, is_sphere].ravel()
-                # With each of them, at most, all half-spaces of the object are listed.
-                others += count(self._centers[spheres], self._radii[spheres]) * (1 + int((~is_sphere).sum()))
-        return shared, others
-
-    def light_lists(self, lights: Sequence[PointLight], grid: int) -> Lists:
-        """The lists of the cells of the cubes around lights, one after the other, numbered as by cube_faces()."""
-        cells = 6 * grid * grid
-        views: list[FindPairs] = []
-        counts, items = [np.zeros(0, np.int64)], [np.zeros(0, np.int32)]
-        for light in lights:
-            place = self._view.place(light.position)
-            wider = widening(place, light.radius, self._centers, self._radii)
-
-            def view(centers: Array, radii: Array, place: Array = place, wider: float = wider) -> tuple[Ints, Ints]:
+            def view(centers: Array, radii: Array) -> tuple[Ints, Ints]:
                 return cube_faces(centers - place, radii + wider, grid)
 
-            views.append(view)
-            passing = wider - light.radius * (1.0 + MARGIN)  # the part of it that is for rounding
-            # Nearest first: no ray looks behind its hit.
-            near = np.linalg.norm(self._items.centers - place, axis=1) - self._items.radii
-            radii = self._items.radii + (self._items.growth - 1.0) * passing
-            start, item = by_cell(*view(self._items.centers, radii), cells, near)
-            counts.append(np.diff(start))
-            items.append(item.astype(np.int32))
-        return self._lists(views, cells, np.concatenate(counts), np.concatenate(items))
+            count = np.subtract(*lists.ends.T[::-1], dtype=np.int64)
+            lists, total = self._lists(view, count, lists.entries, listed, most_listed)
+            longest = lists.longest()
+        return CubeLists(lists, longest, far, pairs, total - listed)
 
-    def _lists(
-        self, views: list[FindPairs], cells: int, count: Ints, item: NDArray[np.int32], picture: int = 0
-    ) -> Lists:
+    def _lists(self, view: FindPairs, count: Ints, item: NDArray[np.int32], total: int, most: int) -> tuple[Lists, int]:
         """The lists of objects of common shapes, of which cell i has count[i] one after the other, and of all others.
 
-        `picture` is as in program_rows.met().
+        `total` pairs of a cell and a primitive grow by those of the lists; above `most` InputError is raised.
         """
-        listed = [
-            (batch, *program_rows.met(batch, self._spheres, self._centers, self._radii, views, cells, picture))
-            for batch in self._batches.programs
-        ]
-        bare = [program_rows.everywhere(batch, self._spheres) for batch in self._batches.programs]
+        listed: list[tuple[ProgramBatch, Ints, Rows]] = []
+        for batch in self._batches.programs:
+            pairs, rows, more = met(batch, self._spheres, self._centers, self._radii, view, total, most)
+            listed.append((batch, pairs, rows))
+            total += more
+        bare = [everywhere(batch, self._spheres) for batch in self._batches.programs]
         if any(len(rows.cell) for rows in bare):
             some = count > 0
             for _, _, rows in listed:
@@ -220,7 +200,7 @@ class Lister:
                 (
                     batch,
                     pairs,
-                    program_rows.filled(batch, rows, around, pairs, occupied, picture) if len(around.cell) else rows,
+                    filled(batch, rows, around, pairs, occupied, most) if len(around.cell) else rows,
                 )
                 for (batch, pairs, rows), around in zip(listed, bare, strict=True)
             ]
@@ -240,7 +220,7 @@ class Lister:
         around = np.concatenate([entries[:0], *(rows.entries()[1] for rows in bare)])
         if len(around):  # else an empty list will do, wherever it is
             ends[count == 0] = len(entries), len(entries) + len(around)
-        return Lists(ends, np.concatenate((entries, around)))
+        return Lists(ends, np.concatenate((entries, around))), total
 
 
 def _inner(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:

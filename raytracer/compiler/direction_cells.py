@@ -8,6 +8,8 @@ bounding spheres; all is computed in float64, and holds for rays and balls round
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,10 +32,27 @@ _TURN = 2.0**-20
 # scaled, so near 0 their error is not relative to themselves. A hundredth of a cell or less for
 # grids up to 10,000 wide; of pixels, a sixteenth for pictures of the largest size.
 EDGE = 2.0**-20
-# A tangent above which float64 angles no longer give it to within MARGIN; it counts as infinite.
+# A tangent above which float64 no longer gives it to within MARGIN; it counts as infinite.
 _FLAT = 2.0**30
+# Balls that are bounded at once: allocators reuse the memory of arrays of so many without asking the system.
+_BLOCK = 2**13
 # Pairs of a cell and an item; at some 40 bytes each while they are made, 2.5 GiB.
 MAX_PAIRS = 2**26
+
+
+class Lists(NamedTuple):
+    """Cell i's entries are entries[ends[i, 0] : ends[i, 1]]; cells may share them."""
+
+    ends: NDArray[np.int32]  # (cells, 2)
+    entries: NDArray[np.int32]
+
+    def longest(self) -> int:
+        """The number of entries of the longest list."""
+        return int(np.subtract(*self.ends.T[::-1]).max(initial=0))
+
+    def occupied(self) -> NDArray[np.bool_]:
+        """(cells,): which lists have entries."""
+        return self.ends[:, 1] > self.ends[:, 0]
 
 
 def widened(centers: Array, radii: Array, times: Array | float = 1.0) -> Array:
@@ -57,46 +76,77 @@ def tangents(centers: Array, radii: Array) -> tuple[Array, Array]:
     The eye is at the origin and looks along -z; in front is z < 0. `centers` (N, 3) and `radii` (N,)
     are lengths. Bounds hold widened() balls, and are widened by MARGIN; -inf, +inf where the ball reaches round
     to the eye's plane on that side or holds the eye; lo = +inf, hi = -inf for a ball that no ray in front can meet.
+
+    Along the other axis a ray may go anywhere, so per axis the ball is its shadow, a disc of radius r at (a, b): a
+    ahead, b aside, h^2 = a^2 + b^2. The rays that touch it are as long as q = sqrt(h^2 - r^2) up to there, and have the
+    directions (a q + b r, b q - a r) and (a q - b r, b q + a r). Rounding, e = 2^-53, gives q to 8 e of itself where
+    r < h / 2, and elsewhere that of a disc whose radius is off by 8 e r: less than MARGIN by far. It turns a direction
+    by 8 e more. So a bound t is off by 8 e (1 + t^2) at most, and by as small a share of |t| and the other bound where
+    both are near 0.
     """
-    radius = widened(centers, radii)[:, None]
-    depth = -centers[:, 2:]
-    # Along the other axis a ray may go anywhere, so per axis the ball is its shadow, a disc beside the origin.
-    across = np.asfortranarray(centers[:, :2])  # in this order NumPy's loops run along the balls, not the two axes
-    distance = np.hypot(across, depth)
-    holds = distance <= radius
-    middle = np.arctan2(across, depth)
-    half = np.arcsin(radius / np.where(holds, radius + 1.0, distance))
-    # Not beyond +-flat: a tangent would come back from the other side.
-    flat = np.arctan(_FLAT)
-    low, high = middle - half, middle + half
-    lo = np.where(holds | (low <= -flat), -np.inf, np.tan(np.minimum(low, flat)))
-    hi = np.where(holds | (high >= flat), np.inf, np.tan(np.maximum(high, -flat)))
-    size = sum(np.where(np.isfinite(bound), np.abs(bound), 0.0) for bound in (*lo.T, *hi.T))
-    shift = MARGIN * np.reshape(size, (-1, 1))
+    lo, hi = np.empty((2, 2, len(radii)))
+    for first in range(0, len(radii), _BLOCK):
+        part = slice(first, first + _BLOCK)
+        _tangents(centers[part], radii[part], lo[:, part], hi[:, part])
+    return lo.T, hi.T
+
+
+def _tangents(centers: Array, radii: Array, lo: Array, hi: Array) -> None:
+    """Write tangents() into `lo` and `hi`, (2, N) each."""
+    radius = widened(centers, radii)
+    depth = -centers[:, 2]
+    across = np.ascontiguousarray(centers[:, :2].T)  # in this order NumPy's loops run along the balls, not the two axes
+    square = across * across + (depth * depth - radius * radius)
+    outside = square > 0.0
+    touching = np.sqrt(np.maximum(square, 0.0))
+    along, aside = depth * touching, across * touching
+    lean, turn = across * radius, depth * radius
+    shift = np.zeros(len(radius))
+    for bound, ahead, beside in ((lo, along + lean, aside - turn), (hi, along - lean, aside + turn)):
+        bound[:] = -np.inf if bound is lo else np.inf
+        size = np.abs(beside)
+        is_finite = outside & (ahead * _FLAT > size)
+        np.divide(beside, ahead, out=bound, where=is_finite)
+        np.divide(size, ahead, out=size, where=is_finite)
+        size[~is_finite] = 0.0
+        shift += size[0] + size[1]
+    shift *= MARGIN
+    lo -= shift
+    hi += shift
     behind = depth + radius <= 0.0
-    return np.where(behind, np.inf, lo - shift), np.where(behind, -np.inf, hi + shift)
+    lo[:, behind], hi[:, behind] = np.inf, -np.inf
 
 
 def overlaps(
-    lo: Array, hi: Array, origin: tuple[float, float], step: tuple[float, float], shape: tuple[int, int]
+    lo: Array,
+    hi: Array,
+    origin: tuple[float, float],
+    step: tuple[float, float],
+    shape: tuple[int, int],
+    most: int | None = None,
 ) -> tuple[Ints, Ints]:
     """(cell, item), each (M,): all pairs of a cell and an item whose rectangle [lo, hi] overlaps it.
 
     `lo` and `hi` are (N, 2). Cell (i, j) covers origin + [i, i + 1] step and so on in y, of a grid of
     `shape` (columns, rows); a step may be negative. Its number is j * columns + i. Rectangles are
-    widened by EDGE. Pairs are sorted by item, then cell. Raises InputError above MAX_PAIRS.
+    widened by EDGE. Pairs are sorted by item, then cell. Raises InputError above `most`, or MAX_PAIRS.
     """
     first, last = covered(lo, hi, origin, step, shape)
     count = last - first + 1
     columns, rows = count[:, 0], count[:, 1]
-    total = int(columns @ rows)
-    if total > MAX_PAIRS:
-        raise InputError(
-            f"expected at most {MAX_PAIRS} pairs of an object and a cell that it may be seen in, got {total}", "objects"
-        )
-    item, row = _runs(np.arange(len(lo), dtype=np.int64), np.where(columns > 0, rows, 0), first[:, 1])
-    row, cell = _runs(np.arange(len(item)), columns[item], row * shape[0] + first[item, 0])
+    check_pairs(int(columns @ rows), most)
+    item, row = runs(np.arange(len(lo), dtype=np.int64), np.where(columns > 0, rows, 0), first[:, 1])
+    row, cell = runs(np.arange(len(item)), columns[item], row * shape[0] + first[item, 0])
     return cell, item[row]
+
+
+def check_pairs(count: int, most: int | None) -> None:
+    """Raise InputError for more than `most` pairs, or MAX_PAIRS, of a cell and an object."""
+    most = MAX_PAIRS if most is None else min(most, MAX_PAIRS)
+    if count > most:
+        raise InputError(
+            f"expected at most {most} pairs of an object and a cell that it may be seen in, got {count}", "objects"
+        )
 
 
 def covered(
@@ -117,19 +167,19 @@ def covered(
     return first, np.where(none[:, None], first - 1, last)
 
 
-def _runs(items: Ints, count: Ints, start: Ints) -> tuple[Ints, Ints]:
-    """Every item `count` times, and beside it start, start + 1, ..., start + count - 1."""
+def runs(items: Ints, count: Ints, start: Ints) -> tuple[Ints, Ints]:
+    """Repeat every item `count` times, and beside it start, start + 1, ..., start + count - 1."""
     end = np.cumsum(count)
     offset = np.repeat(start - (end - count), count)
     return np.repeat(items, count), offset + np.arange(len(offset))
 
 
-def cube_faces(centers: Array, radii: Array, grid: int) -> tuple[Ints, Ints]:
+def cube_faces(centers: Array, radii: Array, grid: int, most: int | None = None) -> tuple[Ints, Ints]:
     """(cell, item), each (M,): for a light at the origin, the cells of a cube around it, and the balls seen in them.
 
     Faces are +x, -x, +y, -y, +z, -z, each grid x grid cells. On the face of main axis a with the other
     axes b < c, direction D is in the column of D_b / |D_a| and the row of D_c / |D_a|, both from -1 to 1.
-    A cell's number is (face * grid + row) * grid + column. Raises InputError above MAX_PAIRS.
+    A cell's number is (face * grid + row) * grid + column. Raises InputError above `most`, or MAX_PAIRS.
     """
     # Most balls are far from most faces. The planes between faces lean by 45 degrees, so a ball meets a face's
     # pyramid only if its other coordinates are <= main + sqrt(2) radius; 2 is for the margins of tangents().
@@ -146,24 +196,8 @@ def cube_faces(centers: Array, radii: Array, grid: int) -> tuple[Ints, Ints]:
     item = np.concatenate(items)
     face = np.repeat(np.arange(6), [len(near) for near in items])
     lo, hi = tangents(np.concatenate(seen), radii[item])
-    cell, pair = overlaps(lo, hi, (-1.0, -1.0), (2.0 / grid, 2.0 / grid), (grid, grid))
+    cell, pair = overlaps(lo, hi, (-1.0, -1.0), (2.0 / grid, 2.0 / grid), (grid, grid), most)
     return cell + (face * grid * grid)[pair], item[pair]
-
-
-def by_cell(cell: Ints, item: Ints, cells: int, key: Array) -> tuple[Ints, Ints]:
-    """(start (cells + 1,), item (M,)): compressed rows, cell i's items are item[start[i] : start[i + 1]].
-
-    In each cell they are sorted by key[item], then by item; `key` is (N,), a number for every item.
-    """
-    by_key = np.argsort(key, kind="stable")
-    rank = np.empty(len(key), np.int64)
-    rank[by_key] = np.arange(len(key))
-    # One plain sort of whole numbers, of 32 bits where they suffice: several times faster than any argsort.
-    bits = len(key).bit_length()
-    word = np.uint32 if cells << bits <= 2**32 else np.int64
-    both = ((cell << bits) | rank[item]).astype(word)
-    both.sort()
-    return row_starts(cell, cells), by_key[both & word((1 << bits) - 1)]
 
 
 def row_starts(cell: Ints, cells: int) -> Ints:

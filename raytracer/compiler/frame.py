@@ -12,20 +12,22 @@ from numpy.typing import NDArray
 
 from raytracer.compiler import packing
 from raytracer.compiler.compiled_scene import CompiledScene
-from raytracer.compiler.culling import Mask, occupied_cells, plane_only_cells
+from raytracer.compiler.culling import occupied_cells, occupied_cube
 from raytracer.compiler.direction_cells import CELL
+from raytracer.compiler.grounds import Mask, Sight, make_sight, shadowed_cells
 from raytracer.compiler.limits import DriverLimits
 from raytracer.compiler.material_layout import measured_tables
 from raytracer.compiler.rounds import most_rounds, ray_rounds
 from raytracer.compiler.scene_lists import (
     GRIDS,
+    Caster,
     LightLists,
     light_casters,
     listed_cells,
     make_camera_lists,
     make_light_lists,
 )
-from raytracer.compiler.surfaces import touched_surface
+from raytracer.compiler.surfaces import touched_surfaces
 from raytracer.compiler.view_space import View, make_view, pixel_scale
 from raytracer.core.validation import InputError
 
@@ -57,7 +59,7 @@ class LightNumbers(msgspec.Struct, frozen=True, eq=False):
     """The numbers of lights."""
 
     key: Key
-    touched: dict[Key, int | None]  # the surface that a light is on, by its position and radius
+    touched: dict[Caster, int | None]  # the surface that a light is on, by its position and radius
     block: bytes
 
 
@@ -67,6 +69,8 @@ class CellMasks(msgspec.Struct, frozen=True, eq=False):
     key: Key
     plane_only: Mask  # without the empty ones
     empty: Mask
+    sight: Sight | None
+    shadows: Mapping[Caster, Mask]  # of each light on half-spaces: they stay while the first part of the key does
 
 
 class Frame(msgspec.Struct, frozen=True, eq=False):
@@ -89,16 +93,16 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
         return self.surfaces.blocks | {"Lights": self.lights.block}
 
     @property
-    def textures(self) -> Mapping[str, NDArray[Any]]:
+    def textures(self) -> Mapping[str, tuple[NDArray[Any], ...]]:
         """The texels of buffer textures, by their names in the shaders: (N, 4) float32 or int32, (N, 2) or (N,) int32.
 
-        A driver's limits are kept.
+        They are in parts, one after the other. A driver's limits are kept.
         """
-        textures: dict[str, NDArray[Any]] = {"materials": self.materials.texels}
+        textures: dict[str, tuple[NDArray[Any], ...]] = {"materials": (self.materials.texels,)}
         if self.surfaces.texels is not None:
-            textures["numbers"] = self.surfaces.texels
+            textures["numbers"] = (self.surfaces.texels,)
         if self.lists:
-            textures |= {"items": self.lists.camera.items, "objects": self.lists.camera.objects}
+            textures |= {"items": (self.lists.camera.items,), "objects": (self.lists.camera.objects,)}
             textures |= {"lists": self.lists.entries, "ends": self.lists.ends}
         return textures
 
@@ -136,23 +140,25 @@ def make_frame(
     materials = _materials(compiled, view, limits, previous)
     lists = _lists(compiled, view, surfaces, size, limits, previous)
     ray, to_light = lists.rounds if lists else (ray_rounds(compiled),) * 2
+    lights = _lights(compiled, view, surfaces, previous)
     frame = Frame(
         compiled=compiled,
         size=size,
         view=view,
         surfaces=surfaces,
         materials=materials,
-        lights=_lights(compiled, view, surfaces, previous),
+        lights=lights,
         lists=lists,
-        cells=_cells(compiled, view, lists, size, plane_only, previous),
+        cells=_cells(compiled, view, surfaces, lights, lists, size, plane_only, previous),
         uniforms=_uniforms(compiled, view, lists, size),
         rounds=most_rounds(compiled, ray, to_light),
     )
-    for name, texels in frame.textures.items():
-        if len(texels) > limits.buffer_texels:
+    for name, parts in frame.textures.items():
+        count = sum(map(len, parts))
+        if count > limits.buffer_texels:
             elements = "entries in the lists of all cells" if name == "lists" else f"texels of {name}"
             limit = f"{limits.buffer_texels} {elements} (this driver's buffer textures)"
-            raise InputError(f"expected at most {limit}, got {len(texels)}", "objects")
+            raise InputError(f"expected at most {limit}, got {count}", "objects")
     return frame
 
 
@@ -198,10 +204,10 @@ def _lights(compiled: CompiledScene, view: View, surfaces: SurfaceNumbers, previ
     if previous and previous.lights.key == key:
         return previous.lights
     known = previous.lights.touched if previous and previous.view.surfaces is view.surfaces else {}
-    touched: dict[Key, int | None] = {}
-    for light in compiled.lights:
-        place = light.position, light.radius
-        touched[place] = known[place] if place in known else touched_surface(view.surfaces, light)
+    casters = light_casters(compiled.lights)
+    new = {caster: light for caster, light in zip(casters, compiled.lights, strict=True) if caster not in known}
+    found = dict(zip(new, touched_surfaces(view.surfaces, list(new.values())), strict=True)) if new else {}
+    touched = {caster: (known if caster in known else found)[caster] for caster in casters}
     on = [touched[light.position, light.radius] for light in compiled.lights]
     block = packing.lights_block(view, compiled.lights, on, surfaces.coinciding, compiled.options.precision)
     return LightNumbers(key, touched, block)
@@ -235,26 +241,67 @@ def _lists(
 def _cells(
     compiled: CompiledScene,
     view: View,
+    surfaces: SurfaceNumbers,
+    numbers: LightNumbers,
     lists: LightLists | None,
     size: tuple[int, int],
     plane_only: bool,
     previous: Frame | None,
 ) -> CellMasks:
-    planes = compiled.batches.planes
+    planes = compiled.batches.planes if plane_only else []
     # Without plane-only cells there are only empty ones to find, which show no shadow.
-    lights = compiled.shadowing_lights if plane_only and planes else ()
-    key = view, compiled.batches, lists, light_casters(lights), size, plane_only, compiled.has_plane_only_cells
+    lights = compiled.shadowing_lights if planes and compiled.surfaces.spheres else ()
+    camera, grid = (lists.camera, lists.grid) if lists else (None, 0)
+    stays = surfaces, compiled.batches, camera, grid, size, plane_only, compiled.has_plane_only_cells
+    key = stays, light_casters(lights)
     if previous and previous.cells.key == key:
         return previous.cells
-    shape = -(-size[1] // CELL), -(-size[0] // CELL)
-    none = np.zeros(shape, bool)
+    known = previous.cells if previous and previous.cells.key[0] == stays else None
     if not compiled.has_plane_only_cells:
-        return CellMasks(key, none, none)
-    occupied = listed_cells(lists, lights) if lists else occupied_cells(view, compiled.scene.solids(), lights, size)
-    covered, empty = plane_only_cells(view, planes, lights, occupied, size)
-    if plane_only and planes:
-        return CellMasks(key, covered & ~empty, empty)
-    return CellMasks(key, none, empty)
+        none = np.zeros((-(-size[1] // CELL), -(-size[0] // CELL)), bool)
+        return CellMasks(key, none, none, None, {})
+    if known and known.sight:
+        sight = known.sight
+    else:
+        solids = compiled.scene.solids
+        occupied = listed_cells(lists.camera) if lists else occupied_cells(view, solids(), size)
+        sight = make_sight(view, compiled.batches.planes, occupied, size)
+    free = sight.free
+    shadows: dict[Caster, Mask] = {}
+    for i, light in enumerate(lights):
+        caster = light.position, light.radius
+        if caster not in shadows:
+            shadows[caster] = (
+                known.shadows[caster]
+                if known and caster in known.shadows
+                else _shadows(compiled, view, surfaces, numbers, lists, sight, i)
+            )
+            free = free & ~shadows[caster]
+    empty = sight.empty & free
+    return CellMasks(key, free & ~empty if planes else np.zeros_like(free), empty, sight, shadows)
+
+
+def _shadows(
+    compiled: CompiledScene,
+    view: View,
+    surfaces: SurfaceNumbers,
+    numbers: LightNumbers,
+    lists: LightLists | None,
+    sight: Sight,
+    number: int,
+) -> Mask:
+    """The cells of a picture in which a light casts shadows on half-spaces."""
+    light = compiled.lights[number]
+    touched = numbers.touched[light.position, light.radius]
+    same = surfaces.coinciding
+    grazed = [] if touched is None else [p for p in compiled.batches.planes if same[p] == same[touched]]
+
+    def occupied() -> Mask:
+        if lists:
+            return lists.cubes[number].lists.occupied()
+        return occupied_cube(view, compiled.scene.solids(), light)
+
+    return shadowed_cells(sight, light, view, grazed, occupied)
 
 
 def _uniforms(

@@ -45,12 +45,13 @@ class Rows(NamedTuple):
         return np.repeat(self.cell.astype(np.int32), count + 2), values
 
 
-def check_listed(count: float, cells: int = 0) -> None:
-    """Raise InputError for so many pairs of a primitive and a cell that their lists take too much time and memory.
+def most_listed(cells: int) -> int:
+    """Give the most pairs of a primitive and a cell in the lists of a picture of so many cells."""
+    return max(MAX_LISTED, min(_LISTED_IN_CELL * cells, 4 * MAX_LISTED))
 
-    `cells` are the cells of a picture.
-    """
-    most = max(MAX_LISTED, min(_LISTED_IN_CELL * cells, 4 * MAX_LISTED))
+
+def check_listed(count: float, most: int) -> None:
+    """Raise InputError for more than `most` pairs of a primitive and a cell, whose lists take too much memory."""
     if count > most:
         raise InputError(
             f"expected at most {most} pairs of a primitive of a large object and a cell in which rays "
@@ -73,47 +74,43 @@ def everywhere(batch: ProgramBatch, spheres: int) -> Rows:
 
 
 def met(
-    batch: ProgramBatch, spheres: int, centers: Array, radii: Array, views: list[FindPairs], cells: int, picture: int
-) -> tuple[Ints, Rows]:
+    batch: ProgramBatch, spheres: int, centers: Array, radii: Array, view: FindPairs, listed: int, most: int
+) -> tuple[Ints, Rows, int]:
     """The programs where spheres of the objects are met, and all pairs cell * objects + object of these, sorted.
 
-    The cells of view v are numbered from v * cells on. `picture`: how many cells a picture has, if the view is that.
-    Raises InputError for too many pairs of a primitive and a cell.
+    The third value is how many pairs of a primitive and a cell there are. Raises InputError for more than `most` of
+    them together with the `listed` ones of other batches.
     """
     count = len(batch.order)
     is_sphere = batch.surfaces[0] < spheres
     leaves, planes = np.flatnonzero(is_sphere), np.flatnonzero(~is_sphere)
     surfaces = batch.surfaces[:, leaves].ravel()
     bits = batch.surfaces.shape[1].bit_length()
-    keys = [np.zeros(0, np.int64)]
-    total = 0
-    for v, view in enumerate(views):
-        cell, number = view(centers[surfaces], radii[surfaces])
-        total += len(cell)
-        check_listed(total, picture)
-        instance, leaf = np.divmod(number, max(len(leaves), 1))
-        keys.append(((v * cells + cell) * count + instance) << bits | leaves[leaf])
-    key = np.sort(np.concatenate(keys))
+    cell, number = view(centers[surfaces], radii[surfaces])
+    check_listed(listed + len(cell), most)
+    instance, leaf = np.divmod(number, max(len(leaves), 1))
+    key = (cell * count + instance) << bits | leaves[leaf]
+    key.sort()
     pair, leaf = key >> bits, key & ((1 << bits) - 1)
     first = np.ones(len(pair), bool)
     np.not_equal(pair[1:], pair[:-1], out=first[1:])
     row = np.cumsum(first) - 1
     pair = pair[first]
     if len(planes):
-        check_listed(len(leaf) + len(pair) * len(planes), picture)
+        check_listed(listed + len(leaf) + len(pair) * len(planes), most)
         unbounded = np.repeat(np.arange(len(pair)), len(planes)) << bits | np.tile(planes, len(pair))
         key = np.sort(np.concatenate((row << bits | leaf, unbounded)))
         row, leaf = key >> bits, key & ((1 << bits) - 1)
     start, code = batch.pruner.programs(row, leaf, len(pair))
     cell, instance = np.divmod(pair, count)
-    return pair, _rows(batch, cell, instance, start, code)
+    return pair, _rows(batch, cell, instance, start, code), len(leaf)
 
 
-def filled(batch: ProgramBatch, rows: Rows, bare: Rows, pairs: Ints, cells: Ints, picture: int) -> Rows:
+def filled(batch: ProgramBatch, rows: Rows, bare: Rows, pairs: Ints, cells: Ints, most: int) -> Rows:
     """The rows, and the bare ones in each of `cells` where an object has none; else as of met()."""
     count = len(batch.order)
     size = int(bare.start[1])
-    check_listed(float(len(cells)) * count * size, picture)
+    check_listed(float(len(cells)) * count * size, most)
     every = (cells[:, None] * count + np.arange(count)).ravel()
     missing = every[~_among(every, pairs)]
     cell, instance = np.divmod(missing, count)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,10 @@ Array = NDArray[np.float64]
 
 # A share of the largest number: ROUNDING, and four times as much for the roundings of a sum of four terms.
 _NEAR = 5.0 * ROUNDING
+# A share of the largest numbers of a sphere and of a light: twice float32's roundings of their distance.
+_COARSE = np.float32(2.0**-18)
+# A distance below which its square is not in float32's range.
+_NEAREST = np.float32(2.0**-50)
 
 
 class Surfaces(msgspec.Struct, frozen=True, eq=False):
@@ -71,21 +77,41 @@ def make_surfaces(scene: Scene) -> Surfaces:
     )
 
 
-def touched_surface(surfaces: Surfaces, light: PointLight) -> int | None:
-    """The index of the first surface that `light` is on, if there is one.
+def touched_surfaces(surfaces: Surfaces, lights: Sequence[PointLight]) -> list[int | None]:
+    """Find the index of the first surface that each light is on, if there is one.
 
     A point is on what Sphere.touches() and Plane.touches() say. A light with a radius is on its own sphere alone, which
     PointLight.is_bulb() tells.
     """
-    distance = np.linalg.norm(surfaces.centers - light.position, axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        x, y, z, radius = np.vstack((surfaces.centers.T, surfaces.radii)).astype(np.float32)
+        # Rounding to float32 moves the distance from a sphere by half as much at most.
+        slack = _COARSE * np.maximum(surfaces.extents, surfaces.radii).astype(np.float32)
+        found = []
+        for light in lights:
+            a, b, c, own = np.array((*light.position, light.radius), np.float32)
+            dx, dy, dz = x - a, y - b, z - c
+            distance = np.sqrt(dx * dx + dy * dy + dz * dz)
+            off = distance if light.radius else np.abs(distance - radius)
+            off -= slack
+            # A sphere is looked at, too, where squares leave float32's range: no number is larger than another there.
+            near = ~(off > _COARSE * max(map(abs, (a, b, c, own)))) | (distance < _NEAREST)
+            found.append(_touched(surfaces, light, np.flatnonzero(near)))
+    return found
+
+
+def _touched(surfaces: Surfaces, light: PointLight, near: NDArray[np.int64]) -> int | None:
+    """The index of the first surface that a light is on, of planes and the spheres `near` it."""
+    distance = np.linalg.norm(surfaces.centers[near] - light.position, axis=1)
     largest = max(map(abs, (*light.position, light.radius)))
+    radii, extents = surfaces.radii[near], np.maximum(surfaces.extents[near], largest)
     if light.radius:
-        off = np.maximum(distance, np.abs(surfaces.radii - light.radius))
-        bound = ROUNDING * np.maximum(surfaces.extents, largest)
+        off = np.maximum(distance, np.abs(radii - light.radius))
+        bound = ROUNDING * extents
     else:
-        off = np.abs(distance - surfaces.radii)
-        bound = ROUNDING * np.maximum(np.maximum(surfaces.extents, largest), surfaces.radii)
-    touching = np.flatnonzero(off <= bound)
+        off = np.abs(distance - radii)
+        bound = ROUNDING * np.maximum(extents, radii)
+    touching = near[off <= bound]
     if len(touching):
         return int(touching[0])
     if light.radius or not surfaces.planes:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import moderngl
@@ -113,6 +113,7 @@ class BufferTexture:
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._buffer: moderngl.Buffer | None = None
+        self._parts: dict[int, NDArray[Any]] = {}  # that are there, by the byte where they begin
         self._name = _Uint()
         self._active = _function(context, "glActiveTexture", _Uint)
         self._bind = _function(context, "glBindTexture", _Uint, _Uint)
@@ -126,19 +127,32 @@ class BufferTexture:
         get(_MAX_TEXTURE_BUFFER_SIZE, ctypes.byref(texels))
         return texels.value
 
-    def write(self, data: NDArray[Any]) -> None:
-        """Hold (N, 4) float32 or int32, (N, 2) or (N,) int32. It must be of the kind that was written before."""
-        data = np.ascontiguousarray(data)
-        if self._buffer is None or not data.nbytes <= self._buffer.size <= 4 * max(data.nbytes, 1024):
+    def write(self, parts: Sequence[NDArray[Any]]) -> None:
+        """Hold parts one after the other, (N, 4) float32 or int32, (N, 2) or (N,) int32.
+
+        All must be of the kind that was written before. Parts that stay where they are are not written again.
+        """
+        size = sum(part.nbytes for part in parts)
+        before, self._parts = self._parts, {}  # until all of it is there
+        if self._buffer is None or not size <= self._buffer.size <= 4 * max(size, 1024):
             if self._buffer:
                 self._buffer.release()
             # Room to grow: lists change their length with every move.
-            self._buffer = self._context.buffer(reserve=max(1024, data.nbytes + data.nbytes // 4), dynamic=True)
-            form = _FORMATS[data.dtype.kind, data.shape[1] if data.ndim > 1 else 1]
+            self._buffer = self._context.buffer(reserve=max(1024, size + size // 4), dynamic=True)
+            form = _FORMATS[parts[0].dtype.kind, parts[0].shape[1] if parts[0].ndim > 1 else 1]
             self._bind(_TEXTURE_BUFFER, self._name.value)
             _function(self._context, "glTexBuffer", _Uint, _Uint, _Uint)(_TEXTURE_BUFFER, form, self._buffer.glo)
-        if data.nbytes:
-            self._buffer.write(data)
+            before = {}
+        now: dict[int, NDArray[Any]] = {}
+        begin = 0
+        for part in parts:
+            if not part.nbytes:
+                continue
+            if before.get(begin) is not part:
+                self._buffer.write(np.ascontiguousarray(part), offset=begin)
+            now[begin] = part
+            begin += part.nbytes
+        self._parts = now
 
     def use(self, unit: int) -> None:
         """Bind it to a texture unit."""

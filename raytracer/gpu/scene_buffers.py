@@ -27,9 +27,11 @@ class SceneBuffers:
 
     def upload(self, frame: Frame) -> None:
         """Bring those parts of `frame` to the GPU that are other objects than the parts that are there."""
-        parts: dict[str, Any] = {**frame.blocks, **frame.textures, "measured": frame.measured}
+        textures = frame.textures
+        parts: dict[str, Any] = {**frame.blocks, **textures, "measured": frame.measured}
         for name, part in parts.items():
-            if self._uploaded.get(name) is part:
+            before = self._uploaded.get(name)
+            if before is part or (name in textures and _are_same(before, part)):
                 continue
             self._uploaded.pop(name, None)  # until all of it is there
             if name in _BLOCKS:
@@ -81,3 +83,8 @@ class SceneBuffers:
         for part in (*self._blocks.values(), *self._textures.values(), self._measured):
             if part:
                 part.release()
+
+
+def _are_same(before: Any, parts: tuple[object, ...]) -> bool:
+    """Whether all parts of a texture are the objects that they were before."""
+    return before is not None and len(before) == len(parts) and all(a is b for a, b in zip(before, parts, strict=True))

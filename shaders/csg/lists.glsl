@@ -9,7 +9,8 @@
 #include "geometry/surfaces.glsl"
 
 uniform isamplerBuffer lists;  // the entries of all cells' lists
-uniform isamplerBuffer ends;   // where the list of each cell of each light begins and ends; then its longest ray
+uniform isamplerBuffer ends;   // of each light the longest ray and where its lists begin; then, from there on, where the
+                               // list of each cell of each light begins and ends
 uniform samplerBuffer items;   // 4 texels for each object of a common shape: see ballAt() and itemAt()
 
 flat in int grid;              // cells of a side of each face of the cube around a light

@@ -11,6 +11,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.analysis.pixel_doubt import find_pixel_doubt
+from raytracer.compiler import scene_lists
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
@@ -137,6 +138,24 @@ def test_many_instances_agree_with_the_reference(renderer: Renderer) -> None:
     np.testing.assert_allclose(image.radiance[sure], truth.radiance[sure], atol=1e-4)
     plain = msgspec.structs.replace(scene, objects=scene.solids())
     np.testing.assert_array_equal(renderer.render(plain, (96, 54), Settings()).radiance, image.radiance)
+
+
+@pytest.mark.parametrize("grid", [1, 3, 24, 256])
+@pytest.mark.parametrize("shadows", ["hard", "soft"])
+def test_twenty_lights_with_cubes_of_any_grid_are_the_same(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch, grid: int, shadows: str
+) -> None:
+    monkeypatch.setattr(scene_lists, "GRIDS", (grid, 1))
+    monkeypatch.setattr(scene_lists, "_LEAST_CELLS", 6 * grid**2)
+    rng = np.random.default_rng(grid)
+    many = rt.Instances(lens(0, 0, 0), rng.uniform((-4, -2, -6), (4, 3, 1), (30, 3)), rng.uniform(0.1, 0.6, 30))
+    balls = rt.Instances(rt.Sphere((0, 0, 0), 0.1, BLUE), rng.uniform((-4, -2.4, -6), (4, 3, 1), (60, 3)))
+    places = rng.uniform((-5, -2.5, -6), (5, 4, 3), (20, 3))
+    places[::3, 1] = -2.5  # on the floor
+    places[1::6] *= 50.0
+    lights = [rt.PointLight(tuple(p), (0.2, 0.2, 0.2), radius=0.05 * (k % 3)) for k, p in enumerate(places.tolist())]
+    scene = rt.Scene([many, balls, FLOOR], lights, rt.Camera((0, 1, 6), (0, 0, 0)))
+    check_lists(renderer, scene, (96, 54), shadows=shadows, samples=1 if shadows == "hard" else 2)
 
 
 def test_scenes_that_differ_in_numbers_share_their_text(renderer: Renderer) -> None:

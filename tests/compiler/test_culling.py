@@ -202,6 +202,8 @@ def assert_plane_only(scene: rt.Scene, size: tuple[int, int]) -> float:
             n = np.broadcast_to(owner[plane].unit()[0], P.shape)
             start = np.full(len(P), len(alone.leaves) - 1, np.int32)
             for light in scene.lights:
+                if owner[plane].touches(light.position):  # it does not shine on what it is in
+                    continue
                 toward = np.subtract(light.position, scene.camera.position) - P
                 distance = np.linalg.norm(toward, axis=1)
                 toward /= distance[:, None]
@@ -231,6 +233,36 @@ def test_a_plane_only_cell_has_no_other_object_and_no_shadow_of_one(seed: int) -
     camera = rt.Camera(tuple(eye.tolist()), tuple(rng.normal(size=3).tolist()), vertical_fov=fov)
     lights = [some_light(rng, -0.5, 1.5) for _ in range(2)]
     assert_plane_only(rt.Scene([*trees, *planes], lights, camera), (96, 64))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_lights_in_behind_and_near_half_spaces_cast_no_shadow_on_plane_only_cells(seed: int) -> None:
+    rng = np.random.default_rng((4, seed))
+    planes = [rt.Plane((0, 1, 0), 0.0), rt.Plane((0, 0, 1), -6.0)]
+    balls = [rt.Sphere(tuple(p), 0.5) for p in rng.uniform((-3, 0.2, -5), (3, 3, 2), (4, 3)).tolist()]
+    heights = [0.0, -1e-9, 1e-9, -1e-3, 1e-3, -2.0, 2.0]
+    lights = [rt.PointLight((float(rng.uniform(-4, 4)), float(rng.choice(heights)), float(rng.uniform(-7, 4))))]
+    lights.append(rt.PointLight((float(rng.uniform(-4, 4)), float(rng.uniform(0, 4)), -6.0)))
+    camera = rt.Camera((0, 3, 8), (float(rng.uniform(-2, 2)), 0.5, 0))
+    assert_plane_only(rt.Scene([*balls, *planes], lights, camera), (160, 96))
+
+
+@pytest.mark.gl
+def test_lights_in_behind_and_near_half_spaces_are_the_same(renderer: Renderer) -> None:
+    for height in (0.0, -1e-6, 1e-6, -1e-3, 1e-3, -1.0):
+        lights = [rt.PointLight((x, height, z)) for x, z in ((3.0, 1.0), (-2.0, 2.0), (0.5, -3.0))]
+        for more in ((), (rt.Plane((0, 0, 1), -3, scenes.COLORS[1]),), (rt.Plane((0, -1, 0), 0, scenes.COLORS[1]),)):
+            check_cells(renderer, still_life(*more, lights=lights))
+            check_cells(renderer, still_life(*more, lights=lights, eye=(0, -0.5, 4)))
+
+
+def test_a_light_on_the_floor_casts_no_shadow_there() -> None:
+    size, places = (640, 360), ((3.0, 0.0, 2.0), (-4.0, 0.0, 1.0))
+    on_floor, _ = cells(still_life(lights=[rt.PointLight(place) for place in places]), size)
+    none, _ = cells(still_life(lights=[]), size)
+    above, _ = cells(still_life(lights=[rt.PointLight((x, 1.0, z)) for x, _, z in places]), size)
+    np.testing.assert_array_equal(on_floor, none)
+    assert above.sum() < none.sum()
 
 
 def test_brute_force_finds_cells_that_are_not_plane_only(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,41 +1,12 @@
 """Cells list every ball that a ray through them can meet, and hardly more."""
 
-from typing import Any
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from raytracer.compiler import direction_cells
-from raytracer.compiler.direction_cells import MARGIN, Array, Ints
+from raytracer.compiler.direction_cells import MARGIN
 from raytracer.core.validation import InputError
-
-
-def some_balls(rng: np.random.Generator, count: int) -> tuple[Array, Array]:
-    """All around the origin: near and far, tiny and huge, holding it, touching it or the planes through it."""
-    centers = rng.normal(size=(count, 3)) * 10.0 ** rng.uniform(-2, 2, (count, 1))
-    distance = np.linalg.norm(centers, axis=1)
-    radii = distance * 10.0 ** rng.uniform(-4, 0.3, count)
-    kinds = np.array_split(rng.permutation(count), 6)
-    radii[kinds[0]] = distance[kinds[0]]
-    radii[kinds[1]] = np.abs(centers[kinds[1], 2])
-    radii[kinds[2]] = np.abs(centers[kinds[2], 0])
-    radii[kinds[3]] = np.abs(distance[kinds[3]] - 10.0 ** rng.uniform(-9, 0, len(kinds[3])))
-    return centers, radii
-
-
-def meets(directions: Array, centers: Array, radii: Array) -> tuple[Ints, Ints]:
-    """(ray, ball): which rays from the origin meet which balls."""
-    d = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    along = np.maximum(d @ centers.T, 0.0)
-    nearest = np.linalg.norm(along[:, :, None] * d[:, None, :] - centers, axis=2)
-    ray, ball = np.nonzero(nearest <= radii)
-    return ray.astype(np.int64), ball.astype(np.int64)
-
-
-def missing(cell: Ints, item: Ints, wanted_cell: Ints, wanted_item: Ints) -> int:
-    """How many of the wanted pairs are not listed."""
-    return len(set((wanted_cell << 20 | wanted_item).tolist()).difference((cell << 20 | item).tolist()))
+from tests.balls import face_cell, meets, missing, some_balls
 
 
 @pytest.mark.parametrize("extent", [0.01, 1.0, 300.0])
@@ -55,19 +26,6 @@ def test_every_ray_of_the_camera_finds_the_balls_that_it_meets(extent: float) ->
     # And nothing is listed that is behind, or twice.
     assert np.all(radii[item] * (1 + 2 * MARGIN) > centers[item, 2])
     assert len(np.unique(cell << 20 | item)) == len(cell)
-
-
-def face_cell(D: NDArray[np.floating[Any]], grid: int) -> Ints:
-    """The definition of cube_faces(), of one direction at a time; in the precision of D."""
-    result = []
-    for d in D:
-        axis = int(np.argmax(np.abs(d)))
-        b, c = (0, 1, 2)[:axis] + (0, 1, 2)[axis + 1 :]
-        half = d.dtype.type(0.5)
-        column, row = (int((d[i] / abs(d[axis]) * half + half) * d.dtype.type(grid)) for i in (b, c))
-        face = 2 * axis + (d[axis] < 0)
-        result.append((face * grid + min(row, grid - 1)) * grid + min(column, grid - 1))
-    return np.array(result)
 
 
 def test_every_ray_to_the_light_finds_the_balls_that_it_meets() -> None:
@@ -168,18 +126,8 @@ def test_more_pairs_than_the_limit_are_refused(monkeypatch: pytest.MonkeyPatch) 
     assert len(direction_cells.cube_faces(at_light, radius, 8)[0]) == 6 * 64
     with pytest.raises(InputError, match=r"at most 384 pairs .* got 486"):
         direction_cells.cube_faces(at_light, radius, 9)
-
-
-def test_rows_are_sorted_by_key_then_item() -> None:
-    rng = np.random.default_rng(5)
-    cell, item = rng.integers(0, 20, 500), rng.integers(0, 40, 500)
-    for key in (rng.integers(-3, 4, 40).astype(float), np.zeros(40)):
-        start, found = direction_cells.by_cell(cell, item, 22, key)
-        assert start.tolist() == np.searchsorted(np.sort(cell), np.arange(23)).tolist()
-        np.testing.assert_array_equal(found, item[np.lexsort((item, key[item], cell))])
-    none = np.zeros(0, np.int64)
-    start, found = direction_cells.by_cell(none, none, 3, np.zeros(0))
-    assert start.tolist() == [0, 0, 0, 0] and found.tolist() == []
+    with pytest.raises(InputError, match=r"at most 23 pairs .* got 24"):
+        direction_cells.cube_faces(at_light, radius, 2, most=23)
 
 
 def test_no_balls_have_no_pairs() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -32,15 +33,22 @@ def following(before: Frame, scene: rt.Scene, settings: Settings) -> Frame:
     return make_frame(compiled, before.size, LIMITS, before)
 
 
-def parts(frame: Frame) -> dict[str, Any]:
-    return {**frame.blocks, **frame.textures, "measured": frame.measured, "cells": frame.cells}
+def parts(frame: Frame) -> dict[tuple[str, int], Any]:
+    """The parts by their names, and by their numbers where a texture has several."""
+    alone = {**frame.blocks, "measured": frame.measured, "cells": frame.cells}
+    textures = {(name, i): part for name, texels in frame.textures.items() for i, part in enumerate(texels)}
+    return {(name, 0): part for name, part in alone.items()} | textures
 
 
 def others(before: Frame, after: Frame) -> set[str]:
     """The names of the parts that are other objects than before."""
+    return {name for name, _ in other_parts(before, after)}
+
+
+def other_parts(before: Frame, after: Frame) -> set[tuple[str, int]]:
     old, new = parts(before), parts(after)
     assert old.keys() == new.keys()
-    return {name for name in new if new[name] is not old[name]}
+    return {part for part in new if new[part] is not old[part]}
 
 
 @pytest.mark.parametrize("settings", SETTINGS)
@@ -84,34 +92,64 @@ def test_a_frame_after_another_is_as_one_alone(scene: rt.Scene, settings: Settin
         assert before.uniforms == alone.uniforms and before.rounds == alone.rounds
         assert dict(before.blocks) == dict(alone.blocks) and before.textures.keys() == alone.textures.keys()
         for name, texels in alone.textures.items():
-            np.testing.assert_array_equal(before.textures[name], texels, err_msg=name)
+            for after_another, part in zip(before.textures[name], texels, strict=True):
+                np.testing.assert_array_equal(after_another, part, err_msg=name)
         np.testing.assert_array_equal(before.rectangles, alone.rectangles)
         for name in ("plane_only", "empty"):
             np.testing.assert_array_equal(getattr(before.cells, name), getattr(alone.cells, name))
 
 
+@pytest.mark.parametrize("shadows", ["hard", "soft"])
+def test_a_light_that_moves_changes_no_list_of_another(shadows: str) -> None:
+    settings = Settings(shadows=shadows)  # pyright: ignore[reportArgumentType]
+    lights = [rt.PointLight((x, 4, 3), radius=0.2) for x in range(4)]
+    scene = msgspec.structs.replace(MANY, lights=lights)
+    before = frame(scene, SIZE, settings)
+    moved = [*lights[:1], rt.PointLight((1, 4.5, 3), radius=0.2), *lights[2:]]
+    after = following(before, msgspec.structs.replace(scene, lights=moved), settings)
+    # Of lists those of all objects and of the picture come first; of ends the lights' own texels do.
+    assert other_parts(before, after) == {("Lights", 0), ("cells", 0), ("lists", 3), ("ends", 0), ("ends", 2)}
+    assert before.lists and after.lists and after.lists.picture_ends is before.lists.picture_ends
+    shadows_before, shadows_after = before.cells.shadows, after.cells.shadows
+    assert len(shadows_before) == len(shadows_after) == 4
+    assert sum(shadow is shadows_before.get(caster) for caster, shadow in shadows_after.items()) == 3
+    fewer = following(after, msgspec.structs.replace(scene, lights=moved[2:]), settings)
+    assert fewer.lists and [cube is after.lists.cubes[i] for i, cube in enumerate(fewer.lists.cubes, 2)] == [True, True]
+    camera = rt.Camera((1, 2, 7), (0, 0, 0))
+    turned = following(after, msgspec.structs.replace(scene, lights=moved, camera=camera), settings)
+    assert {("lists", i) for i in range(2, 6)} <= other_parts(after, turned)
+
+
+def test_lights_at_one_place_share_their_lists() -> None:
+    lights = [rt.PointLight((1, 4, 3), (0.1 * i, 0, 0)) for i in range(1, 4)]
+    lists = frame(msgspec.structs.replace(MANY, lights=lights), SIZE).lists
+    assert lists and len({id(cube) for cube in lists.cubes}) == 1 and len(lists.cubes) == 3
+
+
 def test_many_lights_on_surfaces_take_no_work_again(monkeypatch: pytest.MonkeyPatch) -> None:
     calls: list[str] = []
 
-    def counted(module: Any, name: str) -> None:
+    def counted(module: Any, name: str, times: Callable[..., int]) -> None:
         function = getattr(module, name)
-        monkeypatch.setattr(module, name, lambda *arguments: (calls.append(name), function(*arguments))[1])
+        monkeypatch.setattr(
+            module, name, lambda *arguments: (calls.extend([name] * times(*arguments)), function(*arguments))[1]
+        )
 
-    counted(packing, "coincidences")
-    counted(frame_module, "touched_surface")
+    counted(packing, "coincidences", lambda *_: 1)
+    counted(frame_module, "touched_surfaces", lambda _, lights: len(lights))
     lights = [rt.PointLight((0.1 * i, -1.5, 0)) for i in range(20)]
     scene = msgspec.structs.replace(MANY, lights=lights)
     before = frame(scene, SIZE)
-    assert calls == ["coincidences", *["touched_surface"] * 20]
+    assert calls == ["coincidences", *["touched_surfaces"] * 20]
     assert set(before.lights.touched.values()) == {20}, "the ground, after 20 spheres"
     calls.clear()
     moved = msgspec.structs.replace(scene, lights=[*lights[1:], rt.PointLight((0, 1, 0), (0.5, 0.5, 0.5))])
     after = following(before, moved, Settings())
-    assert calls == ["touched_surface"], "of the one that is new"
+    assert calls == ["touched_surfaces"], "of the one that is new"
     calls.clear()
     following(after, msgspec.structs.replace(moved, camera=rt.Camera((1, 2, 7), (0, 0, 0))), Settings())
     assert calls == ["coincidences"], "once for a camera"
-    assert surfaces.touched_surface is not frame_module.touched_surface
+    assert surfaces.touched_surfaces is not frame_module.touched_surfaces
 
 
 @pytest.mark.gl

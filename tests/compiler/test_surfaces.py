@@ -4,10 +4,11 @@ import math
 
 import msgspec
 import numpy as np
+import pytest
 
 import raytracer as rt
 from raytracer.compiler.compiled_scene import compile as compile_scene
-from raytracer.compiler.surfaces import make_surfaces, powers, touched_surface
+from raytracer.compiler.surfaces import make_surfaces, powers, touched_surfaces
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Sphere, leaves
@@ -72,17 +73,28 @@ def test_a_light_touches_the_first_surface_that_says_so() -> None:
     places = [np.add(b.center, np.array(n) / np.linalg.norm(n) * b.radius) for b in balls for n in normals]
     places += [np.array(p.unit()[0]) * p.unit()[1] + np.cross(p.normal, rng.normal(size=3)) for p in planes * 20]
     places += [*rng.normal(size=(50, 3)), *(np.array(b.center) for b in balls)]
-    touching = 0
-    for place in places:
-        point = rt.PointLight(tuple(place.tolist()))
-        expected = next((i for i, surface in enumerate(ordered) if surface.touches(point.position)), None)
-        assert touched_surface(surfaces, point) == expected
-        touching += expected is not None
-        bulb = rt.PointLight(point.position, radius=float(rng.choice([b.radius for b in balls])))
-        assert touched_surface(surfaces, bulb) == next((i for i, b in enumerate(balls) if bulb.is_bulb(b)), None)
-    assert touching > 500
-    for i, ball in enumerate(balls):
-        assert touched_surface(surfaces, rt.PointLight(ball.center, radius=ball.radius)) == i
+    points = [rt.PointLight(tuple(place.tolist())) for place in places]
+    touched = touched_surfaces(surfaces, points)
+    for point, surface in zip(points, touched, strict=True):
+        assert surface == next((i for i, other in enumerate(ordered) if other.touches(point.position)), None)
+    assert sum(surface is not None for surface in touched) > 500
+    bulbs = [rt.PointLight(point.position, radius=float(rng.choice([b.radius for b in balls]))) for point in points]
+    for bulb, surface in zip(bulbs, touched_surfaces(surfaces, bulbs), strict=True):
+        assert surface == next((i for i, b in enumerate(balls) if bulb.is_bulb(b)), None)
+    own = [rt.PointLight(ball.center, radius=ball.radius) for ball in balls]
+    assert touched_surfaces(surfaces, own) == list(range(len(balls)))
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e-3, 1e3, 1e9])
+def test_a_light_touches_the_same_surface_at_any_scale(scale: float) -> None:
+    rng = np.random.default_rng(8)
+    centers, radii = scale * rng.normal(size=(200, 3)), scale * rng.uniform(0.1, 2.0, 200)
+    balls = [rt.Sphere(tuple(c), r) for c, r in zip(centers.tolist(), radii.tolist(), strict=True)]
+    lights = [rt.PointLight((x + r, y, z)) for (x, y, z), r in zip(centers.tolist(), radii.tolist(), strict=True)]
+    lights += [rt.PointLight(ball.center, radius=ball.radius) for ball in balls]
+    touched = touched_surfaces(make_surfaces(scenes.of(*balls)), lights)
+    expected = [next(i for i, b in enumerate(balls) if b.touches(light.position)) for light in lights[:200]]
+    assert touched == [*expected, *range(200)]
 
 
 def check_powers(spheres: list[rt.Sphere], point: tuple[float, float, float]) -> None:

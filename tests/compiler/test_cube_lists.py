@@ -1,0 +1,109 @@
+"""Lists of cubes around lights hold every ball that a ray through a cell can meet, and hardly more."""
+
+import numpy as np
+import pytest
+
+from raytracer.compiler.cube_lists import CubeBalls, cube_balls, cube_lists
+from raytracer.compiler.direction_cells import MAX_PAIRS, Array, Ints, Lists, cube_faces
+from raytracer.core.validation import InputError
+from tests.balls import face_cell, meets, missing, some_balls
+
+ORIGIN = np.zeros(3)
+
+
+def alone(centers: Array, radii: Array) -> CubeBalls:
+    return cube_balls(centers, radii, np.zeros(len(radii)))
+
+
+def listed(balls: CubeBalls, place: Array, wider: float, passing: float, grid: int, most: int = MAX_PAIRS) -> Lists:
+    lists, longest = cube_lists(balls, place, wider, passing, grid, most)
+    assert longest == lists.longest()
+    return lists
+
+
+def pairs(lists: Lists) -> tuple[Ints, Ints]:
+    """(cell, ball), each (M,): all entries of all lists."""
+    begin, end = lists.ends.T.astype(np.int64)
+    cell = np.repeat(np.arange(len(begin)), end - begin)
+    assert len(cell) == len(lists.entries), "cells share no entries"
+    filled = lists.ends[lists.occupied()]
+    entries = [lists.entries[first:last] for first, last in filled]
+    return cell.astype(np.int64), np.concatenate([np.zeros(0), *entries]).astype(np.int64)
+
+
+@pytest.mark.parametrize(("grid", "scale"), [(1, 1.0), (3, 1e6), (16, 1e-25), (20, 1e-6), (32, 1.0), (24, 1e25)])
+def test_every_ray_to_the_light_finds_the_balls_that_it_meets(grid: int, scale: float) -> None:
+    rng = np.random.default_rng(2)
+    centers, radii = some_balls(rng, 300)
+    directions = rng.normal(size=(2000, 3))
+    directions[:500] = np.sign(directions[:500])  # through the corners
+    directions[:250] += rng.choice([-1e-9, 0, 1e-9], (250, 3))
+    place = rng.normal(size=3)
+    balls = alone(scale * (centers + place), scale * radii)
+    cell, ball = pairs(listed(balls, scale * place, 0, 0, grid))
+    ray, met = meets(directions, centers, radii)
+    assert len(np.unique(met)) > 200
+    assert missing(cell, ball, face_cell(directions, grid)[ray], met) == 0
+    assert len(np.unique(cell << 20 | ball)) == len(cell)
+
+
+@pytest.mark.parametrize("grid", [1, 7, 32, 256])
+@pytest.mark.parametrize("count", [2, 300, 9000])
+def test_float32_lists_all_pairs_that_float64_does_and_hardly_more(grid: int, count: int) -> None:
+    rng = np.random.default_rng(count)
+    centers = rng.normal(size=(count, 3)) * 10.0 ** rng.uniform(-1, 1, (count, 1))
+    radii = np.linalg.norm(centers, axis=1) * 10.0 ** rng.uniform(-5, -1.2, count)
+    edges = np.sign(centers[::4]) * np.abs(centers[::4]).max(axis=1, keepdims=True)  # towards corners of the cube
+    centers[::4] = np.where(rng.random(edges.shape) < 0.7, edges, centers[::4])
+    place, wider = rng.normal(size=3), 1e-5
+    cell, ball = pairs(listed(alone(centers + place, radii), place, wider, 0, grid))
+    exact = cube_faces(centers, radii + wider, grid)
+    assert missing(cell, ball, *exact) == 0
+    assert len(np.unique(cell << 20 | ball)) == len(cell) <= 1.35 * len(exact[0]) + 20
+
+
+def test_rays_at_the_edge_of_a_cell_find_tiny_balls_in_float32() -> None:
+    rng = np.random.default_rng(4)
+    grid = 192
+    edge = 2.0 * rng.integers(0, grid + 1, (3000, 2)) / grid - 1.0
+    edge[:1000, 0] = 0.0
+    edge[1000:2000, 1] = rng.choice([-1.0, 1.0], 1000)  # and of a face
+    centers = np.column_stack((np.ones(3000), edge + rng.uniform(-1e-7, 1e-7, (3000, 2))))[:, rng.permutation(3)]
+    cell, ball = pairs(listed(alone(centers, np.full(3000, 1e-12)), ORIGIN, 0, 0, grid))
+    assert missing(cell, ball, face_cell(centers.astype(np.float32), grid), np.arange(3000)) == 0
+    assert len(cell) <= 4 * 3000
+
+
+def test_balls_grow_with_a_light_and_with_what_rounding_moves() -> None:
+    centers = np.array([(10.0, 0.0, 0.0)])
+    balls = cube_balls(centers, np.array([0.1]), np.array([3.0]))
+    for wider, passing in ((0.0, 0.0), (0.5, 0.0), (0.5, 0.2), (3.0, 1.0)):
+        cell, _ = pairs(listed(balls, ORIGIN, wider, passing, 64))
+        exact, _ = cube_faces(centers, np.array([0.1 + wider + 3.0 * passing]), 64)
+        assert set(exact.tolist()) == set(cell.tolist())
+
+
+def test_nearer_balls_come_first_roughly() -> None:
+    rng = np.random.default_rng(6)
+    distance = rng.uniform(1, 3, 500)
+    directions = np.column_stack((np.ones(500), rng.uniform(-1, 1, (500, 2))))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    lists = listed(alone(distance[:, None] * directions, np.full(500, 1e-3)), ORIGIN, 0, 0, 4)
+    for begin, end in lists.ends:
+        assert np.all(np.diff(distance[lists.entries[begin:end]]) > -0.1)
+
+
+def test_more_pairs_than_the_limit_are_refused() -> None:
+    near, far = (np.full((20, 3), place) for place in (0.0, 9.0))
+    for centers in (near, far):
+        balls = alone(centers, np.ones(20))
+        cell, _ = pairs(listed(balls, ORIGIN, 0, 0, 64))
+        with pytest.raises(InputError, match="expected at most 300 pairs"):
+            listed(balls, ORIGIN, 0, 0, 64, 300)
+        assert len(cell) > 300
+
+
+def test_no_balls_have_no_lists() -> None:
+    lists = listed(alone(np.zeros((0, 3)), np.zeros(0)), ORIGIN, 0, 0, 8)
+    assert len(lists.entries) == 0 and not lists.ends.any() and lists.ends.shape == (6 * 64, 2)
+    assert lists.longest() == 0 and not lists.occupied().any()
