@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 import raytracer as rt
 from benchmarks import povray
-from raytracer.formats.srgb import encode_srgb8
 from raytracer.gpu.device import Device
 from raytracer.ground_truth import ray_tracer
 from raytracer.scene.solids import leaves
@@ -43,6 +42,11 @@ class Agreement:
         share_off = float(np.mean(np.abs(picture.astype(int) - truth).max(axis=2) > TOLERANCE))
         self.right &= share_off <= share
         self.findings.append(f"{100.0 * share_off:.2g} % off {against} (at most {100.0 * share:g} %)")
+
+    def add(self, *, is_right: bool, finding: str) -> None:
+        """Take a finding in words."""
+        self.right &= is_right
+        self.findings.append(finding)
 
 
 def seconds(act: Callable[[], object]) -> float:
@@ -103,10 +107,3 @@ class Bench:
         if not agreement.findings:
             agreement.findings.append("not compared: that takes povray")
         return agreement
-
-
-def same_pictures(ours: rt.Image, theirs: NDArray[np.float32], against: str) -> Agreement:
-    """The agreement of two pictures that are drawn by the same draws."""
-    agreement = Agreement()
-    agreement.compare(ours.srgb8(), encode_srgb8(theirs), against, share=0.0)
-    return agreement

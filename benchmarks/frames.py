@@ -58,14 +58,14 @@ def measure_frames(viewer: Viewer, movement: str) -> FrameTimes:
         viewer.frame()
 
     def play_again(*, whole: bool) -> None:
-        for each in plays:
-            if whole or not each.is_for_screen:
-                each.play()
+        for call in calls:
+            if whole or not call.is_for_screen:
+                call.again()
         glfw.swap_buffers(viewer.window)
 
     viewer.handle(Press(MOVEMENTS[movement]))
     move()
-    with recorded() as plays:
+    with recorded() as calls:
         move()
     acts = move, lambda: play_again(whole=True), lambda: play_again(whole=False)
     times: list[list[float]] = [[], [], []]

@@ -19,7 +19,7 @@ from PIL import Image as Pillow
 import raytracer as rt
 from benchmarks import light_frames, scenes
 from benchmarks.bare import BareDraws
-from benchmarks.bench import OTHER_RAYS, Agreement, Bench, in_turns, same_pictures, seconds
+from benchmarks.bench import OTHER_RAYS, Agreement, Bench, in_turns, seconds
 from benchmarks.literal import Literal
 from benchmarks.povray import UnavailableError
 from raytracer.ground_truth import ray_tracer
@@ -151,9 +151,12 @@ def _other_samples(make: Callable[[], rt.Scene], bench: Bench) -> Timing:
         ours, theirs = in_turns(
             bench.rounds,
             lambda: bench.call(scene, few) + bench.call(scene, more),
-            lambda: seconds(few_draws.picture) + seconds(more_draws.picture),
+            lambda: seconds(few_draws.draw_and_read) + seconds(more_draws.draw_and_read),
         )
-        agreement = same_pictures(rt.render(scene, bench.size, more), more_draws.picture(), "the bare draws'")
+        agreement = Agreement()
+        agreement.add(is_right=more_draws.is_same(), finding="the bare draws give the same sums")
+        is_same = np.array_equal(rt.render(scene, bench.size, more).radiance, more_draws.image.radiance)
+        agreement.add(is_right=is_same, finding="a call in turns gives the same bits")
     return Timing(ours / 2.0, theirs / 2.0, agreement)
 
 
@@ -173,7 +176,7 @@ def _adaptive(bench: Bench) -> Timing:
     settings, of_adaptive = best
     ours, theirs = in_turns(bench.rounds, lambda: bench.call(scene, settings), lambda: bench.call(scene, full))
     agreement = bench.agreement(scene, full.samples)
-    agreement.findings.append(f"error {of_adaptive:.2e}, of full {of_full:.2e}")
+    agreement.add(is_right=True, finding=f"error {of_adaptive:.2e}, of full {of_full:.2e}")
     return Timing(ours, theirs, agreement, f"T = {settings.adaptive}")
 
 
