@@ -72,7 +72,7 @@ def in_turns(
 
 
 class Bench:
-    """One device, one size of the pictures, and how often to measure. The device must be that of `rt.render()`."""
+    """One device, one size of the pictures, and the number of rounds. `rt.render()` must use the same device."""
 
     def __init__(self, device: Device, size: Size, rounds: int) -> None:
         self.device, self.size, self.rounds = device, size, rounds

@@ -3,8 +3,8 @@
 python -m benchmarks.frames [SCENE ...] [--csv]
 
 Opens windows of 1280x720 on the display that there is, or on an Xvfb of its own. All times of a scene are measured in
-one run in turns, at one sample a frame and full resolution. The whole frame is what the user waits for: from a movement
-of the mouse to the picture on the display. The frame's draws, played again, leave out what prepares them. The bare
+one run in turns, at one sample a frame and full resolution. The user waits for the whole frame: from a movement of the
+mouse to the picture on the display. The frame's draws, played again, leave out what prepares them. The bare
 passes leave out the draws of the canvas, too: the window is only cleared.
 """
 
@@ -32,7 +32,7 @@ MOVEMENTS: dict[str, Button] = {"light": "left", "camera": "right"}
 ROUNDS, FRAMES = 10, 5
 # More than one, as a user has: then a moving picture gets one sample, and a still one begins anew.
 SAMPLES = 2
-# How far the mouse moves from frame to frame, in heights of the window.
+# The movement of the mouse from frame to frame, in heights of the window.
 _STEP = 0.002
 
 

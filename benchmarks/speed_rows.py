@@ -26,7 +26,7 @@ from raytracer.ground_truth import ray_tracer
 from tests.processes import finished
 
 _CHECKOUT = Path(__file__).parent.parent
-# How far the light moves from call to call, in the scene's unit: never back, so that nothing kept of it helps.
+# The light's movement from call to call, in the scene's unit: never back, so that no kept list of it helps.
 _STEP = 0.01
 # Largest first: the first whose error is small enough is the fastest.
 _THRESHOLDS = (0.1, 0.09, 0.08, 0.07, 0.06, 0.05, 0.03, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)

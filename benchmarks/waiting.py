@@ -43,7 +43,7 @@ context = moderngl.create_context()
 context.screen.clear(0.5, 0.7, 0.9)
 glfw.swap_buffers(window)
 """
-# What the user waits for, the seconds of that, and of its floor.
+# The name of a wait, its seconds, and the seconds of its floor.
 Row = tuple[str, float, float]
 
 
