@@ -1,6 +1,5 @@
-"""The bare draws of a picture or a frame: the same lists of draws, played again without all that prepares them."""
+"""The bare draws of a picture or a frame: the calls that draw and read back, made again without all between them."""
 
-import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -11,81 +10,80 @@ import numpy as np
 from numpy.typing import NDArray
 
 import raytracer as rt
-from raytracer.compiler.compiled_scene import compile
-from raytracer.compiler.draws import TOGETHER, Step
-from raytracer.compiler.frame import make_frame
+from raytracer.compiler.draws import Step
 from raytracer.gpu.device import Device
 from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.gpu.scene_buffers import SceneBuffers
-from raytracer.rendering.accumulation import Accumulation, complete, is_measured, margin
-from raytracer.rendering.block_measurements import BlockMeasurements
-from raytracer.rendering.programs import picture_programs
-from raytracer.rendering.tile_renderer import TileRenderer
+from raytracer.rendering.renderer import Renderer
 
 
-class Play(NamedTuple):
-    """A call that draws, to be made again by `play`."""
+class Recorded(NamedTuple):
+    """A call that draws or reads, which `again` repeats. `values` are the values that a call has read."""
 
-    play: Callable[[], None]
-    is_for_screen: bool
+    again: Callable[[], Any]
+    values: NDArray[Any] | None = None
+    is_for_screen: bool = False
 
 
 @contextmanager
-def recorded() -> Iterator[list[Play]]:
-    """Collect all calls in a block that play lists of draws, or bind a scene's numbers for them, in their order."""
-    plays: list[Play] = []
-    play, bind = DrawPlayer.play, SceneBuffers.bind
+def recorded() -> Iterator[list[Recorded]]:
+    """Collect the calls of a block that play lists of draws, bind a scene's numbers for them, and read textures."""
+    calls: list[Recorded] = []
+    play, read, bind = DrawPlayer.play, DrawPlayer.read, SceneBuffers.bind
 
     def record_play(player: DrawPlayer, steps: Iterable[Step], **options: Any) -> None:
         kept = list(steps)
-        plays.append(Play(partial(play, player, kept, **options), "screen" in options))
+        calls.append(Recorded(partial(play, player, kept, **options), is_for_screen="screen" in options))
         play(player, kept, **options)
 
+    def record_read(player: DrawPlayer, *arguments: Any) -> NDArray[Any]:
+        values = read(player, *arguments)
+        calls.append(Recorded(partial(read, player, *arguments), values))
+        return values
+
     def record_bind(buffers: SceneBuffers) -> None:
-        plays.append(Play(partial(bind, buffers), is_for_screen=False))
+        calls.append(Recorded(partial(bind, buffers)))
         bind(buffers)
 
-    with patch.object(DrawPlayer, "play", record_play), patch.object(SceneBuffers, "bind", record_bind):
-        yield plays
+    with (
+        patch.object(DrawPlayer, "play", record_play),
+        patch.object(DrawPlayer, "read", record_read),
+        patch.object(SceneBuffers, "bind", record_bind),
+    ):
+        yield calls
 
 
 class BareDraws:
-    """A scene's numbers and programs on the GPU, and the draws of its picture as one tile, until closed.
+    """The draws and read-backs of a picture, for a scene that is on the GPU until closed.
 
-    The constructor draws the picture once, and so compiles. Draws of measurements count, decisions by them do not.
+    The constructor renders the picture, and so compiles. Decisions on the way are not made again.
     """
 
     def __init__(self, device: Device, scene: rt.Scene, settings: rt.Settings, size: tuple[int, int]) -> None:
-        self._device = device
-        options, around = settings.sampling, 2 * margin(settings.sampling)
-        compiled = compile(scene, settings.compile_options)
-        with device.turn():
-            self._tiles = TileRenderer(device, (size[0] + around, size[1] + around))
-            several = options.samples >= TOGETHER
-            programs = picture_programs(device, compiled, plane_only=True, several=several)
-            self._tiles.load(programs.by_name, make_frame(compiled, size, device.limits))
-            is_needed = is_measured(options, estimates=True)
-            measurements = BlockMeasurements(device, self._tiles.player, self._tiles.target) if is_needed else None
-            self._accumulation = Accumulation(self._tiles, measurements, options, (0, 0, *size), size)
-            with recorded() as self._plays:
-                complete(self._accumulation, math.inf, lambda _: None)
+        self._device, self._renderer = device, Renderer(device)
+        self._renderer.render(scene, size, settings)
+        with recorded() as self._calls:
+            self.image = self._renderer.render(scene, size, settings)
 
     def draw(self) -> None:
         """Draw the picture again."""
         with self._device.turn():
-            self._play()
+            for call in self._calls:
+                if call.values is None:
+                    call.again()
 
-    def picture(self) -> NDArray[np.float32]:
-        """Draw the picture again and read it: (H, W, 3), the top row first."""
+    def draw_and_read(self) -> list[NDArray[Any]]:
+        """Draw the picture again, and read again: the values of each reading."""
         with self._device.turn():
-            self._play()
-            return self._accumulation.result(errors=False).mean.astype(np.float32)
+            values = [call.again() for call in self._calls]
+        return [each for each in values if each is not None]
 
-    def _play(self) -> None:
-        for each in self._plays:
-            each.play()
+    def is_same(self) -> bool:
+        """Whether the picture's draws give the same values again."""
+        before = [call.values for call in self._calls if call.values is not None]
+        return all(map(np.array_equal, self.draw_and_read(), before))
 
     def close(self) -> None:
         """Give back everything on the GPU but the device's programs."""
         with self._device.turn():
-            self._tiles.close()
+            self._renderer.close()

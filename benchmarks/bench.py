@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 import raytracer as rt
 from benchmarks import povray
-from raytracer.formats.srgb import encode_srgb8
 from raytracer.gpu.device import Device
 from raytracer.ground_truth import ray_tracer
 from raytracer.scene.solids import leaves
@@ -44,6 +43,11 @@ class Agreement:
         self.right &= share_off <= share
         self.findings.append(f"{100.0 * share_off:.2g} % off {against} (at most {100.0 * share:g} %)")
 
+    def add(self, *, is_right: bool, finding: str) -> None:
+        """Take a finding in words."""
+        self.right &= is_right
+        self.findings.append(finding)
+
 
 def seconds(act: Callable[[], object]) -> float:
     """The seconds that an action takes."""
@@ -68,7 +72,7 @@ def in_turns(
 
 
 class Bench:
-    """One device, one size of the pictures, and how often to measure. The device must be that of `rt.render()`."""
+    """One device, one size of the pictures, and the number of rounds. `rt.render()` must use the same device."""
 
     def __init__(self, device: Device, size: Size, rounds: int) -> None:
         self.device, self.size, self.rounds = device, size, rounds
@@ -103,10 +107,3 @@ class Bench:
         if not agreement.findings:
             agreement.findings.append("not compared: that takes povray")
         return agreement
-
-
-def same_pictures(ours: rt.Image, theirs: NDArray[np.float32], against: str) -> Agreement:
-    """The agreement of two pictures that are drawn by the same draws."""
-    agreement = Agreement()
-    agreement.compare(ours.srgb8(), encode_srgb8(theirs), against, share=0.0)
-    return agreement

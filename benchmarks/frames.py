@@ -3,9 +3,9 @@
 python -m benchmarks.frames [SCENE ...] [--csv]
 
 Opens windows of 1280x720 on the display that there is, or on an Xvfb of its own. All times of a scene are measured in
-one run in turns, at one sample a frame and full resolution. The whole frame is what the user waits for: from a movement
-of the mouse to the picture on the display. The frame's draws, played again, leave out what prepares them. The bare
-passes leave out the draws of the canvas, too, which bring the picture and the text to the display.
+one run in turns, at one sample a frame and full resolution. The user waits for the whole frame: from a movement of the
+mouse to the picture on the display. The frame's draws, played again, leave out what prepares them. The bare
+passes leave out the draws of the canvas, too: the window is only cleared.
 """
 
 import argparse
@@ -32,7 +32,7 @@ MOVEMENTS: dict[str, Button] = {"light": "left", "camera": "right"}
 ROUNDS, FRAMES = 10, 5
 # More than one, as a user has: then a moving picture gets one sample, and a still one begins anew.
 SAMPLES = 2
-# How far the mouse moves from frame to frame, in heights of the window.
+# The movement of the mouse from frame to frame, in heights of the window.
 _STEP = 0.002
 
 
@@ -58,14 +58,16 @@ def measure_frames(viewer: Viewer, movement: str) -> FrameTimes:
         viewer.frame()
 
     def play_again(*, whole: bool) -> None:
-        for each in plays:
-            if whole or not each.is_for_screen:
-                each.play()
+        if not whole:  # else the swap has nothing to bring to the display
+            viewer.context.screen.clear()
+        for call in calls:
+            if whole or not call.is_for_screen:
+                call.again()
         glfw.swap_buffers(viewer.window)
 
     viewer.handle(Press(MOVEMENTS[movement]))
     move()
-    with recorded() as plays:
+    with recorded() as calls:
         move()
     acts = move, lambda: play_again(whole=True), lambda: play_again(whole=False)
     times: list[list[float]] = [[], [], []]

@@ -42,9 +42,9 @@ def as_markdown(results: Sequence[TimedRow], rates: Sequence[tuple[str, ...]], o
   it takes.
 - POV-Ray's is its trace time, without parsing, bounding and writing. It shoots its 4 or 16 rays through every pixel
   besides one through its centre (`+AM1 +A0.0 +R2` or `+R4`, `-J`).
-- *Bare draws*: the draws of the same picture, played again without all that prepares them, and the read-back of the
-  sums. *Window*: `python -m benchmarks.frames`. *Numbers of a frame*: `python -m benchmarks.light_frames`, for a floor
-  under 20,000 spheres.
+- *Bare draws*: the draws of the same picture, played again without their preparation, and the read-back of the sums.
+  *Frame*: a frame of the window with the assignment, by `python -m benchmarks.frames`. *Numbers of a frame*: by
+  `python -m benchmarks.light_frames`, for a floor under 20,000 spheres.
 - *Picture*: the share of pixels with a value that differs by more than {TOLERANCE} of 255 from POV-Ray's picture, or
   from the picture of the float64 reference. With the same rays all but those at outlines are the same, where rounding
   decides ({100.0 * SAME_RAYS:g} %). POV-Ray's 4 or 16 rays are not where ours are, and the literal shader moves its

@@ -19,14 +19,14 @@ from PIL import Image as Pillow
 import raytracer as rt
 from benchmarks import light_frames, scenes
 from benchmarks.bare import BareDraws
-from benchmarks.bench import OTHER_RAYS, Agreement, Bench, in_turns, same_pictures, seconds
+from benchmarks.bench import OTHER_RAYS, Agreement, Bench, in_turns, seconds
 from benchmarks.literal import Literal
 from benchmarks.povray import UnavailableError
 from raytracer.ground_truth import ray_tracer
 from tests.processes import finished
 
 _CHECKOUT = Path(__file__).parent.parent
-# How far the light moves from call to call, in the scene's unit: never back, so that nothing kept of it helps.
+# The light's movement from call to call, in the scene's unit: never back, so that no kept list of it helps.
 _STEP = 0.01
 # Largest first: the first whose error is small enough is the fastest.
 _THRESHOLDS = (0.1, 0.09, 0.08, 0.07, 0.06, 0.05, 0.03, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
@@ -151,9 +151,12 @@ def _other_samples(make: Callable[[], rt.Scene], bench: Bench) -> Timing:
         ours, theirs = in_turns(
             bench.rounds,
             lambda: bench.call(scene, few) + bench.call(scene, more),
-            lambda: seconds(few_draws.picture) + seconds(more_draws.picture),
+            lambda: seconds(few_draws.draw_and_read) + seconds(more_draws.draw_and_read),
         )
-        agreement = same_pictures(rt.render(scene, bench.size, more), more_draws.picture(), "the bare draws'")
+        agreement = Agreement()
+        agreement.add(is_right=more_draws.is_same(), finding="the bare draws give the same sums")
+        is_same = np.array_equal(rt.render(scene, bench.size, more).radiance, more_draws.image.radiance)
+        agreement.add(is_right=is_same, finding="a call in turns gives the same bits")
     return Timing(ours / 2.0, theirs / 2.0, agreement)
 
 
@@ -173,7 +176,7 @@ def _adaptive(bench: Bench) -> Timing:
     settings, of_adaptive = best
     ours, theirs = in_turns(bench.rounds, lambda: bench.call(scene, settings), lambda: bench.call(scene, full))
     agreement = bench.agreement(scene, full.samples)
-    agreement.findings.append(f"error {of_adaptive:.2e}, of full {of_full:.2e}")
+    agreement.add(is_right=True, finding=f"error {of_adaptive:.2e}, of full {of_full:.2e}")
     return Timing(ours, theirs, agreement, f"T = {settings.adaptive}")
 
 
@@ -198,14 +201,17 @@ def _frame(bench: Bench, floor: str) -> Timing:
     return Timing(float(times["whole"]), float(times[floor]))
 
 
-def _more_lights(bench: Bench) -> Timing:
-    """Moves of one of the lights. light_frames measures several frames at a time."""
-
-    def frame(scene: rt.Scene) -> float:
-        return light_frames.milliseconds(scene, rt.Settings(), "a light's place") / 1000.0
-
-    few, more = (light_frames.crowd(_CROWD, lights) for lights in (_FEW_LIGHTS, _MANY_LIGHTS))
-    ours, theirs = in_turns(1, partial(frame, more), partial(frame, few))
+def _more_lights(bench: Bench, change: str) -> Timing:
+    """Frames of a floor under many spheres, with many lights and with few; `change` is as light_frames names it."""
+    numbers = itertools.count(1)
+    few, more = (light_frames.Frames(_CROWD, lights, rt.Settings()) for lights in (_FEW_LIGHTS, _MANY_LIGHTS))
+    for frames in (few, more):
+        frames.milliseconds("all", 0)
+    ours, theirs = in_turns(
+        bench.rounds,
+        lambda: more.milliseconds(change, next(numbers)) / 1000.0,
+        lambda: few.milliseconds(change, next(numbers)) / 1000.0,
+    )
     return Timing(ours, theirs)
 
 
@@ -275,8 +281,13 @@ ROWS = [
         SpeedRow("window", "frame while the light moves", against, 1.5, partial(_frame, floor=floor), at_most=True)
         for floor, against in (("draws", "its draws again and the swap"), ("passes", "the bare passes and the swap"))
     ),
-    SpeedRow(
-        "lights", "inner: numbers of a frame, 1 of 20 lights moves", "1 of 1 light moves", 2, _more_lights, at_most=True
+    *(
+        SpeedRow("lights", f"inner: numbers of a frame, 20 lights, {call}", "1 light", 2, measure, at_most=True)
+        for call, measure in (
+            ("the first", partial(_more_lights, change="all")),
+            ("one light moves", partial(_more_lights, change="a light's place")),
+            ("the camera moves", partial(_more_lights, change="the camera's place")),
+        )
     ),
     SpeedRow("literal", "inner: draws of the assignment", "the literal shader", 15, _against_literal),
     SpeedRow("cold", "command line, again", "a bare process", 1.5, partial(_command_line, new=False), at_most=True),

@@ -43,7 +43,7 @@ context = moderngl.create_context()
 context.screen.clear(0.5, 0.7, 0.9)
 glfw.swap_buffers(window)
 """
-# What the user waits for, the seconds of that, and of its floor.
+# The name of a wait, its seconds, and the seconds of its floor.
 Row = tuple[str, float, float]
 
 
@@ -67,7 +67,7 @@ def soft_shadows() -> Iterator[Row]:
     scene, settings = rt.load("materials"), rt.quality("normal").replace(shadows="soft")
     with closing(BareDraws(shared_device(), scene, settings, _SOFT_SIZE)) as bare:
         call = partial(rt.render, scene, _SOFT_SIZE, settings)
-        yield "materials, soft shadows, quality normal, 640x360", seconds(call), seconds(bare.picture)
+        yield "materials, soft shadows, quality normal, 640x360", seconds(call), seconds(bare.draw_and_read)
 
 
 @contextmanager

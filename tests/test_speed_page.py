@@ -48,7 +48,7 @@ def test_the_page_says_for_each_row_times_goal_and_agreement() -> None:
     bench: Any = SimpleNamespace(size=SIZE, rounds=5)
     page = rows_of(as_markdown(results, [], "- a machine", bench))
     assert page[0] == ["call", "against", "ours, ms", "theirs, ms", "ratio", "goal", "reached", "picture"]
-    found = "0 % off POV-Ray's (at most 0.01 %)"
+    finding = "0 % off POV-Ray's (at most 0.01 %)"
     assert page[1] == [
         "assignment, 1 sample",
         "POV-Ray's trace time",
@@ -57,10 +57,10 @@ def test_the_page_says_for_each_row_times_goal_and_agreement() -> None:
         "15.0",
         "at least 13",
         "yes",
-        found,
+        finding,
     ]
-    found = "**wrong**: 1e+02 % off float64's (at most 0.01 %)"
-    assert page[2] == ["assignment, saved (twice)", "the same", "300", "200", "1.50", "at most 1.1", "**no**", found]
+    finding = "**wrong**: 1e+02 % off float64's (at most 0.01 %)"
+    assert page[2] == ["assignment, saved (twice)", "the same", "300", "200", "1.50", "at most 1.1", "**no**", finding]
     assert page[3][5:] == ["at least 15", "", "not available: no", "povray"]
 
     lines = list(csv.DictReader(as_csv(results).splitlines()))

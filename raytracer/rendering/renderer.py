@@ -138,10 +138,10 @@ class Renderer:
                 areas = list(split(size, largest))
                 seconds = _draw(tiles, measurements, areas, options, arrays, progress, estimates=estimates)
             except BaseException:
-                self._drop()
+                self.close()
                 raise
             if loaded.tiles.target[0] * loaded.tiles.target[1] > _KEPT_PIXELS:
-                self._drop()
+                self.close()
         source: Any = DrawnGeometry(self.device, GeometryRequest(compiled, size, tile)) if geometry else None
         error = arrays.estimate(seconds, _why_unknown(settings, estimates))
         return Image(
@@ -176,14 +176,14 @@ class Renderer:
         else:
             programs = picture_programs(self.device, compiled, plane_only=plane_only, several=several)
         if kept is None or kept.tiles.target[0] < target[0] or kept.tiles.target[1] < target[1]:
-            self._drop()
+            self.close()
             kept = _Kept(frame, plane_only, several, programs, TileRenderer(self.device, target), None)
         self._kept = kept._replace(frame=frame, plane_only=plane_only, several=several, programs=programs)
         kept.tiles.load(programs.by_name, frame)
         return self._kept
 
-    def _drop(self) -> None:
-        """Give back all that is on the GPU."""
+    def close(self) -> None:
+        """Give back all that is on the GPU; the next picture brings its own scene. The context must be current."""
         if self._kept:
             self._kept.tiles.close()
             self._kept = None
