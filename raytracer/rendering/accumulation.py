@@ -20,7 +20,6 @@ from raytracer.rendering.estimator import (
     before_any_look,
     is_look_due,
     pixel_errors,
-    sample_variance,
     tile_statistics,
 )
 from raytracer.rendering.pixel_blocks import MARGIN, Blocks, surrounded
@@ -72,7 +71,7 @@ class Accumulation:
         self._tile = tile
         self._chooses = measurements is not None and stopping_rule.chooses_blocks(options)
         area = surrounded(tile, size) if self._chooses else tile
-        cells = tiles.seen_cells(area)
+        self._seen = cells = tiles.seen_cells(area)
         self._blocks = Blocks.all_of(area, cells)
         self._spare: Mask | None = None
         self._statistics = None
@@ -81,7 +80,7 @@ class Accumulation:
         self._looks_always = always_estimates or options.is_adaptive
         self._kept = 0  # of how many samples the sums are kept
         self._total: Any = None  # (H, W, 3): the sums of the area's samples that were read
-        self._variance: NDArray[np.float32] | None = None  # (H, W): of the first of them
+        self._variance: NDArray[np.float32] | None = None  # (H, W), the lowest row first: of the first of them
         self._is_enough = False
         self._looking_seconds = 0.0  # that the last look took
         self.drawing_seconds = 0.0  # that the last sample took
@@ -130,9 +129,10 @@ class Accumulation:
         return self._is_enough or self.drawing_seconds + looking > seconds_left
 
     def _can_draw_together(self) -> bool:
-        """Whether the picture gets TOGETHER more samples, and nothing is due before the last of them."""
+        """Whether it saves time to draw TOGETHER more samples at once, and nothing is due before the last of them."""
         after = self.samples + TOGETHER
-        if after > self._options.samples or after % TOGETHER:  # a sum ends at a multiple
+        # A sum ends at a multiple.
+        if not self._tiles.draws_together or after > self._options.samples or after % TOGETHER:
             return False
         return not any(self._is_anything_due(n) for n in range(self.samples + 1, after))
 
@@ -201,18 +201,19 @@ class Accumulation:
         """The number of samples that a pixel of the tile got on average."""
         return float(self._blocks.samples_in(self._tile).mean()) if self._chooses else float(self.samples)
 
-    def result(self, *, errors: bool) -> TileResult:
-        """The mean of the samples so far; with `errors` the error of each pixel, too."""
+    def result(self, *, errors: bool, out: NDArray[np.float32] | None = None) -> TileResult:
+        """The mean of the samples so far, in the array `out` if there is one; with `errors` each pixel's error, too."""
         tile, area, blocks = self._tile, self._blocks.area, self._blocks
         # The tile's part of the area, from the area's top.
         x, top = tile[0] - area[0], area[1] + area[3] - tile[1] - tile[3]
         where = slice(top, top + tile[3]), slice(x, x + tile[2])
         samples = blocks.samples_in(tile) if self._chooses else self.samples
         count = blocks.divisors_in(tile) if self._chooses else self.samples
-        mean = np.divide(self._sums_so_far()[where], count)
+        mean = np.divide(self._sums_so_far()[where], count, out=out, casting="same_kind")
         statistics, error = self.statistics(), None
         if statistics and errors:
-            error = pixel_errors(self._variance_so_far()[where], samples, statistics.scales)
+            variance = self._variance if self._variance is not None else self._variance_so_far()
+            error = pixel_errors(variance[::-1][where], samples, statistics.scales)
         return TileResult(mean, samples, statistics, error)
 
     def _read_sums(self) -> None:
@@ -230,12 +231,10 @@ class Accumulation:
         return sums if self._total is None else np.add(self._total, sums, dtype=np.float64)
 
     def _variance_so_far(self) -> NDArray[np.float32]:
-        """(H, W): the variance of the area's samples, of the first SUMMED of them."""
-        if self._variance is not None:
-            return self._variance
-        area = self._blocks.area
-        samples = self._blocks.samples_in(area) if self._chooses else self.samples
-        return sample_variance(self._tiles.read_sums((0, 0, *area[2:]), 4), samples)
+        """(H, W), the lowest row first: the variance of the area's samples, of which there are at most SUMMED."""
+        assert self._measurements
+        samples = self._blocks.samples if self._chooses else self.samples
+        return self._measurements.variance(self._blocks.area, self._seen, samples)
 
 
 def complete(accumulation: Accumulation, until: float, progress: Callable[[int], None]) -> None:

@@ -44,7 +44,7 @@ class Blocks(NamedTuple):
 
     def sampled(self, more: int) -> Blocks:
         """The same after so many `more` samples of the active blocks."""
-        return self._replace(samples=self.samples + more * self.active)
+        return self._replace(samples=self.samples + np.int32(more) * self.active)
 
     def narrowed(self, active: Mask) -> Blocks:
         """The same with fewer blocks `active`."""

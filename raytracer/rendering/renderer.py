@@ -211,9 +211,8 @@ class _Arrays:
         self._count = 0.0  # of the samples of all pixels
 
     def add(self, tile: Rectangle, result: TileResult) -> None:
-        """Take the result of a tile."""
+        """Take the result of a tile, whose mean is in the radiance already."""
         rows_columns = place(tile, self.size[1])
-        self.radiance[rows_columns] = result.mean
         if self.samples is not None:
             self.samples[rows_columns] = result.samples
         if self.error is not None:
@@ -255,7 +254,8 @@ def _draw(
         complete(
             accumulation, until, partial(_add_progress, progress, i * options.samples, len(tiles) * options.samples)
         )
-        arrays.add(tile, accumulation.result(errors=arrays.error is not None))
+        radiance = arrays.radiance[place(tile, height)]
+        arrays.add(tile, accumulation.result(errors=arrays.error is not None, out=radiance))
     return time.perf_counter() - begin
 
 

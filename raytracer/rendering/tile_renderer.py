@@ -51,6 +51,7 @@ class TileRenderer:
         self.player = DrawPlayer(device)
         self.target = target
         self.has_geometry = geometry
+        self.draws_together = False  # whether TOGETHER samples take less time at once than one after another
         self._is_software = device.limits.is_llvmpipe
         self._buffers = SceneBuffers(device.context)
         self._frame: Frame | None = None
@@ -81,6 +82,7 @@ class TileRenderer:
         self._list_readers = [name for name, program in programs.items() if "list" in program]
         self._seen = self._find_seen(programs)
         self._shades = SHADE in programs or PICTURE in programs
+        self.draws_together = SEVERAL in programs
         self._constants = {**frame.uniforms, "two": 2}
         for program in programs.values():
             set_constants(program, self._constants)  # a mistake in a type comes to light here

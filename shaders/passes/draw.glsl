@@ -33,7 +33,10 @@ uniform vec2 samplePlaces[SAMPLES];  // where each sample lies, if there are sev
 flat out vec2 resolution;
 flat out vec2 tileOrigin;
 #ifdef SAMPLES
-flat out vec2 samplePlace0, samplePlace1, samplePlace2, samplePlace3;
+flat out vec2 samplePlace0;
+flat out vec2 samplePlace1;
+flat out vec2 samplePlace2;
+flat out vec2 samplePlace3;
 #else
 flat out vec2 samplePlace;
 #endif

@@ -78,6 +78,8 @@ def program_sources(
         if plane_only and compiled.batches.planes:
             sources[PLANE_ONLY] = ProgramSource(cells, _plane_only_source(compiled, handed))
             if several and _are_samples_cheap(compiled):
+                # Each further sample has a place, of two components.
+                handed = handed_constants(compiled, varyings - 2 * (TOGETHER - 1))
                 vertex = _vertex_source(compiled, handed, TOGETHER)
                 sources[SEVERAL] = ProgramSource(vertex, _plane_only_source(compiled, handed, TOGETHER))
         sources[EMPTY] = ProgramSource(plain_vertex_source(), assemble("passes/empty.frag"))
