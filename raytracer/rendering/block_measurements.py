@@ -41,7 +41,7 @@ _SOURCES = {
 class BlockMeasurements:
     """Draws of a tile's blocks, in which one pixel is a block of the tile. They read the tile's sums from `player`.
 
-    Its textures are the player's: "blocks", and "earlierSum" for sums that are kept.
+    Its textures are the player's: "blocks", "earlierSum" for sums that are kept, "variance" and "sampledBlocks".
     """
 
     def __init__(self, device: Device, player: DrawPlayer, target: tuple[int, int]) -> None:
@@ -97,9 +97,10 @@ class BlockMeasurements:
             uniforms["samples"] = float(samples)
         else:
             rows, columns = samples.shape
-            self._player.add_texture("blockSamples", (columns, rows), 1, "i4")
-            self._player.write("blockSamples", samples)
-            inputs, program = inputs | {"blockSamples": "blockSamples"}, "variance_of_chosen"
+            # The window has a texture "blockSamples" of its own, with other numbers.
+            self._player.add_texture("sampledBlocks", (columns, rows), 1, "i4")
+            self._player.write("sampledBlocks", samples)
+            inputs, program = inputs | {"blockSamples": "sampledBlocks"}, "variance_of_chosen"
         draw = Draw(self._compiled(program), Cells(runs(cells), CELL), ("variance",), size, port, uniforms, inputs)
         self._player.play([Clear("variance", area=size), draw])
         return self._player.read("variance", size, 1)[..., 0]

@@ -13,6 +13,7 @@ import raytracer as rt
 from raytracer.app.viewer import canvas
 from raytracer.app.viewer.canvas import MARKER_RADIUS, Canvas
 from raytracer.app.viewer.orbit import turn_camera, turn_light
+from raytracer.compiler.draws import SUMMED
 from raytracer.compiler.glsl.shaders import Show
 from raytracer.compiler.meshes import Rectangle
 from raytracer.compiler.view_space import in_picture
@@ -150,6 +151,18 @@ def test_the_refined_picture_is_that_of_render(live: Live, renderer: Renderer, s
     with renderer.device.context:
         # render() may add up the samples of plane-only cells in another order, by fours.
         np.testing.assert_allclose(live.image({}).radiance, image.radiance, rtol=1e-6)
+
+
+def test_the_window_shows_blocks_that_stopped_and_others_when_a_second_sum_begins(
+    live: Live, renderer: Renderer
+) -> None:
+    with renderer.device.context:
+        live.start(scenes.assignment(), Settings(samples=2 * SUMMED, adaptive=0.005), "picture", SIZE, moving=False)
+        while live.samples < SUMMED + 20:
+            live.step()
+        picture = live.image({}).srgb8()
+        assert not live.is_done and "blockSamples" in live.textures(), "some blocks stopped, others did not"
+    assert np.abs(shown(live, renderer) - picture).max() <= 1
 
 
 def test_normals_depth_and_materials_are_shown_as_stated(live: Live, renderer: Renderer) -> None:
@@ -298,7 +311,6 @@ def test_a_place_in_the_picture_is_where_the_camera_ray_of_that_pixel_goes() -> 
     assert in_picture(camera, camera.position, SIZE, 8.0) == (80.0, 82.0, False)
 
 
-# What is wrong, and what the message says. GLSL takes the second and third, but the host does not.
 def test_the_program_for_plain_pictures_shows_what_the_program_for_all_pictures_shows(
     live: Live, renderer: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -310,6 +322,7 @@ def test_the_program_for_plain_pictures_shows_what_the_program_for_all_pictures_
         assert np.array_equal(shown(live, renderer), plain)
 
 
+# What is wrong, and what the message says. GLSL takes the second and third, but the host does not.
 MISTAKES = [
     ("shading/lighting.glsl", "I += m.ka * ambient;", "I += m.kb * ambient;", r"shading/lighting\.glsl:\d+"),
     ("passes/draw.glsl", "real pixelScale;    // ", "int pixelScale;  // ", r"uniform draw\.pixelScale"),
