@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import BLOCK, CELL
 from raytracer.compiler.draws import Clear, Draw, viewport
-from raytracer.compiler.glsl.preprocessor import Source, assemble
+from raytracer.compiler.glsl.preprocessor import FileVersion, Source, assemble, file_versions
 from raytracer.compiler.glsl.shaders import plain_vertex_source
 from raytracer.compiler.meshes import PER_CELL, Cells, Mask, Rectangle, runs
 from raytracer.gpu.device import Device
@@ -48,9 +48,14 @@ class BlockMeasurements:
         """`target` is the size of the largest area in pixels."""
         self._device, self._player, self._target = device, player, target
         columns, rows = (-(-side // CELL) * PER_CELL for side in target)
+        self._versions: dict[str, FileVersion | None] = {}  # of the files of all programs so far
         player.use({}, replaced=_SOURCES)
         player.add_texture("blocks", (columns, rows), 4)
         player.add_texture("earlierSum", target, 4)
+
+    def is_current(self) -> bool:
+        """Whether no file has changed since its program was compiled."""
+        return file_versions(self._versions) == (*self._versions.values(),)
 
     def errors(self, blocks: Blocks, samples: int, summed: int) -> NDArray[np.float32]:
         """(rows, columns): the error of each block by error.frag, 0 in cells without active blocks.
@@ -137,5 +142,9 @@ class BlockMeasurements:
     def _compiled(self, name: str) -> str:
         """The name of a program that the player has now."""
         if not self._player.has_program(name):
-            self._player.use({name: self._device.program(_SOURCES[name](), plain_vertex_source())})
+            source, vertex = _SOURCES[name](), plain_vertex_source()
+            files = *source.files, *vertex.files
+            for file, version in zip(files, file_versions(files), strict=True):
+                self._versions.setdefault(file, version)
+            self._player.use({name: self._device.program(source, vertex)})
         return name

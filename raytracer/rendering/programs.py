@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from raytracer.compiler.compiled_scene import CompiledScene
-from raytracer.compiler.glsl.preprocessor import file_versions
+from raytracer.compiler.glsl.preprocessor import FileVersion, file_versions
 from raytracer.compiler.glsl.shaders import ProgramSource, Show, program_sources
 from raytracer.gpu.device import Device
 from raytracer.gpu.gl import Program
@@ -17,7 +17,7 @@ class ScenePrograms(NamedTuple):
 
     by_name: Mapping[str, Program]
     files: tuple[str, ...]
-    versions: tuple[tuple[int, int] | None, ...]  # of the files
+    versions: tuple[FileVersion | None, ...]  # of the files
 
     def is_current(self) -> bool:
         """Whether no file has changed since."""
@@ -33,11 +33,7 @@ def picture_programs(device: Device, compiled: CompiledScene, *, plane_only: boo
 
 
 def find_programs(
-    device: Device,
-    compiled: CompiledScene,
-    show: Show | None = "picture",
-    *,
-    plane_only: bool = True,
+    device: Device, compiled: CompiledScene, show: Show | None = "picture", *, plane_only: bool = True
 ) -> dict[str, Program]:
     """The programs that draw a scene, by name; with `show` None they draw only what each pixel sees.
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import CELL
-from raytracer.compiler.draws import TOGETHER, Sample, sample_at, sample_draws
+from raytracer.compiler.draws import Sample, sample_at, sample_draws
 from raytracer.compiler.frame import Frame
 from raytracer.compiler.meshes import (
     EMPTY,
@@ -136,13 +136,13 @@ class TileRenderer:
         )
 
     def warm(self) -> None:
-        """Have the driver compile everything that draws of cells and of blocks need, by draws of one cell."""
+        """Have the driver compile everything that draws of single samples need, by draws of one cell."""
         coverage, area = self._coverage.one_cell(), (0, 0, CELL, CELL)
-        options = SamplingOptions(samples=2 * TOGETHER)
+        options = SamplingOptions(samples=2)
         whole = tile_meshes(coverage, area, None, self._list_readers)
         blocks = tile_meshes(coverage, area, np.ones((PER_CELL, PER_CELL), bool), self._list_readers)
-        for meshes, first, count in ((whole, 0, 1), (whole, 1, 1), (whole, TOGETHER, TOGETHER), (blocks, 1, 1)):
-            self._play(meshes, area, [sample_at(first + k, options) for k in range(count)])
+        for meshes, number in ((whole, 0), (whole, 1), (blocks, 1)):
+            self._play(meshes, area, [sample_at(number, options)])
         self.player.forget_times()
 
     def read_sums(self, part: Rectangle, components: int) -> NDArray[np.float32]:

@@ -14,6 +14,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.compiler.glsl import preprocessor
+from raytracer.compiler.meshes import SEVERAL
 from raytracer.gpu.device import Device
 from raytracer.gpu.scene_buffers import SceneBuffers
 from raytracer.rendering import renderer as renderer_module
@@ -84,10 +85,13 @@ def test_any_chain_of_pictures_is_as_by_new_renderers(own: Renderer) -> None:
         if rng.random() < 0.3:
             settings = msgspec.structs.replace(settings, samples=32, adaptive=0.02)
         tile, single = int(rng.choice([32, 2048])), bool(rng.random() < 0.5)
-        arguments: dict[str, Any] = {"tile": tile, "single_picture": single, "geometry": False}
+        arguments: dict[str, Any] = {"tile": tile, "single_picture": single}
         image = own.render(scene, size, settings, **arguments)
         fresh = Renderer(own.device).render(scene, size, settings, **arguments)
-        np.testing.assert_array_equal(image.radiance, fresh.radiance, f"step {step}: {settings}, {size}, {tile}")
+        for name in ("radiance", "samples", "error"):
+            mine, theirs = getattr(image, name), getattr(fresh, name)
+            np.testing.assert_array_equal(mine, theirs, f"step {step}: {name}, {settings}, {size}, {tile}")
+        assert image.estimate and fresh.estimate and image.estimate.rmse == fresh.estimate.rmse
 
 
 def test_renderers_that_share_programs_do_not_mix_up_their_scenes(own: Renderer) -> None:
@@ -121,6 +125,30 @@ def test_a_changed_shader_is_read_again(own: Renderer, monkeypatch: pytest.Monke
     file.write_text(file.read_text().replace("= samples *", "= 2.0 * samples *"))
     after = drawn(own, scenes.assignment(), SIZE, Settings())
     np.testing.assert_array_equal(after[0, 0], 2.0 * before[0, 0])
+
+
+def test_a_changed_shader_of_measurements_is_read_again(
+    own: Renderer, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def error() -> np.ndarray:
+        pixels = own.render(scenes.assignment(), SIZE, Settings(samples=8)).error
+        assert pixels is not None
+        return pixels
+
+    folder = tmp_path / "shaders"
+    shutil.copytree(preprocessor.shaders_folder(), folder)
+    monkeypatch.setattr(preprocessor, "shaders_folder", lambda: folder)
+    before = error()
+    file = folder / "sampling" / "variance.frag"
+    file.write_text(file.read_text().replace("variance = max(", "variance = 4.0 * max("))
+    assert before.any()
+    np.testing.assert_allclose(error(), 2.0 * before, rtol=1e-6)
+
+
+def test_a_picture_within_a_time_has_no_program_for_several_samples(own: Renderer) -> None:
+    for settings, has_several in ((Settings(samples=64, time=0.01), False), (Settings(samples=64), True)):
+        drawn(own, scenes.assignment(), SIZE, settings)
+        assert own._kept and (SEVERAL in own._kept.programs.by_name) is has_several
 
 
 def test_of_a_large_picture_nothing_stays_and_a_scene_goes_with_the_next(

@@ -19,6 +19,7 @@ _INCLUDE = re.compile(r'^[ \t]*#include[ \t]+"([^"\n]+)"[ \t]*$')
 # Line 12 of file 3 is numbered 3000012: #line can give a number of the file too, but Mesa forgets that
 # in all errors but those of syntax.
 _LINES = 1_000_000
+FileVersion = tuple[int, int]  # the time and the size of a file
 # Pieces of so many files are kept: of all there are, and of some that were changed meanwhile.
 _KEPT_FILES = 256
 # Mesa: "0:3000012(5): error: ...", NVIDIA: "0(3000012) : error ...", others: "ERROR: 0:3000012: ...".
@@ -50,11 +51,11 @@ class Source(NamedTuple):
         return _PLACE.sub(name, log)
 
 
-def file_versions(names: Iterable[str]) -> tuple[tuple[int, int] | None, ...]:
+def file_versions(names: Iterable[str]) -> tuple[FileVersion | None, ...]:
     """The time and the size of each file in `shaders/`, None for one that is not there: a generated one."""
     folder = shaders_folder()
 
-    def version(name: str) -> tuple[int, int] | None:
+    def version(name: str) -> FileVersion | None:
         try:
             return _version(f"{folder}/{name}")
         except OSError:
@@ -63,7 +64,7 @@ def file_versions(names: Iterable[str]) -> tuple[tuple[int, int] | None, ...]:
     return tuple(map(version, names))
 
 
-def _version(path: str) -> tuple[int, int]:
+def _version(path: str) -> FileVersion:
     status = os.stat(path)
     return status.st_mtime_ns, status.st_size
 
@@ -101,7 +102,7 @@ def _read(folder: Path, name: str, wanted_by: str) -> list[_Piece]:
 
 
 @lru_cache(maxsize=_KEPT_FILES)
-def _file_pieces(path: str, _version: tuple[int, int]) -> list[_Piece]:
+def _file_pieces(path: str, _version: FileVersion) -> list[_Piece]:
     """The pieces of a file, which are read anew when it was changed: with another time or size of the file."""
     return _split(read_packaged(Path(path)))
 
