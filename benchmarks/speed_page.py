@@ -35,14 +35,15 @@ def as_markdown(results: Sequence[TimedRow], rates: Sequence[tuple[str, ...]], o
         f"""\
 - *Call*: a user's call, `rt.render(scene, size, samples=n)`, from its arguments to the picture in the processor's
   memory. The scene is one object, which was rendered before, unless the row says *made anew*: then each call has a new
-  scene, of new solids; making it is not counted. Programs are compiled before. Rows that begin with *inner* time a
-  part of a call, which no user makes alone.
+  scene, of new solids, after another scene; making it is not counted. Programs are compiled before. Rows that begin
+  with *inner* time a part of a call, which no user makes alone.
 - Times are medians. In each round there are {CALLS} calls of ours, then the peer's: one run of POV-Ray with 2 threads,
   or as many calls. *Ratio*: how many times faster ours is, or where the goal is *at most*, how many times as long
   it takes.
 - POV-Ray's is its trace time, without parsing, bounding and writing. It shoots its 4 or 16 rays through every pixel
   besides one through its centre (`+AM1 +A0.0 +R2` or `+R4`, `-J`).
-- *Bare draws*: the draws of the same picture, played again without their preparation, and the read-back of the sums.
+- *Bare draws*: the draws of the same picture and of its error's estimate, played again without their preparation, and
+  all that the call reads back.
   *Frame*: a frame of the window with the assignment, by `python -m benchmarks.frames`. *Numbers of a frame*: by
   `python -m benchmarks.light_frames`, for a floor under 20,000 spheres.
 - *Picture*: the share of pixels with a value that differs by more than {TOLERANCE} of 255 from POV-Ray's picture, or

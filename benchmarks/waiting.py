@@ -78,8 +78,10 @@ def display() -> Iterator[None]:
         return
     with x_server(*SIZE) as name:
         os.environ["DISPLAY"] = name
-        yield
-        del os.environ["DISPLAY"]
+        try:
+            yield
+        finally:
+            del os.environ["DISPLAY"]
 
 
 def main() -> None:

@@ -58,6 +58,9 @@ def render(
     hardware, or the first). `progress(done, total)` is called after each pass, and must not render itself,
     nor wait for a thread that renders: that thread waits for this picture.
 
+    The scene drawn last stays in memory and on the device, with textures of up to 136 MB, until a call for another
+    scene: a call for the same object and size, with any number of samples, then only draws and reads.
+
     Threads take turns: a call waits until the call of another thread is done, and gives the same bits. After the first
     picture a process must not be forked to render in the child, as multiprocessing does by default on Linux before
     Python 3.14: OpenGL drivers do not survive that. Use multiprocessing.get_context("spawn").
