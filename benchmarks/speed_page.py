@@ -43,7 +43,7 @@ def as_markdown(results: Sequence[TimedRow], rates: Sequence[tuple[str, ...]], o
 - POV-Ray's is its trace time, without parsing, bounding and writing. It shoots its 4 or 16 rays through every pixel
   besides one through its centre (`+AM1 +A0.0 +R2` or `+R4`, `-J`).
 - *Bare draws*: the draws of the same picture and of its error's estimate, played again without their preparation, and
-  all that the call reads back.
+  every read-back of the call.
   *Frame*: a frame of the window with the assignment, by `python -m benchmarks.frames`. *Numbers of a frame*: by
   `python -m benchmarks.light_frames`, for a floor under 20,000 spheres.
 - *Picture*: the share of pixels with a value that differs by more than {TOLERANCE} of 255 from POV-Ray's picture, or

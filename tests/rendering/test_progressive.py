@@ -322,7 +322,7 @@ def test_the_program_for_plain_pictures_shows_what_the_program_for_all_pictures_
         assert np.array_equal(shown(live, renderer), plain)
 
 
-# What is wrong, and what the message says. GLSL takes the second and third, but the host does not.
+# A mistake in a file, and its message. GLSL takes the second and third mistake, but the host does not.
 MISTAKES = [
     ("shading/lighting.glsl", "I += m.ka * ambient;", "I += m.kb * ambient;", r"shading/lighting\.glsl:\d+"),
     ("passes/draw.glsl", "real pixelScale;    // ", "int pixelScale;  // ", r"uniform draw\.pixelScale"),
