@@ -56,14 +56,24 @@ def recorded() -> Iterator[list[Recorded]]:
 class BareDraws:
     """The draws and read-backs of a picture, for a scene that is on the GPU until closed.
 
-    The constructor renders the picture, and so compiles. Decisions on the way are not made again.
+    The constructor renders the picture, and so compiles. Decisions on the way are not made again. Without `estimates`
+    there are neither draws nor read-backs for the estimate of the error.
     """
 
-    def __init__(self, device: Device, scene: rt.Scene, settings: rt.Settings, size: tuple[int, int]) -> None:
+    def __init__(
+        self,
+        device: Device,
+        scene: rt.Scene,
+        settings: rt.Settings,
+        size: tuple[int, int],
+        *,
+        estimates: bool = True,
+    ) -> None:
         self._device, self._renderer = device, Renderer(device)
-        self._renderer.render(scene, size, settings)
+        render = partial(self._renderer.render, scene, size, settings, geometry=estimates, estimates=estimates)
+        render()
         with recorded() as self._calls:
-            self.image = self._renderer.render(scene, size, settings)
+            self.image = render()
 
     def draw(self) -> None:
         """Draw the picture again."""

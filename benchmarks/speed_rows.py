@@ -148,13 +148,11 @@ def _light_moved(bench: Bench) -> Timing:
     return Timing(ours, theirs, bench.agreement(moved()))
 
 
-def _other_samples(make: Callable[[], rt.Scene], bench: Bench) -> Timing:
+def _other_samples(make: Callable[[], rt.Scene], bench: Bench, estimates: bool = True) -> Timing:
     scene = make()
     few, more = (rt.Settings(samples=n) for n in _NUMBERS)
-    with (
-        closing(BareDraws(bench.device, scene, few, bench.size)) as few_draws,
-        closing(BareDraws(bench.device, scene, more, bench.size)) as more_draws,
-    ):
+    bare = partial(BareDraws, bench.device, scene, size=bench.size, estimates=estimates)
+    with closing(bare(few)) as few_draws, closing(bare(more)) as more_draws:
         ours, theirs = in_turns(
             bench.rounds,
             lambda: bench.call(scene, few) + bench.call(scene, more),
@@ -278,6 +276,14 @@ ROWS = [
             "samples", f"{work}, 15 and 16 samples in turns", _BARE, 1.1, partial(_other_samples, make), at_most=True
         )
         for work, make in (("assignment", _assignment), ("1,000 objects", _MANY))
+    ),
+    SpeedRow(
+        "samples",
+        "assignment, 15 and 16 samples in turns",
+        "the samples' draws and one read-back alone",
+        1.1,
+        partial(_other_samples, _assignment, estimates=False),
+        at_most=True,
     ),
     SpeedRow(
         "geometry", 'assignment, .save("x.png")', "the same with geometry=False", 1.1, _unread_geometry, at_most=True

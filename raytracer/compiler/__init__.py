@@ -11,7 +11,7 @@ May import: core, scene. Other packages may use:
 - frame: make_frame, Frame
 - limits: DriverLimits, MAX_ROTH_LOOPS, MAX_PRIMITIVES
 - glsl.shaders: program_sources, plain_vertex_source, ProgramSource, Show
-- glsl.preprocessor: assemble, file_versions, shaders_folder, FileVersion, ShaderError, Source
+- glsl.preprocessor: assemble, is_current, shaders_folder, FileVersion, ShaderError, Source
 - glsl.materials: material_text, reflected_text
 - material_layout: make_layout, struct, Layout
 - draws: sample_at, sample_draws, viewport, Clear, Draw, Sample, Screen, Step, MARGIN, SUMMED, TOGETHER

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import BLOCK, CELL
 from raytracer.compiler.draws import Clear, Draw, viewport
-from raytracer.compiler.glsl.preprocessor import FileVersion, Source, assemble, file_versions
+from raytracer.compiler.glsl.preprocessor import FileVersion, Source, assemble, is_current
 from raytracer.compiler.glsl.shaders import plain_vertex_source
 from raytracer.compiler.meshes import PER_CELL, Cells, Mask, Rectangle, runs
 from raytracer.gpu.device import Device
@@ -48,14 +48,14 @@ class BlockMeasurements:
         """`target` is the size of the largest area in pixels."""
         self._device, self._player, self._target = device, player, target
         columns, rows = (-(-side // CELL) * PER_CELL for side in target)
-        self._versions: dict[str, FileVersion | None] = {}  # of the files of all programs so far
+        self._versions: dict[str, FileVersion] = {}  # of the files of all programs so far
         player.use({}, replaced=_SOURCES)
         player.add_texture("blocks", (columns, rows), 4)
         player.add_texture("earlierSum", target, 4)
 
-    def is_current(self) -> bool:
+    def are_current(self) -> bool:
         """Whether no file has changed since its program was compiled."""
-        return file_versions(self._versions) == (*self._versions.values(),)
+        return is_current(self._versions)
 
     def errors(self, blocks: Blocks, samples: int, summed: int) -> NDArray[np.float32]:
         """(rows, columns): the error of each block by error.frag, 0 in cells without active blocks.
@@ -143,8 +143,7 @@ class BlockMeasurements:
         """The name of a program that the player has now."""
         if not self._player.has_program(name):
             source, vertex = _SOURCES[name](), plain_vertex_source()
-            files = *source.files, *vertex.files
-            for file, version in zip(files, file_versions(files), strict=True):
-                self._versions.setdefault(file, version)
+            # A file that an earlier program was made from keeps that version.
+            self._versions = {**source.versions, **vertex.versions} | self._versions
             self._player.use({name: self._device.program(source, vertex)})
         return name

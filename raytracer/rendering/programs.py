@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from raytracer.compiler.compiled_scene import CompiledScene
-from raytracer.compiler.glsl.preprocessor import FileVersion, file_versions
+from raytracer.compiler.glsl.preprocessor import FileVersion, is_current
 from raytracer.compiler.glsl.shaders import ProgramSource, Show, program_sources
 from raytracer.gpu.device import Device
 from raytracer.gpu.gl import Program
@@ -16,20 +16,20 @@ class ScenePrograms(NamedTuple):
     """The programs that draw a scene, and the files that their texts are from."""
 
     by_name: Mapping[str, Program]
-    files: tuple[str, ...]
-    versions: tuple[FileVersion | None, ...]  # of the files
+    versions: Mapping[str, FileVersion]  # of the files
 
-    def is_current(self) -> bool:
+    def are_current(self) -> bool:
         """Whether no file has changed since."""
-        return file_versions(self.files) == self.versions
+        return is_current(self.versions)
 
 
 def picture_programs(device: Device, compiled: CompiledScene, *, plane_only: bool, several: bool) -> ScenePrograms:
     """The programs that draw pictures of a scene, as find_programs() makes them."""
     sources = program_sources(compiled, "picture", device.limits.varyings, plane_only=plane_only, several=several)
-    files = tuple(sorted({name for source in sources.values() for part in source for name in part.files}))
-    versions = file_versions(files)
-    return ScenePrograms(_programs(device, sources), files, versions)
+    versions: dict[str, FileVersion] = {}
+    for source in sources.values():
+        versions |= {**source.vertex.versions, **source.fragment.versions}
+    return ScenePrograms(_programs(device, sources), versions)
 
 
 def find_programs(

@@ -33,10 +33,10 @@ from raytracer.scene.settings import Settings
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
 # plane-only cells than it takes to compile.
 _WORTH_PLANE_ONLY = 2**20
-# Samples of all pixels together from which the program SEVERAL saves more than it takes to compile.
-_WORTH_SEVERAL = 2**25
 # Pixels of the targets that stay after a picture: at up to 65 bytes a pixel, with measurements, 136 MB.
 _KEPT_PIXELS = 2**21
+# Bytes of a frame's numbers that stay, here and on the GPU: 10,000 objects and a light take a tenth.
+_KEPT_BYTES = 2**26
 
 
 def metadata(
@@ -74,6 +74,12 @@ class _Kept(NamedTuple):
     tiles: TileRenderer
     measurements: BlockMeasurements | None
 
+    def is_large(self) -> bool:
+        """Whether the scene takes more memory than is kept between pictures."""
+        width, height = self.tiles.target
+        numbers = sum(part.nbytes for parts in self.frame.textures.values() for part in parts)
+        return width * height > _KEPT_PIXELS or numbers > _KEPT_BYTES
+
     def shows(self, compiled: CompiledScene, size: tuple[int, int], *, plane_only: bool) -> bool:
         """Whether the frame is that of a picture."""
         return self.frame.compiled is compiled and self.frame.size == size and self.plane_only == plane_only
@@ -81,9 +87,11 @@ class _Kept(NamedTuple):
     def draws(self, compiled: CompiledScene, *, plane_only: bool, several: bool) -> bool:
         """Whether the programs draw that scene."""
         known = self.frame.compiled
-        is_alike = compiled is known or compiled.structure == known.structure
+        # By identity: to compare thousands of equal objects takes longer than to make the texts.
+        has_objects = compiled.scene.objects is known.scene.objects
+        is_alike = compiled is known or (has_objects and compiled.structure == known.structure)
         has_programs = self.plane_only == plane_only and (self.several or not several)
-        return is_alike and has_programs and self.programs.is_current()
+        return is_alike and has_programs and self.programs.are_current()
 
 
 class Renderer:
@@ -121,12 +129,10 @@ class Renderer:
         self.device.limits.check(compiled)
         tile = min(tile, self.device.limits.target - 2 * margin(options))
         arrays = _Arrays(size, is_adaptive=options.is_adaptive, has_errors=geometry and estimates)
-        work = width * height * options.samples
         # Plane-only cells have programs of their own where those save more than their compilation takes.
-        plane_only = not single_picture or work >= _WORTH_PLANE_ONLY
+        plane_only = not single_picture or width * height * options.samples >= _WORTH_PLANE_ONLY
         # Within a time, samples are drawn one by one.
-        has_several = options.samples >= TOGETHER and options.time is None
-        several = has_several and (not single_picture or work >= _WORTH_SEVERAL)
+        several = options.samples >= TOGETHER and options.time is None
         largest = tile_size(size, tile, is_drawn_once=options.samples == 1)
         around = 2 * margin(options)
         target = min(width, largest[0] + around), min(height, largest[1] + around)
@@ -136,7 +142,7 @@ class Renderer:
                 tiles, measurements = loaded.tiles, None
                 if is_measured(options, estimates=estimates):
                     measurements = loaded.measurements
-                    if measurements is None or not measurements.is_current():
+                    if measurements is None or not measurements.are_current():
                         measurements = BlockMeasurements(self.device, tiles.player, tiles.target)
                     loaded = loaded._replace(measurements=measurements)
                 self._kept = loaded
@@ -145,7 +151,7 @@ class Renderer:
             except BaseException:
                 self.close()
                 raise
-            if loaded.tiles.target[0] * loaded.tiles.target[1] > _KEPT_PIXELS:
+            if loaded.is_large():
                 self.close()
         source: Any = DrawnGeometry(self.device, GeometryRequest(compiled, size, tile)) if geometry else None
         error = arrays.estimate(seconds, _why_unknown(settings, estimates))

@@ -43,10 +43,10 @@ def shadows_warning(scene: Scene, settings: Settings) -> str | None:
     return f"soft shadows are hard ones here, as {NO_RADIUS}: give a light one, such as radius = 0.5"
 
 
-def brightness_warnings(scene: Scene) -> list[str]:
+def brightness_warnings(scene: Scene) -> tuple[str, ...]:
     """A warning for each material that reflects more light than reaches it, such as one of colours from 0 to 255."""
     assert isinstance(scene.objects, SceneObjects)
-    return scene.objects.derive("brightness", scene.materials, lambda: _brightness_warnings(scene.materials))
+    return scene.objects.derive("brightness", scene.materials, lambda: tuple(_brightness_warnings(scene.materials)))
 
 
 def _brightness_warnings(materials: Sequence[Material]) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -36,10 +36,11 @@ def shaders_folder() -> Path:
 
 
 class Source(NamedTuple):
-    """A complete text, and the files it came from in the order of their `#line` numbers."""
+    """A complete text, and the files that it is made from, in the order of their `#line` numbers."""
 
     text: str
     files: tuple[str, ...]
+    versions: Mapping[str, FileVersion]  # of those files that are not generated
 
     def explain(self, log: str) -> str:
         """A compiler's log with the numbers of files replaced by names: `geometry/sphere.glsl:12: error ...`."""
@@ -51,17 +52,13 @@ class Source(NamedTuple):
         return _PLACE.sub(name, log)
 
 
-def file_versions(names: Iterable[str]) -> tuple[FileVersion | None, ...]:
-    """The time and the size of each file in `shaders/`, None for one that is not there: a generated one."""
+def is_current(versions: Mapping[str, FileVersion]) -> bool:
+    """Whether no file of `shaders/` has changed since these were its versions."""
     folder = shaders_folder()
-
-    def version(name: str) -> FileVersion | None:
-        try:
-            return _version(f"{folder}/{name}")
-        except OSError:
-            return None
-
-    return tuple(map(version, names))
+    try:
+        return all(_version(f"{folder}/{name}") == version for name, version in versions.items())
+    except OSError:  # it is gone
+        return False
 
 
 def _version(path: str) -> FileVersion:
@@ -89,11 +86,12 @@ def _split(text: str) -> list[_Piece]:
     return pieces
 
 
-def _read(folder: Path, name: str, wanted_by: str) -> list[_Piece]:
-    """The pieces of a file of `shaders/`. Raises ShaderError."""
+def _read(folder: Path, name: str, wanted_by: str) -> tuple[list[_Piece], FileVersion]:
+    """The pieces of a file of `shaders/`, and the file's version. Raises ShaderError."""
     path = f"{folder}/{name}"
     try:
-        return _file_pieces(path, _version(path))
+        version = _version(path)
+        return _file_pieces(path, version), version
     except OSError:
         raise ShaderError(f'{wanted_by}: no file "{name}" in {folder}') from None
     except UnicodeDecodeError as error:
@@ -117,13 +115,17 @@ def assemble(
     """
     folder = shaders_folder()
     files: list[str] = []
+    versions: dict[str, FileVersion] = {}
 
     def expand(name: str, wanted_by: str) -> list[str]:
         if name in files:
             return []
         number = len(files)
         files.append(name)
-        pieces = _split(generated[name]) if generated and name in generated else _read(folder, name, wanted_by)
+        if generated and name in generated:
+            pieces = _split(generated[name])
+        else:
+            pieces, versions[name] = _read(folder, name, wanted_by)
         texts: list[str] = []
         for piece in pieces:
             texts.append(f"#line {number * _LINES + piece.line}")
@@ -137,4 +139,4 @@ def assemble(
     head = f"#version {version} core\n" + "".join(
         f"#define {name} {value}\n" for name, value in (defines or {}).items()
     )
-    return Source(head + "\n".join(expand(top, top)) + "\n", tuple(files))
+    return Source(head + "\n".join(expand(top, top)) + "\n", tuple(files), versions)
