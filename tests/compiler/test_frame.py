@@ -114,7 +114,7 @@ def test_a_light_that_moves_changes_no_list_of_another(shadows: str) -> None:
     assert len(shadows_before) == len(shadows_after) == 4
     assert sum(shadow is shadows_before.get(caster) for caster, shadow in shadows_after.items()) == 3
     fewer = following(after, msgspec.structs.replace(scene, lights=moved[2:]), settings)
-    assert fewer.lists and [cube is after.lists.cubes[i] for i, cube in enumerate(fewer.lists.cubes, 2)] == [True, True]
+    assert fewer.lists and [one is after.lists.own[i] for i, one in enumerate(fewer.lists.own, 2)] == [True, True]
     camera = rt.Camera((1, 2, 7), (0, 0, 0))
     turned = following(after, msgspec.structs.replace(scene, lights=moved, camera=camera), settings)
     assert {("lists", i) for i in range(2, 6)} <= other_parts(after, turned)
@@ -123,7 +123,7 @@ def test_a_light_that_moves_changes_no_list_of_another(shadows: str) -> None:
 def test_lights_at_one_place_share_their_lists() -> None:
     lights = [rt.PointLight((1, 4, 3), (0.1 * i, 0, 0)) for i in range(1, 4)]
     lists = frame(msgspec.structs.replace(MANY, lights=lights), SIZE).lists
-    assert lists and len({id(cube) for cube in lists.cubes}) == 1 and len(lists.cubes) == 3
+    assert lists and len({id(one) for one in lists.own}) == 1 and len(lists.own) == 3
 
 
 def test_many_lights_on_surfaces_take_no_work_again(monkeypatch: pytest.MonkeyPatch) -> None:
