@@ -132,11 +132,14 @@ class Lister:
         def leaf(number: int) -> tuple[Array, Array]:
             return tangents(self._centers[batch.first + number], self._radii[batch.first + number])
 
-        lo, hi = tangents(self._items.centers, self._items.radii)
+        lo, hi = np.empty((2, len(self._items.radii), 2))
         at = 0
         for batch in self._batches.shapes:
             part = slice(at, at + len(batch.first))
-            lo[part], hi[part] = _inner((lo[part], hi[part]), combined(batch.tree, leaf, _inner, _outer))
+            bounds = combined(batch.tree, leaf, _inner, _outer)
+            if len(batch.tree) > 1:  # one sphere is no larger than the ball around it
+                bounds = _inner(tangents(self._items.centers[part], self._items.radii[part]), bounds)
+            lo[part], hi[part] = bounds
             at = part.stop
         return lo, hi
 

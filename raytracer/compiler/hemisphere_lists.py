@@ -20,7 +20,7 @@ Words: TypeAlias = NDArray[Any]  # of _Keys.word
 _SMALL, _NEAREST = 2.0, 2.0**-50
 # Shares of distances, radii and half a grid that hold float32's roundings: see _small_keys().
 _STEP = 2.0**-24
-_AWAY, _RADIUS, _EDGE = 16.0 * _STEP, 128.0 * _STEP, 256.0 * _STEP
+_AWAY, _RADIUS, _EDGE = 16.0 * _STEP, 128.0 * _STEP, 512.0 * _STEP
 # Bits of the distance by which balls of a list are sorted, if so many are left of 32: rays that are blocked find a
 # nearer ball sooner.
 _LEVELS = 6
@@ -70,25 +70,27 @@ def hemisphere_lists(
     left = 32 - numbers - (2 * grid * grid).bit_length()
     keys = _Keys(grid, np.uint32, min(left, _LEVELS), numbers) if left > 0 else _Keys(grid, np.uint64, _LEVELS, numbers)
     parts, others = _small_keys(balls, place, wider, passing, keys, most) if count else ([], np.zeros(0, np.int64))
-    radii = balls.radii[others] + balls.growth[others] * passing + wider
-    cell, ball = hemisphere_cells(balls.centers[others] - place, radii, grid, most)
-    parts.append(cell.astype(keys.word) << keys.cell | others.astype(keys.word)[ball])
+    if len(others) or not count:
+        radii = balls.radii[others] + balls.growth[others] * passing + wider
+        cell, ball = hemisphere_cells(balls.centers[others] - place, radii, grid, most)
+        parts.append(cell.astype(keys.word) << keys.cell | others.astype(keys.word)[ball])
     return _sorted_lists(np.concatenate(parts), keys)
 
 
 def _small_keys(
     balls: LightBalls, place: Array, wider: float, passing: float, keys: _Keys, most: int
 ) -> tuple[list[Words], Ints]:
-    """Make the keys of all pairs of a cell and a small ball in one hemisphere, and find all other balls.
+    """Make the keys of all pairs of a cell and a small ball, and find all other balls.
 
     Let u be _STEP. Rounding moves a ball's centre, the light and their difference by u of each length, in all by
     2 u (distance + |place|) at most. It turns a ray by widened() of direction_cells.py, which is 16 u / sqrt(3) of the
     distance at most: the three products of two coordinates have at most that length. Radii grow by all these. Their
     sums are off by 4 u of themselves, and widened() makes them wider by MARGIN, 64 u: _RADIUS holds both.
 
-    As d >= 2 r, d^2 - r^2 is off by 5 u of itself, a place in the grid by 10 u of half the grid, and a projected
-    radius, at most 0.6 of that, by 7 u of itself. _EDGE holds these, the margin of overlaps(), 32 u, and that of
-    hemisphere_cells(), 64 u of the radius and of two coordinates.
+    As d >= 2 r, d^2 - r^2 is off by 5 u of itself. A ball at the equator is in both hemispheres, in one of them with a
+    height h of -1.1 r or more. So q + h is off by 10 u of itself, a place in the grid by 16 u of half the grid, and a
+    projected radius, at most 1.6 of that, by 13 u of itself. _EDGE holds these, the margin of overlaps(), 32 u, and
+    that of hemisphere_cells(), 64 u of the radius and of two coordinates, at most 2.6 each.
     """
     word, shift = keys.word, keys.cell
     with np.errstate(over="ignore", invalid="ignore"):
@@ -104,12 +106,20 @@ def _small_keys(
         height = np.abs(z)
         small = distance > radius * np.float32(_SMALL)
         small &= distance > np.float32(_NEAREST)
-        small &= height > radius + distance * np.float32(_EDGE)
-    others = (~small).nonzero()[0]
-    # In place of the others a point is looked at, and not listed.
-    for part, value in ((x, 0.0), (y, 0.0), (z, 1.0), (height, 1.0), (square, 1.0), (distance, 1.0), (radius, 0.0)):
-        part[others] = value
+    below = z < 0.0
     low = np.arange(len(x), dtype=word)
+    others = (~small).nonzero()[0]
+    if len(others):
+        chosen = small.nonzero()[0]
+        parts = (x, y, height, square, distance, radius, low, below)
+        x, y, height, square, distance, radius, low, below = (part.take(chosen) for part in parts)
+        if not len(chosen):
+            return [low], others
+    equator = (height <= radius + distance * np.float32(_EDGE)).nonzero()[0]
+    if len(equator):
+        height, below = np.concatenate((height, -height[equator])), np.concatenate((below, ~below[equator]))
+        parts = (x, y, square, distance, radius, low)
+        x, y, square, distance, radius, low = (np.concatenate((part, part.take(equator))) for part in parts)
     distance *= np.float32(2.0 ** (keys.levels - 1) / float(distance.mean()))
     low += _whole(distance, np.float32(2**keys.levels - 1), word) << word(keys.numbers)
     square -= radius * radius
@@ -119,7 +129,7 @@ def _small_keys(
     np.divide(half, scale, out=scale)
     radius *= scale
     radius += half * np.float32(_EDGE)
-    key = (z < 0.0) * word(1)
+    key = below * word(1)
     more = []  # rows and columns behind the first one
     for side in (y, x):
         side *= scale
@@ -132,8 +142,7 @@ def _small_keys(
     key <<= shift
     key += low
     rows, columns = more
-    rows[others] = columns[others] = 0
-    parts = [key.take(small.nonzero()[0]) if len(others) else key]
+    keys_of_balls = [key]
     if max(int(rows.max()), int(columns.max())) > 1:
         large = (np.maximum(rows, columns) > 1).nonzero()[0]
         wide = columns[large].astype(np.int64) + 1
@@ -141,13 +150,13 @@ def _small_keys(
         check_pairs(int(count.sum()), most)
         ball, number = runs(np.arange(len(large)), count - 1, np.ones(len(large), np.int64))
         row, column = np.divmod(number, wide[ball])
-        parts.append(key[large[ball]] + ((row * keys.grid + column).astype(word) << shift))
+        keys_of_balls.append(key[large[ball]] + ((row * keys.grid + column).astype(word) << shift))
         rows[large] = columns[large] = 0
     right = (columns > 0).nonzero()[0]
     beside = key.take(right) + (word(1) << shift)
     up = word(keys.grid) << shift
     above = key.take((rows > 0).nonzero()[0]) + up
-    return [*parts, beside, above, beside.take((rows.take(right) > 0).nonzero()[0]) + up], others
+    return [*keys_of_balls, beside, above, beside.take((rows.take(right) > 0).nonzero()[0]) + up], others
 
 
 def _whole(numbers: Floats, top: np.float32, word: type[Any]) -> Words:
