@@ -1,7 +1,7 @@
 """The lists of balls of the cells around a light, for scenes of many balls and many lights.
 
-Most balls are small as seen from a light, and in one hemisphere. A few float32 operations give the cells of such a
-ball, and hemisphere_cells() those of any other.
+Most balls are small as seen from a light. A few float32 operations give the cells of a small ball, and
+hemisphere_cells() gives the cells of any other.
 """
 
 from __future__ import annotations
@@ -89,8 +89,8 @@ def _small_keys(
 
     As d >= 2 r, d^2 - r^2 is off by 5 u of itself. A ball at the equator is in both hemispheres, in one of them with a
     height h of -1.1 r or more. So q + h is off by 10 u of itself, a place in the grid by 16 u of half the grid, and a
-    projected radius, at most 1.6 of that, by 13 u of itself. _EDGE holds these, the margin of overlaps(), 32 u, and
-    that of hemisphere_cells(), 64 u of the radius and of two coordinates, at most 2.6 each.
+    projected radius, at most 1.6 of that, by 13 u of itself. _EDGE holds these, and the margins of overlaps(), 32 u,
+    and of hemisphere_cells(), 64 u of the radius and of two coordinates, at most 2.6 each.
     """
     word, shift = keys.word, keys.cell
     with np.errstate(over="ignore", invalid="ignore"):

@@ -23,9 +23,9 @@ Caster: TypeAlias = tuple[Vec3, float]  # the place and the radius of a light
 
 # Cells of a side of each hemisphere around a light. The coarse ones are for large lights.
 GRIDS = (512, 448, 384, 320, 256, 224, 192, 160, 128, 112, 96, 80, 64, 48, 32, 24, 16, 12, 8, 6, 4, 3, 2, 1)
-# A light has so many cells for each ball: pictures of 1,000 to 20,000 balls take no longer than with finer ones, and
-# lists less. But a light has so many at least: lists are short where there are more cells than balls.
-_CELLS_FOR_BALL, _LEAST_CELLS = 3, 2 * 160**2
+# A light has so many cells for each ball: pictures of 20,000 balls take no longer than with finer ones, and lists less.
+# But all lights together have so many at least: pictures of few balls take less time than with coarser ones.
+_CELLS_FOR_BALL, _LEAST_CELLS = 3, 2 * 256**2
 # Cells are larger where the lists of all lights would have more of them than that, or more pairs of a cell and an
 # object of a common shape, or of a cell and a primitive of another object. They take 8, 4 and 150 bytes.
 _MAX_CELLS, _MAX_ITEMS, _MAX_LISTED = 2**23, 2**24, 2**22
@@ -128,10 +128,10 @@ def make_light_lists(
     full_list = camera.full_list if is_short or has_mirrors else camera.full_list[:0]
     entries = full_list, camera.lists.entries, *(one.lists.entries for one in own)
     # Of each light: the reach, and where the lists begin in the texture.
-    of_lights = np.zeros((len(lights), 2), np.int32)
+    headers = np.zeros((len(lights), 2), np.int32)
     reach = [one.reach if is_short else np.inf for one in own]
-    of_lights[:, 0] = np.array(reach, np.float32).view(np.int32)
-    of_lights[:, 1] = np.cumsum(list(map(len, entries)))[1:-1]
+    headers[:, 0] = np.array(reach, np.float32).view(np.int32)
+    headers[:, 1] = np.cumsum(list(map(len, entries)))[1:-1]
     everything = 0, len(full_list)
     return LightLists(
         camera=camera,
@@ -141,7 +141,7 @@ def make_light_lists(
         grid=grid,
         own=own,
         entries=entries,
-        ends=(of_lights, *(one.lists.ends for one in own)),
+        ends=(headers, *(one.lists.ends for one in own)),
         everything=everything,
         picture_ends=previous.picture_ends
         if previous and previous.everything == everything
@@ -162,8 +162,9 @@ def _own_lists(
             "objects",
         )
     finest = min((lister.finest_grid(light) for light in lights), default=1.0)
-    wanted = max(_LEAST_CELLS, _CELLS_FOR_BALL * lister.ball_count)
-    room = (min(most_texels, _MAX_CELLS) - len(lights)) // max(len(lights), 1)
+    count = max(len(lights), 1)
+    wanted = max(_LEAST_CELLS // count, _CELLS_FOR_BALL * lister.ball_count)
+    room = (min(most_texels, _MAX_CELLS) - count) // count
     for grid in GRIDS:
         is_last = grid == GRIDS[-1]
         if not is_last and (grid > finest or 2 * grid**2 > min(wanted, room)):

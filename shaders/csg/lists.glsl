@@ -1,6 +1,6 @@
 // The candidate lists of cells: for each cell, the objects that its rays may meet.
 // Provides endsAt(), listAt(), ballAt(), struct Item, itemAt(), surfaceOf(), struct Nearest, nearer(), meets(),
-// hemisphereCell(), for the generated loop over a list. raytracer/compiler/candidate_lists.py says what a list holds.
+// hemisphereCell(), for the generated loop over a list. raytracer/compiler/candidate_lists.py describes the entries.
 //
 // A ray from the camera through a cell of the picture, or one to a light from a cell around it,
 // can meet only what that cell lists.
