@@ -1,80 +1,117 @@
-"""Frame times of the window while its light moves, against the bare shader passes and the swap.
+"""Frame times of the window while the light or the camera moves, against the bare draws of the same frame.
 
-python -m benchmarks.frames [SCENE]
+python -m benchmarks.frames [SCENE ...] [--csv]
 
-Opens a window of 1280x720 on the display that there is, or on an Xvfb of its own. Both are measured
-in one run in turns, at one sample a frame and full resolution.
+Opens windows of 1280x720 on the display that there is, or on an Xvfb of its own. All times of a scene are measured in
+one run in turns, at one sample a frame and full resolution. The user waits for the whole frame: from a movement of the
+mouse to the picture on the display. The frame's draws, played again, leave out what prepares them. The bare
+passes leave out the draws of the canvas, too: the window is only cleared.
 """
 
+import argparse
+import csv
 import os
 import platform
 import sys
-import time
-from collections.abc import Callable
-from statistics import median, quantiles
+from statistics import median
+from typing import NamedTuple
 
 import glfw
 
-from raytracer.app.viewer.events import Cursor, Press
+from benchmarks.bare import recorded
+from benchmarks.bench import seconds
+from raytracer.app.viewer.events import Button, Cursor, Press, Release
 from raytracer.app.viewer.window import Viewer, opened
-from raytracer.scene.settings_patch import EMPTY
+from raytracer.scene.settings_patch import SettingsPatch
 from tests.displays import environment, x_server
 from tests.processes import running
 
 SIZE = (1280, 720)
-ROUNDS, FRAMES = 10, 30
+SCENES = "assignment", "many", "materials"
+MOVEMENTS: dict[str, Button] = {"light": "left", "camera": "right"}
+ROUNDS, FRAMES = 10, 5
+# More than one, as a user has: then a moving picture gets one sample, and a still one begins anew.
+SAMPLES = 2
+# The movement of the mouse from frame to frame, in heights of the window.
+_STEP = 0.002
 
 
-def milliseconds(act: Callable[[], None]) -> float:
-    begin = time.perf_counter()
-    act()
-    return 1000.0 * (time.perf_counter() - begin)
+class FrameTimes(NamedTuple):
+    """Medians of the seconds of a scene's frames while something moves."""
+
+    scene: str
+    movement: str
+    whole: float
+    draws: float
+    passes: float
 
 
-def measure_frames(viewer: Viewer) -> None:
-    glfw.swap_interval(0)
-    while viewer.frame() > 0.0:
-        glfw.poll_events()
-    viewer.handle(Press("left"))
+def measure_frames(viewer: Viewer, movement: str) -> FrameTimes:
+    """The times of a window whose vertical synchronisation is off."""
     x = 0.0
 
-    def moved() -> None:
+    def move() -> None:
         nonlocal x
+        x += _STEP
         glfw.poll_events()
-        x += 0.002
         viewer.handle(Cursor(x, 0.5))
         viewer.frame()
 
-    def bare() -> None:
-        viewer.picture.step()
+    def play_again(*, whole: bool) -> None:
+        if not whole:  # else the swap has nothing to bring to the display
+            viewer.context.screen.clear()
+        for call in calls:
+            if whole or not call.is_for_screen:
+                call.again()
         glfw.swap_buffers(viewer.window)
 
-    for act in (moved, bare) * 5:
-        act()
-    frames, passes = [], []
-    for _ in range(ROUNDS):
-        frames += [milliseconds(moved) for _ in range(FRAMES)]
-        passes += [milliseconds(bare) for _ in range(FRAMES)]
-    info = viewer.context.info
-    print(f"{info['GL_RENDERER']}, {info['GL_VERSION']}, {platform.machine()}, {os.cpu_count()} cores")
-    print(f"{viewer.state.scene.name}, {SIZE[0]}x{SIZE[1]}, {ROUNDS * FRAMES} frames each, milliseconds\n")
-    print("| | median | 99th percentile |\n|---|---|---|")
-    for label, times in (("frame while the light moves", frames), ("bare passes and swap", passes)):
-        print(f"| {label} | {median(times):.1f} | {quantiles(times, n=100)[-1]:.1f} |")
-    print(f"\nratio of the medians: {median(frames) / median(passes):.2f}")
+    viewer.handle(Press(MOVEMENTS[movement]))
+    move()
+    with recorded() as calls:
+        move()
+    acts = move, lambda: play_again(whole=True), lambda: play_again(whole=False)
+    times: list[list[float]] = [[], [], []]
+    for k in range(ROUNDS + 1):
+        for act, taken in zip(acts, times, strict=True):
+            measured = [seconds(act) for _ in range(FRAMES)]
+            if k:  # the first round compiles
+                taken += measured
+    viewer.handle(Release(MOVEMENTS[movement]))
+    return FrameTimes(viewer.state.scene.name, movement, *map(median, times))
+
+
+def measure_scene(name: str) -> list[FrameTimes]:
+    """The times of a scene while each thing moves."""
+    with opened(name, SettingsPatch(samples=SAMPLES), SIZE, budget=1e9) as viewer:
+        glfw.swap_interval(0)
+        viewer.frame()
+        return [measure_frames(viewer, movement) for movement in MOVEMENTS]
 
 
 def main() -> None:
     """Measure and print, where there is a display; or else again where there is one."""
-    name = sys.argv[1] if len(sys.argv) > 1 else "assignment"
-    if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
-        with opened(name, EMPTY, SIZE, budget=1e9) as viewer:
-            measure_frames(viewer)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", metavar="SCENE", nargs="*", default=SCENES)
+    parser.add_argument("--csv", action="store_true", help="print seconds for another program")
+    options = parser.parse_args()
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        with x_server(*SIZE) as display:
+            command = (sys.executable, "-m", "benchmarks.frames", *sys.argv[1:])
+            with running(*command, env=environment(DISPLAY=display)) as process:
+                sys.exit(process.wait())
+    rows = [row for name in options.scenes for row in measure_scene(name)]
+    if options.csv:
+        csv.writer(sys.stdout).writerows([FrameTimes._fields, *rows])
         return
-    with x_server(*SIZE) as display:
-        command = (sys.executable, "-m", "benchmarks.frames", name)
-        with running(*command, env=environment(DISPLAY=display)) as process:
-            sys.exit(process.wait())
+    print(f"{platform.machine()}, {os.cpu_count()} cores, {SIZE[0]}x{SIZE[1]}, {ROUNDS * FRAMES} frames each\n")
+    print("| scene | moves | whole frame, ms | draws again and swap, ms | ratio | bare passes and swap, ms | ratio |")
+    print("|---|---|---|---|---|---|---|")
+    for row in rows:
+        whole, draws, passes = (1000.0 * each for each in row[2:])
+        print(
+            f"| {row.scene} | {row.movement} | {whole:.1f} | {draws:.1f} | {whole / draws:.2f} "
+            f"| {passes:.1f} | {whole / passes:.2f} |"
+        )
 
 
 if __name__ == "__main__":

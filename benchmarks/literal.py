@@ -1,6 +1,5 @@
-"""The assignment's shader written down literally, `literal.frag`, drawn in the context that ours is drawn in."""
+"""The assignment's shader written down literally, `literal.frag`, drawn by the device of our own pictures."""
 
-import time
 from pathlib import Path
 from typing import Self
 
@@ -11,14 +10,20 @@ import raytracer as rt
 from benchmarks.bench import Picture, Size
 from raytracer.compiler.glsl.preprocessor import assemble
 from raytracer.formats.srgb import encode_srgb8
+from raytracer.gpu.device import Device
 from raytracer.gpu.gl import release, set_uniforms
 
 
 class Literal:
     """One sample of the assignment's `scene`, into floats as ours."""
 
-    def __init__(self, context: moderngl.Context, scene: rt.Scene, size: Size) -> None:
-        self._context, self._size = context, size
+    def __init__(self, device: Device, scene: rt.Scene, size: Size) -> None:
+        self._device, self._context, self._size = device, device.context, size
+        with device.turn():
+            self._make(scene)
+
+    def _make(self, scene: rt.Scene) -> None:
+        context, size = self._context, self._size
         text = Path(__file__).with_name("literal.frag").read_text()
         self._program = context.program(vertex_shader=assemble("passes/screen.vert").text, fragment_shader=text)
         light = scene.lights[0]
@@ -42,21 +47,22 @@ class Literal:
         self._texture = context.texture(size, 4, dtype="f4")
         self._target = context.framebuffer([self._texture])
 
-    def frame(self) -> float:
-        """Draw, and return the seconds that it took."""
-        begin = time.perf_counter()
-        self._target.use()
-        self._array.render(moderngl.TRIANGLES, 3)
-        self._context.finish()
-        return time.perf_counter() - begin
+    def draw(self) -> None:
+        """Draw the picture, and wait for it."""
+        with self._device.turn():
+            self._target.use()
+            self._array.render(moderngl.TRIANGLES, 3)
+            self._context.finish()
 
     def picture(self) -> Picture:
-        """What was drawn, in sRGB."""
-        data = np.frombuffer(self._target.read(components=3, dtype="f4"), np.float32)
+        """Read the picture, in sRGB."""
+        with self._device.turn():
+            data = np.frombuffer(self._target.read(components=3, dtype="f4"), np.float32)
         return encode_srgb8(data.reshape(self._size[1], self._size[0], 3)[::-1])
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        release(self._context, self._array, self._target, self._texture, self._program)
+        with self._device.turn():
+            release(self._context, self._array, self._target, self._texture, self._program)

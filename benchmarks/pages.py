@@ -8,13 +8,13 @@ from importlib.metadata import version
 from pathlib import Path
 
 from benchmarks import povray
-from benchmarks.bench import Bench
+from raytracer.gpu.device import Device
 from raytracer.version import __version__
 
 
-def machine_lines(bench: Bench) -> str:
+def machine_lines(device: Device) -> str:
     """List in Markdown the processor, the driver, versions and the date: times depend on them."""
-    info = bench.context.info
+    info = device.context.info
     lines = {
         "processor": f"{_processor()}, {os.cpu_count()} cores, {platform.machine()}",
         "driver": f"{info['GL_RENDERER']}, {info['GL_VERSION']}",

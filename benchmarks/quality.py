@@ -21,7 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import raytracer as rt
-from benchmarks.bench import Bench
 from benchmarks.pages import fill, machine_lines
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
@@ -164,7 +163,7 @@ def main() -> None:
         f"what the picture itself estimates. Samples of those pictures: {references}. Of the last,",
         "whose errors are those of glints in few pixels, it is off by about 1e-3 itself.",
         "",
-        machine_lines(Bench(renderer, SCENES[options.only[0]].size, options.rounds)),
+        machine_lines(renderer.device),
         "",
         table(all_rows),
     ]

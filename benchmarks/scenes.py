@@ -19,7 +19,6 @@ def paint(r: float, g: float, b: float) -> rt.Material:
 RED, BLUE, GREEN, GREY = paint(0.8, 0.1, 0.1), paint(0.1, 0.2, 0.9), paint(0.1, 0.8, 0.2), paint(0.6, 0.6, 0.6)
 
 
-@functools.cache
 def many(n: int) -> rt.Scene:
     """`n` lenses with a bite taken out, of any direction, in a box above the ground. The more, the smaller."""
     rng = np.random.default_rng(1)
@@ -41,7 +40,6 @@ def many(n: int) -> rt.Scene:
     )
 
 
-@functools.cache
 def holes(chain: bool) -> rt.Scene:
     """A sphere minus 999, near its surface: taken away one after the other as a `chain`, or all at once.
 

@@ -1,21 +1,22 @@
-"""What shading costs: each model against Phong, and soft shadows against hard ones.
+"""The costs of shading: the bare draws of each model against Phong's, and of soft shadows against hard ones.
 
 python -m benchmarks.shading [--rounds N] [-o FOLDER]
 """
 
 import argparse
 import time
+from contextlib import closing
+from functools import partial
 from pathlib import Path
-from statistics import median
 
 import msgspec
 from rich.progress import track
 
 import raytracer as rt
-from benchmarks.bench import FRAMES, Bench
+from benchmarks.bare import BareDraws
+from benchmarks.bench import CALLS, in_turns, seconds
 from benchmarks.pages import machine_lines
-from raytracer.gpu.device import shared_device
-from raytracer.rendering.renderer import Renderer
+from raytracer.gpu.device import Device, shared_device
 from raytracer.scene.materials.models import SHADINGS
 from raytracer.scene.settings import Settings
 
@@ -29,20 +30,16 @@ def _round_light(scene: rt.Scene) -> rt.Scene:
     return msgspec.structs.replace(scene, lights=lights)
 
 
-def costs(bench: Bench, scene: rt.Scene) -> dict[str, float]:
-    """Of each model, and of soft shadows: how many times the time of Phong's frames, drawn in turns, a frame takes."""
-    what = {model: (scene, Settings(shading=model)) for model in SHADINGS}
-    what["phong, soft shadows"] = _round_light(scene), Settings(shading="phong", shadows="soft")
-    phong = what.pop("phong")
+def costs(device: Device, scene: rt.Scene, rounds: int) -> dict[str, float]:
+    """The time of each model's draws, and of soft shadows, in times of Phong's draws, which are drawn in turns."""
+    cases = {model: (scene, Settings(shading=model)) for model in SHADINGS}
+    cases["phong, soft shadows"] = _round_light(scene), Settings(shading="phong", shadows="soft")
     ratios = {}
-    for name, case in track(what.items(), "models"):
-        times: tuple[list[float], list[float]] = [], []
-        for each in (case, phong):
-            bench.frame(*each)  # compiles
-        for _ in range(bench.rounds):
-            for k, each in enumerate((case, phong)):
-                times[k].extend(bench.frame(*each) for _ in range(FRAMES))
-        ratios[name] = median(times[0]) / median(times[1])
+    with closing(BareDraws(device, *cases.pop("phong"), SIZE)) as phong:
+        for name, case in track(cases.items(), "models"):
+            with closing(BareDraws(device, *case, SIZE)) as draws:
+                ours, theirs = in_turns(rounds, partial(seconds, draws.draw), partial(seconds, phong.draw))
+            ratios[name] = ours / theirs
     return ratios
 
 
@@ -52,17 +49,16 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
     options = parser.parse_args()
-    bench = Bench(Renderer(shared_device()), SIZE, options.rounds)
+    device = shared_device()
     start = time.perf_counter()
-    with bench.context:
-        ratios = costs(bench, rt.load("assignment"))
+    ratios = costs(device, rt.load("assignment"), options.rounds)
     lines = [
         "# What shading costs",
         "",
-        "Written by `python -m benchmarks.shading`: frames of the assignment at 1280x720, 1 sample, hard shadows, all",
-        f"materials made the model's (`--shading`); each in turns with Phong, medians of {FRAMES * bench.rounds}.",
+        "Written by `python -m benchmarks.shading`: draws of the assignment at 1280x720, 1 sample, hard shadows, all",
+        f"materials made the model's (`--shading`); each in turns with Phong, medians of {CALLS * options.rounds}.",
         "",
-        machine_lines(bench),
+        machine_lines(device),
         "",
         "| shading | times Phong's |",
         "|---|---|",

@@ -1,7 +1,7 @@
-"""How fast it is, against POV-Ray, the assignment written down literally, and itself.
+"""The speed of users' calls, against POV-Ray, bare draws, the assignment written down literally, and each other.
 
-Measured by medians, in turns with what it is compared with, on the machine at hand. Pictures are compared
-as well: the exit status is 1 if one is wrong. Rows against POV-Ray are left out where it is not installed.
+Times are medians, each in turns with its peer's, on the machine at hand. Pictures are compared as well:
+the exit status is 1 if one is wrong. Rows against POV-Ray are left out where it is not installed.
 """
 
 import argparse
@@ -9,16 +9,15 @@ import sys
 from pathlib import Path
 from statistics import median
 
-from benchmarks.bench import FRAMES, Bench
-from benchmarks.pages import machine_lines
+from benchmarks.bench import CALLS, Bench
+from benchmarks.pages import fill, machine_lines
 from benchmarks.povray import UnavailableError
-from benchmarks.speed_page import TimedRow, as_csv, as_markdown, stem_of
+from benchmarks.speed_page import TimedRow, as_csv, as_markdown, readme_table, stem_of
 from benchmarks.speed_rows import ROWS, SCENES
 from raytracer import InputError, Settings, ShaderError
 from raytracer.core.output import check_folder, written_whole
 from raytracer.core.progress import progress_bar
 from raytracer.gpu.device import shared_device
-from raytracer.rendering.renderer import Renderer
 
 _SIZE = (1280, 720)
 # What a row may fail by while the others go on.
@@ -28,7 +27,7 @@ _EXAMPLES = """\
 examples:
   python -m benchmarks.speed
   python -m benchmarks.speed --rows assignment literal --rounds 9
-  python -m benchmarks.speed -o benchmarks/results
+  python -m benchmarks.speed -o benchmarks/results --readme
 """
 
 
@@ -38,12 +37,14 @@ def main() -> int:
     options = parser.parse_args()
     if options.rounds < 1:
         parser.error(f"argument --rounds: expected at least 1, got {options.rounds}")
+    if options.readme and options.rows:
+        parser.error("argument --readme: not allowed with --rows, as the README has rows of several groups")
     folder = Path(options.output)
     check_folder(folder)
-    bench = Bench(Renderer(shared_device()), _SIZE, options.rounds)
+    bench = Bench(shared_device(), _SIZE, options.rounds)
     rows = [row for row in ROWS if row.group in (options.rows or [row.group])]
     results: list[TimedRow] = []
-    with bench.context, progress_bar("measuring") as progress:
+    with progress_bar("measuring") as progress:
         for i, row in enumerate(rows):
             try:
                 results.append((row, row.measure(bench)))
@@ -52,30 +53,33 @@ def main() -> int:
             if progress:
                 progress(i + 1, len(rows))
         rates = [] if bench.software else _rates(bench)
-    text = as_markdown(results, rates, machine_lines(bench), bench)
+    text = as_markdown(results, rates, machine_lines(bench.device), bench)
     stem = stem_of(bench)
     for suffix, content in ((".md", text), (".csv", as_csv(results))):
         path = folder / (stem + suffix)
         with written_whole(path) as file:
             file.write(content.encode())
     print(f"{text}\nwrote {folder / stem}.md and .csv")
-    return 0 if all(isinstance(timing, str) or timing.agreement.right for _, timing in results) else 1
+    if options.readme:
+        fill(Path("README.md"), "speed", readme_table(results))
+    agreements = [timing.agreement for _, timing in results if not isinstance(timing, str)]
+    return 0 if all(agreement is None or agreement.right for agreement in agreements) else 1
 
 
 def _reason(error: Exception) -> str:
-    """In one line, for a table."""
+    """The reason in one line, for a table."""
     return str(error).partition("\n")[0].replace("|", "\\|")
 
 
 def _rates(bench: Bench) -> list[tuple[str, ...]]:
-    """What is drawn, and at each of the large sizes its frames a second, or why there are none."""
+    """The name of each scene, and its pictures a second at each of the large sizes, or why there are none."""
     lines = []
     for work, (scene, samples) in SCENES.items():
         made, settings, cells = scene(), Settings(samples=samples), []
         for size in _LARGE:
             try:
-                bench.frame(made, settings, size)
-                seconds = median(bench.frame(made, settings, size) for _ in range(FRAMES * bench.rounds))
+                bench.call(made, settings, size)
+                seconds = median(bench.call(made, settings, size) for _ in range(CALLS * bench.rounds))
                 cells.append(f"{1.0 / seconds:.0f}")
             except _NOT_AVAILABLE as error:
                 cells.append(f"not available: {_reason(error)}")
@@ -94,9 +98,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--rows", metavar="NAME", nargs="+", choices=groups, help=f"only these of {', '.join(groups)} (default: all)"
     )
-    parser.add_argument(
-        "--rounds", metavar="N", type=int, default=5, help="how often things are measured in turns (default: 5)"
-    )
+    parser.add_argument("--rounds", metavar="N", type=int, default=5, help="rounds of calls in turns (default: 5)")
     parser.add_argument(
         "-o",
         "--output",
@@ -105,6 +107,7 @@ def _parser() -> argparse.ArgumentParser:
         help="gets speed.md and speed.csv, or with a GPU speed-NAME.md and .csv, over those that are there "
         "(default: here)",
     )
+    parser.add_argument("--readme", action="store_true", help="also put rows into the README's table")
     return parser
 
 

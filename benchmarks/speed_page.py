@@ -5,16 +5,16 @@ import io
 import re
 from collections.abc import Sequence
 
-from benchmarks.bench import FRAMES, OTHER_RAYS, SAME_RAYS, TOLERANCE, Bench
+from benchmarks.bench import CALLS, OTHER_RAYS, SAME_RAYS, TOLERANCE, Bench
 from benchmarks.speed_rows import SpeedRow, Timing
 
-# A row, and what was measured or why that could not be.
+# A row, and its times or why there are none.
 TimedRow = tuple[SpeedRow, Timing | str]
 
 
 def stem_of(bench: Bench) -> str:
     """Return the stem of the files: those of different GPUs lie beside each other."""
-    device = re.sub(r"[^a-z0-9]+", "-", bench.context.info["GL_RENDERER"].lower()).strip("-")
+    device = re.sub(r"[^a-z0-9]+", "-", bench.device.limits.driver.lower()).strip("-")
     return "speed" if bench.software else f"speed-{device}"
 
 
@@ -28,40 +28,59 @@ def as_markdown(results: Sequence[TimedRow], rates: Sequence[tuple[str, ...]], o
         "",
         on,
         "",
-        "| work | against | ours, ms | theirs, ms | ratio | at least / at most | picture |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+        "| call | against | ours, ms | theirs, ms | ratio | goal | reached | picture |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
         *(_line(row, timing) for row, timing in results),
         "",
         f"""\
-- Times are medians. In each round {FRAMES} frames of ours are taken, then what they are compared with: one run of
-  POV-Ray with 2 threads, or frames. *Ratio*: how many times faster it is, or with *at most* how many times as long
-  it takes; **bold** where that is not what it should be.
-- A frame of ours is the drawing of all its samples, of a scene that the GPU has already, without read-back.
-  POV-Ray's is its trace time, without parsing, bounding and writing. It shoots its 4 or 16 rays through every pixel
+- *Call*: a user's call, `rt.render(scene, size, samples=n)`, from its arguments to the picture in the processor's
+  memory. The scene is one object, which was rendered before, unless the row says *made anew*: then each call has a new
+  scene, of new solids; making it is not counted. Programs are compiled before. Rows that begin with *inner* time a
+  part of a call, which no user makes alone.
+- Times are medians. In each round there are {CALLS} calls of ours, then the peer's: one run of POV-Ray with 2 threads,
+  or as many calls. *Ratio*: how many times faster ours is, or where the goal is *at most*, how many times as long
+  it takes.
+- POV-Ray's is its trace time, without parsing, bounding and writing. It shoots its 4 or 16 rays through every pixel
   besides one through its centre (`+AM1 +A0.0 +R2` or `+R4`, `-J`).
+- *Bare draws*: the draws of the same picture, played again without their preparation, and the read-back of the sums.
+  *Frame*: a frame of the window with the assignment, by `python -m benchmarks.frames`. *Numbers of a frame*: by
+  `python -m benchmarks.light_frames`, for a floor under 20,000 spheres.
 - *Picture*: the share of pixels with a value that differs by more than {TOLERANCE} of 255 from POV-Ray's picture, or
-  from that of the float64 reference. With the same rays all but those at outlines are the same, where rounding
+  from the picture of the float64 reference. With the same rays all but those at outlines are the same, where rounding
   decides ({100.0 * SAME_RAYS:g} %). POV-Ray's 4 or 16 rays are not where ours are, and the literal shader moves its
   shadow rays' starts, which shows at outlines ({100.0 * OTHER_RAYS:g} %).
 - *Command line*: `raytracer render assignment -o picture.png` against a process that imports numpy and moderngl,
   opens EGL, clears a frame and reads it. *Again*: Mesa has the compiled programs on disk; *first ever*: it has not.""",
     ]
     if rates:
-        lines += ["", "Frames a second:", "", "| work | 1920x1080 | 3840x2160 |", "| --- | --- | --- |"]
+        lines += ["", "Pictures a second:", "", "| call | 1920x1080 | 3840x2160 |", "| --- | --- | --- |"]
         lines += [f"| {' | '.join(line)} |" for line in rates]
     return "\n".join(lines) + "\n"
 
 
+def readme_table(results: Sequence[TimedRow]) -> str:
+    """The rows of users' calls with the README's columns."""
+    lines = ["| call | against | ours, ms | theirs, ms | ratio | goal |", "| --- | --- | --- | --- | --- | --- |"]
+    rows = [_cells(row, timing) for row, timing in results if row.is_in_readme and not isinstance(timing, str)]
+    return "\n".join((*lines, *(f"| {' | '.join(cells[:6])} |" for cells in rows)))
+
+
 def _line(row: SpeedRow, timing: Timing | str) -> str:
-    wanted = f"at {'most' if row.at_most else 'least'} {row.wanted:g}"
+    """A row of the report's table."""
+    return f"| {' | '.join(_cells(row, timing))} |"
+
+
+def _cells(row: SpeedRow, timing: Timing | str) -> tuple[str, ...]:
+    """The cells of a row of the report's table."""
+    goal = f"at {'most' if row.at_most else 'least'} {row.goal:g}"
     if isinstance(timing, str):
-        return f"| {row.work} | {row.against} | | | | {wanted} | not available: {timing} |"
-    ratio = f"{row.ratio(timing):.{1 if row.wanted > 3 else 2}f}"
-    ratio = ratio if row.reached(timing) else f"**{ratio}**"
-    picture = ("" if timing.agreement.right else "**wrong**: ") + "; ".join(timing.agreement.findings)
-    note = f" ({timing.note})" if timing.note else ""
-    ours, theirs = _milliseconds(timing.ours), _milliseconds(timing.theirs)
-    return f"| {row.work}{note} | {row.against} | {ours} | {theirs} | {ratio} | {wanted} | {picture} |"
+        return row.call, row.against, "", "", "", goal, "", f"not available: {timing}"
+    ratio = f"{row.ratio(timing):.{1 if row.goal > 3 else 2}f}"
+    is_reached = "yes" if row.is_reached(timing) else "**no**"
+    agreement = timing.agreement
+    picture = ("" if agreement.right else "**wrong**: ") + "; ".join(agreement.findings) if agreement else ""
+    call = f"{row.call} ({timing.note})" if timing.note else row.call
+    return call, row.against, *map(_milliseconds, (timing.ours, timing.theirs)), ratio, goal, is_reached, picture
 
 
 def _milliseconds(seconds: float) -> str:
@@ -69,16 +88,17 @@ def _milliseconds(seconds: float) -> str:
 
 
 def as_csv(results: Sequence[TimedRow]) -> str:
-    """A line for each row; empty where it was not measured."""
+    """A line for each row; empty where there are no times."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("work", "against", "ours_s", "theirs_s", "ratio", "bound", "wanted", "reached", "right", "note"))
+    writer.writerow(("call", "against", "ours_s", "theirs_s", "ratio", "bound", "goal", "reached", "right", "note"))
     for row, timing in results:
         bound = "at most" if row.at_most else "at least"
         if isinstance(timing, str):
-            writer.writerow((row.work, row.against, "", "", "", bound, row.wanted, "", "", timing))
+            writer.writerow((row.call, row.against, "", "", "", bound, row.goal, "", "", timing))
         else:
             times = timing.ours, timing.theirs, row.ratio(timing)
-            what = bound, row.wanted, row.reached(timing), timing.agreement.right
-            writer.writerow((row.work, row.against, *(f"{time:.6g}" for time in times), *what, timing.note))
+            right = timing.agreement.right if timing.agreement else ""
+            verdict = bound, row.goal, row.is_reached(timing), right, timing.note
+            writer.writerow((row.call, row.against, *(f"{time:.6g}" for time in times), *verdict))
     return text.getvalue()

@@ -1,11 +1,13 @@
-"""The rows of the table: a measurement against a peer, and the ratio that it should reach."""
+"""The rows of the table: a user's call against a peer, and the ratio that the call should reach."""
 
+import csv
 import itertools
 import os
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,22 +17,27 @@ import numpy as np
 from PIL import Image as Pillow
 
 import raytracer as rt
-from benchmarks import scenes
-from benchmarks.bench import OTHER_RAYS, Agreement, Bench, in_turns
+from benchmarks import light_frames, scenes
+from benchmarks.bare import BareDraws
+from benchmarks.bench import OTHER_RAYS, Agreement, Bench, in_turns, seconds
 from benchmarks.literal import Literal
 from benchmarks.povray import UnavailableError
 from raytracer.ground_truth import ray_tracer
 from tests.processes import finished
 
 _CHECKOUT = Path(__file__).parent.parent
-# How far the light moves from frame to frame, in the scene's unit: never back, so that nothing kept of it helps.
+# The light's movement from call to call, in the scene's unit: never back, so that no kept list of it helps.
 _STEP = 0.01
 # Largest first: the first whose error is small enough is the fastest.
 _THRESHOLDS = (0.1, 0.09, 0.08, 0.07, 0.06, 0.05, 0.03, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
 _MORE_ERROR = 1.1
 _MANY_SAMPLES = 1024
+# Two numbers of samples that take about the same time.
+_NUMBERS = 15, 16
+# Spheres and the floor, and lights on the floor.
+_CROWD, _FEW_LIGHTS, _MANY_LIGHTS = 20_001, 1, 20
 # A process's bare cost: what the command line cannot do without.
-_BARE = """
+BARE_PROCESS = """
 import numpy, moderngl
 context = moderngl.create_context(standalone=True, backend="egl", libgl="libGL.so.1", libegl="libEGL.so.1")
 frame = context.simple_framebuffer((1280, 720))
@@ -38,60 +45,77 @@ frame.clear()
 numpy.frombuffer(frame.read(), numpy.uint8)
 """
 # What the script `raytracer` does that pip installs.
-_SCRIPT = "import sys; from raytracer.app.cli import main; sys.exit(main())"
+SCRIPT = "import sys; from raytracer.app.cli import main; sys.exit(main())"
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Seconds of ours and of theirs, and how the pictures agree. `note` stands with the row."""
+    """Seconds of ours and of theirs, and how the pictures agree, if there are pictures. `note` stands with the row."""
 
     ours: float
     theirs: float
-    agreement: Agreement
+    agreement: Agreement | None = None
     note: str = ""
 
 
 @dataclass(frozen=True)
 class SpeedRow:
-    """`wanted`: how many times faster than `against` the work should be; or, if `at_most`, how long it may take."""
+    """`goal`: how many times faster than `against` the call should be; or, if `at_most`, how long it may take."""
 
     group: str
-    work: str
+    call: str
     against: str
-    wanted: float
+    goal: float
     measure: Callable[[Bench], Timing]
     at_most: bool = False
 
+    @property
+    def is_in_readme(self) -> bool:
+        """Whether the README's table has the row: a user's call, or a frame of the window."""
+        return self.group in ("assignment", "many", "holes", "first", "samples", "geometry", "window")
+
     def ratio(self, timing: Timing) -> float:
-        """The ratio that is compared with `wanted`."""
+        """The ratio that is compared with the goal."""
         return timing.ours / timing.theirs if self.at_most else timing.theirs / timing.ours
 
-    def reached(self, timing: Timing) -> bool:
-        """Whether it is as fast as it should be."""
-        return self.ratio(timing) <= self.wanted if self.at_most else self.ratio(timing) >= self.wanted
+    def is_reached(self, timing: Timing) -> bool:
+        """Whether the call is as fast as it should be."""
+        return self.ratio(timing) <= self.goal if self.at_most else self.ratio(timing) >= self.goal
 
 
 def _assignment() -> rt.Scene:
     return rt.load("assignment")
 
 
-def _against_povray(scene: Callable[[], rt.Scene], bench: Bench, samples: int = 1, once: bool = False) -> Timing:
-    """`once`: POV-Ray takes so long that one run is enough."""
-    made, settings = scene(), rt.Settings(samples=samples)
+def _against_povray(make: Callable[[], rt.Scene], bench: Bench, samples: int = 1, once: bool = False) -> Timing:
+    """Calls for one scene object. `once`: POV-Ray takes so long that one run is enough."""
+    scene, settings = make(), rt.Settings(samples=samples)
     ours, theirs = in_turns(
         bench.rounds,
-        lambda: bench.frame(made, settings),
-        lambda: bench.traced(made, samples, again=not once)[1],
+        lambda: bench.call(scene, settings),
+        lambda: bench.traced(scene, samples, again=not once)[1],
         each=1,
     )
-    return Timing(ours, theirs, bench.agreement(made, samples))
+    return Timing(ours, theirs, bench.agreement(scene, samples))
+
+
+def _first_against_povray(make: Callable[[], rt.Scene], bench: Bench) -> Timing:
+    """Calls for a scene that was made just before, without the time to make it. Programs are compiled already."""
+    ours, theirs = in_turns(
+        bench.rounds,
+        lambda: bench.call(make(), rt.Settings()),
+        lambda: bench.traced(make(), again=True)[1],
+        each=1,
+    )
+    return Timing(ours, theirs, bench.agreement(make()))
 
 
 def _against_literal(bench: Bench) -> Timing:
     scene = _assignment()
-    with Literal(bench.context, scene, bench.size) as literal:
-        literal.frame()  # compiles
-        ours, theirs = in_turns(bench.rounds, lambda: bench.frame(scene, rt.Settings()), literal.frame)
+    with Literal(bench.device, scene, bench.size) as literal:
+        with closing(BareDraws(bench.device, scene, rt.Settings(), bench.size)) as bare:
+            seconds(literal.draw)  # compiles
+            ours, theirs = in_turns(bench.rounds, lambda: seconds(bare.draw), lambda: seconds(literal.draw))
         agreement = bench.agreement(scene)
         truth = ray_tracer.trace(scene, bench.size).srgb8()
         # Its shadow rays' bias and its roots' cancellation show at outlines.
@@ -101,8 +125,8 @@ def _against_literal(bench: Bench) -> Timing:
 
 def _against_fewer(bench: Bench) -> Timing:
     few, more, settings = scenes.many(1_000), scenes.many(10_000), rt.Settings()
-    bench.frame(few, settings)
-    ours, theirs = in_turns(bench.rounds, lambda: bench.frame(more, settings), lambda: bench.frame(few, settings))
+    bench.call(few, settings)
+    ours, theirs = in_turns(bench.rounds, lambda: bench.call(more, settings), lambda: bench.call(few, settings))
     return Timing(ours, theirs, bench.agreement(more))
 
 
@@ -111,23 +135,38 @@ def _light_moved(bench: Bench) -> Timing:
 
     def moved() -> rt.Scene:
         x, y, z = scene.lights[0].position
-        return msgspec.structs.replace(scene, lights=[rt.PointLight((x + _STEP * next(steps), y, z))])
+        return scene.replace(lights=[rt.PointLight((x + _STEP * next(steps), y, z))])
 
-    ours, theirs = in_turns(
-        bench.rounds,
-        lambda: bench.first_frame(moved, settings),
-        lambda: bench.frame(scene, settings),
-    )
-    return Timing(ours, theirs, bench.agreement(moved()), "with what it takes to make the scene anew")
+    ours, theirs = in_turns(bench.rounds, lambda: bench.call(moved(), settings), lambda: bench.call(scene, settings))
+    return Timing(ours, theirs, bench.agreement(moved()))
+
+
+def _other_samples(make: Callable[[], rt.Scene], bench: Bench) -> Timing:
+    scene = make()
+    few, more = (rt.Settings(samples=n) for n in _NUMBERS)
+    with (
+        closing(BareDraws(bench.device, scene, few, bench.size)) as few_draws,
+        closing(BareDraws(bench.device, scene, more, bench.size)) as more_draws,
+    ):
+        ours, theirs = in_turns(
+            bench.rounds,
+            lambda: bench.call(scene, few) + bench.call(scene, more),
+            lambda: seconds(few_draws.draw_and_read) + seconds(more_draws.draw_and_read),
+        )
+        agreement = Agreement()
+        agreement.add(is_right=more_draws.is_same(), finding="the bare draws give the same sums")
+        is_same = np.array_equal(rt.render(scene, bench.size, more).radiance, more_draws.image.radiance)
+        agreement.add(is_right=is_same, finding="a call in turns gives the same bits")
+    return Timing(ours / 2.0, theirs / 2.0, agreement)
 
 
 def _adaptive(bench: Bench) -> Timing:
     scene, full = _assignment(), rt.Settings(samples=16)
     candidates = [msgspec.structs.replace(full, adaptive=threshold) for threshold in _THRESHOLDS]
-    truth = bench.radiance(scene, rt.Settings(samples=_MANY_SAMPLES))
+    truth = rt.render(scene, bench.size, samples=_MANY_SAMPLES).radiance
 
     def error(settings: rt.Settings) -> float:
-        return float(np.sqrt(np.mean((bench.rendered(scene, settings).radiance - truth) ** 2)))
+        return float(np.sqrt(np.mean((rt.render(scene, bench.size, settings).radiance - truth) ** 2)))
 
     of_full = error(full)
     errors = ((settings, error(settings)) for settings in candidates)
@@ -135,30 +174,53 @@ def _adaptive(bench: Bench) -> Timing:
     if best is None:
         raise UnavailableError(f"no threshold down to {_THRESHOLDS[-1]} has an error within 10 % of {of_full:.2e}")
     settings, of_adaptive = best
-    ours, theirs = in_turns(bench.rounds, lambda: bench.summed(scene, settings), lambda: bench.summed(scene, full))
+    ours, theirs = in_turns(bench.rounds, lambda: bench.call(scene, settings), lambda: bench.call(scene, full))
     agreement = bench.agreement(scene, full.samples)
-    agreement.findings.append(f"error {of_adaptive:.2e}, of full {of_full:.2e}")
-    return Timing(ours, theirs, agreement, f"T = {settings.adaptive}, both with the read-back")
+    agreement.add(is_right=True, finding=f"error {of_adaptive:.2e}, of full {of_full:.2e}")
+    return Timing(ours, theirs, agreement, f"T = {settings.adaptive}")
 
 
 def _unread_geometry(bench: Bench) -> Timing:
     scene = _assignment()
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "picture.png")
+        path = Path(folder, "x.png")
         ours, theirs = in_turns(
             bench.rounds,
-            lambda: bench.saved(scene, path, geometry=True),
-            lambda: bench.saved(scene, path, geometry=False),
+            lambda: seconds(lambda: rt.render(scene, bench.size).save(path)),
+            lambda: seconds(lambda: rt.render(scene, bench.size, geometry=False).save(path)),
         )
     return Timing(ours, theirs, bench.agreement(scene))
 
 
+def _frame(bench: Bench, floor: str) -> Timing:
+    """A frame of the window, in a process of its own: this process has no display. `floor` is a field of FrameTimes."""
+    done = finished(sys.executable, "-m", "benchmarks.frames", "assignment", "--csv", cwd=_CHECKOUT)
+    if done.returncode:
+        raise UnavailableError(done.stderr.strip().rpartition("\n")[2])
+    times = next(row for row in csv.DictReader(done.stdout.splitlines()) if row["movement"] == "light")
+    return Timing(float(times["whole"]), float(times[floor]))
+
+
+def _more_lights(bench: Bench, change: str) -> Timing:
+    """Frames of a floor under many spheres, with many lights and with few; `change` is as light_frames names it."""
+    numbers = itertools.count(1)
+    few, more = (light_frames.Frames(_CROWD, lights, rt.Settings()) for lights in (_FEW_LIGHTS, _MANY_LIGHTS))
+    for frames in (few, more):
+        frames.milliseconds("all", 0)
+    ours, theirs = in_turns(
+        bench.rounds,
+        lambda: more.milliseconds(change, next(numbers)) / 1000.0,
+        lambda: few.milliseconds(change, next(numbers)) / 1000.0,
+    )
+    return Timing(ours, theirs)
+
+
 def _command_line(bench: Bench, new: bool) -> Timing:
     """`new`: also to Mesa, which otherwise has the compiled programs on disk."""
-    size = 1280, 720
+    width, height = bench.size
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder, "picture.png")
-        command = ("-c", _SCRIPT, "render", "assignment", "-o", str(output), "--size", f"{size[0]}x{size[1]}")
+        command = ("-c", SCRIPT, "render", "assignment", "-o", str(output), "--size", f"{width}x{height}")
         runs = itertools.count()
 
         def cache() -> Mapping[str, str]:
@@ -166,17 +228,17 @@ def _command_line(bench: Bench, new: bool) -> Timing:
 
         ours, theirs = in_turns(
             bench.rounds,
-            lambda: _process(*command, variables=cache()),
-            lambda: _process("-c", _BARE, variables=cache()),
+            lambda: process_seconds(*command, variables=cache()),
+            lambda: process_seconds("-c", BARE_PROCESS, variables=cache()),
         )
         with Pillow.open(output) as image:
             picture = np.asarray(image.convert("RGB"))
     agreement = Agreement()
-    agreement.compare(picture, ray_tracer.trace(_assignment(), size).srgb8(), f"float64's, {size[0]}x{size[1]}")
+    agreement.compare(picture, ray_tracer.trace(_assignment(), bench.size).srgb8(), f"float64's, {width}x{height}")
     return Timing(ours, theirs, agreement)
 
 
-def _process(*arguments: str, variables: Mapping[str, str]) -> float:
+def process_seconds(*arguments: str, variables: Mapping[str, str]) -> float:
     """The seconds that a new Python takes. Raises UnavailableError if it fails."""
     # With bytecode, which pip compiles when it installs, NumPy's and ours; what keeps Python from it is ours alone.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
@@ -187,32 +249,55 @@ def _process(*arguments: str, variables: Mapping[str, str]) -> float:
     return time.perf_counter() - begin
 
 
-_POVRAY, _ITSELF = "POV-Ray", "itself"
+_POVRAY = "POV-Ray's trace time"
+_BARE = "its bare draws and read-back"
+_MANY, _VERY_MANY = partial(scenes.many, 1_000), partial(scenes.many, 10_000)
 ROWS = [
-    SpeedRow("assignment", "assignment, 1 sample", _POVRAY, 15, partial(_against_povray, _assignment)),
+    SpeedRow("assignment", "assignment, 1 sample", _POVRAY, 13, partial(_against_povray, _assignment)),
     SpeedRow("assignment", "assignment, 4 samples", _POVRAY, 12, partial(_against_povray, _assignment, samples=4)),
-    SpeedRow("assignment", "assignment, 16 samples", _POVRAY, 12, partial(_against_povray, _assignment, samples=16)),
-    SpeedRow("literal", "assignment, 1 sample", "the literal shader", 15, _against_literal),
-    SpeedRow("many", "1,000 objects", _POVRAY, 15, partial(_against_povray, partial(scenes.many, 1_000))),
-    SpeedRow("many", "10,000 objects", _POVRAY, 20, partial(_against_povray, partial(scenes.many, 10_000))),
+    SpeedRow("assignment", "assignment, 16 samples", _POVRAY, 20, partial(_against_povray, _assignment, samples=16)),
+    SpeedRow("many", "1,000 objects", _POVRAY, 10, partial(_against_povray, _MANY)),
+    SpeedRow("many", "10,000 objects", _POVRAY, 10, partial(_against_povray, _VERY_MANY)),
     SpeedRow("many", "10,000 objects", "1,000 objects", 2.5, _against_fewer, at_most=True),
-    SpeedRow("light", "10,000 objects, light moved", "the same, light still", 2, _light_moved, at_most=True),
     *(
-        SpeedRow("holes", work, _POVRAY, 150, partial(_against_povray, partial(scenes.holes, chain), once=True))
+        SpeedRow("holes", work, _POVRAY, 100, partial(_against_povray, partial(scenes.holes, chain), once=True))
         for work, chain in (("sphere minus a union of 999", False), ("sphere minus 999, one by one", True))
     ),
-    SpeedRow("adaptive", "assignment, 16 samples, adaptive", "full 16 samples", 0.35, _adaptive, at_most=True),
-    SpeedRow(
-        "geometry", "assignment, saved as .png", "the same with geometry=False", 1.1, _unread_geometry, at_most=True
+    SpeedRow("first", "assignment, scene made anew", _POVRAY, 10, partial(_first_against_povray, _assignment)),
+    SpeedRow("first", "1,000 objects, scene made anew", _POVRAY, 5, partial(_first_against_povray, _MANY)),
+    SpeedRow("first", "10,000 objects, scene made anew", _POVRAY, 5, partial(_first_against_povray, _VERY_MANY)),
+    *(
+        SpeedRow(
+            "samples", f"{work}, 15 and 16 samples in turns", _BARE, 1.1, partial(_other_samples, make), at_most=True
+        )
+        for work, make in (("assignment", _assignment), ("1,000 objects", _MANY))
     ),
+    SpeedRow(
+        "geometry", 'assignment, .save("x.png")', "the same with geometry=False", 1.1, _unread_geometry, at_most=True
+    ),
+    SpeedRow("adaptive", "assignment, 16 samples, adaptive", "16 samples", 0.35, _adaptive, at_most=True),
+    SpeedRow("light", "10,000 objects, light moved", "the same, light still", 2, _light_moved, at_most=True),
+    *(
+        SpeedRow("window", "frame while the light moves", against, 1.5, partial(_frame, floor=floor), at_most=True)
+        for floor, against in (("draws", "its draws again and the swap"), ("passes", "the bare passes and the swap"))
+    ),
+    *(
+        SpeedRow("lights", f"inner: numbers of a frame, 20 lights, {call}", "1 light", 2, measure, at_most=True)
+        for call, measure in (
+            ("the first", partial(_more_lights, change="all")),
+            ("one light moves", partial(_more_lights, change="a light's place")),
+            ("the camera moves", partial(_more_lights, change="the camera's place")),
+        )
+    ),
+    SpeedRow("literal", "inner: draws of the assignment", "the literal shader", 15, _against_literal),
     SpeedRow("cold", "command line, again", "a bare process", 1.5, partial(_command_line, new=False), at_most=True),
     SpeedRow("cold", "command line, first ever", "a bare process", 1.5, partial(_command_line, new=True), at_most=True),
 ]
-# Frames a second are counted of these, and of so many samples.
+# Pictures a second are counted of these, and of so many samples.
 SCENES: dict[str, tuple[Callable[[], rt.Scene], int]] = {
     "assignment, 1 sample": (_assignment, 1),
     "assignment, 16 samples": (_assignment, 16),
-    "1,000 objects": (partial(scenes.many, 1_000), 1),
-    "10,000 objects": (partial(scenes.many, 10_000), 1),
+    "1,000 objects": (_MANY, 1),
+    "10,000 objects": (_VERY_MANY, 1),
     "sphere minus a union of 999": (partial(scenes.holes, False), 1),
 }

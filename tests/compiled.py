@@ -35,9 +35,14 @@ def compiled(scene: rt.Scene, settings: Settings | None = None) -> CompiledScene
 
 
 def sources(
-    scene: rt.Scene, settings: Settings | None = None, show: Show | None = "picture", varyings: int = ALL
+    scene: rt.Scene,
+    settings: Settings | None = None,
+    show: Show | None = "picture",
+    varyings: int = ALL,
+    *,
+    several: bool = False,
 ) -> Mapping[str, ProgramSource]:
-    return program_sources(compiled(scene, settings), show, varyings)
+    return program_sources(compiled(scene, settings), show, varyings, several=several)
 
 
 def fragment(scene: rt.Scene, name: str, settings: Settings | None = None) -> str:

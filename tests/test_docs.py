@@ -8,7 +8,8 @@ import pytest
 
 from .scenes import CHECKOUT
 
-PAGES = ["README.md", "shaders/README.md", "docs/architecture.md", "docs/glossary.md", "docs/choosing.md"]
+DOCS = ("architecture", "choosing", "glossary", "performance")
+PAGES = ["README.md", "shaders/README.md", *(f"docs/{name}.md" for name in DOCS)]
 FOLDERS = ("raytracer", "shaders", "tests", "docs", "assets", "benchmarks", "tools")
 ARCHITECTURE, GLOSSARY = ((CHECKOUT / "docs" / name).read_text() for name in ("architecture.md", "glossary.md"))
 # A row of the table of packages: name, purpose, imports.

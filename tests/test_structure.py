@@ -13,6 +13,7 @@ LONGEST = 340  # lines of a file
 
 # The functions whose values are kept for as long as the process runs, and why these values stay right and few.
 CACHED = {
+    ("compiler/glsl/preprocessor.py", "_file_pieces"): "of files of the package, read anew where a file was changed",
     ("formats/material_library.py", "_library"): "of files of the package, which has a few hundred materials",
     ("gpu/glsl_call.py", "_definitions"): "of files of the package: a function's file never changes",
     ("analysis/reflectance/properties.py", "_known_rule"): "of numbers alone, and at most 64",
@@ -22,6 +23,7 @@ VARIABLES = {
     ("gpu/context.py", "_loaders"): "the open windows of GLFW, which ends with the last of them",
     ("gpu/device.py", "_shared"): "the devices that rt.render() and glsl.call() share",
     ("gpu/turns.py", "_process"): "which thread of this process draws, anew after a fork",
+    ("rendering/renderer.py", "_shared"): "the renderer of each shared device, with the one scene that was drawn last",
     ("ground_truth/workers.py", "_worker"): "in a process that does nothing else",
 }
 COLLECTIONS = ("OrderedDict", "WeakKeyDictionary", "WeakSet", "WeakValueDictionary", "defaultdict", "deque")

@@ -11,12 +11,12 @@ May import: core, scene. Other packages may use:
 - frame: make_frame, Frame
 - limits: DriverLimits, MAX_ROTH_LOOPS, MAX_PRIMITIVES
 - glsl.shaders: program_sources, plain_vertex_source, ProgramSource, Show
-- glsl.preprocessor: assemble, shaders_folder, ShaderError, Source
+- glsl.preprocessor: assemble, file_versions, shaders_folder, ShaderError, Source
 - glsl.materials: material_text, reflected_text
 - material_layout: make_layout, struct, Layout
-- draws: sample_at, sample_draws, viewport, Clear, Draw, Sample, Screen, Step, MARGIN, SUMMED
+- draws: sample_at, sample_draws, viewport, Clear, Draw, Sample, Screen, Step, MARGIN, SUMMED, TOGETHER
 - meshes: tile_meshes, runs, Cells, Coverage, Mask, Meshes, Rectangle, Rectangles, PER_CELL; the names of programs, SEE,
-  SHAPES, SHADE, PLANE_ONLY and EMPTY
+  SHAPES, SHADE, PICTURE, PLANE_ONLY, SEVERAL and EMPTY
 - direction_cells: BLOCK, CELL
 - roth_bounds: roth_loops
 - rounds: MAX_ROUNDS

@@ -7,8 +7,8 @@ such as a ground, are met by rays everywhere, unless there are many. All others 
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from itertools import pairwise
 from typing import NamedTuple, TypeAlias, TypeVar
 
 import msgspec
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.csg_pruning import Pruner
-from raytracer.scene.instances import Instances
+from raytracer.scene.scene_objects import SceneObjects
 from raytracer.scene.solids import (
     Complement,
     Difference,
@@ -26,7 +26,6 @@ from raytracer.scene.solids import (
     Solid,
     Sphere,
     Union,
-    simplified,
 )
 
 Array = NDArray[np.float64]
@@ -80,23 +79,19 @@ class Batches(msgspec.Struct, frozen=True, eq=False):
         return max((batch.pruner.depth for batch in self.programs if not batch.pruner.is_chain), default=0)
 
 
-def make_batches(objects: Sequence[Solid | Instances]) -> Batches:
+def make_batches(objects: SceneObjects) -> Batches:
     """Sort a scene's objects."""
-    trees = [simplified(o.solid if isinstance(o, Instances) else o) for o in objects]
-    counts = np.array([len(o) if isinstance(o, Instances) else 1 for o in objects])
+    counts = np.array(objects.counts())
+    kinds = [*map(type, objects.nodes)]
     items: dict[Shape, list[int]] = {}  # the entries of `objects` by their shape
-    for i, tree in enumerate(trees):
-        items.setdefault(tuple(map(type, tree)), []).append(i)
+    for i, (start, end) in enumerate(pairwise(objects.starts)):
+        items.setdefault(tuple(kinds[start:end]), []).append(i)
     totals = {shape: int(counts[own].sum()) for shape, own in items.items()}
-    candidates = Counter(
-        {
-            shape: count
-            for shape, count in totals.items()
-            if not {Plane, Complement} & set(shape) and shape.count(Sphere) <= SHAPE_LEAVES
-        }
-    )
-    compiled = [shape for shape, _ in candidates.most_common(SHAPES)]
-    spheres, planes = np.zeros((2, len(trees)), np.int64)  # of one object of each entry
+    candidates = [
+        shape for shape in totals if not {Plane, Complement} & set(shape) and shape.count(Sphere) <= SHAPE_LEAVES
+    ]
+    compiled = sorted(candidates, key=lambda shape: -totals[shape])[:SHAPES]
+    spheres, planes = np.zeros((2, len(objects)), np.int64)  # of one object of each entry
     for shape, own in items.items():
         spheres[own], planes[own] = shape.count(Sphere), shape.count(Plane)
     first_sphere = _sums(counts * spheres)
@@ -110,7 +105,7 @@ def make_batches(objects: Sequence[Solid | Instances]) -> Batches:
         if shape == (Plane,) and totals[shape] <= NAMED_PLANES:
             named = _spread(first_plane[own], 1, counts[own]).tolist()
             continue
-        tree = trees[own[0]]
+        tree = objects.tree(own[0])
         columns = []
         sphere = plane = 0
         for node in tree:
@@ -124,7 +119,7 @@ def make_batches(objects: Sequence[Solid | Instances]) -> Batches:
         programs.append(ProgramBatch(Pruner(tree), np.column_stack(columns), order))
     shapes = [
         ShapeBatch(
-            _numbered(trees[own[0]]),
+            _numbered(objects.tree(own[0])),
             _spread(first_sphere[own], shape.count(Sphere), counts[own]),
             _spread(number[own], 1, counts[own]),
         )

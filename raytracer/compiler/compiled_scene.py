@@ -7,19 +7,20 @@ import msgspec
 from raytracer.compiler.batches import FEW, Batches, is_bounded, make_batches
 from raytracer.compiler.material_layout import Layout, make_layout
 from raytracer.compiler.surfaces import Surfaces, make_surfaces
-from raytracer.scene.instances import Instances
 from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 from raytracer.scene.options import CompileOptions
-from raytracer.scene.scene import Scene, SceneObjects
-from raytracer.scene.solids import Plane, simplified
+from raytracer.scene.scene import Scene
+from raytracer.scene.scene_objects import SceneObjects
+from raytracer.scene.solids import Plane
 
 
 class CompiledScene(msgspec.Struct, frozen=True, eq=False):
     """A scene as the shaders take it. `compile` makes one; parts are objects of their own, which compiled scenes share.
 
     `has_lists`: there are many primitives, so rays look for objects in the lists of cells (candidate_lists.py).
+    `is_one_pass`: there are so few that one program finds what a pixel sees and computes its light.
     `has_mirrors`: the light of some material comes from other surfaces, too. `is_over_planes`: besides objects that
     share code there are at most half-spaces, which the second pass quickly finds itself. `has_plane_only_cells`: some
     cells of a picture may show nothing but half-spaces (culling.py).
@@ -33,6 +34,7 @@ class CompiledScene(msgspec.Struct, frozen=True, eq=False):
     layout: Layout  # of these
     lights: tuple[PointLight, ...]  # points, unless shadows are soft
     has_lists: bool
+    is_one_pass: bool
     has_mirrors: bool
     is_over_planes: bool
     has_plane_only_cells: bool
@@ -60,10 +62,12 @@ class CompiledScene(msgspec.Struct, frozen=True, eq=False):
 
 
 def compile(scene: Scene, options: CompileOptions, previous: CompiledScene | None = None) -> CompiledScene:
-    """Compile `scene`. `previous` lends the parts that stay as they were.
+    """Compile `scene`. `previous` lends the parts that stay as they were, or all of it.
 
     Raises InputError for a material that the model of `options.shading` does not take.
     """
+    if previous and previous.scene is scene and previous.options == options:
+        return previous
     surfaces, batches = _surfaces(scene, previous), _batches(scene, previous)
     materials, layout = _materials(scene, options, surfaces, previous)
     has_lists = options.evaluator == "cells" and options.precision == 32 and surfaces.size > FEW
@@ -77,6 +81,8 @@ def compile(scene: Scene, options: CompileOptions, previous: CompiledScene | Non
         layout=layout,
         lights=tuple(map(options.effective_light, scene.lights)),
         has_lists=has_lists,
+        # Roth's filters twice in a row take llvmpipe minutes to compile, and large trees seconds.
+        is_one_pass=options.evaluator != "roth" and surfaces.size <= FEW,
         has_mirrors=has_mirrors,
         is_over_planes=has_lists and bool(batches.shapes) and not batches.programs and not has_mirrors,
         has_plane_only_cells=options.evaluator == "cells"
@@ -91,20 +97,15 @@ def _surfaces(scene: Scene, previous: CompiledScene | None) -> Surfaces:
         return previous.surfaces
     # Scenes that differ in the camera, the size or the lights share their objects: a picture after another, or frames.
     assert isinstance(scene.objects, SceneObjects)
-    kept = scene.objects.derived.get("surfaces")
-    if kept is None or kept[0] != scene.materials:
-        kept = scene.objects.derived["surfaces"] = scene.materials, make_surfaces(scene)
-    return kept[1]
+    return scene.objects.derive("surfaces", scene.materials, lambda: make_surfaces(scene))
 
 
 def _batches(scene: Scene, previous: CompiledScene | None) -> Batches:
     if previous and previous.scene.objects == scene.objects:
         return previous.batches
-    assert isinstance(scene.objects, SceneObjects)
-    kept = scene.objects.derived.get("batches")
-    if kept is None:
-        kept = scene.objects.derived["batches"] = make_batches(scene.objects)
-    return kept
+    objects = scene.objects
+    assert isinstance(objects, SceneObjects)
+    return objects.derive("batches", None, lambda: make_batches(objects))
 
 
 def _materials(
@@ -123,11 +124,12 @@ def _has_mirror_planes(surfaces: Surfaces, batches: Batches, materials: dict[int
 
 def _is_bounded(scene: Scene, batches: Batches) -> bool:
     """Whether a ray that meets no sphere meets nothing but single half-spaces, few enough to be named."""
+    assert isinstance(scene.objects, SceneObjects)
     planes = 0
-    for item in scene.objects:
-        shape = tuple(type(node) for node in simplified(item.solid if isinstance(item, Instances) else item))
+    for i, count in enumerate(scene.objects.counts()):
+        shape = tuple(map(type, scene.objects.tree(i)))
         if shape == (Plane,):
-            planes += len(item) if isinstance(item, Instances) else 1
+            planes += count
         elif not is_bounded(shape):
             return False
     return planes <= len(batches.planes)

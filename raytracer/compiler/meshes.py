@@ -15,9 +15,11 @@ Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower lef
 Mask = NDArray[np.bool_]
 Ints = NDArray[np.int32]
 
-# The programs of a scene by their names: what each pixel sees, and over it the objects that are drawn one by one; the
-# light of that; and for cells in which there are only half-spaces, or nothing, one program for both.
-SEE, SHAPES, SHADE, PLANE_ONLY, EMPTY = "see", "shapes", "shade", "plane_only", "empty"
+# The programs of a scene by their names. SEE finds what each pixel sees, SHAPES draws objects over that one by one, and
+# SHADE computes the light of both. PICTURE is SEE and SHADE in one. Cells in which there are only half-spaces, or
+# nothing, have programs of their own, PLANE_ONLY and EMPTY. SEVERAL is PLANE_ONLY for several samples at once.
+SEE, SHAPES, SHADE, PICTURE = "see", "shapes", "shade", "picture"
+PLANE_ONLY, SEVERAL, EMPTY = "plane_only", "several", "empty"
 
 PER_CELL = CELL // BLOCK
 # The costs of a rectangle besides its pixels, in pixels.
@@ -54,7 +56,6 @@ class Coverage(msgspec.Struct, frozen=True, eq=False):
     cells: Mapping[str, Mask]  # (rows, columns) of cells for each program, the lowest row first
     lists: Ints | None  # (cells, 2): where each cell's list begins and ends, in a scene with lists
     rectangles: Ints | None  # (N, 4 or more), for SHAPES: first column and row of pixels, and behind the last
-    background: tuple[float, float, float]
 
     def seen_cells(self, area: Rectangle) -> Mask:
         """(rows, columns): in which cells of an area anything may be seen."""
@@ -66,10 +67,10 @@ class Coverage(msgspec.Struct, frozen=True, eq=False):
     def one_cell(self) -> Coverage:
         """A picture of one cell, which is drawn by all programs that draw any of this one."""
         cells = {name: np.ones((1, 1), bool) for name, cells in self.cells.items() if cells.any()}
-        busy = self.cells[SHADE].argmax() if SHADE in self.cells else 0
+        busy = self.cells[SHADE].argmax() if SHADE in self.cells else 0  # where a list is, if there are lists
         lists = None if self.lists is None else self.lists[busy : busy + 1]
         rectangles = None if self.rectangles is None else self.rectangles[:1]
-        return Coverage((CELL, CELL), cells, lists, rectangles, self.background)
+        return Coverage((CELL, CELL), cells, lists, rectangles)
 
 
 class Meshes(NamedTuple):

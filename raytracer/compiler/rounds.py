@@ -57,6 +57,11 @@ def may_take_many_rounds(compiled: CompiledScene) -> bool:
     return most_rounds(compiled, ray, ray) > MAX_ROUNDS
 
 
+def has_model_loops(compiled: CompiledScene) -> bool:
+    """Whether the text of a reflectance model has loops."""
+    return not _MODEL_ROUNDS.keys().isdisjoint(compiled.layout.models)
+
+
 def _model_rounds(models: Collection[str]) -> int:
     """Rounds of the reflectance model with the most, for the light of one light at one point."""
     return max((_MODEL_ROUNDS.get(model, 0) for model in models), default=0)

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import groupby
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.core.validation import Vec3
-from raytracer.scene.instances import Instances
 from raytracer.scene.lights import PointLight
-from raytracer.scene.materials.material import Material
 from raytracer.scene.scene import Scene
-from raytracer.scene.solids import ROUNDING, Plane, Sphere, leaves
+from raytracer.scene.scene_objects import SceneObjects
+from raytracer.scene.solids import ROUNDING, Plane, leaves
 
 Array = NDArray[np.float64]
 
@@ -51,44 +49,26 @@ class Surfaces(msgspec.Struct, frozen=True, eq=False):
 
 def make_surfaces(scene: Scene) -> Surfaces:
     """Collect the surfaces of all objects of `scene`."""
+    assert isinstance(scene.objects, SceneObjects)
     order = {material: i for i, material in enumerate(scene.materials)}
-    known: dict[int, int] = {}  # by identity: to hash a material takes longer
-
-    def index(material: Material) -> int:
-        if id(material) not in known:
-            known[id(material)] = order[material]
-        return known[id(material)]
-
-    parts: list[tuple[Array, Array, NDArray[np.int32]]] = []  # centres, radii and materials of spheres
+    sphere_materials: list[NDArray[np.int32]] = []
+    plane_materials: list[NDArray[np.int32]] = []
     planes: list[Plane] = []
-    plane_materials: list[int] = []
-    for are_instances, run in groupby(scene.objects, lambda item: isinstance(item, Instances)):
-        spheres: list[Sphere] = []
-        for item in run:
-            primitives = leaves(item.solid if isinstance(item, Instances) else item)
-            own = [leaf for leaf in primitives if isinstance(leaf, Sphere)]
-            if isinstance(item, Instances):
-                places = item.spheres()
-                material = np.array([index(s.material) for s in own], np.int32)
-                parts.append((places[0].reshape(-1, 3), places[1].ravel(), np.tile(material, len(item))))
-            else:
-                spheres += own
-            if len(own) < len(primitives):
-                placed = item.solids() if isinstance(item, Instances) else (item,)
-                placed_planes = [leaf for solid in placed for leaf in leaves(solid) if isinstance(leaf, Plane)]
-                planes += placed_planes
-                plane_materials += [index(plane.material) for plane in placed_planes]
-        if not are_instances:
-            centers = np.array([s.center for s in spheres]).reshape(-1, 3)
-            radii = np.array([s.radius for s in spheres])
-            parts.append((centers, radii, np.array([index(s.material) for s in spheres], np.int32)))
-    center, radius, sphere_materials = (np.concatenate(part) for part in zip(*parts, strict=True))
-    material = np.concatenate([sphere_materials, np.array(plane_materials, np.int32)])
+    for run in scene.objects.runs():
+        own = np.array([order[sphere.material] for sphere in run.spheres], np.int32)
+        sphere_materials.append(np.tile(own, len(run.instances)) if run.instances else own)
+        if placed := run.planes:
+            if run.instances:
+                placed = [leaf for solid in run.instances.solids() for leaf in leaves(solid) if isinstance(leaf, Plane)]
+            planes += placed
+            plane_materials.append(np.array([order[plane.material] for plane in placed], np.int32))
+    centers, radii = scene.objects.spheres()
+    material = np.concatenate([*sphere_materials, *plane_materials])
     units = [plane.unit() for plane in planes]
     return Surfaces(
-        center,
-        radius,
-        np.abs(center).max(axis=1, initial=0.0),
+        centers,
+        radii,
+        np.abs(centers).max(axis=1, initial=0.0),
         planes,
         np.array([normal for normal, _ in units]).reshape(-1, 3),
         np.array([offset for _, offset in units]),

@@ -15,6 +15,7 @@ found, without NumPy. Other packages may use:
     output: check_output, check_folder, written_whole, replaced_whole, write_new, write_numbered, Writer
     npz: read_arrays, read_shape
     memory: check_memory, physical_memory, picture_bytes
+    collector: collector_paused
     interrupts: run_guarded, deferred, STATUS
     progress: Progress, progress_bar, step_bar, tell_step, check_progress
     terminal: say, complain, note, say_json, say_table, cell, tolerant_output, drop_output

@@ -52,6 +52,8 @@ def _array(value: Any, key: Key | Keys) -> NDArray[Any] | None:
         return None
     import numpy as np
 
+    if type(value) is np.ndarray:  # and so not masked: the import of numpy.ma takes longer than many a picture
+        return value
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise InputError("expected numbers, got some that are masked", key)
     try:

@@ -32,6 +32,9 @@ MAX_COLOR = 1e12
 MAX_SIDE = 65536
 # Highlights sharper than this (0.1 degrees) are no shading model's any more.
 MAX_EXPONENT = 1e6
+# Expected values in the words of errors. To put numbers into text takes as long as all checks of a vector.
+_POINT = f"3 numbers within +-{MAX_LENGTH:g}"
+_COLOR = f"3 numbers in [0, {MAX_COLOR:g}] (linear RGB)"
 
 
 class InputError(ValueError):
@@ -80,13 +83,25 @@ class KeyNameError(InputError):
         return self.keys[:-1]
 
 
-@contextmanager
-def within(*keys: Key) -> Iterator[None]:
+class _Within:
+    """The context of within(). A generator would take three times as long, for each value of a large file."""
+
+    __slots__ = ("_keys",)
+
+    def __init__(self, keys: Keys) -> None:
+        self._keys = keys
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, _kind: object, error: object, _traceback: object) -> None:
+        if isinstance(error, InputError):
+            raise error.within(*self._keys) from None
+
+
+def within(*keys: Key) -> _Within:
     """InputErrors in the block are about values at `keys` of another one."""
-    try:
-        yield
-    except InputError as error:
-        raise error.within(*keys) from None
+    return _Within(keys)
 
 
 @contextmanager
@@ -125,6 +140,8 @@ def number(
     value: Any, key: Key | Keys, low: float = -math.inf, high: float = math.inf, expected: str = "a finite number"
 ) -> float:
     """`value`, a real number of any type, as a finite float with low <= value <= high; `expected` words the error."""
+    if type(value) is float and low <= value <= high and math.isfinite(value):  # as most are
+        return value
     plain = _plain(value)
     try:
         result = float(plain) if _is_real(plain) else math.nan
@@ -200,11 +217,15 @@ def items(value: Any, most: int) -> list[Any] | None:
 
 def vector(value: Any, key: Key | Keys, low: float, high: float, expected: str) -> Vec3:
     """Three numbers, each with low <= number <= high; `expected` words the error."""
-    parts = items(value, 3)
+    parts = value if type(value) in (tuple, list) else items(value, 3)
     if parts is None or len(parts) != 3:
         raise InputError(f"expected {expected}, got {shown(value)}", key)
-    x, y, z = (number(part, key, low, high, expected) for part in parts)
-    return (x, y, z)
+    x, y, z = parts
+    return (
+        number(x, key, low, high, expected),
+        number(y, key, low, high, expected),
+        number(z, key, low, high, expected),
+    )
 
 
 def three(value: Any, key: Key | Keys, low: float, high: float) -> Vec3:
@@ -215,12 +236,12 @@ def three(value: Any, key: Key | Keys, low: float, high: float) -> Vec3:
 
 def point(value: Any, key: Key | Keys) -> Vec3:
     """Three lengths."""
-    return vector(value, key, -MAX_LENGTH, MAX_LENGTH, f"3 numbers within +-{MAX_LENGTH:g}")
+    return vector(value, key, -MAX_LENGTH, MAX_LENGTH, _POINT)
 
 
 def color(value: Any, key: Key | Keys) -> Vec3:
     """Three numbers that are not negative."""
-    return vector(value, key, 0.0, MAX_COLOR, f"3 numbers in [0, {MAX_COLOR:g}] (linear RGB)")
+    return vector(value, key, 0.0, MAX_COLOR, _COLOR)
 
 
 def direction(value: Any, key: Key | Keys) -> Vec3:

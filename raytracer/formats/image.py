@@ -23,7 +23,9 @@ from raytracer.formats.srgb import encode_srgb8
 
 def _is_numbers(value: Any) -> bool:
     """Whether `value` is an array of real numbers, none of them masked."""
-    return isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and not np.ma.is_masked(value)
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "iuf":
+        return False
+    return type(value) is np.ndarray or not np.ma.is_masked(value)  # numpy.ma takes long to import
 
 
 def _kind(value: Any) -> str:

@@ -13,6 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from raytracer.core.collector import collector_paused
 from raytracer.core.files import packaged, read_bounded
 from raytracer.core.record import public
 from raytracer.core.suggest import did_you_mean_file
@@ -192,6 +193,7 @@ def _parse(text: str, name: str, folder: Path | None) -> tuple[Scene, SettingsSe
 
     `folder`: where the scene's files of instances are; None if there can be none.
     """
-    table = check_table(parse_toml(text), _TOP, _NEEDED)
-    scene, warning = build_scene(table, name, folder)
-    return scene, parse_section(table.get("settings", {})), warning
+    with collector_paused():
+        table = check_table(parse_toml(text), _TOP, _NEEDED)
+        scene, warning = build_scene(table, name, folder)
+        return scene, parse_section(table.get("settings", {})), warning

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,6 +21,7 @@ from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 from raytracer.scene.scene import Scene
+from raytracer.scene.scene_objects import SceneObjects
 from raytracer.scene.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves
 
 T = TypeVar("T")
@@ -56,7 +57,7 @@ def build_scene(table: dict[str, Any], name: str, folder: Path | None) -> tuple[
         name=name,
         **{key: table[key] for key in ("ambient", "background") if key in table},
     )
-    return scene, _unused(shapes, solids.values())
+    return scene, _unused(shapes, scene)
 
 
 def _named(table: dict[str, Any], key: str, make: Callable[[Any, str], T]) -> dict[str, T]:
@@ -153,9 +154,10 @@ def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | N
         return read_instances(solids[name], folder, check_text(table["file"], ()), budget)
 
 
-def _unused(shapes: dict[str, Primitive], objects: Iterable[Solid]) -> str:
+def _unused(shapes: dict[str, Primitive], scene: Scene) -> str:
     """A warning of shapes that no object uses, or ""."""
-    used = {id(leaf) for solid in objects for leaf in leaves(solid)}
+    assert isinstance(scene.objects, SceneObjects)
+    used = {*map(id, scene.objects.nodes)}
     unused = [name for name, shape in shapes.items() if id(shape) not in used]
     shown = ", ".join(unused[:5]) + (", ..." if len(unused) > 5 else "")
     return f"no object uses the shape{'s' if len(unused) > 1 else ''} {shown}" if unused else ""

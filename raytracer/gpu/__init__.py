@@ -8,7 +8,7 @@ May import: core, compiler. Other packages may use
 - context: open_window, Backend, PACKAGES; adapters: Adapter
 - context_report: examine_contexts, ContextReport, for `raytracer doctor`
 - scene_buffers: SceneBuffers, the numbers of a frame; draw_player: DrawPlayer, which plays lists of draws
-- gl: set_uniforms; Context, Framebuffer, Program and Texture, types of OpenGL's objects
+- gl: set_constants, set_uniforms; Context, Framebuffer, Program and Texture, types of OpenGL's objects
 
 turns has the one lock of a process. cell_draw and rectangle_draw draw the meshes of compiler/meshes.py.
 """

@@ -23,7 +23,6 @@ from raytracer.gpu.turns import alone, check_process, turn
 # to 1 GB, most often half of it. A page of all knobs (analysis/tradeoffs) times 58 programs of 275,000 characters.
 KEPT_TEXT = 400_000
 _COMMON_TEXT = 24_000
-_LOGIC_OP = 0x0BF2  # GL_COLOR_LOGIC_OP
 
 # One context serves all pictures of a process: opening a context takes longer than many a picture, and no program is
 # compiled twice. `rt.render` gets no device from its caller, so the process has to remember the open ones. The registry
@@ -84,20 +83,18 @@ class Device:
             yield
 
     @contextmanager
-    def state(
-        self, *, blending: Blending | None = None, depth_test: bool = False, logic_op: bool = False
-    ) -> Iterator[None]:
+    def state(self, *, blending: Blending | None = None, depth_test: bool = False) -> Iterator[None]:
         """Have OpenGL draw in these ways for a block, and in none of them after it. The context must be current.
 
-        `depth_test` keeps what is nearest. `logic_op` writes colors by a logic operation, a copy. Blocks do not nest.
+        `depth_test` keeps what is nearest. Blocks do not nest.
         """
         try:
-            self._set_state(blending, depth_test, logic_op)
+            self._set_state(blending, depth_test)
             yield
         finally:
             self._set_state()
 
-    def _set_state(self, blending: Blending | None = None, depth_test: bool = False, logic_op: bool = False) -> None:
+    def _set_state(self, blending: Blending | None = None, depth_test: bool = False) -> None:
         context = self.context
         if blending:
             context.blend_func = blending.new, blending.old
@@ -109,10 +106,6 @@ class Device:
             context.enable(moderngl.DEPTH_TEST)
         else:
             context.disable(moderngl.DEPTH_TEST)
-        if logic_op:
-            context.enable_direct(_LOGIC_OP)
-        else:
-            context.disable_direct(_LOGIC_OP)
 
     def program(self, source: Source, vertex: Source | None = None) -> Program:
         """The program with this fragment shader, and screen.vert or another; the context must be current.

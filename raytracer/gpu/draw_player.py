@@ -22,6 +22,7 @@ from raytracer.gpu.gl import (
     clear_integers,
     depth_buffer,
     release,
+    set_constants,
     set_sampler,
     set_uniforms,
 )
@@ -31,7 +32,7 @@ from raytracer.gpu.texture_units import UNITS
 # Seconds that a draw should take: well below what stalls a desktop.
 _SHORT_DRAW = 0.05
 _FIRST_DRAW, _LEAST_DRAW = 2**16, 2**12  # pixels
-_BLENDING = {"replace": None, "copy": None, "add": ADD, "over": OVER}
+_BLENDING = {"replace": None, "add": ADD, "over": OVER}
 
 
 class ScreenDraw:
@@ -165,11 +166,11 @@ class DrawPlayer:
         mesh = self._mesh(draw, program)
         framebuffer.use()
         framebuffer.viewport, framebuffer.scissor = draw.viewport, area
+        set_constants(program, draw.constants)
         set_uniforms(program, **draw.uniforms)
         for sampler, name in draw.inputs.items():
             textures[name].use(UNITS[sampler])
-        copies = draw.blending == "copy" and self._device.limits.is_llvmpipe
-        with self._device.state(blending=_BLENDING[draw.blending], depth_test=draw.depth is not None, logic_op=copies):
+        with self._device.state(blending=_BLENDING[draw.blending], depth_test=draw.depth is not None):
             mesh.draw()
 
     def _mesh(self, draw: Draw, program: Program) -> CellDraw | RectangleDraw | ScreenDraw:

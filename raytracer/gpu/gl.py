@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import moderngl
@@ -58,6 +58,13 @@ def set_uniforms(program: moderngl.Program, **values: object) -> None:
                 uniform.value = value
             except (struct.error, TypeError, ValueError, moderngl.Error) as error:
                 raise ShaderError(f"uniform {name}: expected a type that takes {value!r}: {error}") from None
+
+
+def set_constants(program: moderngl.Program, constants: Mapping[str, object]) -> None:
+    """Set uniforms that many draws share, unless they were the last ones set so. Errors are those of set_uniforms()."""
+    if program.extra is not constants:
+        set_uniforms(program, **constants)
+        program.extra = constants
 
 
 def depth_buffer(context: moderngl.Context, size: tuple[int, int]) -> moderngl.Renderbuffer:

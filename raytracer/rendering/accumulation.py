@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.draws import SUMMED, sample_at
+from raytracer.compiler.draws import SUMMED, TOGETHER, sample_at
 from raytracer.compiler.meshes import Mask, Rectangle
 from raytracer.rendering import stopping_rule
 from raytracer.rendering.block_measurements import BlockMeasurements
@@ -20,7 +20,6 @@ from raytracer.rendering.estimator import (
     before_any_look,
     is_look_due,
     pixel_errors,
-    sample_variance,
     tile_statistics,
 )
 from raytracer.rendering.pixel_blocks import MARGIN, Blocks, surrounded
@@ -72,7 +71,7 @@ class Accumulation:
         self._tile = tile
         self._chooses = measurements is not None and stopping_rule.chooses_blocks(options)
         area = surrounded(tile, size) if self._chooses else tile
-        cells = tiles.seen_cells(area)
+        self._seen = cells = tiles.seen_cells(area)
         self._blocks = Blocks.all_of(area, cells)
         self._spare: Mask | None = None
         self._statistics = None
@@ -81,7 +80,7 @@ class Accumulation:
         self._looks_always = always_estimates or options.is_adaptive
         self._kept = 0  # of how many samples the sums are kept
         self._total: Any = None  # (H, W, 3): the sums of the area's samples that were read
-        self._variance: NDArray[np.float32] | None = None  # (H, W): of the first of them
+        self._variance: NDArray[np.float32] | None = None  # (H, W), the lowest row first: of the first of them
         self._is_enough = False
         self._looking_seconds = 0.0  # that the last look took
         self.drawing_seconds = 0.0  # that the last sample took
@@ -97,8 +96,10 @@ class Accumulation:
         """The blocks of the tile's area."""
         return self._blocks
 
-    def step(self, seconds_left: float = math.inf) -> None:
+    def step(self, seconds_left: float = math.inf, *, together: bool = False) -> None:
         """Draw one more sample, and decide where more are needed, and whether; `seconds_left` are for all of them.
+
+        If `together`, TOGETHER samples are drawn where nothing is to be decided before the last of them.
 
         Raises ShaderError for a mistake in the shaders of measurements, and InputError as TileRenderer.draw().
         """
@@ -106,10 +107,12 @@ class Accumulation:
         index, options, blocks = self.samples, self._options, self._blocks
         if index and index % SUMMED == 0:
             self._read_sums()
-        self._tiles.draw(blocks.area, sample_at(index, options), None if blocks.is_whole else blocks.active)
-        self.samples += 1
+        more = TOGETHER if together and self._can_draw_together() else 1
+        samples = [sample_at(index + k, options) for k in range(more)]
+        self._tiles.draw(blocks.area, samples, None if blocks.is_whole else blocks.active)
+        self.samples += more
         self._is_enough = self.samples == options.samples
-        self._blocks = blocks.sampled()
+        self._blocks = blocks.sampled(more)
         drawn = time.perf_counter()
         self.drawing_seconds = drawn - begin
         if self._measurements:
@@ -124,6 +127,18 @@ class Accumulation:
         """Whether there are enough samples, or none more would be done in the seconds that are left."""
         looking = self._looking_seconds if self._is_look_due(self.samples + 1) else 0.0
         return self._is_enough or self.drawing_seconds + looking > seconds_left
+
+    def _can_draw_together(self) -> bool:
+        """Whether it saves time to draw TOGETHER more samples at once, and nothing is due before the last of them."""
+        after = self.samples + TOGETHER
+        # A sum ends at a multiple.
+        if not self._tiles.draws_together or after > self._options.samples or after % TOGETHER:
+            return False
+        return not any(self._is_anything_due(n) for n in range(self.samples + 1, after))
+
+    def _is_anything_due(self, samples: int) -> bool:
+        ends = self._options.max_error is not None and stopping_rule.may_end_by_error(samples)
+        return ends or self._is_look_due(samples) or stopping_rule.is_choice_due(self._options, samples)
 
     def _is_look_due(self, samples: int) -> bool:
         return self._statistics is not None and is_look_due(samples, self._options.samples, has_all=self._looks_always)
@@ -186,18 +201,19 @@ class Accumulation:
         """The number of samples that a pixel of the tile got on average."""
         return float(self._blocks.samples_in(self._tile).mean()) if self._chooses else float(self.samples)
 
-    def result(self, *, errors: bool) -> TileResult:
-        """The mean of the samples so far; with `errors` the error of each pixel, too."""
+    def result(self, *, errors: bool, out: NDArray[np.float32] | None = None) -> TileResult:
+        """The mean of the samples so far, in the array `out` if there is one; with `errors` each pixel's error, too."""
         tile, area, blocks = self._tile, self._blocks.area, self._blocks
         # The tile's part of the area, from the area's top.
         x, top = tile[0] - area[0], area[1] + area[3] - tile[1] - tile[3]
         where = slice(top, top + tile[3]), slice(x, x + tile[2])
         samples = blocks.samples_in(tile) if self._chooses else self.samples
         count = blocks.divisors_in(tile) if self._chooses else self.samples
-        mean = np.divide(self._sums_so_far()[where], count)
+        mean = np.divide(self._sums_so_far()[where], count, out=out, casting="same_kind")
         statistics, error = self.statistics(), None
         if statistics and errors:
-            error = pixel_errors(self._variance_so_far()[where], samples, statistics.scales)
+            variance = self._variance if self._variance is not None else self._variance_so_far()
+            error = pixel_errors(variance[::-1][where], samples, statistics.scales)
         return TileResult(mean, samples, statistics, error)
 
     def _read_sums(self) -> None:
@@ -215,11 +231,10 @@ class Accumulation:
         return sums if self._total is None else np.add(self._total, sums, dtype=np.float64)
 
     def _variance_so_far(self) -> NDArray[np.float32]:
-        """(H, W): the variance of the area's samples, of the first SUMMED of them."""
-        if self._variance is not None:
-            return self._variance
-        area = self._blocks.area
-        return sample_variance(self._tiles.read_sums((0, 0, *area[2:]), 4), self._blocks.samples_in(area))
+        """(H, W), the lowest row first: the variance of the area's samples, of which there are at most SUMMED."""
+        assert self._measurements
+        samples = self._blocks.samples if self._chooses else self.samples
+        return self._measurements.variance(self._blocks.area, self._seen, samples)
 
 
 def complete(accumulation: Accumulation, until: float, progress: Callable[[int], None]) -> None:
@@ -228,7 +243,7 @@ def complete(accumulation: Accumulation, until: float, progress: Callable[[int],
     while True:
         # A second part of the sum is read besides, and added in float64.
         end = until - (reading if accumulation.samples < SUMMED else 2.0 * reading)
-        accumulation.step(end - time.perf_counter())
+        accumulation.step(end - time.perf_counter(), together=until == math.inf)
         if accumulation.samples == 1 and until < math.inf and not accumulation.is_done(until - time.perf_counter()):
             begin = time.perf_counter()
             accumulation.result(errors=True)

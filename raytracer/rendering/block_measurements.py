@@ -12,7 +12,7 @@ from raytracer.compiler.direction_cells import BLOCK, CELL
 from raytracer.compiler.draws import Clear, Draw, viewport
 from raytracer.compiler.glsl.preprocessor import Source, assemble
 from raytracer.compiler.glsl.shaders import plain_vertex_source
-from raytracer.compiler.meshes import PER_CELL, Cells, Mask, runs
+from raytracer.compiler.meshes import PER_CELL, Cells, Mask, Rectangle, runs
 from raytracer.gpu.device import Device
 from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.rendering.pixel_blocks import Blocks
@@ -31,6 +31,8 @@ _SOURCES = {
     "error_around": partial(_source, "error", APRON=APRON),
     "movement": partial(_source, "movement"),
     "movement_of_sums": partial(_source, "movement", SUMMED_BEFORE=1),
+    "variance": partial(_source, "variance"),
+    "variance_of_chosen": partial(_source, "variance", CHOSEN=1),
     "kept": partial(_source, "sums"),
     "kept_sums": partial(_source, "sums", SUMMED_BEFORE=1),
 }
@@ -80,6 +82,28 @@ class BlockMeasurements:
         uniforms = {"draw.viewport": shown}
         self._player.play([Draw(program, Cells(runs(cells), CELL), ("earlierSum",), size, port, uniforms, inputs)])
 
+    def variance(self, area: Rectangle, cells: Mask, samples: NDArray[np.int32] | int) -> NDArray[np.float32]:
+        """(H, W), the lowest row first: the variance of each pixel's samples, 0 in other than these `cells` of an area.
+
+        `samples` is how many the tile's sums are of: (rows, columns) of blocks, or a number for all.
+        """
+        if not self._player.has_texture("variance"):
+            self._player.add_texture("variance", self._target, 1)
+        size = 0, 0, *area[2:]
+        port, shown = viewport(size)
+        uniforms: dict[str, Any] = {"draw.viewport": shown}
+        inputs, program = {"radianceSum": "radiance"}, "variance"
+        if isinstance(samples, int):
+            uniforms["samples"] = float(samples)
+        else:
+            rows, columns = samples.shape
+            self._player.add_texture("blockSamples", (columns, rows), 1, "i4")
+            self._player.write("blockSamples", samples)
+            inputs, program = inputs | {"blockSamples": "blockSamples"}, "variance_of_chosen"
+        draw = Draw(self._compiled(program), Cells(runs(cells), CELL), ("variance",), size, port, uniforms, inputs)
+        self._player.play([Clear("variance", area=size), draw])
+        return self._player.read("variance", size, 1)[..., 0]
+
     def warm(self) -> None:
         """Have the driver compile the draws of all other methods, by draws of one cell."""
         area = 0, 0, min(CELL, self._target[0]), min(CELL, self._target[1])
@@ -92,6 +116,8 @@ class BlockMeasurements:
         some[0, 0] = False
         for each in (blocks, blocks.narrowed(some)):
             self.errors(each, NEXT, NEXT)
+        self.variance(area, blocks.cells, blocks.samples)
+        self.variance(area, blocks.cells, NEXT)
 
     def _measure(
         self, program: str, blocks: Blocks, inputs: dict[str, str], samples: int, summed: int, **uniforms: Any

@@ -131,7 +131,7 @@ def tile_statistics(
     squared_errors, samples = statistics.squared_errors(samples)[part], np.maximum(samples[part], 1)
     spread, seen = statistics.variance[part] / samples, statistics.at[part] > 0
     scales = np.full(samples.max() + 1, _scale(squared_errors, spread, seen))
-    for n in np.unique(samples):
+    for n in np.flatnonzero(np.bincount(samples.ravel())):
         alike = seen & (samples == n)
         if alike.any():
             scales[n] = _scale(squared_errors, spread, alike)
@@ -153,17 +153,10 @@ def _scale(squared_errors: Array, spread: Array, chosen: Mask) -> float:
     return float(squared_errors[chosen].sum()) / total if total else 0.0
 
 
-def sample_variance(sums: NDArray[np.float32], samples: NDArray[np.int32]) -> NDArray[np.float32]:
-    """(H, W): the variance of each pixel's `samples` (H, W), summed over channels, from their `sums` (H, W, 4): of
-    their red, green, blue and squared lengths.
-    """
-    squares = np.einsum("ijk,ijk->ij", sums[..., :3], sums[..., :3])
-    return np.maximum(sums[..., 3] - squares / samples, 0.0) / np.maximum(samples - 1, 1).astype(np.float32)
-
-
 def pixel_errors(variance: NDArray[np.float32], samples: NDArray[np.int32] | int, scales: Array) -> NDArray[np.float32]:
     """(H, W): the estimated error of each pixel, whose samples have that `variance` (H, W)."""
-    return np.sqrt(variance * (scales[samples] / samples / 3.0), dtype=np.float32)
+    error = variance * np.asarray(scales[samples] / samples / 3.0, np.float32)
+    return np.sqrt(error, out=error)
 
 
 def estimate(tiles: Sequence[TileStatistics], size: tuple[int, int], samples: float, seconds: float) -> Estimate:

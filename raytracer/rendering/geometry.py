@@ -50,7 +50,7 @@ def draw_geometry(device: Device, request: GeometryRequest) -> Geometry:
     with closing(TileRenderer(device, tile, geometry=True)) as renderer:
         renderer.load(find_programs(device, compiled, None), frame)
         for rectangle in split(request.size, tile):
-            renderer.draw(rectangle, sample_at(0, SamplingOptions()))  # at the centre of each pixel
+            renderer.draw(rectangle, [sample_at(0, SamplingOptions())])  # at the centre of each pixel
             part = renderer.read_geometry(rectangle[2:])
             for array, values in zip(geometry, part, strict=True):
                 array[place(rectangle, height)] = values

@@ -10,7 +10,7 @@ from raytracer.core.validation import check_flag, check_size
 from raytracer.formats.image import Image
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.gpu.device import shared_device
-from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.renderer import shared_renderer
 from raytracer.scene.materials.models import Shading
 from raytracer.scene.options import Evaluator, Precision, Shadows
 from raytracer.scene.scene import Scene, checked_scene
@@ -87,5 +87,5 @@ def render(
     check_progress(progress)
     for warning in scene_warnings(scene, settings):
         warnings.warn(warning, stacklevel=2)
-    renderer = Renderer(shared_device(backend, device))
+    renderer = shared_renderer(shared_device(backend, device))
     return renderer.render(scene, size, settings, geometry=geometry, progress=progress)

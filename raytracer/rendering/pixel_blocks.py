@@ -42,9 +42,9 @@ class Blocks(NamedTuple):
         shape = PER_CELL * cells.shape[0], PER_CELL * cells.shape[1]
         return Blocks(area, cells, np.ones(shape, bool), True, np.zeros(shape, np.int32))
 
-    def sampled(self) -> Blocks:
-        """The same after one more sample of the active blocks."""
-        return self._replace(samples=self.samples + self.active)
+    def sampled(self, more: int) -> Blocks:
+        """The same after so many `more` samples of the active blocks."""
+        return self._replace(samples=self.samples + np.int32(more) * self.active)
 
     def narrowed(self, active: Mask) -> Blocks:
         """The same with fewer blocks `active`."""

@@ -2,20 +2,51 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import NamedTuple
+
 from raytracer.compiler.compiled_scene import CompiledScene
-from raytracer.compiler.glsl.shaders import Show, program_sources
+from raytracer.compiler.glsl.preprocessor import file_versions
+from raytracer.compiler.glsl.shaders import ProgramSource, Show, program_sources
 from raytracer.gpu.device import Device
 from raytracer.gpu.gl import Program
 
 
+class ScenePrograms(NamedTuple):
+    """The programs that draw a scene, and the files that their texts are from."""
+
+    by_name: Mapping[str, Program]
+    files: tuple[str, ...]
+    versions: tuple[tuple[int, int] | None, ...]  # of the files
+
+    def is_current(self) -> bool:
+        """Whether no file has changed since."""
+        return file_versions(self.files) == self.versions
+
+
+def picture_programs(device: Device, compiled: CompiledScene, *, plane_only: bool, several: bool) -> ScenePrograms:
+    """The programs that draw pictures of a scene, as find_programs() makes them."""
+    sources = program_sources(compiled, "picture", device.limits.varyings, plane_only=plane_only, several=several)
+    files = tuple(sorted({name for source in sources.values() for part in source for name in part.files}))
+    versions = file_versions(files)
+    return ScenePrograms(_programs(device, sources), files, versions)
+
+
 def find_programs(
-    device: Device, compiled: CompiledScene, show: Show | None = "picture", *, plane_only: bool = True
+    device: Device,
+    compiled: CompiledScene,
+    show: Show | None = "picture",
+    *,
+    plane_only: bool = True,
 ) -> dict[str, Program]:
     """The programs that draw a scene, by name; with `show` None they draw only what each pixel sees.
 
     Without `plane_only`, cells with nothing but half-spaces are drawn as all others are. The context must be current.
     """
-    sources = program_sources(compiled, show, device.limits.varyings, plane_only=plane_only)
+    return _programs(device, program_sources(compiled, show, device.limits.varyings, plane_only=plane_only))
+
+
+def _programs(device: Device, sources: Mapping[str, ProgramSource]) -> dict[str, Program]:
     return {name: device.program(source.fragment, source.vertex) for name, source in sources.items()}
 
 

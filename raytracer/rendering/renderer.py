@@ -1,29 +1,28 @@
-"""The renderer: a scene becomes an image on one device."""
+"""The renderer: a scene becomes an image on one device, which keeps the scene that was drawn last."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
-from contextlib import closing
+from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from raytracer.compiler.compiled_scene import compile
+from raytracer.compiler.compiled_scene import CompiledScene, compile
+from raytracer.compiler.draws import TOGETHER
 from raytracer.compiler.frame import Frame, make_frame
 from raytracer.compiler.meshes import Rectangle
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
-from raytracer.gpu.gl import Program
 from raytracer.rendering.accumulation import Accumulation, TileResult, complete, is_measured, margin
 from raytracer.rendering.block_measurements import BlockMeasurements
 from raytracer.rendering.estimator import TileStatistics, estimate
 from raytracer.rendering.geometry import DrawnGeometry, GeometryRequest
-from raytracer.rendering.programs import find_programs
+from raytracer.rendering.programs import ScenePrograms, picture_programs
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import TILE, place, split, tile_size
 from raytracer.scene.options import SamplingOptions
@@ -34,6 +33,10 @@ from raytracer.scene.settings import Settings
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
 # plane-only cells than it takes to compile.
 _WORTH_PLANE_ONLY = 2**20
+# Samples of all pixels together from which the program SEVERAL saves more than it takes to compile.
+_WORTH_SEVERAL = 2**25
+# Pixels of the targets that stay after a picture; with measurements they take up to 60 bytes a pixel.
+_KEPT_PIXELS = 2**21
 
 
 def metadata(
@@ -61,11 +64,37 @@ def _why_unknown(settings: Settings, estimates: bool) -> str:
     return "1 sample a pixel" if settings.samples == 1 else "some pixels got 1 sample, for want of time"
 
 
+class _Kept(NamedTuple):
+    """The scene that was drawn last, on the GPU."""
+
+    frame: Frame
+    plane_only: bool  # whether its plane-only cells are known, and have a program
+    several: bool  # whether they may have a program for several samples at once
+    programs: ScenePrograms
+    tiles: TileRenderer
+    measurements: BlockMeasurements | None
+
+    def shows(self, compiled: CompiledScene, size: tuple[int, int], *, plane_only: bool) -> bool:
+        """Whether the frame is that of a picture."""
+        return self.frame.compiled is compiled and self.frame.size == size and self.plane_only == plane_only
+
+    def draws(self, compiled: CompiledScene, *, plane_only: bool, several: bool) -> bool:
+        """Whether the programs draw that scene."""
+        known = self.frame.compiled
+        is_alike = compiled is known or compiled.structure == known.structure
+        return is_alike and self.plane_only == plane_only and self.several >= several and self.programs.is_current()
+
+
 class Renderer:
-    """Renders scenes on one device."""
+    """Renders scenes on one device.
+
+    The numbers, texts and targets of the scene drawn last stay, up to _KEPT_PIXELS. The same scene is then drawn again
+    without preparations, and one with the same objects with few.
+    """
 
     def __init__(self, device: Device) -> None:
         self.device = device
+        self._kept: _Kept | None = None
 
     def render(
         self,
@@ -86,16 +115,33 @@ class Renderer:
         """
         options, (width, height) = settings.sampling, size
         estimates |= options.has_stopping_rule
-        compiled = compile(scene, settings.compile_options)
+        kept = self._kept
+        compiled = compile(scene, settings.compile_options, kept.frame.compiled if kept else None)
         self.device.limits.check(compiled)
         tile = min(tile, self.device.limits.target - 2 * margin(options))
         arrays = _Arrays(size, is_adaptive=options.is_adaptive, has_errors=geometry and estimates)
-        # Plane-only cells have a program of their own where that saves more than its compilation takes.
-        plane_only = not single_picture or width * height * options.samples >= _WORTH_PLANE_ONLY
+        work = width * height * options.samples
+        # Plane-only cells have programs of their own where those save more than their compilation takes.
+        plane_only = not single_picture or work >= _WORTH_PLANE_ONLY
+        several = options.samples >= TOGETHER and (not single_picture or work >= _WORTH_SEVERAL)
+        largest = tile_size(size, tile, is_drawn_once=options.samples == 1)
+        around = 2 * margin(options)
+        target = min(width, largest[0] + around), min(height, largest[1] + around)
         with self.device.turn():
-            frame = make_frame(compiled, size, self.device.limits, plane_only=plane_only)
-            programs = find_programs(self.device, compiled, plane_only=plane_only)
-            seconds = _draw(self.device, programs, frame, options, tile, arrays, progress, estimates=estimates)
+            try:
+                loaded = self._load(compiled, size, target, plane_only=plane_only, several=several)
+                tiles, measurements = loaded.tiles, None
+                if is_measured(options, estimates=estimates):
+                    measurements = loaded.measurements or BlockMeasurements(self.device, tiles.player, tiles.target)
+                    loaded = loaded._replace(measurements=measurements)
+                self._kept = loaded
+                areas = list(split(size, largest))
+                seconds = _draw(tiles, measurements, areas, options, arrays, progress, estimates=estimates)
+            except BaseException:
+                self.close()
+                raise
+            if loaded.tiles.target[0] * loaded.tiles.target[1] > _KEPT_PIXELS:
+                self.close()
         source: Any = DrawnGeometry(self.device, GeometryRequest(compiled, size, tile)) if geometry else None
         error = arrays.estimate(seconds, _why_unknown(settings, estimates))
         return Image(
@@ -108,6 +154,48 @@ class Renderer:
             estimate=error,
             metadata=metadata(scene, size, settings, error),
         )
+
+    def _load(
+        self,
+        compiled: CompiledScene,
+        size: tuple[int, int],
+        target: tuple[int, int],
+        *,
+        plane_only: bool,
+        several: bool,
+    ) -> _Kept:
+        """Bring a scene to the GPU, as far as it is not there; `target` is the size of the largest tile."""
+        kept = self._kept
+        if kept and kept.shows(compiled, size, plane_only=plane_only):
+            frame = kept.frame
+        else:
+            previous = kept.frame if kept else None
+            frame = make_frame(compiled, size, self.device.limits, previous, plane_only=plane_only)
+        if kept and kept.draws(compiled, plane_only=plane_only, several=several):
+            programs, several = kept.programs, kept.several
+        else:
+            programs = picture_programs(self.device, compiled, plane_only=plane_only, several=several)
+        if kept is None or kept.tiles.target[0] < target[0] or kept.tiles.target[1] < target[1]:
+            self.close()
+            kept = _Kept(frame, plane_only, several, programs, TileRenderer(self.device, target), None)
+        self._kept = kept._replace(frame=frame, plane_only=plane_only, several=several, programs=programs)
+        kept.tiles.load(programs.by_name, frame)
+        return self._kept
+
+    def close(self) -> None:
+        """Give back all that is on the GPU; the next picture brings its own scene. The context must be current."""
+        if self._kept:
+            self._kept.tiles.close()
+            self._kept = None
+
+
+# A device's renderer lives as long as the device: gpu/device.py keeps one of each kind.
+_shared: dict[Device, Renderer] = {}
+
+
+def shared_renderer(device: Device) -> Renderer:
+    """The renderer of a shared device, for all calls of rt.render()."""
+    return _shared.setdefault(device, Renderer(device))
 
 
 class _Arrays:
@@ -123,9 +211,8 @@ class _Arrays:
         self._count = 0.0  # of the samples of all pixels
 
     def add(self, tile: Rectangle, result: TileResult) -> None:
-        """Take the result of a tile."""
+        """Take the result of a tile, whose mean is in the radiance already."""
         rows_columns = place(tile, self.size[1])
-        self.radiance[rows_columns] = result.mean
         if self.samples is not None:
             self.samples[rows_columns] = result.samples
         if self.error is not None:
@@ -143,40 +230,33 @@ class _Arrays:
 
 
 def _draw(
-    device: Device,
-    programs: Mapping[str, Program],
-    frame: Frame,
+    renderer: TileRenderer,
+    measurements: BlockMeasurements | None,
+    tiles: Sequence[Rectangle],
     options: SamplingOptions,
-    side: int,
     arrays: _Arrays,
     progress: Progress | None,
     *,
     estimates: bool,
 ) -> float:
-    """Draw a frame into `arrays`, in tiles of at most `side` pixels a side; the seconds without those of compilers."""
-    size = width, height = frame.size
-    largest = tile_size(size, side, is_drawn_once=options.samples == 1)
-    tiles = list(split(size, largest))
-    around = 2 * margin(options)
-    target = min(width, largest[0] + around), min(height, largest[1] + around)
-    with closing(TileRenderer(device, target, one_shot=True)) as renderer:
-        renderer.load(programs, frame)
-        is_needed = is_measured(options, estimates=estimates)
-        measurements = BlockMeasurements(device, renderer.player, target) if is_needed else None
-        if options.time is not None:
-            renderer.warm()
-            if measurements:
-                measurements.warm()
-        begin, pixels = time.perf_counter(), 0
-        for i, tile in enumerate(tiles):
-            accumulation = Accumulation(renderer, measurements, options, tile, size, estimates=estimates)
-            # The end of the time of this tile and of all tiles before it, each with its share.
-            pixels += tile[2] * tile[3]
-            until = math.inf if options.time is None else begin + options.time * pixels / (width * height)
-            done = partial(_add_progress, progress, i * options.samples, len(tiles) * options.samples)
-            complete(accumulation, until, done)
-            arrays.add(tile, accumulation.result(errors=arrays.error is not None))
-        return time.perf_counter() - begin
+    """Draw all tiles of a picture into `arrays`; the seconds without those of compilers."""
+    width, height = arrays.size
+    if options.time is not None:
+        renderer.warm()
+        if measurements:
+            measurements.warm()
+    begin, pixels = time.perf_counter(), 0
+    for i, tile in enumerate(tiles):
+        accumulation = Accumulation(renderer, measurements, options, tile, arrays.size, estimates=estimates)
+        # The end of the time of this tile and of all tiles before it, each with its share.
+        pixels += tile[2] * tile[3]
+        until = math.inf if options.time is None else begin + options.time * pixels / (width * height)
+        complete(
+            accumulation, until, partial(_add_progress, progress, i * options.samples, len(tiles) * options.samples)
+        )
+        radiance = arrays.radiance[place(tile, height)]
+        arrays.add(tile, accumulation.result(errors=arrays.error is not None, out=radiance))
+    return time.perf_counter() - begin
 
 
 def _add_progress(progress: Progress | None, before: int, total: int, done: int) -> None:

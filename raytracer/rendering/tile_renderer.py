@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import CELL
-from raytracer.compiler.draws import Sample, sample_at, sample_draws
+from raytracer.compiler.draws import TOGETHER, Sample, sample_at, sample_draws
 from raytracer.compiler.frame import Frame
 from raytracer.compiler.meshes import (
     EMPTY,
     PER_CELL,
+    PICTURE,
     PLANE_ONLY,
     SEE,
+    SEVERAL,
     SHADE,
     SHAPES,
     Coverage,
@@ -28,7 +30,7 @@ from raytracer.core.validation import InputError
 from raytracer.formats.image import Geometry
 from raytracer.gpu.device import Device
 from raytracer.gpu.draw_player import DrawPlayer
-from raytracer.gpu.gl import Program, set_uniforms
+from raytracer.gpu.gl import Program, set_constants
 from raytracer.gpu.scene_buffers import SceneBuffers
 from raytracer.scene.options import SamplingOptions
 
@@ -36,27 +38,25 @@ from raytracer.scene.options import SamplingOptions
 _CUT_SHORT = -(2**31)
 # Less than INF of real.glsl, more than any light.
 _INFINITE = 1e29
-_PROGRAMS = SEE, SHAPES, SHADE, PLANE_ONLY, EMPTY
+_PROGRAMS = SEE, SHAPES, SHADE, PICTURE, PLANE_ONLY, SEVERAL, EMPTY
 
 
 class TileRenderer:
     """Targets of `target` (width, height) pixels, and a scene's numbers, on the GPU until closed.
 
-    With `geometry` there are targets for distances and normals, too, for a program SEE that gives them. `one_shot` is
-    for a picture that is drawn once: programs that draw quicker are then not worth their compilation.
+    With `geometry` there are targets for distances and normals, too, for a program SEE that gives them.
     """
 
-    def __init__(
-        self, device: Device, target: tuple[int, int], *, geometry: bool = False, one_shot: bool = False
-    ) -> None:
+    def __init__(self, device: Device, target: tuple[int, int], *, geometry: bool = False) -> None:
         self.player = DrawPlayer(device)
         self.target = target
         self.has_geometry = geometry
-        self._one_shot = one_shot
+        self.draws_together = False  # whether TOGETHER samples take less time at once than one after another
         self._is_software = device.limits.is_llvmpipe
         self._buffers = SceneBuffers(device.context)
-        self._meshes: tuple[Rectangle, Mask | None, Meshes] | None = None  # those drawn last
-        self.player.add_texture("surface", target, 1, "i4")
+        self._frame: Frame | None = None
+        self._tiles: dict[Rectangle, Meshes] = {}  # of whole tiles
+        self._masked: tuple[Rectangle, Mask, Meshes] | None = None  # those drawn last
         if geometry:
             self.player.add_texture("normalDepth", target, 4)
         # The sums of the samples, and in a of their squared lengths.
@@ -65,24 +65,36 @@ class TileRenderer:
     def load(self, programs: Mapping[str, Program], frame: Frame) -> None:
         """Take the numbers of a frame. `programs` draw its structure, by their names.
 
-        Raises ShaderError if a program has a uniform of another type than it should have.
+        Does nothing for the frame and the programs that are there. Raises ShaderError if a program has a uniform of
+        another type than it should have.
         """
+        if frame is self._frame and programs is self._programs:
+            return
+        self._frame = None  # until all of it is there
         self._to_world = frame.view.rotation.astype(np.float32)
         self._rounds = frame.rounds
         self._buffers.upload(frame)
         self._material_index = np.append(frame.compiled.surfaces.material, np.int32(-1))  # so also at index -1
         self.player.use(programs, replaced=_PROGRAMS)
-        self._meshes = None
+        self._tiles.clear()
+        self._masked = None
         self._coverage = _coverage(programs, frame)
         self._list_readers = [name for name, program in programs.items() if "list" in program]
         self._seen = self._find_seen(programs)
-        self._shades = SHADE in programs
+        self._shades = SHADE in programs or PICTURE in programs
+        self.draws_together = SEVERAL in programs
+        self._constants = {**frame.uniforms, "two": 2}
         for program in programs.values():
-            set_uniforms(program, **frame.uniforms, two=2)
+            set_constants(program, self._constants)  # a mistake in a type comes to light here
             self._buffers.attach(program)
+        self._frame, self._programs = frame, programs
 
     def _find_seen(self, programs: Mapping[str, Program]) -> tuple[str, ...]:
         """Have the textures that SEE and SHAPES draw into, and name them."""
+        if PICTURE in programs:
+            return ()
+        if not self.player.has_texture("surface"):
+            self.player.add_texture("surface", self.target, 1, "i4")
         others = SHAPES in programs and "others" in programs[SHAPES]
         if others and not self.player.has_texture("others"):
             self.player.add_texture("others", self.target, 2)
@@ -95,36 +107,42 @@ class TileRenderer:
         """(rows, columns): in which cells of an area, whole ones, anything may be seen."""
         return self._coverage.seen_cells(area)
 
-    def draw(self, tile: Rectangle, sample: Sample, mask: Mask | None = None) -> None:
-        """Draw one sample of a tile and wait for it: it is added to the sums, or new sums begin with it.
+    def draw(self, tile: Rectangle, samples: Sequence[Sample], mask: Mask | None = None) -> None:
+        """Draw 1 or TOGETHER samples of a tile and wait for them: they are added to the sums, or begin new sums.
 
         With a `mask` only those blocks of the tile are drawn that are True in it: (rows, columns), whole cells, the
         lowest row first; the tile then begins where a cell does. Raises InputError if shaders do not come to an end.
         """
-        if self._meshes is None or self._meshes[0] != tile or self._meshes[1] is not mask:
-            self._meshes = tile, mask, tile_meshes(self._coverage, tile, mask, self._list_readers)
-        self._play(self._meshes[2], tile, sample)
-        if sample.starts_sum and self._is_software and self._rounds > MAX_ROUNDS:
+        self._play(self._meshes_of(tile, mask), tile, samples)
+        if samples[0].starts_sum and self._is_software and self._rounds > MAX_ROUNDS:
             if self._shades:
                 self.read_sums((0, 0, *tile[2:]), 3)
             if self.has_geometry:  # no light tells it
                 self._read_surface(tile[2:])
 
-    def _play(self, meshes: Meshes, tile: Rectangle, sample: Sample) -> None:
+    def _meshes_of(self, tile: Rectangle, mask: Mask | None) -> Meshes:
+        if mask is None:
+            if tile not in self._tiles:
+                self._tiles[tile] = tile_meshes(self._coverage, tile, None, self._list_readers)
+            return self._tiles[tile]
+        if self._masked is None or self._masked[0] != tile or self._masked[1] is not mask:
+            self._masked = tile, mask, tile_meshes(self._coverage, tile, mask, self._list_readers)
+        return self._masked[2]
+
+    def _play(self, meshes: Meshes, tile: Rectangle, samples: Sequence[Sample]) -> None:
         self._buffers.bind()
-        background, seen = self._coverage.background, self._seen
         self.player.play(
-            sample_draws(meshes, tile, sample, background, seen, shades=self._shades, one_shot=self._one_shot)
+            sample_draws(meshes, tile, samples, self._seen, shades=self._shades, constants=self._constants)
         )
 
     def warm(self) -> None:
         """Have the driver compile everything that draws of cells and of blocks need, by draws of one cell."""
         coverage, area = self._coverage.one_cell(), (0, 0, CELL, CELL)
-        options = SamplingOptions(samples=2)
+        options = SamplingOptions(samples=2 * TOGETHER)
         whole = tile_meshes(coverage, area, None, self._list_readers)
         blocks = tile_meshes(coverage, area, np.ones((PER_CELL, PER_CELL), bool), self._list_readers)
-        for meshes, index in ((whole, 0), (whole, 1), (blocks, 1)):
-            self._play(meshes, area, sample_at(index, options))
+        for meshes, first, count in ((whole, 0, 1), (whole, 1, 1), (whole, TOGETHER, TOGETHER), (blocks, 1, 1)):
+            self._play(meshes, area, [sample_at(first + k, options) for k in range(count)])
         self.player.forget_times()
 
     def read_sums(self, part: Rectangle, components: int) -> NDArray[np.float32]:
@@ -134,7 +152,8 @@ class TileRenderer:
         Raises InputError if shaders did not come to an end in some pixels.
         """
         sums = self.player.read("radiance", part, components)
-        _check_rounds(sums[..., :3].min(initial=0.0) < -_INFINITE)
+        if self._rounds > MAX_ROUNDS:
+            _check_rounds(sums[..., :3].min(initial=0.0) < -_INFINITE)
         return sums[::-1]
 
     def write_sums_before(self, total: NDArray[np.floating]) -> None:
@@ -164,14 +183,14 @@ class TileRenderer:
 
 def _coverage(programs: Collection[str], frame: Frame) -> Coverage:
     """Find which program draws which cells."""
-    own = {EMPTY: frame.cells.empty, PLANE_ONLY: frame.cells.plane_only}
+    own = {EMPTY: frame.cells.empty, PLANE_ONLY: frame.cells.plane_only, SEVERAL: frame.cells.plane_only}
     cells = {name: mask for name, mask in own.items() if name in programs}
     others = np.ones_like(frame.cells.empty)
     for mask in cells.values():
         others &= ~mask
-    cells |= {name: others for name in (SEE, SHADE) if name in programs}
+    cells |= {name: others for name in (SEE, SHADE, PICTURE) if name in programs}
     rectangles = frame.rectangles if SHAPES in programs else None
-    return Coverage(frame.size, cells, frame.camera_lists, rectangles, frame.compiled.scene.background)
+    return Coverage(frame.size, cells, frame.camera_lists, rectangles)
 
 
 def _check_rounds(cut_short: bool) -> None:

@@ -1,9 +1,10 @@
 """The description of a picture: solids, lights, a camera, materials, and the settings of how the picture is made.
 
 All are frozen values that check themselves when they are made. The package imports core alone: no OpenGL, and NumPy
-only where instances and measured materials are made. Other packages may use:
+only where arrays are: for instances, measured materials, and spheres that are warned of. Other packages may use:
 
-    scene: Scene, SceneObjects, checked_scene, used_models
+    scene: Scene, checked_scene, used_models
+    scene_objects: SceneObjects
     solids: Solid, Primitive, Sphere, Plane; Union, Intersection, Difference, Complement; leaves, postfix, simplified
         and with_leaves, for the parts of a tree; MAX_SURFACES, ROUNDING
     instances: Instances

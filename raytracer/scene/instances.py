@@ -6,7 +6,8 @@ Part of `scene.py`, which says what holds for all of it. NumPy is imported only 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from raytracer.core.record import Record, public
@@ -147,13 +148,18 @@ class Instances(Record, frozen=True, eq=False):
 
     def spheres(self) -> tuple[Array, Array]:
         """Centers (N, S, 3) and radii (N, S) of the placed spheres, S to an instance, to the bit as in solids()."""
-        import numpy as np
-
-        spheres = [leaf for leaf in leaves(self.solid) if isinstance(leaf, Sphere)]
-        centers = np.array([sphere.center for sphere in spheres]).reshape(-1, 3)
-        radii = np.array([sphere.radius for sphere in spheres])
+        centers, radii = sphere_arrays([leaf for leaf in leaves(self.solid) if isinstance(leaf, Sphere)])
         scales = self.scales[:, None]
         return centers * scales[..., None] + self.positions[:, None], radii * scales
+
+
+def sphere_arrays(spheres: Sequence[Sphere]) -> tuple[Array, Array]:
+    """Centers (N, 3) and radii (N,) of spheres."""
+    import numpy as np
+
+    # Twice as fast as an array of tuples.
+    numbers = chain.from_iterable([sphere.center for sphere in spheres])
+    return np.fromiter(numbers, np.float64).reshape(-1, 3), np.array([sphere.radius for sphere in spheres])
 
 
 def _placed(leaf: Primitive, position: Vec3, scale: float) -> Primitive:

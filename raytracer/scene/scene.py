@@ -8,8 +8,7 @@ Whatever is wrong with a value raises `InputError`, whose message begins with th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from types import UnionType
-from typing import Any, TypeVar
+from typing import Any
 
 from raytracer.core.record import Record, public
 from raytracer.core.shown import shown
@@ -19,41 +18,8 @@ from raytracer.scene.instances import Instances
 from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
-from raytracer.scene.solids import MAX_SURFACES, Solid, leaves
-
-T = TypeVar("T")
-
-
-class SceneObjects(tuple[Solid | Instances, ...]):
-    """The objects of a scene: a tuple that knows the materials of all its primitives, once each, in order.
-
-    Scenes that differ in lights or camera share it, so that a window with very many objects looks at them once. Raises
-    InputError for no objects, and for more than MAX_SURFACES primitives.
-    """
-
-    materials: tuple[Material, ...]
-    # Values that follow from the objects and their materials, by name. The compiler makes them once for all scenes that
-    # share the objects; the values live as long as the objects.
-    derived: dict[str, Any]
-
-    def __init__(self, objects: tuple[Solid | Instances, ...]) -> None:
-        if not objects:
-            raise InputError("expected at least one", "objects")
-        count = 0
-        materials: dict[Material, None] = {}
-        for i, item in enumerate(objects, start=1):
-            primitives = leaves(item.solid if isinstance(item, Instances) else item)
-            count += len(primitives) * (len(item) if isinstance(item, Instances) else 1)
-            if count > MAX_SURFACES:  # at once: of solids that objects share there may be more than fit the memory
-                least = "at least " if i < len(objects) else ""
-                raise InputError(f"expected at most {MAX_SURFACES} primitives, got {least}{count}", "objects")
-            materials |= dict.fromkeys(leaf.material for leaf in primitives)
-        self.materials = tuple(materials)
-        self.derived = {}
-
-    def __reduce__(self) -> tuple[type, tuple[list[Solid | Instances]]]:
-        """Become a plain tuple in a pickle: the scene that holds it finds the materials again."""
-        return tuple, (list(self),)
+from raytracer.scene.scene_objects import SceneObjects
+from raytracer.scene.solids import MAX_SURFACES, Solid
 
 
 @public
@@ -77,14 +43,14 @@ class Scene(Record, frozen=True):
     def __post_init__(self) -> None:
         objects = self.objects
         if not isinstance(objects, SceneObjects):
-            objects = SceneObjects(_tuple_of(objects, Solid | Instances, "objects", "solids and Instances"))
+            objects = SceneObjects(_tuple_of(objects, (Solid, Instances), "objects", "solids and Instances"))
         if not isinstance(self.camera, Camera):
             raise InputError(f"expected a Camera, got {shown(self.camera)}", "camera")
-        materials = _tuple_of(self.materials, Material, "materials", "Materials")
+        materials = _tuple_of(self.materials, (Material,), "materials", "Materials")
         set_fields(
             self,
             objects=objects,
-            lights=_tuple_of(self.lights, PointLight, "lights", "PointLights"),
+            lights=_tuple_of(self.lights, (PointLight,), "lights", "PointLights"),
             ambient=color(self.ambient, "ambient"),
             background=color(self.background, "background"),
             materials=tuple(dict.fromkeys((*materials, *objects.materials))),
@@ -110,8 +76,8 @@ def used_models(scene: Scene) -> list[str]:
     return [model for model in MODELS if model in used]
 
 
-def _tuple_of(values: Any, kind: type[T] | UnionType, key: str, expected: str) -> tuple[T, ...]:
-    if isinstance(values, kind):
+def _tuple_of(values: Any, kinds: tuple[type, ...], key: str, expected: str) -> tuple[Any, ...]:
+    if isinstance(values, kinds):
         values = (values,)
     result = values if type(values) is tuple else items(values, MAX_SURFACES)
     if result is None:
@@ -119,7 +85,8 @@ def _tuple_of(values: Any, kind: type[T] | UnionType, key: str, expected: str) -
     result = tuple(result)
     if len(result) > MAX_SURFACES:
         raise InputError(f"expected at most {MAX_SURFACES} {expected}", key)
-    for value in result:
-        if not isinstance(value, kind):
-            raise InputError(f"expected {expected}, got {shown(value)}", key)
+    # Very many values have few types.
+    if not all(issubclass(each, kinds) for each in {*map(type, result)}):
+        wrong = next(value for value in result if not isinstance(value, kinds))
+        raise InputError(f"expected {expected}, got {shown(wrong)}", key)
     return result

@@ -37,6 +37,9 @@ MAX_NODES = 4 * MAX_LEAVES
 MAX_SURFACES = 1048576
 # The roundings of a handful of numbers to float64 take their sum so far from 0, as a share of its largest number.
 ROUNDING = 8.0 * 2.0**-53
+# Expected values in the words of errors.
+_RADIUS = f"a number above 0, in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
+_OFFSET = f"a number within +-{MAX_LENGTH:g}"
 
 
 @public
@@ -123,11 +126,10 @@ class Sphere(Solid, frozen=True, repr_omit_defaults=True):
 
     def __post_init__(self) -> None:
         _check_material(self.material)
-        expected = f"a number above 0, in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
         set_fields(
             self,
             center=point(self.center, "center"),
-            radius=number(self.radius, "radius", MIN_RADIUS, MAX_LENGTH, expected),
+            radius=number(self.radius, "radius", MIN_RADIUS, MAX_LENGTH, _RADIUS),
         )
 
     def power(self, point: Vec3) -> float:
@@ -157,8 +159,7 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
 
     def __post_init__(self) -> None:
         _check_material(self.material)
-        expected = f"a number within +-{MAX_LENGTH:g}"
-        offset = number(self.offset, "offset", -MAX_LENGTH, MAX_LENGTH, expected)
+        offset = number(self.offset, "offset", -MAX_LENGTH, MAX_LENGTH, _OFFSET)
         normal = direction(self.normal, "normal")
         set_fields(self, normal=normal, offset=offset)
         distance = abs(self.unit()[1])
@@ -186,14 +187,8 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
 Primitive = Sphere | Plane
 
 
-_FLOATS = [float, float, float]
-
-
 def _place(value: Any) -> Vec3:
     """A point to be looked at, as far away as it may be."""
-    # A camera's or light's, which very many surfaces are asked about, is known to be right.
-    if type(value) is tuple and list(map(type, value)) == _FLOATS:
-        return value
     return vector(value, "point", -math.inf, math.inf, "3 finite numbers")
 
 
@@ -281,22 +276,26 @@ def postfix(solid: Solid) -> list[Solid]:
 
     Raises InputError for a tree of more than `MAX_LEAVES` leaves or `MAX_NODES` nodes, and for no solid.
     """
-    # Root, right, left on a stack is postfix backwards.
+    # Root, right, left is postfix backwards: down along the last operands, with the first ones on a stack. Exact types
+    # are compared, which takes less time than isinstance(): no class is derived from a node's.
     order: list[Solid] = []
     pending = [solid]
     count = 0
     while pending:
-        node = pending.pop()
-        order.append(node)
-        match node:
-            case Complement():
-                pending.append(node.a)
-            case _Binary():
-                pending += (node.a, node.b)
-            case Sphere() | Plane():
-                count += 1
-            case _:
+        node: Any = pending.pop()
+        kind = type(node)
+        while kind is not Sphere and kind is not Plane:
+            if kind not in _KINDS:
                 raise InputError(f"expected solids here, got {shown(node)}", "objects")
+            order.append(node)
+            if kind is Complement:
+                node = node.a
+            else:
+                pending.append(node.a)
+                node = node.b
+            kind = type(node)
+        order.append(node)
+        count += 1
         if count > MAX_LEAVES:
             raise InputError(f"expected at most {MAX_LEAVES} primitives in one object", "objects")
         if len(order) > MAX_NODES:
@@ -307,8 +306,11 @@ def postfix(solid: Solid) -> list[Solid]:
 
 def simplified(solid: Solid) -> list[Solid]:
     """List the tree as postfix() does, but without complements of complements: it is compiled alike."""
+    nodes = postfix(solid)
+    if Complement not in map(type, nodes):
+        return nodes
     order: list[Solid] = []
-    for node in postfix(solid):
+    for node in nodes:
         if isinstance(node, Complement) and isinstance(order[-1], Complement):
             order.pop()
         else:

@@ -6,15 +6,22 @@ Each warning is one sentence for a user.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from raytracer.core.shown import shown
 from raytracer.core.validation import Vec3
-from raytracer.scene.instances import Instances
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS, REFLECTED
 from raytracer.scene.scene import Scene
+from raytracer.scene.scene_objects import SceneObjects
 from raytracer.scene.settings import Settings
-from raytracer.scene.solids import Solid, Sphere, leaves
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
 
 # Materials that get a warning each; a scene may have a million.
 _NAMED = 5
@@ -38,24 +45,34 @@ def shadows_warning(scene: Scene, settings: Settings) -> str | None:
 
 def brightness_warnings(scene: Scene) -> list[str]:
     """A warning for each material that reflects more light than reaches it, such as one of colours from 0 to 255."""
-    bright = [(i, material, keys) for i, material in enumerate(scene.materials) if (keys := _too_bright(material))]
+    assert isinstance(scene.objects, SceneObjects)
+    return scene.objects.derive("brightness", scene.materials, lambda: _brightness_warnings(scene.materials))
+
+
+def _brightness_warnings(materials: Sequence[Material]) -> list[str]:
+    shares = {
+        model: [parameter.name for parameter in MODELS[model].parameters.values() if parameter.unit == REFLECTED]
+        for model in {material.model for material in materials}
+    }
+    bright = [
+        (shown(material.name or i), keys)
+        for i, material in enumerate(materials)
+        if (keys := _too_bright(material, shares[material.model]))
+    ]
     warnings = [
-        f"material {shown(material.name or i)}: {keys}: above 1 more light is reflected than comes in (colours are "
-        "linear and from 0 to 1, not from 0 to 255)"
-        for i, material, keys in bright[:_NAMED]
+        f"material {name}: {keys}: above 1 more light is reflected than comes in (colours are linear and from 0 to 1, "
+        "not from 0 to 255)"
+        for name, keys in bright[:_NAMED]
     ]
     if len(bright) > _NAMED:
         warnings.append(f"{len(bright) - _NAMED} more materials reflect more light than comes in")
     return warnings
 
 
-def _too_bright(material: Material) -> str:
-    """The parameters of a material that are above 1, and should not be; "" if none is."""
-    values = material.parameters
-    colors = (p.name for p in MODELS[material.model].parameters.values() if p.unit == REFLECTED and p.name in values)
-    return ", ".join(
-        f"{name} = {str(max(values[name])).removesuffix('.0')}" for name in colors if max(values[name]) > 1.0
-    )
+def _too_bright(material: Material, shares: list[str]) -> str:
+    """Name the parameters above 1 among `shares`, which should be at most 1; "" if there is none."""
+    largest = {name: max(material.get(name, (0.0,))) for name in shares}
+    return ", ".join(f"{name} = {str(value).removesuffix('.0')}" for name, value in largest.items() if value > 1.0)
 
 
 # In float32 a point at distance d is known to about 4 x 2^-24 d. Once that is 1 % of a sphere's
@@ -70,9 +87,9 @@ def precision_warning(scene: Scene, settings: Settings) -> str | None:
     """
     if settings.precision == 64:
         return None
-    eye = scene.camera.position
-    reached = [_reach_of_many(o, eye) if isinstance(o, Instances) else _reach(o, eye) for o in scene.objects]
-    farthest, smallest = max(far for far, _ in reached), min(small for _, small in reached)
+    objects, eye = scene.objects, scene.camera.position
+    assert isinstance(objects, SceneObjects)
+    farthest, smallest = objects.derive("reach", eye, lambda: _reach(*objects.spheres(), eye))
     if farthest <= _RESOLVED * smallest:
         return None
     return (
@@ -81,26 +98,15 @@ def precision_warning(scene: Scene, settings: Settings) -> str | None:
     )
 
 
-def _reach(solid: Solid, eye: Vec3) -> tuple[float, float]:
+def _reach(centers: Array, radii: Array, eye: Vec3) -> tuple[float, float]:
     """The largest distance at which a sphere can be seen, and the smallest radius; (0, inf) without spheres.
 
-    From outside it is seen as far as its outline, from inside as far as its other side.
+    From outside it is seen as far as its outline, from inside as far as its other side. float64 is exact enough for a
+    warning.
     """
-    spheres = [leaf for leaf in leaves(solid) if isinstance(leaf, Sphere)]
-    farthest = 0.0
-    for sphere in spheres:
-        power = sphere.power(eye)
-        far = math.sqrt(power) if power > 0.0 else math.dist(sphere.center, eye) + sphere.radius
-        farthest = max(farthest, far)
-    return farthest, min((sphere.radius for sphere in spheres), default=math.inf)
-
-
-def _reach_of_many(instances: Instances, eye: Vec3) -> tuple[float, float]:
-    """Do as _reach() for all instances at once: float64 is exact enough for a warning."""
     import numpy as np
 
-    centers, radii = instances.spheres()
-    distance = np.linalg.norm(centers - eye, axis=2)
+    distance = np.linalg.norm(centers - eye, axis=1)
     outside = distance > radii
     outline = np.sqrt(np.where(outside, (distance - radii) * (distance + radii), 0.0))
     far = np.where(outside, outline, distance + radii)

@@ -13,7 +13,15 @@
 
 flat in vec2 resolution;    // W, H of the whole picture in pixels
 flat in vec2 tileOrigin;    // the lower left pixel of the tile being drawn
+#ifdef SAMPLES
+flat in vec2 samplePlace0;  // of each of the SAMPLES samples, as samplePlace
+flat in vec2 samplePlace1;
+flat in vec2 samplePlace2;
+flat in vec2 samplePlace3;
+vec2 samplePlace;           // of the sample that is drawn, one of these
+#else
 flat in vec2 samplePlace;   // from the pixel's upper left corner, in 2^-24 of the pixel
+#endif
 flat in real scatter;       // which of these digits are flipped: all, -1, or none, 0
 flat in real pixelScale;    // tan(fov/2) / H
 

@@ -26,10 +26,20 @@ struct Draw {
 };
 
 uniform Draw draw;
+#ifdef SAMPLES
+uniform vec2 samplePlaces[SAMPLES];  // where each sample lies, if there are several
+#endif
 
 flat out vec2 resolution;
 flat out vec2 tileOrigin;
+#ifdef SAMPLES
+flat out vec2 samplePlace0;
+flat out vec2 samplePlace1;
+flat out vec2 samplePlace2;
+flat out vec2 samplePlace3;
+#else
 flat out vec2 samplePlace;
+#endif
 flat out real scatter;
 flat out real pixelScale;
 flat out vec3 ambient;
@@ -46,7 +56,14 @@ flat out int sampleIndex;
 void handOn() {
     resolution = draw.resolution;
     tileOrigin = draw.tileOrigin;
+#ifdef SAMPLES
+    samplePlace0 = samplePlaces[0];
+    samplePlace1 = samplePlaces[1];
+    samplePlace2 = samplePlaces[2];
+    samplePlace3 = samplePlaces[3];
+#else
     samplePlace = draw.samplePlace;
+#endif
     scatter = draw.scatter;
     pixelScale = draw.pixelScale;
     ambient = draw.ambient;

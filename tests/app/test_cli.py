@@ -223,7 +223,7 @@ def test_render_imports_no_more_than_it_needs(tmp_path: Path) -> None:
     assert {"numpy", "moderngl"} <= modules and {"formats.image", "rendering.renderer"} <= ours, (
         "this test sees what is imported"
     )
-    assert not modules & {"rich", "glfw", "tomlkit", "PIL", "asyncio", "logging", "tempfile", "ctypes.util"}
+    assert not modules & {"rich", "glfw", "tomlkit", "PIL", "asyncio", "logging", "tempfile", "ctypes.util", "numpy.ma"}
     assert not ours & {
         "analysis",
         "app.commands.doctor_cli",

@@ -8,7 +8,7 @@ import pickle
 import raytracer as rt
 from raytracer.compiler.compiled_scene import compile as compile_scene
 from raytracer.scene.options import CompileOptions
-from raytracer.scene.scene import SceneObjects
+from raytracer.scene.scene_objects import SceneObjects
 from tests import scenes
 
 

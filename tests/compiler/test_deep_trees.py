@@ -139,12 +139,12 @@ def test_a_coarser_cube_around_the_lights_gives_the_same_picture(
     settings = Settings(shadows=shadows)  # pyright: ignore[reportArgumentType]
     fine = renderer.render(scene, SIZE, settings)
     monkeypatch.setattr(scene_lists, "_MAX_LISTED", 20_000)
-    coarse = renderer.render(scene, SIZE, settings)
+    coarse = Renderer(renderer.device).render(scene, SIZE, settings)
     np.testing.assert_array_equal(fine.radiance, coarse.radiance)
     monkeypatch.setattr(program_rows, "MAX_LISTED", 1000)
     monkeypatch.setattr(scene_lists, "_MAX_LISTED", 1000)
     with pytest.raises(rt.InputError, match=r"objects: expected at most 1000 pairs .* fewer lights"):
-        renderer.render(scene, SIZE, settings)
+        Renderer(renderer.device).render(scene, SIZE, settings)
 
 
 def test_too_many_spheres_times_lights_are_refused(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,18 @@ import pytest
 import raytracer as rt
 from raytracer.compiler.draws import MARGIN, SUMMED, Clear, Draw, Step, sample_at, sample_draws
 from raytracer.compiler.frame import make_frame
-from raytracer.compiler.meshes import EMPTY, PLANE_ONLY, SEE, SHADE, SHAPES, Cells, Coverage, tile_meshes
+from raytracer.compiler.meshes import (
+    EMPTY,
+    PICTURE,
+    PLANE_ONLY,
+    SEE,
+    SEVERAL,
+    SHADE,
+    SHAPES,
+    Cells,
+    Coverage,
+    tile_meshes,
+)
 from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.rendering.programs import find_programs
 from raytracer.rendering.renderer import Renderer
@@ -21,14 +32,13 @@ from tests.compiled import compiled
 
 SIZE = 48, 32
 TILE = 0, 0, *SIZE
-SKY = (0.25, 0.5, 1.0)
 FOUR = SamplingOptions(samples=4)
 
 
 def coverage(**cells: list[str]) -> Coverage:
     """A picture of 2 x 3 cells, the lowest row first: "#" is drawn by that program."""
     masks = {name: np.array([[c == "#" for c in row] for row in rows]) for name, rows in cells.items()}
-    return Coverage(SIZE, masks, None, None, SKY)
+    return Coverage(SIZE, masks, None, None)
 
 
 GROUND = coverage(see=["#..", ".#."], shade=["#..", ".#."], plane_only=[".##", "..."], empty=["...", "#.#"])
@@ -45,12 +55,10 @@ def played(steps: list[Step]) -> list[str]:
     return lines
 
 
-def draws_of(
-    picture: Coverage, number: int, mask: np.ndarray | None = None, *, one_shot: bool = False, shades: bool = True
-) -> list[Step]:
+def draws_of(picture: Coverage, *numbers: int, mask: np.ndarray | None = None, shades: bool = True) -> list[Step]:
     meshes = tile_meshes(picture, TILE, mask, ())
-    sample = sample_at(number, FOUR)
-    return sample_draws(meshes, TILE, sample, picture.background, ["surface"], shades=shades, one_shot=one_shot)
+    samples = [sample_at(number, FOUR) for number in numbers]
+    return sample_draws(meshes, TILE, samples, ["surface"], shades=shades, constants={})
 
 
 def test_a_first_sample_replaces_and_later_ones_are_added() -> None:
@@ -61,21 +69,27 @@ def test_a_first_sample_replaces_and_later_ones_are_added() -> None:
     assert played(draws_of(GROUND, SUMMED)) == played(draws_of(GROUND, 0))
 
 
-def test_in_a_picture_drawn_once_empty_cells_are_what_is_cleared_to() -> None:
-    see = "see into surface: copy"
-    first = ["clear radiance to 0.25", "shade into radiance: copy", "plane_only into radiance: copy"]
-    assert played(draws_of(GROUND, 0, one_shot=True)) == [see, *first]
-    lights = ("shade", "plane_only", "empty")
-    assert played(draws_of(GROUND, 1, one_shot=True)) == [see, *(f"{name} into radiance: add" for name in lights)]
+def test_samples_that_are_drawn_at_once_share_the_draws_of_empty_and_of_plane_only_cells() -> None:
+    see, shade = "see into surface: replace", "shade into radiance: add"
+    several = msgspec.structs.replace(GROUND, cells={**GROUND.cells, SEVERAL: GROUND.cells[PLANE_ONLY]})
+    start = [f"{name} into radiance: replace" for name in ("several", "empty", "shade")]
+    assert played(draws_of(several, 0, 1, 2, 3)) == [see, *start, *(3 * [see, shade])]
+    steps = draws_of(several, 4, 5, 6, 7)
+    assert played(steps)[1:4] == [line.replace("replace", "add") for line in start]
+    for step in steps:
+        if isinstance(step, Draw) and step.program in (SEVERAL, EMPTY):
+            assert step.uniforms["samples"] == 4
+            assert step.uniforms["samplePlaces"] == [sample_at(number, FOUR).place for number in range(4, 8)]
+    assert played(draws_of(GROUND, 4, 5, 6, 7)).count("plane_only into radiance: add") == 4
 
 
 def test_only_what_is_in_the_mask_is_drawn_and_a_sum_of_a_part_starts_at_nothing() -> None:
     mask = np.zeros((8, 12), bool)
     mask[1, 2] = mask[5, 9] = True  # a block of the first cell and one of the last
     for number, clear in ((1, []), (SUMMED, ["clear radiance to 0"])):
-        steps = draws_of(GROUND, number, mask, one_shot=True)
+        steps = draws_of(GROUND, number, mask=mask)
         assert played(steps) == [
-            "see into surface: copy", *clear, "shade into radiance: add", "empty into radiance: add"
+            *clear, "see into surface: replace", "shade into radiance: add", "empty into radiance: add"
         ]  # fmt: skip
         cells = {step.program: step.mesh for step in steps if isinstance(step, Draw)}
         for name, row in ((SEE, [2, 1, 1]), (SHADE, [2, 1, 1]), (EMPTY, [9, 5, 1])):
@@ -107,10 +121,10 @@ def test_rectangles_are_drawn_over_what_is_seen_and_only_where_the_tile_is() -> 
 def test_the_numbers_of_a_sample_are_in_all_draws() -> None:
     tile = 16, 0, 32, 32
     sample = sample_at(3, FOUR)
-    steps = sample_draws(
-        tile_meshes(GROUND, tile, None, ()), tile, sample, SKY, ["surface"], shades=True, one_shot=False
-    )
-    for step in steps:
+    constants = {"focus": 1.0}
+    meshes = tile_meshes(GROUND, tile, None, ())
+    for step in sample_draws(meshes, tile, [sample], ["surface"], shades=True, constants=constants):
+        assert isinstance(step, Draw) and step.constants is constants
         assert isinstance(step, Draw) and step.is_long and step.area == (0, 0, 32, 32)
         assert step.uniforms["draw.samplePlace"] == sample.place and step.uniforms["draw.sampleIndex"] == 3
         assert step.uniforms["draw.tileOrigin"] == (16, 0) and step.uniforms["draw.scatter"] == -1
@@ -150,8 +164,9 @@ def test_another_player_is_given_values_only(
         drawn = make_frame(compiled(scene, settings), SIZE, renderer.device.limits)
         tiles.load(find_programs(renderer.device, drawn.compiled), drawn)
         for number in range(2):
-            tiles.draw(TILE, sample_at(number, settings.sampling))
+            tiles.draw(TILE, [sample_at(number, settings.sampling)])
         tiles.close()
     names = {step.program for step in recorded if isinstance(step, Draw)}
-    assert SHADE in names and (SHAPES in names) == (len(scene.objects) > 20)
+    is_large = len(scene.objects) > 20
+    assert (PICTURE in names, SHADE in names, SHAPES in names) == (not is_large, is_large, is_large)
     assert all(plain(step) for step in recorded)

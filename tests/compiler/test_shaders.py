@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -65,6 +66,7 @@ _PLANE_WORDS = ("planeSpan", "planeRoots", "planeEnds", "HAS_PLANES")
 _SHADOW_WORDS = ("shadow", "blockedAt", "SHADOWS")
 _LIGHT_WORDS = (*_SHADOW_WORDS, "struct Light", "reflected(", "phong", "blinn", "reflectedOf", "pointAt(mat, view")
 SHINY = rt.Sphere((0, 1, 0), 1, rt.Material(model="blinn"))
+CROWD = [rt.Sphere((i, 5, 0), 0.4) for i in range(12)]
 UNUSED: dict[str, tuple[list[rt.Solid], int, Settings, tuple[str, ...]]] = {
     "no half-spaces": ([A - B], 2, Settings(), _PLANE_WORDS),
     "no spheres": ([FLOOR], 2, Settings(), _SPHERE_WORDS),
@@ -106,15 +108,18 @@ def test_what_a_scene_uses_is_in_its_programs() -> None:
     whole = "\n".join(source.text for source in found.values())
     whole += programs_of([A], 1, Settings(evaluator="roth", precision=64))["shade"].text
     shining = [rt.Sphere((0, 1, 0), 1, rt.Material(model, le=1)) for model in ("ggx", "lafortune")]
-    whole += programs_of(shining, 1, Settings())["shade"].text
+    whole += programs_of(shining, 1, Settings())["picture"].text
     for *_, words in UNUSED.values():
         for word in words:
             assert word in whole, word
-    assert set(found) == {"see", "geometry", "shade", "plane_only"}
+    assert set(found) == {"geometry", "picture", "plane_only"}
 
 
 def test_each_program_has_what_it_is_for_and_no_more() -> None:
-    found = {name: code(source) for name, source in programs_of([A, SHINY, FLOOR], 2, Settings()).items()}
+    # So many primitives that what is seen and its light have programs of their own.
+    walked = programs_of([A, SHINY, FLOOR, *CROWD], 2, Settings(evaluator="walk"))
+    found = {name: code(source) for name, source in walked.items()}
+    found["plane_only"] = code(programs_of([A, SHINY, FLOOR], 2, Settings())["plane_only"])
     for word in ("Material", "Light", "shadow", "blockedAt"):
         assert word not in found["see"] and word not in found["geometry"], word
     assert "normalDepth" in found["geometry"] and "normalDepth" not in found["see"]
@@ -127,8 +132,8 @@ def test_each_program_has_what_it_is_for_and_no_more() -> None:
 
 @pytest.mark.parametrize("shadows", ["hard", "diluted"])
 def test_a_shadow_ray_computes_no_normal_and_no_material(shadows: Shadows) -> None:
-    for objects in ([A - B, FLOOR], [FLOOR, rt.Plane((1, 0, 0), 2)]):
-        shade = programs_of(objects, 2, Settings(shadows=shadows))["shade"]
+    for objects in ([A - B, FLOOR, *CROWD], [FLOOR, rt.Plane((1, 0, 0), 2), *CROWD]):
+        shade = programs_of(objects, 2, Settings(shadows=shadows, evaluator="walk"))["shade"]
         reached = called(shade, "blockedAt")
         assert reached & {"sphereRoots", "planeRoots", "planeRoot"}
         assert not reached & {"pointAt", "sphereNormal", "indexOf", "reflected", "rayCSG", "isBefore"}
@@ -161,6 +166,17 @@ def test_each_file_is_included_once_and_its_lines_are_numbered() -> None:
 def test_a_missing_include_names_the_file_and_line_that_wants_it() -> None:
     with pytest.raises(ShaderError, match=r'top:2: no file "nowhere.glsl"'):
         assemble("top", generated={"top": '// one\n#include "nowhere.glsl"'})
+
+
+def test_a_changed_file_is_read_anew(shaders: Path) -> None:
+    file = shaders / "passes/empty.frag"
+    before = assemble("passes/empty.frag")
+    assert assemble("passes/empty.frag") == before
+    file.write_text(f"{file.read_text()}// more\n")
+    assert assemble("passes/empty.frag").text == f"{before.text}// more\n"
+    file.unlink()
+    with pytest.raises(ShaderError, match=r'no file "passes/empty.frag"'):
+        assemble("passes/empty.frag")
 
 
 # Mesa knows the file only of the first.

@@ -50,7 +50,7 @@ def test_a_block_draws_in_its_way_and_all_after_it_by_default(renderer: Renderer
 def test_a_block_that_is_broken_off_leaves_no_state_behind(renderer: Renderer, error: type[BaseException]) -> None:
     device = renderer.device
     with device.turn():
-        with pytest.raises(error), device.state(blending=ADD, depth_test=True, logic_op=True):
+        with pytest.raises(error), device.state(blending=ADD, depth_test=True):
             raise error
         assert drawn_twice(device) == [0.5, 0.5]
 

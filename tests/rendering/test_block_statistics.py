@@ -1,4 +1,4 @@
-"""The statistics of blocks and tiles: on arrays, without OpenGL."""
+"""The statistics of blocks and tiles, and the variance of pixels that they scale."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.rendering import estimator
+from raytracer.rendering.block_measurements import BlockMeasurements
 from raytracer.rendering.estimator import (
     FACTOR,
     TileStatistics,
@@ -16,9 +18,9 @@ from raytracer.rendering.estimator import (
     estimate,
     is_look_due,
     pixel_errors,
-    sample_variance,
     tile_statistics,
 )
+from raytracer.rendering.renderer import Renderer
 
 ONE_CELL = np.ones((1, 1), bool)
 ALL = np.ones((4, 4), bool)
@@ -84,10 +86,26 @@ def test_looks_are_at_powers_of_two_and_only_the_last_two_where_that_is_enough()
     assert [n for n in range(1, 41) if is_look_due(n, 40, has_all=False)] == [16, 32]
 
 
-def test_the_variance_of_a_pixels_samples_is_that_of_its_values() -> None:
-    values = np.random.default_rng(1).uniform(0, 2, (5, 2, 3, 3)).astype(np.float32)
+@pytest.mark.gl
+def test_the_variance_of_a_pixels_samples_is_that_of_its_values(renderer: Renderer) -> None:
+    # Blocks of 4 x 4 pixels with 5 samples each, but for one with 3, and a cell in which nothing is to be seen.
+    counts = np.full((4, 8), 5, np.int32)
+    counts[1, 2] = 3
+    values = np.random.default_rng(1).uniform(0, 2, (5, 16, 32, 3)).astype(np.float32)
+    values[3:, 4:8, 8:12] = 0.0
     sums = np.concatenate([values.sum(axis=0), (values**2).sum(axis=(0, 3))[..., None]], axis=2)
-    variance = sample_variance(sums, np.full((2, 3), 5, np.int32))
-    np.testing.assert_allclose(variance, values.var(axis=0, ddof=1).sum(axis=2), rtol=1e-4)
-    scales = np.ones(6)
-    np.testing.assert_allclose(pixel_errors(variance, 5, scales), np.sqrt(variance / 15.0), rtol=1e-6)
+    truth = values.var(axis=0, ddof=1).sum(axis=2)
+    truth[4:8, 8:12] = values[:3, 4:8, 8:12].var(axis=0, ddof=1).sum(axis=2)
+    truth[:, 16:] = 0.0
+    area, cells = (16, 0, 32, 16), np.array([[True, False]])
+    with renderer.device.turn():
+        player = DrawPlayer(renderer.device)
+        player.add_texture("radiance", (32, 16), 4)
+        player.write("radiance", sums)
+        measurements = BlockMeasurements(renderer.device, player, (32, 16))
+        chosen, alike = (measurements.variance(area, cells, samples) for samples in (counts, 5))
+        player.close()
+    np.testing.assert_allclose(chosen, truth, rtol=1e-4)
+    same = counts.repeat(4, axis=0).repeat(4, axis=1) == 5
+    np.testing.assert_allclose(alike[same], truth[same], rtol=1e-4)
+    np.testing.assert_allclose(pixel_errors(chosen, 5, np.ones(6)), np.sqrt(truth / 15.0), rtol=1e-4)

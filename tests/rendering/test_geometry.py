@@ -123,7 +123,7 @@ def test_programs_are_kept_within_the_bound(
     for image in images:
         assert_same(arrays(image), expected)
     with renderer.device.turn():
-        assert len(renderer.device._programs) <= 6
+        assert len(renderer.device._not_held()) <= 6
 
 
 def test_tiles_of_any_size_give_the_same_bits(renderer: Renderer, expected: list[np.ndarray]) -> None:

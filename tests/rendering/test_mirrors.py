@@ -104,12 +104,12 @@ def test_soft_shadows_are_seen_in_mirrors_among_few_objects_and_many(renderer: R
 def test_only_scenes_with_mirrors_have_reflection_rays() -> None:
     scene = hall()
     words = ("radianceByMirrors(int", "vec3 mirrored(")
-    assert all(word in fragment(scene, "shade") for word in words)
+    assert all(word in fragment(scene, "picture") for word in words)
     for other in (Settings(shading="phong"), Settings(bounces=0)):
-        text = fragment(scene, "shade", other)
+        text = fragment(scene, "picture", other)
         assert not any(word in text for word in words)
     dull = [msgspec.structs.replace(ball, material=RED) for ball in scene.objects if isinstance(ball, rt.Sphere)]
-    text = fragment(msgspec.structs.replace(scene, objects=dull, materials=()), "shade")
+    text = fragment(msgspec.structs.replace(scene, objects=dull, materials=()), "picture")
     assert not any(word in text for word in words)
 
 

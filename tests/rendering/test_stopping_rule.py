@@ -77,7 +77,7 @@ def test_blocks_are_values() -> None:
     blocks = Blocks.all_of((16, 32, 20, 16), np.array([[True, False]]))
     some = blocks.active.copy()
     some[:, :4] = False
-    narrowed = blocks.sampled().narrowed(some).sampled()
+    narrowed = blocks.sampled(1).narrowed(some).sampled(1)
     assert blocks.is_whole and not narrowed.is_whole and blocks.active.all() and not blocks.samples.any()
     assert narrowed.cells.tolist() == [[False, True]] and np.unique(narrowed.samples).tolist() == [1, 2]
     samples = narrowed.samples_in((30, 40, 6, 2))

@@ -165,7 +165,7 @@ def test_tables_that_do_not_fit_leave_those_of_the_scene_before(renderer: Render
             make_frame(compiled(two), size, msgspec.structs.replace(limits, volume_layers=179), frame)
         tiles = TileRenderer(renderer.device, size)
         tiles.load(find_programs(renderer.device, frame.compiled), frame)
-        tiles.draw((0, 0, *size), sample_at(0, settings.sampling))
+        tiles.draw((0, 0, *size), [sample_at(0, settings.sampling)])
         picture = tiles.read_sums((0, 0, *size), 3)
         tiles.close()
     np.testing.assert_array_equal(picture, renderer.render(good, size, settings).radiance)

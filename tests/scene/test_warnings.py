@@ -1,10 +1,12 @@
 """Scenes whose pictures may well be other ones than meant: a warning of each, and none of all that is published."""
 
+import math
 import warnings
 from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 
 import raytracer as rt
@@ -127,3 +129,19 @@ def test_no_example_and_nothing_published_warns() -> None:
     defaults = [rt.Material(model) for model in MODELS if model != "merl"]
     spheres = [rt.Sphere((i, 0, 0), 0.4, material) for i, material in enumerate([*materials, *defaults])]
     assert len(materials) > 100 and scene_warnings(scenes.of(*spheres), rt.Settings()) == []
+
+
+def test_the_distance_that_is_warned_of_is_that_to_the_outline_of_each_sphere_or_from_within_its_other_side() -> None:
+    rng = np.random.default_rng(2)
+    eye = (0.5, -1.0, 2.0)
+    for _ in range(20):
+        balls = [rt.Sphere(tuple(rng.normal(size=3).tolist()), 10.0 ** rng.uniform(-7, 1)) for _ in range(4)]
+        powers = [ball.power(eye) for ball in balls]
+        reached = [
+            math.sqrt(power) if power > 0.0 else math.dist(ball.center, eye) + ball.radius
+            for ball, power in zip(balls, powers, strict=True)
+        ]
+        farthest, smallest = max(reached), min(ball.radius for ball in balls)
+        told = scene_warnings(scenes.of(*balls, eye=eye), rt.Settings())
+        assert len(told) == (farthest > 0.01 * 2.0**22 * smallest)
+        assert all(f"({farthest:.2g})" in text and f"({smallest:.2g})" in text for text in told)

@@ -7,7 +7,10 @@ The models themselves are in `shaders/brdf/`, one file each, with one signature:
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
+
 from raytracer.compiler.material_layout import LOBE_PARTS, Layout
+from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 
 # Parts of models: a scene's shader has only the forms that its materials choose. Each function has a type, a name, and
@@ -65,24 +68,32 @@ def material_text(layout: Layout) -> str:
     return "\n".join(lines)
 
 
-def reflected_text(layout: Layout, *, mirrors: bool = False) -> list[str]:
+def reflected_text(
+    layout: Layout, *, mirrors: bool = False, materials: Collection[Material] | None = None
+) -> list[str]:
     """reflected(): f cos(theta_i) by each material's own model; and the forms that these choose.
 
-    With `mirrors` also mirrored(): the share of the light from the mirror direction.
+    With `mirrors` also mirrored(): the share of the light from the mirror direction. The text serves `materials`, some
+    of the layout's (default: all of these): llvmpipe computes all models of a text for each pixel.
     """
     lines: list[str] = []
+    models = {i: model for i, model in enumerate(layout.models) if _is_used("model", model, materials)}
     for name, functions in FUNCTIONS.items():  # in this order: one may call those before
-        options = layout.choices.get(name, [])
-        lines += [f'#include "brdf/{name}_{option}.glsl"' for option in options]
+        options = {
+            i: option for i, option in enumerate(layout.choices.get(name, [])) if _is_used(name, option, materials)
+        }
+        lines += [f'#include "brdf/{name}_{option}.glsl"' for option in options.values()]
         for kind, function, parameters in functions if options else ():
             arguments = ", ".join(["m", *(p.split()[1] for p in parameters.split(", "))])
-            calls = [f"{option}{function[0].upper()}{function[1:]}({arguments})" for option in options]
+            calls = {i: f"{option}{function[0].upper()}{function[1:]}({arguments})" for i, option in options.items()}
             choice = _chosen(f"m.{name}", calls)
             lines.append(f"{kind} {function}(Material m, {parameters}) {{ return {choice}; }}")
-    lines += [f'#include "brdf/{model}.glsl"' for model in layout.models]
-    calls = [f"{model}(m, N, L, V)" for model in layout.models]
+    lines += [f'#include "brdf/{model}.glsl"' for model in models.values()]
+    calls = {i: f"{model}(m, N, L, V)" for i, model in models.items()}
     if mirrors:
-        mirrored = [f"{model}Mirrored(m, N, V)" if MODELS[model].mirrors else "vec3(0.0)" for model in layout.models]
+        mirrored = {
+            i: f"{model}Mirrored(m, N, V)" if MODELS[model].mirrors else "vec3(0.0)" for i, model in models.items()
+        }
         lines.append(f"vec3 mirrored(Material m, vec3 N, vec3 V) {{ return {_chosen('m.model', mirrored)}; }}")
     return [
         *lines,
@@ -92,6 +103,14 @@ def reflected_text(layout: Layout, *, mirrors: bool = False) -> list[str]:
     ]
 
 
-def _chosen(member: str, calls: list[str]) -> str:
-    """The call that `member` counts; the only one, if there is one."""
-    return "".join(f"{member} == {i} ? {call} : " for i, call in enumerate(calls[:-1])) + calls[-1]
+def _is_used(name: str, value: str, materials: Collection[Material] | None) -> bool:
+    """Whether a material's model, or its choice `name`, is `value`."""
+    if materials is None:
+        return True
+    return any((material.model if name == "model" else material.get(name)) == value for material in materials)
+
+
+def _chosen(member: str, calls: Mapping[int, str]) -> str:
+    """The call whose number is `member`; the only one, if there is one."""
+    *others, last = calls.items()
+    return "".join(f"{member} == {i} ? {call} : " for i, call in others) + last[1]

@@ -3,8 +3,10 @@ message can be traced back to a file and line."""
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,6 +19,8 @@ _INCLUDE = re.compile(r'^[ \t]*#include[ \t]+"([^"\n]+)"[ \t]*$')
 # Line 12 of file 3 is numbered 3000012: #line can give a number of the file too, but Mesa forgets that
 # in all errors but those of syntax.
 _LINES = 1_000_000
+# Pieces of so many files are kept: of all there are, and of some that were changed meanwhile.
+_KEPT_FILES = 256
 # Mesa: "0:3000012(5): error: ...", NVIDIA: "0(3000012) : error ...", others: "ERROR: 0:3000012: ...".
 _PLACE = re.compile(r"\b0(?::(\d+)(?:\(\d+\))?|\((\d+)\))")
 
@@ -46,6 +50,62 @@ class Source(NamedTuple):
         return _PLACE.sub(name, log)
 
 
+def file_versions(names: Iterable[str]) -> tuple[tuple[int, int] | None, ...]:
+    """The time and the size of each file in `shaders/`, None for one that is not there: a generated one."""
+    folder = shaders_folder()
+
+    def version(name: str) -> tuple[int, int] | None:
+        try:
+            return _version(f"{folder}/{name}")
+        except OSError:
+            return None
+
+    return tuple(map(version, names))
+
+
+def _version(path: str) -> tuple[int, int]:
+    status = os.stat(path)
+    return status.st_mtime_ns, status.st_size
+
+
+class _Piece(NamedTuple):
+    """The lines of a file up to an `#include`, or to the end."""
+
+    line: int  # the number of the first
+    text: str | None  # None for no lines
+    include: str  # the name of a file, or "" at the end
+    end: int  # the number of the line with the `#include`
+
+
+def _split(text: str) -> list[_Piece]:
+    pieces: list[_Piece] = []
+    first = 0
+    lines = text.splitlines()
+    includes = [(i, match[1]) for i, line in enumerate(lines) if (match := _INCLUDE.match(line))]
+    for i, name in (*includes, (len(lines), "")):
+        pieces.append(_Piece(first + 1, "\n".join(lines[first:i]) if first < i else None, name, i + 1))
+        first = i + 1
+    return pieces
+
+
+def _read(folder: Path, name: str, wanted_by: str) -> list[_Piece]:
+    """The pieces of a file of `shaders/`. Raises ShaderError."""
+    path = f"{folder}/{name}"
+    try:
+        return _file_pieces(path, _version(path))
+    except OSError:
+        raise ShaderError(f'{wanted_by}: no file "{name}" in {folder}') from None
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        raise ShaderError(f"{name}:{line}: error: expected UTF-8 text: {error.reason}") from None
+
+
+@lru_cache(maxsize=_KEPT_FILES)
+def _file_pieces(path: str, _version: tuple[int, int]) -> list[_Piece]:
+    """The pieces of a file, which are read anew when it was changed: with another time or size of the file."""
+    return _split(read_packaged(Path(path)))
+
+
 def assemble(
     top: str, defines: Mapping[str, int | str] | None = None, generated: Mapping[str, str] | None = None
 ) -> Source:
@@ -62,24 +122,15 @@ def assemble(
             return []
         number = len(files)
         files.append(name)
-        if generated and name in generated:
-            text = generated[name]
-        else:
-            try:
-                text = read_packaged(folder / name)
-            except OSError:
-                raise ShaderError(f'{wanted_by}: no file "{name}" in {folder}') from None
-            except UnicodeDecodeError as error:
-                line = error.object[: error.start].count(b"\n") + 1
-                raise ShaderError(f"{name}:{line}: error: expected UTF-8 text: {error.reason}") from None
-        lines = [f"#line {number * _LINES + 1}"]
-        for i, line in enumerate(text.splitlines(), start=1):
-            if match := _INCLUDE.match(line):
-                lines += expand(match[1], f"{name}:{i}")
-                lines.append(f"#line {number * _LINES + i + 1}")
-            else:
-                lines.append(line)
-        return lines
+        pieces = _split(generated[name]) if generated and name in generated else _read(folder, name, wanted_by)
+        texts: list[str] = []
+        for piece in pieces:
+            texts.append(f"#line {number * _LINES + piece.line}")
+            if piece.text is not None:
+                texts.append(piece.text)
+            if piece.include:
+                texts += expand(piece.include, f"{name}:{piece.end}")
+        return texts
 
     version = _VERSION_OF_DOUBLES if defines and "DOUBLES" in defines else _VERSION
     head = f"#version {version} core\n" + "".join(

@@ -9,10 +9,12 @@ OpenGL here, and no text of a user's: names in the generated code are made of nu
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Literal, NamedTuple
 
 from raytracer.compiler.compiled_scene import CompiledScene
-from raytracer.compiler.glsl import csg, csg_lists, materials
+from raytracer.compiler.draws import TOGETHER
+from raytracer.compiler.glsl import csg, csg_lists
 from raytracer.compiler.glsl.constants import (
     ALL,
     CONSTANT_LIGHTS,
@@ -23,10 +25,12 @@ from raytracer.compiler.glsl.constants import (
     shape_trees,
     surface_index,
 )
+from raytracer.compiler.glsl.materials import material_text, reflected_text
 from raytracer.compiler.glsl.preprocessor import Source, assemble
 from raytracer.compiler.glsl.ray_queries import camera_query, mirror_query, shadow_query
-from raytracer.compiler.meshes import EMPTY, PLANE_ONLY, SEE, SHADE, SHAPES
-from raytracer.compiler.rounds import may_take_many_rounds
+from raytracer.compiler.meshes import EMPTY, PICTURE, PLANE_ONLY, SEE, SEVERAL, SHADE, SHAPES
+from raytracer.compiler.rounds import has_model_loops, may_take_many_rounds
+from raytracer.scene.materials.material import Material
 from raytracer.scene.options import Shadows
 
 # The image that the second pass makes: the picture, or one of three to look into it.
@@ -42,21 +46,29 @@ class ProgramSource(NamedTuple):
 
 
 def program_sources(
-    compiled: CompiledScene, show: Show | None, varyings: int = ALL, *, plane_only: bool = True
+    compiled: CompiledScene,
+    show: Show | None,
+    varyings: int = ALL,
+    *,
+    plane_only: bool = True,
+    several: bool = False,
 ) -> dict[str, ProgramSource]:
     """The programs that draw a scene, by their names (meshes.py); with `show` None they draw only what each pixel sees.
 
-    Without `plane_only`, plane-only cells are drawn as all others are. `varyings` is how many components of varyings
-    the driver has.
+    Without `plane_only`, plane-only cells are drawn as all others are. With `several`, there is a program that draws
+    them for several samples at once, where that saves time. `varyings` is how many components of varyings the driver
+    has.
     """
     handed = handed_constants(compiled, varyings)
     sources: dict[str, ProgramSource] = {}
     cells = _vertex_source(compiled, handed)
-    if show != "picture" or not compiled.is_over_planes:
-        sources[SEE] = ProgramSource(cells, _visibility_source(compiled, handed, geometry=show != "picture"))
-    if show == "picture":
+    if show == "picture" and compiled.is_one_pass:
+        sources[PICTURE] = ProgramSource(cells, _picture_source(compiled, handed))
+    elif show == "picture":
         sources[SHADE] = ProgramSource(cells, _shade_source(compiled, handed))
-    elif show:
+    if show != "picture" or not (compiled.is_one_pass or compiled.is_over_planes):
+        sources[SEE] = ProgramSource(cells, _visibility_source(compiled, handed, geometry=show != "picture"))
+    if show and show != "picture":
         sources[SHADE] = ProgramSource(
             cells, assemble(f"window/show_{show}.frag", _defines(compiled), _material(compiled))
         )
@@ -65,8 +77,19 @@ def program_sources(
     if show == "picture" and compiled.has_plane_only_cells:
         if plane_only and compiled.batches.planes:
             sources[PLANE_ONLY] = ProgramSource(cells, _plane_only_source(compiled, handed))
+            if several and _are_samples_cheap(compiled):
+                # Each further sample has a place, of two components.
+                handed = handed_constants(compiled, varyings - 2 * (TOGETHER - 1))
+                vertex = _vertex_source(compiled, handed, TOGETHER)
+                sources[SEVERAL] = ProgramSource(vertex, _plane_only_source(compiled, handed, TOGETHER))
         sources[EMPTY] = ProgramSource(plain_vertex_source(), assemble("passes/empty.frag"))
     return sources
+
+
+def _are_samples_cheap(compiled: CompiledScene) -> bool:
+    """Whether a plane-only pixel's samples take about as long as adding them up, and are quickly compiled."""
+    is_simple = not compiled.has_area_lights and not has_model_loops(compiled)
+    return is_simple and len(compiled.lights) <= CONSTANT_LIGHTS and compiled.options.precision == 32
 
 
 def plain_vertex_source() -> Source:
@@ -74,8 +97,11 @@ def plain_vertex_source() -> Source:
     return assemble("passes/cells.vert", generated={"constants.glsl": "void setConstants() {}"})
 
 
-def _vertex_source(compiled: CompiledScene, handed: Handed) -> Source:
-    """The vertex shader of all programs that draw cells. It hands them the constants of draw.glsl."""
+def _vertex_source(compiled: CompiledScene, handed: Handed, samples: int = 1) -> Source:
+    """The vertex shader of all programs that draw cells. It hands them the constants of draw.glsl.
+
+    The programs draw so many `samples` at once.
+    """
     constants = _surface_constants(compiled, handed)
     if handed.material:
         index = surface_index(compiled, compiled.batches.planes[0])
@@ -85,7 +111,8 @@ def _vertex_source(compiled: CompiledScene, handed: Handed) -> Source:
     includes = ["geometry/surfaces.glsl", "materials.glsl", *(["shading/light.glsl"] if compiled.lights else [])]
     lines = [*(f'#include "{name}"' for name in includes), *_set_constants(constants)]
     generated = {"constants.glsl": "\n".join(lines)} | _material(compiled)
-    return assemble("passes/cells.vert", _defines(compiled) | {"VERTEX": 1} | _light_defines(compiled), generated)
+    defines = _defines(compiled) | {"VERTEX": 1} | _light_defines(compiled) | _sample_defines(samples)
+    return assemble("passes/cells.vert", defines, generated)
 
 
 def _visibility_source(compiled: CompiledScene, handed: Handed, *, geometry: bool) -> Source:
@@ -108,6 +135,21 @@ def _shapes_source(compiled: CompiledScene, handed: Handed, *, geometry: bool) -
     generated = [*_includes(compiled, handed), "", *csg_lists.seen_shapes(trees, planes, handed.leaves)]
     defines |= {"SHAPES": 1} | ({"GEOMETRY": 1} if geometry else {})
     return ProgramSource(vertex, assemble("passes/visibility.frag", defines, {"scene.glsl": "\n".join(generated)}))
+
+
+def _picture_source(compiled: CompiledScene, handed: Handed) -> Source:
+    """The fragment shader that finds what each pixel sees and computes its light."""
+    defines = _defines(compiled) | _light_defines(compiled) | _handed_defines(compiled, handed)
+    generated = [*_includes(compiled, handed), "", *camera_query(compiled, handed)]
+    if compiled.lights or compiled.has_mirrors:
+        generated += [*_lights(compiled), *_light_rays(compiled)]
+    if compiled.lights and compiled.options.shadows != "off":
+        defines["SHADOWS"] = 1
+        generated += ["", *shadow_query(compiled, handed), "", _shadow(compiled.options.shadows)]
+    if compiled.has_mirrors:
+        defines["BOUNCES"] = compiled.options.bounces
+        generated.append('#include "shading/mirrors.glsl"')
+    return assemble("passes/picture.frag", defines, {"scene.glsl": "\n".join(generated)} | _material(compiled))
 
 
 def _shade_source(compiled: CompiledScene, handed: Handed) -> Source:
@@ -136,7 +178,7 @@ def _shade_source(compiled: CompiledScene, handed: Handed) -> Source:
     return assemble("passes/shade.frag", defines, {"scene.glsl": "\n".join(generated)} | _material(compiled))
 
 
-def _plane_only_source(compiled: CompiledScene, handed: Handed) -> Source:
+def _plane_only_source(compiled: CompiledScene, handed: Handed, samples: int = 1) -> Source:
     """The fragment shader that does both where only half-spaces are to be seen, and nothing else casts shadows there.
 
     A scene that has plane-only cells (culling.py) has it.
@@ -149,11 +191,13 @@ def _plane_only_source(compiled: CompiledScene, handed: Handed) -> Source:
     generated = ['#include "geometry/plane.glsl"', *_declared(compiled, handed), '#include "geometry/hit.glsl"']
     generated += csg.nearest_plane(planes, with_owner=True)
     if compiled.lights:
-        generated += [*_lights(compiled), *_light_rays(compiled)]
+        visible = {compiled.surfaces.material[plane] for plane in compiled.batches.planes}
+        generated += [*_lights(compiled, [compiled.materials[i] for i in visible]), *_light_rays(compiled)]
     if compiled.lights and compiled.options.shadows != "off" and len(planes) > 1:
         defines["SHADOWS"] = 1
         generated += [*csg.nearest_plane(planes, with_owner=False), _shadow(compiled.options.shadows)]
-    return assemble("passes/picture.frag", defines, {"scene.glsl": "\n".join(generated)} | _material(compiled))
+    texts = {"scene.glsl": "\n".join(generated)} | _material(compiled)
+    return assemble("passes/picture.frag", defines | _sample_defines(samples), texts)
 
 
 def _defines(compiled: CompiledScene) -> dict[str, int | str]:
@@ -172,6 +216,10 @@ def _light_defines(compiled: CompiledScene) -> dict[str, int]:
     defines = {"LIGHTS": len(compiled.lights)}
     defines |= {"SPHERE_LIGHTS": 1} if compiled.has_area_lights else {}
     return defines | ({"FALLOFF": 1} if compiled.has_falloff else {})
+
+
+def _sample_defines(samples: int) -> dict[str, int]:
+    return {"SAMPLES": samples} if samples > 1 else {}
 
 
 def _handed_defines(compiled: CompiledScene, handed: Handed) -> dict[str, int]:
@@ -205,7 +253,7 @@ def _set_constants(constants: list[_Constant]) -> list[str]:
 
 
 def _material(compiled: CompiledScene) -> dict[str, str]:
-    return {"materials.glsl": materials.material_text(compiled.layout)}
+    return {"materials.glsl": material_text(compiled.layout)}
 
 
 def _shadow(shadows: Shadows) -> str:
@@ -220,10 +268,10 @@ def _light_rays(compiled: CompiledScene) -> list[str]:
     return [f'#include "{name}"' for name in names]
 
 
-def _lights(compiled: CompiledScene) -> list[str]:
-    """The lights, and reflected(), with just the models in use."""
+def _lights(compiled: CompiledScene, materials: Collection[Material] | None = None) -> list[str]:
+    """The lights, and reflected(), with just the models in use, or in use by some of the `materials`."""
     return [
         *(['#include "shading/light.glsl"'] if compiled.lights else []),
         '#include "shading/material.glsl"',
-        *materials.reflected_text(compiled.layout, mirrors=compiled.has_mirrors),
+        *reflected_text(compiled.layout, mirrors=compiled.has_mirrors, materials=materials),
     ]

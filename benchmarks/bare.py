@@ -1,0 +1,89 @@
+"""The bare draws of a picture or a frame: the calls that draw and read back, made again without all between them."""
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from typing import Any, NamedTuple
+from unittest.mock import patch
+
+import numpy as np
+from numpy.typing import NDArray
+
+import raytracer as rt
+from raytracer.compiler.draws import Step
+from raytracer.gpu.device import Device
+from raytracer.gpu.draw_player import DrawPlayer
+from raytracer.gpu.scene_buffers import SceneBuffers
+from raytracer.rendering.renderer import Renderer
+
+
+class Recorded(NamedTuple):
+    """A call that draws or reads, which `again` repeats. `values` are the values that a call has read."""
+
+    again: Callable[[], Any]
+    values: NDArray[Any] | None = None
+    is_for_screen: bool = False
+
+
+@contextmanager
+def recorded() -> Iterator[list[Recorded]]:
+    """Collect the calls of a block that play lists of draws, bind a scene's numbers for them, and read textures."""
+    calls: list[Recorded] = []
+    play, read, bind = DrawPlayer.play, DrawPlayer.read, SceneBuffers.bind
+
+    def record_play(player: DrawPlayer, steps: Iterable[Step], **options: Any) -> None:
+        kept = list(steps)
+        calls.append(Recorded(partial(play, player, kept, **options), is_for_screen="screen" in options))
+        play(player, kept, **options)
+
+    def record_read(player: DrawPlayer, *arguments: Any) -> NDArray[Any]:
+        values = read(player, *arguments)
+        calls.append(Recorded(partial(read, player, *arguments), values))
+        return values
+
+    def record_bind(buffers: SceneBuffers) -> None:
+        calls.append(Recorded(partial(bind, buffers)))
+        bind(buffers)
+
+    with (
+        patch.object(DrawPlayer, "play", record_play),
+        patch.object(DrawPlayer, "read", record_read),
+        patch.object(SceneBuffers, "bind", record_bind),
+    ):
+        yield calls
+
+
+class BareDraws:
+    """The draws and read-backs of a picture, for a scene that is on the GPU until closed.
+
+    The constructor renders the picture, and so compiles. Decisions on the way are not made again.
+    """
+
+    def __init__(self, device: Device, scene: rt.Scene, settings: rt.Settings, size: tuple[int, int]) -> None:
+        self._device, self._renderer = device, Renderer(device)
+        self._renderer.render(scene, size, settings)
+        with recorded() as self._calls:
+            self.image = self._renderer.render(scene, size, settings)
+
+    def draw(self) -> None:
+        """Draw the picture again."""
+        with self._device.turn():
+            for call in self._calls:
+                if call.values is None:
+                    call.again()
+
+    def draw_and_read(self) -> list[NDArray[Any]]:
+        """Draw the picture again, and read again: the values of each reading."""
+        with self._device.turn():
+            values = [call.again() for call in self._calls]
+        return [each for each in values if each is not None]
+
+    def is_same(self) -> bool:
+        """Whether the picture's draws give the same values again."""
+        before = [call.values for call in self._calls if call.values is not None]
+        return all(map(np.array_equal, self.draw_and_read(), before))
+
+    def close(self) -> None:
+        """Give back everything on the GPU but the device's programs."""
+        with self._device.turn():
+            self._renderer.close()

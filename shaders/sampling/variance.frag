@@ -1,0 +1,20 @@
+// The variance of a pixel's samples, summed over red, green and blue.
+// If the host defines CHOSEN, some blocks of pixels got more samples than others.
+
+uniform sampler2D radianceSum;    // sums of samples, and in a of their squared lengths
+#ifdef CHOSEN
+uniform isampler2D blockSamples;  // how many samples each block of BLOCK x BLOCK pixels got
+#else
+uniform float samples;            // how many samples each pixel got
+#endif
+
+out float variance;
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec4 sum = texelFetch(radianceSum, pixel, 0);
+#ifdef CHOSEN
+    float samples = float(texelFetch(blockSamples, pixel / BLOCK, 0).r);
+#endif
+    variance = max(sum.a - dot(sum.rgb, sum.rgb) / samples, 0.0) / max(samples - 1.0, 1.0);
+}

@@ -1,0 +1,151 @@
+"""The scene that a renderer keeps on the GPU: drawn again without preparations, and always as by a new renderer."""
+
+from __future__ import annotations
+
+import gc
+import shutil
+import weakref
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.compiler.glsl import preprocessor
+from raytracer.gpu.device import Device
+from raytracer.gpu.scene_buffers import SceneBuffers
+from raytracer.rendering import renderer as renderer_module
+from raytracer.rendering.accumulation import Accumulation
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.settings import Settings
+from tests import scenes
+
+pytestmark = pytest.mark.gl
+
+SIZE = 80, 45
+CROWD = scenes.of(*(rt.Sphere((0.4 * i - 3, 0.5, 0), 0.2, scenes.COLORS[i % 4]) for i in range(16)), scenes.FLOOR)
+
+
+def moved(scene: rt.Scene, x: float) -> rt.Scene:
+    """The scene with its first light elsewhere."""
+    first, *others = scene.lights
+    return msgspec.structs.replace(scene, lights=[msgspec.structs.replace(first, position=(x, 7.0, 4.0)), *others])
+
+
+@pytest.fixture
+def own(renderer: Renderer) -> Renderer:
+    return Renderer(Device(renderer.device.context))
+
+
+def drawn(renderer: Renderer, scene: rt.Scene, size: tuple[int, int], settings: Settings) -> np.ndarray:
+    return renderer.render(scene, size, settings, geometry=False).radiance
+
+
+@pytest.mark.parametrize("scene", [scenes.assignment(), CROWD], ids=["few", "many"])
+def test_the_same_scene_is_drawn_again_without_preparations(
+    own: Renderer, monkeypatch: pytest.MonkeyPatch, scene: rt.Scene
+) -> None:
+    before = [drawn(own, scene, SIZE, Settings(samples=samples)) for samples in (16, 1, 5)]
+    for module, name in (
+        (renderer_module, "make_frame"),
+        (renderer_module, "picture_programs"),
+        (renderer_module, "TileRenderer"),
+        (renderer_module, "BlockMeasurements"),
+        (SceneBuffers, "_write_block"),
+    ):
+        monkeypatch.setattr(module, name, lambda *_, name=name, **__: pytest.fail(name))
+    for samples, radiance in zip((16, 1, 5), before, strict=True):
+        np.testing.assert_array_equal(drawn(own, scene, SIZE, Settings(samples=samples)), radiance)
+
+
+def test_only_the_parts_that_change_are_made_again(own: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn(own, CROWD, SIZE, Settings())
+    monkeypatch.setattr(renderer_module, "picture_programs", lambda *_, **__: pytest.fail("texts"))
+    assert own._kept
+    frame = own._kept.frame
+    drawn(own, moved(CROWD, 2.0), SIZE, Settings())
+    after = own._kept.frame
+    assert after.surfaces is frame.surfaces and after.materials is frame.materials and after.view is frame.view
+    assert after.lights is not frame.lights
+
+
+def test_any_chain_of_pictures_is_as_by_new_renderers(own: Renderer) -> None:
+    rng = np.random.default_rng(5)
+    two_lights = msgspec.structs.replace(
+        scenes.assignment(), lights=[*scenes.assignment().lights, rt.PointLight((-3, 5, 3))]
+    )
+    every = [scenes.assignment(), CROWD, two_lights]
+    for step in range(40):
+        scene = moved(every[rng.integers(3)], float(rng.choice([-2.0, 4.0])))
+        size = [SIZE, (48, 32), (100, 30)][rng.integers(3)]
+        settings = Settings(samples=int(rng.choice([1, 2, 4, 9, 16])), shadows=rng.choice(["off", "hard"]).item())
+        if rng.random() < 0.3:
+            settings = msgspec.structs.replace(settings, samples=32, adaptive=0.02)
+        tile, single = int(rng.choice([32, 2048])), bool(rng.random() < 0.5)
+        arguments: dict[str, Any] = {"tile": tile, "single_picture": single, "geometry": False}
+        image = own.render(scene, size, settings, **arguments)
+        fresh = Renderer(own.device).render(scene, size, settings, **arguments)
+        np.testing.assert_array_equal(image.radiance, fresh.radiance, f"step {step}: {settings}, {size}, {tile}")
+
+
+def test_renderers_that_share_programs_do_not_mix_up_their_scenes(own: Renderer) -> None:
+    dark = msgspec.structs.replace(scenes.assignment(), ambient=(0, 0, 0), background=(0.9, 0.1, 0.2))
+    other = Renderer(own.device)
+    light = drawn(own, scenes.assignment(), SIZE, Settings())
+    red = drawn(other, dark, SIZE, Settings())
+    assert not np.array_equal(light, red)
+    np.testing.assert_array_equal(drawn(own, scenes.assignment(), SIZE, Settings()), light)
+    np.testing.assert_array_equal(drawn(other, dark, SIZE, Settings()), red)
+
+
+def test_an_interrupted_picture_leaves_nothing_behind(own: Renderer) -> None:
+    before = drawn(own, CROWD, SIZE, Settings(samples=8))
+
+    def interrupt(done: int, total: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        own.render(CROWD, SIZE, Settings(samples=8), progress=interrupt)
+    assert own._kept is None
+    np.testing.assert_array_equal(drawn(own, CROWD, SIZE, Settings(samples=8)), before)
+
+
+def test_a_changed_shader_is_read_again(own: Renderer, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    folder = tmp_path / "shaders"
+    shutil.copytree(preprocessor.shaders_folder(), folder)
+    monkeypatch.setattr(preprocessor, "shaders_folder", lambda: folder)
+    before = drawn(own, scenes.assignment(), SIZE, Settings())
+    file = folder / "passes" / "empty.frag"
+    file.write_text(file.read_text().replace("= samples *", "= 2.0 * samples *"))
+    after = drawn(own, scenes.assignment(), SIZE, Settings())
+    np.testing.assert_array_equal(after[0, 0], 2.0 * before[0, 0])
+
+
+def test_of_a_large_picture_nothing_stays_and_a_scene_goes_with_the_next(
+    own: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = scenes.of(rt.Sphere((0, 1, 0), 1))
+    drawn(own, scene, SIZE, Settings(samples=2))
+    assert own._kept
+    alive = weakref.ref(own._kept.frame.compiled.surfaces.centers)
+    del scene
+    drawn(own, CROWD, SIZE, Settings())
+    gc.collect()
+    assert alive() is None
+    monkeypatch.setattr(renderer_module, "_KEPT_PIXELS", SIZE[0] * SIZE[1] - 1)
+    drawn(own, CROWD, SIZE, Settings(samples=2))
+    assert own._kept is None
+
+
+@pytest.mark.parametrize("sequence", ["sobol", "random", "r2"])
+def test_samples_drawn_at_once_make_the_picture_of_samples_drawn_one_by_one(
+    own: Renderer, monkeypatch: pytest.MonkeyPatch, sequence: Any
+) -> None:
+    for scene in (scenes.assignment(), CROWD):
+        settings = Settings(samples=23, sequence=sequence)
+        at_once = drawn(own, scene, SIZE, settings)
+        with monkeypatch.context() as patch:
+            patch.setattr(Accumulation, "_can_draw_together", lambda _: False)
+            np.testing.assert_allclose(at_once, drawn(own, scene, SIZE, settings), rtol=1e-6)
