@@ -39,14 +39,22 @@ def missing(cell: Ints, item: Ints, wanted_cell: Ints, wanted_item: Ints) -> int
     return int((listed[np.minimum(np.searchsorted(listed, wanted), len(listed) - 1)] != wanted).sum())
 
 
-def face_cell(D: NDArray[np.floating[Any]], grid: int) -> Ints:
-    """The definition of cube_faces(), of one direction at a time; in the precision of D."""
+def direction_cell(D: NDArray[np.floating[Any]], grid: int) -> Ints:
+    """The definition of hemisphere_cells(), of one direction at a time; in the precision of D."""
     result = []
     for d in D:
-        axis = int(np.argmax(np.abs(d)))
-        b, c = (0, 1, 2)[:axis] + (0, 1, 2)[axis + 1 :]
-        half = d.dtype.type(0.5)
-        column, row = (int((d[i] / abs(d[axis]) * half + half) * d.dtype.type(grid)) for i in (b, c))
-        face = 2 * axis + (d[axis] < 0)
-        result.append((face * grid + min(row, grid - 1)) * grid + min(column, grid - 1))
+        half, size = d.dtype.type(0.5), np.sqrt(np.sum(d * d))
+        column, row = (int((d[i] / (np.abs(d[2]) + size) * half + half) * d.dtype.type(grid)) for i in (0, 1))
+        result.append((int(d[2] < 0) * grid + min(row, grid - 1)) * grid + min(column, grid - 1))
     return np.array(result)
+
+
+def edge_directions(rng: np.random.Generator, count: int, grid: int) -> Array:
+    """(count, 3): directions at the edges and corners of cells, and at the equator, to within 1e-7."""
+    at = rng.uniform(-0.7, 0.7, (count, 2))
+    on_line = np.rint(0.5 * grid * at) * 2.0 / grid  # for even grids
+    at = np.where(rng.random((count, 2)) < 0.7, on_line, at)
+    angle = rng.uniform(0.0, 2.0 * np.pi, count)
+    at[::3] = np.column_stack((np.cos(angle), np.sin(angle)))[::3]
+    z = (1.0 - np.sum(at * at, axis=1)) * rng.choice([-1.0, 1.0], count)
+    return np.column_stack((2.0 * at, z)) + rng.uniform(-1e-7, 1e-7, (count, 3))

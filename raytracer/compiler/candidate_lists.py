@@ -14,9 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.batches import SHAPE_LEAVES, Balls, Batches, ProgramBatch, balls, combined
-from raytracer.compiler.cube_lists import CubeBalls, cube_balls, cube_lists
-from raytracer.compiler.culling import PASSING, finest_grid, reach, widening
-from raytracer.compiler.direction_cells import CELL, MARGIN, Lists, covered, cube_faces, overlaps, tangents, widened
+from raytracer.compiler.culling import PASSING, finest_grid, passing, reach, widening
+from raytracer.compiler.direction_cells import (
+    CELL,
+    Lists,
+    covered,
+    hemisphere_cells,
+    overlaps,
+    tangents,
+    widened,
+)
+from raytracer.compiler.hemisphere_lists import LightBalls, hemisphere_lists, light_balls
 from raytracer.compiler.program_rows import FindPairs, Rows, everywhere, filled, met, most_listed
 from raytracer.compiler.view_space import View, camera_grid
 from raytracer.scene.lights import PointLight
@@ -25,8 +33,8 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-class CubeLists(NamedTuple):
-    """The lists of the cells of the cube around one light, numbered as by cube_faces()."""
+class CasterLists(NamedTuple):
+    """The lists of the cells around one light, numbered as by hemisphere_cells()."""
 
     lists: Lists
     longest: int  # entries of the longest list
@@ -86,8 +94,8 @@ class Lister:
         return len(self._items.radii) + sum(batch.surfaces.size for batch in self._batches.programs)
 
     @functools.cached_property
-    def _balls(self) -> CubeBalls:
-        return cube_balls(self._items.centers, self._items.radii, self._items.growth - 1.0)
+    def _balls(self) -> LightBalls:
+        return light_balls(self._items.centers, self._items.radii, self._items.growth - 1.0)
 
     def items_texture(self, numbers: NDArray[np.float32]) -> NDArray[np.float32]:
         """(4 N, 4): the texels `items` of lists.glsl; `numbers` are the texels of surfaces.glsl."""
@@ -124,11 +132,14 @@ class Lister:
         def leaf(number: int) -> tuple[Array, Array]:
             return tangents(self._centers[batch.first + number], self._radii[batch.first + number])
 
-        lo, hi = tangents(self._items.centers, self._items.radii)
+        lo, hi = np.empty((2, len(self._items.radii), 2))
         at = 0
         for batch in self._batches.shapes:
             part = slice(at, at + len(batch.first))
-            lo[part], hi[part] = _inner((lo[part], hi[part]), combined(batch.tree, leaf, _inner, _outer))
+            bounds = combined(batch.tree, leaf, _inner, _outer)
+            if len(batch.tree) > 1:  # one sphere is no larger than the ball around it
+                bounds = _inner(tangents(self._items.centers[part], self._items.radii[part]), bounds)
+            lo[part], hi[part] = bounds
             at = part.stop
         return lo, hi
 
@@ -155,11 +166,11 @@ class Lister:
         return lists.entries[begin:end]
 
     def finest_grid(self, light: PointLight) -> float:
-        """The most cells that a side of a cube's face around a light should have."""
+        """The most cells that a side of a hemisphere around a light should have."""
         return finest_grid(self._view.place(light.position), light.radius, self._centers)
 
-    def cube_lists(self, light: PointLight, grid: int, most: int, listed: int, most_listed: int) -> CubeLists:
-        """The lists of the cells of the cube around a light.
+    def caster_lists(self, light: PointLight, grid: int, most: int, listed: int, most_listed: int) -> CasterLists:
+        """The lists of the cells around a light.
 
         Raises InputError above `most` pairs of a cell and an object of a common shape, and for more than `most_listed`
         pairs of a cell and a primitive of another object, together with the `listed` ones of other lights.
@@ -167,18 +178,17 @@ class Lister:
         place = self._view.place(light.position)
         far = reach(place, self._centers, self._radii)
         wider = widening(far, light.radius)
-        passing = wider - light.radius * (1.0 + MARGIN)  # the part of it that is for rounding
-        lists, longest = cube_lists(self._balls, place, wider, passing, grid, most)
+        lists, longest = hemisphere_lists(self._balls, place, wider, passing(far, light.radius), grid, most)
         pairs, total = len(lists.entries), listed
         if self._batches.programs:
 
             def view(centers: Array, radii: Array) -> tuple[Ints, Ints]:
-                return cube_faces(centers - place, radii + wider, grid)
+                return hemisphere_cells(centers - place, radii + wider, grid)
 
             count = np.subtract(*lists.ends.T[::-1], dtype=np.int64)
             lists, total = self._lists(view, count, lists.entries, listed, most_listed)
             longest = lists.longest()
-        return CubeLists(lists, longest, far, pairs, total - listed)
+        return CasterLists(lists, longest, far, pairs, total - listed)
 
     def _lists(self, view: FindPairs, count: Ints, item: NDArray[np.int32], total: int, most: int) -> tuple[Lists, int]:
         """The lists of objects of common shapes, of which cell i has count[i] one after the other, and of all others.

@@ -1,4 +1,4 @@
-"""The cells of a picture, and of cubes around lights, in which rays may meet objects other than half-spaces.
+"""The cells of a picture, and around lights, in which rays may meet objects other than half-spaces.
 
 For scenes of few primitives, and by how much balls are to be wider for any.
 """
@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.direction_cells import MARGIN, cube_faces, overlaps, tangents, widened
+from raytracer.compiler.direction_cells import MARGIN, hemisphere_cells, overlaps, tangents, widened
 from raytracer.compiler.view_space import View, camera_grid
 from raytracer.scene.camera import Camera
 from raytracer.scene.lights import PointLight
@@ -19,8 +19,10 @@ from raytracer.scene.solids import Complement, Difference, Intersection, Plane, 
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-# Cells of a side of a cube's face around a light.
-_GRID = 64
+# Cells of a side of each hemisphere around a light.
+_GRID = 112
+# From so many on, no cone around a cell's corners holds the opposite pole.
+_FINE = 8
 # The error of a ball's distance from a ray towards a light, in float32: so much of the distances from the camera and of
 # the ray's length, however near the light the ball is (32 units in the last place, which the point, light, centre,
 # direction and moment share).
@@ -30,7 +32,7 @@ PASSING = 2.0**-19
 _REACH, _AWAY = 128.0, 4.0
 # Of so many balls at least, spread over all, the typical distance is taken: the median's last digits do not matter.
 _SAMPLED = 1024
-# In so many cells of the cube around a light a ball may be listed for no more than the light's radius, on average:
+# In so many cells around a light a ball may be listed for no more than the light's radius, on average:
 # in smaller ones the same lists would come over and over.
 _LISTED_FOR_RADIUS = 16.0
 
@@ -55,15 +57,16 @@ def occupied_cells(view: View, solids: Sequence[Solid], size: tuple[int, int]) -
     return _occupied(solids, *kept, len(radii), shape[0] * shape[1]).reshape(shape[::-1])
 
 
-def occupied_cube(view: View, solids: Sequence[Solid], light: PointLight) -> Mask:
-    """The occupied cells of the cube around a light, for shadowed_cells(), of few primitives."""
+def occupied_around(view: View, solids: Sequence[Solid], light: PointLight) -> Mask:
+    """The occupied cells around a light, for shadowed_cells(), of few primitives."""
     centers, radii = view.centers, view.surfaces.radii
     place = view.place(light.position)
     grid = int(min(_GRID, finest_grid(place, light.radius, centers)))
     wide = radii + widening(reach(place, centers, radii), light.radius)
-    pairs = cube_faces(centers - place, wide, grid)
-    kept = _in_cone(pairs, _cube_corners(pairs[0], grid), centers - place, wide)
-    return _occupied(solids, *kept, len(radii), 6 * grid * grid)
+    pairs = hemisphere_cells(centers - place, wide, grid)
+    if grid >= _FINE:
+        pairs = _in_cone(pairs, _cell_corners(pairs[0], grid), centers - place, wide)
+    return _occupied(solids, *pairs, len(radii), 2 * grid * grid)
 
 
 def reach(light: Array, centers: Array, radii: Array) -> float:
@@ -78,18 +81,21 @@ def reach(light: Array, centers: Array, radii: Array) -> float:
 
 
 def widening(far: float, radius: float) -> float:
-    """By how much balls are to be wider so that the ray to a light's centre meets one where any to the light does, if
-    rays are as long as reach() says at most.
+    """By how much balls are to be wider so that the ray to a light's centre meets one where any to the light does.
 
-    Points of the two are, after the same share of their ways from P, no further apart than their ends, which is at
-    most `radius`. To aim beside the centre takes as many roundings again as PASSING is for.
+    Rays are at most as long as reach() says, `far`. Points of the two are, after the same share of their ways from P,
+    no further apart than their ends, which is at most `radius`.
     """
-    passing = PASSING * far
-    return radius * (1.0 + MARGIN) + 2.0 * passing if radius else passing
+    return radius * (1.0 + MARGIN) + passing(far, radius)
+
+
+def passing(far: float, radius: float) -> float:
+    """The part of widening() that is for rounding: to aim beside a light's centre takes as many roundings again."""
+    return PASSING * far * (2.0 if radius else 1.0)
 
 
 def finest_grid(light: Array, radius: float, centers: Array) -> float:
-    """The most cells that a side of a cube's face around a light should have; at least 1.
+    """The most cells that a side of a hemisphere around a light should have; at least 1.
 
     By the share of all directions in which balls are listed for no more than the light's radius.
     """
@@ -97,7 +103,7 @@ def finest_grid(light: Array, radius: float, centers: Array) -> float:
         return math.inf
     distance = np.maximum(_distances(centers, light), radius)
     share = float(np.mean((radius / distance) ** 2)) / 4.0
-    return max(1.0, math.sqrt(_LISTED_FOR_RADIUS / (6.0 * share))) if share else math.inf
+    return max(1.0, math.sqrt(_LISTED_FOR_RADIUS / (0.5 * math.pi * share))) if share else math.inf
 
 
 def _distances(points: Array, place: Array) -> Array:
@@ -144,8 +150,8 @@ def _in_cone(
     """The pairs of a cell and a sphere in which the sphere's cone meets the cone around the cell.
 
     `corners` (4, pairs, 3) are directions. A cone of at most a right angle to its axis, dot(d, axis) >= cos |d| with
-    cos >= 0, holds with two directions their sum: so it holds a cell of which it holds the corners. A wider one may
-    not, and its pairs are kept.
+    cos >= 0, holds with two directions their sum: so it holds a cell of the picture of which it holds the corners, and
+    as _cell_corners() says one around a light. A wider cone may not, and its pairs are kept.
     """
     cell, sphere = pairs
     centers, radii = centers[sphere], widened(centers, radii)[sphere]
@@ -163,18 +169,17 @@ def _angles(a: Array, b: Array) -> Array:
     return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, axis=-1))
 
 
-def _cube_corners(cell: NDArray[np.int64], grid: int) -> Array:
-    """(4, N, 3): the corners of N cells of a cube, numbered as cube_faces() does."""
+def _cell_corners(cell: NDArray[np.int64], grid: int) -> Array:
+    """(4, N, 3): the corners of N cells around a light, numbered as hemisphere_cells() does.
+
+    A cone without the opposite pole is projected to a disc: if it holds a cell's corners, it holds the cell.
+    """
     face, place = np.divmod(cell, grid * grid)
     row, column = np.divmod(place, grid)
     lines = np.linspace(-1.0, 1.0, grid + 1)
-    b = lines[np.stack([column, column + 1, column, column + 1])]
-    c = lines[np.stack([row, row, row + 1, row + 1])]
-    axis, a = face // 2, np.broadcast_to(1.0 - 2.0 * (face % 2), b.shape)
-    return np.stack(
-        [np.where(axis == 0, a, b), np.where(axis == 1, a, np.where(axis == 0, b, c)), np.where(axis == 2, a, c)],
-        axis=-1,
-    )
+    x = lines[np.stack([column, column + 1, column, column + 1])]
+    y = lines[np.stack([row, row, row + 1, row + 1])]
+    return np.stack([2.0 * x, 2.0 * y, (1.0 - x * x - y * y) * (1.0 - 2.0 * face)], axis=-1)
 
 
 def corners(values: Array) -> Array:

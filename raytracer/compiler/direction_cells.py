@@ -1,6 +1,6 @@
 """From one point, the camera or a light: which balls can a ray in which direction meet?
 
-The directions are divided into cells, a grid over the picture or one on each face of a cube around
+The directions are divided into cells, a grid over the picture or one on each of two hemispheres around
 a light, and each cell lists the balls that a ray through it may meet: never too few, rarely too
 many. The light buffer of Haines and Greenberg 1986, and for the camera screen tiles. Balls are
 bounding spheres; all is computed in float64, and holds for rays and balls rounded to float32.
@@ -174,29 +174,39 @@ def runs(items: Ints, count: Ints, start: Ints) -> tuple[Ints, Ints]:
     return np.repeat(items, count), offset + np.arange(len(offset))
 
 
-def cube_faces(centers: Array, radii: Array, grid: int, most: int | None = None) -> tuple[Ints, Ints]:
-    """(cell, item), each (M,): for a light at the origin, the cells of a cube around it, and the balls seen in them.
+def hemisphere_cells(centers: Array, radii: Array, grid: int, most: int | None = None) -> tuple[Ints, Ints]:
+    """(cell, item), each (M,): for a light at the origin, the cells of two hemispheres around it, and the balls there.
 
-    Faces are +x, -x, +y, -y, +z, -z, each grid x grid cells. On the face of main axis a with the other
-    axes b < c, direction D is in the column of D_b / |D_a| and the row of D_c / |D_a|, both from -1 to 1.
-    A cell's number is (face * grid + row) * grid + column. Raises InputError above `most`, or MAX_PAIRS.
+    The hemispheres are z >= 0, then z < 0, each of grid x grid cells. A direction D is in the column of D_x / s and the
+    row of D_y / s with s = |D_z| + |D|, both from -1 to 1: the stereographic projection. A cell's number is
+    (hemisphere * grid + row) * grid + column. Raises InputError above `most`, or MAX_PAIRS.
+
+    The projection makes a circle of a circle. The rays to a ball of radius r at c, at the distance d, are a cone
+    around c whose half angle has the sine r / d and the cosine q / d, with q = sqrt(d^2 - r^2). So the circle has the
+    centre (c_x, c_y) / (h + q) and the radius r / (h + q), with h the height of c in the hemisphere.
     """
-    # Most balls are far from most faces. The planes between faces lean by 45 degrees, so a ball meets a face's
-    # pyramid only if its other coordinates are <= main + sqrt(2) radius; 2 is for the margins of tangents().
-    size = np.abs(centers.T)
-    reach = 2.0 * radii
-    items, seen = [], []
-    for face in range(6):
-        axis, sign = face // 2, 1.0 - 2.0 * (face % 2)
-        b, c = (0, 1, 2)[:axis] + (0, 1, 2)[axis + 1 :]
-        main = sign * centers[:, axis]
-        near = np.flatnonzero(np.maximum(size[b], size[c]) <= main + 4.0 * MARGIN * size[axis] + reach)
-        items.append(near)
-        seen.append(np.column_stack((centers[near, b], centers[near, c], -main[near])))
+    radius = widened(centers, radii)
+    x, y, z = centers.T
+    square = (x * x + y * y + z * z) - radius * radius
+    touching = np.sqrt(np.maximum(square, 0.0))
+    items, los, his = [], [], []
+    for sign in (1.0, -1.0):
+        height = sign * z
+        seen = np.flatnonzero((height + radius >= -MARGIN * touching) | (square <= 0.0))
+        scale = height[seen] + touching[seen]
+        # A ball far below the equator, or around the light, takes all cells: its circle is large, or holds infinity.
+        bounded = (square[seen] > 0.0) & (height[seen] >= -0.7 * touching[seen])
+        half = radius[seen] / np.where(bounded, scale, 1.0)
+        middle = np.stack((x[seen], y[seen])) / np.where(bounded, scale, 1.0)
+        half = np.where(bounded, half + MARGIN * (half + np.abs(middle).sum(axis=0)), np.inf)
+        items.append(seen)
+        los.append(np.where(bounded, middle - half, -np.inf))
+        his.append(np.where(bounded, middle + half, np.inf))
     item = np.concatenate(items)
-    face = np.repeat(np.arange(6), [len(near) for near in items])
-    lo, hi = tangents(np.concatenate(seen), radii[item])
-    cell, pair = overlaps(lo, hi, (-1.0, -1.0), (2.0 / grid, 2.0 / grid), (grid, grid), most)
+    face = np.repeat(np.arange(2), list(map(len, items)))
+    step = 2.0 / grid
+    lo, hi = np.concatenate(los, axis=1).T, np.concatenate(his, axis=1).T
+    cell, pair = overlaps(lo, hi, (-1.0, -1.0), (step, step), (grid, grid), most)
     return cell + (face * grid * grid)[pair], item[pair]
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from raytracer.compiler import packing
 from raytracer.compiler.compiled_scene import CompiledScene
-from raytracer.compiler.culling import occupied_cells, occupied_cube
+from raytracer.compiler.culling import occupied_around, occupied_cells
 from raytracer.compiler.direction_cells import CELL
 from raytracer.compiler.grounds import Mask, Sight, make_sight, shadowed_cells
 from raytracer.compiler.limits import DriverLimits
@@ -298,8 +298,8 @@ def _shadows(
 
     def occupied() -> Mask:
         if lists:
-            return lists.cubes[number].lists.occupied()
-        return occupied_cube(view, compiled.scene.solids(), light)
+            return lists.own[number].lists.occupied()
+        return occupied_around(view, compiled.scene.solids(), light)
 
     return shadowed_cells(sight, light, view, grazed, occupied)
 

@@ -27,6 +27,10 @@ Mask = NDArray[np.bool_]
 # Slopes of a half-space, for each pixel that a picture is wide and high, below which cameraSlope() (camera.glsl) does
 # not give its points to within MARGIN.
 _FLATTEST = 2.0**-27
+# A share of the distance below a hemisphere's equator, and a chord there, up to which projected arcs are short.
+_BELOW, _SHORT = 0.25, 0.5
+# The ends of the sides of a cell, as corners() counts its corners.
+_ENDS = (0, 0, 1, 2), (1, 2, 3, 3)
 
 
 class Ground(NamedTuple):
@@ -84,8 +88,8 @@ def shadowed_cells(
     """(rows, columns): in which cells of a picture shadows of balls may lie on half-spaces.
 
     `grazed` are the half-spaces, by their surface, in whose boundary the light is: it does not shine on these.
-    `occupied` gives the cells (6 * grid * grid,) of the cube around the light, numbered as cube_faces() does, in which
-    rays may meet other objects than half-spaces.
+    `occupied` gives the cells (2 * grid * grid,) around the light, numbered as hemisphere_cells() does, in which rays
+    may meet other objects than half-spaces.
     """
     shadowed = np.zeros(sight.free.size, bool)
     grounds = [ground for ground in sight.grounds if ground.plane not in grazed and len(ground.cell)]
@@ -93,7 +97,7 @@ def shadowed_cells(
         return shadowed.reshape(sight.free.shape)
     place = view.place(light.position)
     far = reach(place, view.centers, view.surfaces.radii) - float(np.linalg.norm(place))
-    cube: _Cube | None = None
+    around: _Occupied | None = None
     for ground in grounds:
         # Rounding to float32 may move a point so far, seen from the light.
         error = MARGIN * (ground.distance + np.linalg.norm(place))
@@ -103,63 +107,64 @@ def shadowed_cells(
         faces = -height * np.sign(ground.depth) > -error.max(axis=0) - light.radius * (1.0 + MARGIN)
         if not np.any(faces | ~whole):
             continue
-        cube = cube or _cube(occupied())
-        shadowed[ground.cell[~whole]] |= cube.is_occupied  # to the horizon: the face goes on without end
+        around = around or _sums(occupied())
+        shadowed[ground.cell[~whole]] |= around.anywhere  # to the horizon: the face goes on without end
         within = np.flatnonzero(whole & faces)
         seen = ground.corners[:, :, within] - place[:, None, None]
-        shadowed[ground.cell[within]] |= _shadowed(seen, error[:, within], cube)
+        shadowed[ground.cell[within]] |= _shadowed(seen, error[:, within], around)
     return shadowed.reshape(sight.free.shape)
 
 
-class _Cube(NamedTuple):
-    """The occupied cells of the cube around a light."""
+class _Occupied(NamedTuple):
+    """The occupied cells around a light."""
 
-    is_occupied: bool
-    faces: list[int]  # with any
-    sums: NDArray[np.int32]  # (6, grid + 1, grid + 1): over the cells from a face's corner on
+    anywhere: bool
+    sums: NDArray[np.int32]  # (2, grid + 1, grid + 1): over the cells from a hemisphere's corner on
 
 
-def _cube(cells: Mask) -> _Cube:
-    grid = math.isqrt(len(cells) // 6)
-    sums = np.zeros((6, grid + 1, grid + 1), np.int32)
-    np.cumsum(cells.reshape(6, grid, grid), axis=1, out=sums[:, 1:, 1:])
+def _sums(cells: Mask) -> _Occupied:
+    grid = math.isqrt(len(cells) // 2)
+    sums = np.zeros((2, grid + 1, grid + 1), np.int32)
+    np.cumsum(cells.reshape(2, grid, grid), axis=1, out=sums[:, 1:, 1:])
     np.cumsum(sums[:, 1:, 1:], axis=2, out=sums[:, 1:, 1:])
-    faces = np.flatnonzero(sums[:, -1, -1]).tolist()
-    return _Cube(bool(faces), faces, sums)
+    return _Occupied(bool(sums[:, -1, -1].any()), sums)
 
 
-def _shadowed(places: Array, error: Array, cube: _Cube) -> Mask:
+def _shadowed(places: Array, error: Array, around: _Occupied) -> Mask:
     """(K,): in which cells of a half-space shadows of balls may lie.
 
     `places` (3, 4, K) are the points at the cells' corners as seen from a light, each to within its `error` (4, K).
+
+    A cell's part of the half-space is a quadrilateral. As seen from the light its sides are arcs of great circles,
+    which hemisphere_cells() projects to arcs of circles of the radius 1 or more. These are at most half circles where
+    all corners are in the hemisphere, or near each other and not far below. An arc leaves its chord l by
+    1 - sqrt(1 - l^2 / 4) at most.
     """
-    grid = cube.sums.shape[1] - 1
+    grid = around.sums.shape[1] - 1
     shadowed = np.zeros(places.shape[-1], bool)
-    for face in cube.faces:
-        axis = face // 2
-        others = [places[k] for k in range(3) if k != axis]
-        main = places[axis] * (1.0 - 2.0 * (face % 2))
-        # Only cells that are partly in front of the face, and not wholly beside it, beyond one of its sides.
-        most = (main + error).max(axis=0)
-        seen = most > 0.0
-        for side in others:
-            seen &= ((side - error).min(axis=0) <= most) & ((side + error).max(axis=0) >= -most)
-        cell = np.flatnonzero(seen & ~shadowed)
-        main, off = main[:, cell], error[:, cell]
-        front = main > off
-        # In front of the face the cell's part of the half-space is a quadrilateral there, inside its bounds.
-        bounds = []
-        with np.errstate(divide="ignore", invalid="ignore"):
-            for side in others:
-                at = np.where(front, side[:, cell] / main, 0.0)
-                margin = np.where(front, off / main, 0.0) * (1.0 + np.abs(at))
-                low = np.clip(np.floor(((at - margin).min(axis=0) + 1.0) / 2.0 * grid), 0, grid).astype(int)
-                high = np.clip(np.floor(((at + margin).max(axis=0) + 1.0) / 2.0 * grid) + 1, 0, grid).astype(int)
-                bounds.append((low, np.maximum(high, low)))
-        (c0, c1), (r0, r1) = bounds
-        sums = cube.sums[face]
+    distance = np.sqrt(np.sum(places * places, axis=0))
+    for sums, sign in zip(around.sums, (1.0, -1.0), strict=True):
+        height = places[2] * sign
+        cell = np.flatnonzero(((height + error).max(axis=0) > 0.0) & ~shadowed)
+        if not len(cell) or not sums[-1, -1]:
+            continue
+        height, off, length = height[:, cell], error[:, cell], distance[:, cell]
+        front = (height > off).all(axis=0)
+        near = ((height >= -_BELOW * length) & (length > 8.0 * off)).all(axis=0)
+        scale = np.where(near, height + length, 1.0)
+        at = places[:2, :, cell] / scale
+        low, high = at.min(axis=1), at.max(axis=1)
+        sides = at[:, _ENDS[0]] - at[:, _ENDS[1]]
+        square = np.sum(sides * sides, axis=0).max(axis=0)
+        sure = near & (front | (square <= _SHORT**2))
+        # An error moves a projected place by less than twice its share of the distance.
+        leaves = 1.0 - np.sqrt(np.maximum(1.0 - square / 4.0, 0.0))
+        margin = leaves + (4.0 * off / np.where(near, length, 1.0)).max(axis=0)
+        first = np.clip(np.floor((low - margin + 1.0) / 2.0 * grid), 0, grid).astype(int)
+        last = np.clip(np.floor((high + margin + 1.0) / 2.0 * grid) + 1, 0, grid).astype(int)
+        (c0, r0), (c1, r1) = first, np.maximum(last, first)
         count = sums[r1, c1] - sums[r0, c1] - sums[r1, c0] + sums[r0, c0]
-        shadowed[cell] |= ~front.all(axis=0) | (count > 0)
+        shadowed[cell] |= ~sure | (count > 0)
     return shadowed
 
 

@@ -1,4 +1,4 @@
-"""The lists of all cells of a picture and of the cubes around lights, where there are many primitives, as textures."""
+"""The lists of all cells of a picture and around lights, where there are many primitives, as textures."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.batches import Batches
-from raytracer.compiler.candidate_lists import CubeLists, Lister
+from raytracer.compiler.candidate_lists import CasterLists, Lister
 from raytracer.compiler.direction_cells import CELL, MAX_PAIRS, Lists, check_pairs
 from raytracer.compiler.meshes import cells_under
 from raytracer.compiler.program_rows import check_listed, most_listed
@@ -21,11 +21,11 @@ from raytracer.scene.lights import PointLight
 
 Caster: TypeAlias = tuple[Vec3, float]  # the place and the radius of a light
 
-# Cells of a side of a cube's face around a light. The coarse ones are for large lights.
-GRIDS = (256, 192, 128, 96, 64, 48, 32, 24, 16, 12, 8, 6, 4, 3, 2, 1)
-# A cube has so many cells for each ball: pictures of 1,000 to 20,000 balls take no longer than with finer ones, and
-# lists less. But with so many at least: lists are short where there are more cells than balls.
-_CELLS_FOR_BALL, _LEAST_CELLS = 4, 6 * 96**2
+# Cells of a side of each hemisphere around a light. The coarse ones are for large lights.
+GRIDS = (512, 448, 384, 320, 256, 224, 192, 160, 128, 112, 96, 80, 64, 48, 32, 24, 16, 12, 8, 6, 4, 3, 2, 1)
+# A light has so many cells for each ball: pictures of 20,000 balls take no longer than with finer ones, and lists less.
+# But all lights together have so many at least: pictures of few balls take less time than with coarser ones.
+_CELLS_FOR_BALL, _LEAST_CELLS = 3, 2 * 256**2
 # Cells are larger where the lists of all lights would have more of them than that, or more pairs of a cell and an
 # object of a common shape, or of a cell and a primitive of another object. They take 8, 4 and 150 bytes.
 _MAX_CELLS, _MAX_ITEMS, _MAX_LISTED = 2**23, 2**24, 2**22
@@ -55,7 +55,7 @@ class CameraLists(msgspec.Struct, frozen=True, eq=False):
 
 
 class LightLists(msgspec.Struct, frozen=True, eq=False):
-    """The lists of the cubes around lights, and all textures of lists.
+    """The lists of the cells around lights, and all textures of lists.
 
     Each texture is in parts, one after the other. The next frame takes the parts of lights that stay.
     """
@@ -64,8 +64,8 @@ class LightLists(msgspec.Struct, frozen=True, eq=False):
     casters: tuple[Caster, ...]  # of light_casters()
     has_mirrors: bool
     most_texels: int
-    grid: int  # cells of a side of a cube's face
-    cubes: tuple[CubeLists, ...]  # of each light
+    grid: int  # cells of a side of each hemisphere
+    own: tuple[CasterLists, ...]  # the lists of each light
     # The texels `lists` of lists.glsl: the list of all objects, those of the picture's cells, and those of each light.
     entries: tuple[NDArray[np.int32], ...]
     # The texels `ends` of lists.glsl: a texel for each light, then those of each light's cells.
@@ -112,7 +112,7 @@ def make_light_lists(
 
     `previous` is returned if nothing has changed. Otherwise it lends the lists of lights that stay.
 
-    Raises InputError if the lists take too much even with one cell for each face of a cube.
+    Raises InputError if the lists take too much even with one cell for each hemisphere.
     """
     casters = light_casters(lights)
     if previous and previous.camera is not camera:
@@ -123,15 +123,15 @@ def make_light_lists(
         most_texels,
     ):
         return previous
-    grid, cubes = _make_cubes(camera.lister, lights, spheres, most_texels, previous)
+    grid, own = _own_lists(camera.lister, lights, spheres, most_texels, previous)
     is_short = len(camera.full_list) <= _MOST_FROM_AFAR
     full_list = camera.full_list if is_short or has_mirrors else camera.full_list[:0]
-    entries = full_list, camera.lists.entries, *(cube.lists.entries for cube in cubes)
+    entries = full_list, camera.lists.entries, *(one.lists.entries for one in own)
     # Of each light: the reach, and where the lists begin in the texture.
-    of_lights = np.zeros((len(lights), 2), np.int32)
-    reach = [cube.reach if is_short else np.inf for cube in cubes]
-    of_lights[:, 0] = np.array(reach, np.float32).view(np.int32)
-    of_lights[:, 1] = np.cumsum(list(map(len, entries)))[1:-1]
+    headers = np.zeros((len(lights), 2), np.int32)
+    reach = [one.reach if is_short else np.inf for one in own]
+    headers[:, 0] = np.array(reach, np.float32).view(np.int32)
+    headers[:, 1] = np.cumsum(list(map(len, entries)))[1:-1]
     everything = 0, len(full_list)
     return LightLists(
         camera=camera,
@@ -139,21 +139,21 @@ def make_light_lists(
         has_mirrors=has_mirrors,
         most_texels=most_texels,
         grid=grid,
-        cubes=cubes,
+        own=own,
         entries=entries,
-        ends=(of_lights, *(cube.lists.ends for cube in cubes)),
+        ends=(headers, *(one.lists.ends for one in own)),
         everything=everything,
         picture_ends=previous.picture_ends
         if previous and previous.everything == everything
         else camera.lists.ends + np.int32(len(full_list)),
-        rounds=_most_rounds(camera, max((cube.longest for cube in cubes), default=0), len(full_list)),
+        rounds=_most_rounds(camera, max((one.longest for one in own), default=0), len(full_list)),
     )
 
 
-def _make_cubes(
+def _own_lists(
     lister: Lister, lights: Sequence[PointLight], spheres: int, most_texels: int, previous: LightLists | None
-) -> tuple[int, tuple[CubeLists, ...]]:
-    """The lists for cubes around lights, of as many cells as there is room for, and use: cells of a side, and these."""
+) -> tuple[int, tuple[CasterLists, ...]]:
+    """Make the lists of lights with as many cells as there is room for, and use: cells of a side, and these."""
     if spheres * len(lights) > _MAX_SEEN:
         raise InputError(
             f"expected at most {_MAX_SEEN} spheres times lights, got {spheres} x {len(lights)}, whose "
@@ -162,45 +162,49 @@ def _make_cubes(
             "objects",
         )
     finest = min((lister.finest_grid(light) for light in lights), default=1.0)
-    wanted = max(_LEAST_CELLS, _CELLS_FOR_BALL * lister.ball_count)
-    room = (min(most_texels, _MAX_CELLS) - len(lights)) // max(len(lights), 1)
+    count = max(len(lights), 1)
+    wanted = max(_LEAST_CELLS // count, _CELLS_FOR_BALL * lister.ball_count)
+    room = (min(most_texels, _MAX_CELLS) - count) // count
     for grid in GRIDS:
         is_last = grid == GRIDS[-1]
-        if not is_last and (grid > finest or 6 * grid**2 > min(wanted, room)):
+        if not is_last and (grid > finest or 2 * grid**2 > min(wanted, room)):
             continue
         limits = (MAX_PAIRS, most_listed(0)) if is_last else (min(_MAX_ITEMS, most_texels), _MAX_LISTED)
         try:
-            return grid, _cubes(lister, lights, grid, previous, *limits)
+            return grid, _lists_of_lights(lister, lights, grid, previous, *limits)
         except InputError:
             if is_last:
                 raise
     raise AssertionError
 
 
-def _cubes(
+def _lists_of_lights(
     lister: Lister,
     lights: Sequence[PointLight],
     grid: int,
     previous: LightLists | None,
     most: int,
     most_primitives: int,
-) -> tuple[CubeLists, ...]:
-    """The lists for cubes of so many cells. Raises InputError for more pairs than these, in all."""
-    known: dict[Caster, CubeLists] = {}
+) -> tuple[CasterLists, ...]:
+    """Make the lists of lights for hemispheres of grid x grid cells.
+
+    Raises InputError for more pairs, in all, of a cell and an object of a common shape, or a primitive of another.
+    """
+    known: dict[Caster, CasterLists] = {}
     if previous and previous.grid == grid:
-        known = dict(zip(previous.casters, previous.cubes, strict=True))
+        known = dict(zip(previous.casters, previous.own, strict=True))
     pairs = listed = 0
-    cubes = []
+    own = []
     for light, caster in zip(lights, light_casters(lights), strict=True):
-        cube = known.get(caster)
-        if cube is None:
-            cube = known[caster] = lister.cube_lists(light, grid, most - pairs, listed, most_primitives)
-        pairs += cube.pairs
-        listed += cube.listed
+        one = known.get(caster)
+        if one is None:
+            one = known[caster] = lister.caster_lists(light, grid, most - pairs, listed, most_primitives)
+        pairs += one.pairs
+        listed += one.listed
         check_pairs(pairs, most)
         check_listed(listed, most_primitives)
-        cubes.append(cube)
-    return tuple(cubes)
+        own.append(one)
+    return tuple(own)
 
 
 def _most_rounds(camera: CameraLists, longest_to_light: int, everything: int) -> tuple[int, int]:

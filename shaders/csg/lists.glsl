@@ -1,8 +1,8 @@
 // The candidate lists of cells: for each cell, the objects that its rays may meet.
 // Provides endsAt(), listAt(), ballAt(), struct Item, itemAt(), surfaceOf(), struct Nearest, nearer(), meets(),
-// cubeCell(), for the generated loop over a list. raytracer/compiler/candidate_lists.py says what a list holds.
+// hemisphereCell(), for the generated loop over a list. raytracer/compiler/candidate_lists.py describes the entries.
 //
-// A ray from the camera through a cell of the picture, or one to a light from a cell of the cube around it,
+// A ray from the camera through a cell of the picture, or one to a light from a cell around it,
 // can meet only what that cell lists.
 
 #include "geometry/ray.glsl"
@@ -13,7 +13,7 @@ uniform isamplerBuffer ends;   // of each light the longest ray and where its li
                                // list of each cell of each light begins and ends
 uniform samplerBuffer items;   // 4 texels for each object of a common shape: see ballAt() and itemAt()
 
-flat in int grid;              // cells of a side of each face of the cube around a light
+flat in int grid;              // cells of a side of each hemisphere around a light
 
 ivec2 endsAt(int cell) {
     return texelFetch(ends, cell).xy;
@@ -73,13 +73,9 @@ bool meets(Ray ray, vec4 ball, real end) {
     return dot(moment, moment) <= radius * radius && along >= -radius && along - radius <= end;
 }
 
-// The cell, of grid x grid on each face of a cube around a light, in direction D from it.
-int cubeCell(vec3 D) {
-    vec3 size = abs(D);
-    bool x = size.x >= size.y && size.x >= size.z, y = !x && size.y >= size.z;
-    float main = x ? D.x : y ? D.y : D.z;
-    vec2 at = (x ? D.yz : y ? D.xz : D.xy) / abs(main);
+// The cell, of grid x grid on each of two hemispheres around a light, in direction D from it. `size` is the length of D.
+int hemisphereCell(vec3 D, float size) {
+    vec2 at = D.xy / (abs(D.z) + size);
     ivec2 cell = clamp(ivec2((at + 1.0) * (0.5 * float(grid))), ivec2(0), ivec2(grid - 1));
-    int face = (x ? 0 : y ? 2 : 4) + (main < 0.0 ? 1 : 0);
-    return (face * grid + cell.y) * grid + cell.x;
+    return ((D.z < 0.0 ? grid : 0) + cell.y) * grid + cell.x;
 }

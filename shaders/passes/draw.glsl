@@ -18,7 +18,7 @@ struct Draw {
     vec3 ambient;
     vec3 background;
     int firstPlane;     // how many spheres there are (surfaces.glsl)
-    int grid;           // cells of a side of a cube's face around a light (lists.glsl)
+    int grid;           // cells of a side of each hemisphere around a light (lists.glsl)
     float depthScale;   // of distances, so that those of all objects of common shapes (raytracer/compiler/batches.py) are below 1
 #ifdef SPHERE_LIGHTS
     int sampleIndex;    // which of a pixel's samples is drawn, from 0

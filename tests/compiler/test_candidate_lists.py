@@ -146,7 +146,7 @@ def test_twenty_lights_with_cubes_of_any_grid_are_the_same(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch, grid: int, shadows: str
 ) -> None:
     monkeypatch.setattr(scene_lists, "GRIDS", (grid, 1))
-    monkeypatch.setattr(scene_lists, "_LEAST_CELLS", 6 * grid**2)
+    monkeypatch.setattr(scene_lists, "_LEAST_CELLS", 20 * 2 * grid**2)
     rng = np.random.default_rng(grid)
     many = rt.Instances(lens(0, 0, 0), rng.uniform((-4, -2, -6), (4, 3, 1), (30, 3)), rng.uniform(0.1, 0.6, 30))
     balls = rt.Instances(rt.Sphere((0, 0, 0), 0.1, BLUE), rng.uniform((-4, -2.4, -6), (4, 3, 1), (60, 3)))

@@ -110,14 +110,14 @@ def test_plane_only_cells_are_fewer_under_spheres_and_not_none() -> None:
     assert hard > soft_ > large > 0.3
 
 
-@pytest.mark.parametrize("what", ["widening", "listed"])
+@pytest.mark.parametrize(("what", "radius", "size"), [("widening", 2.0, (640, 360)), ("listed", 1.5, (320, 180))])
 def test_balls_that_are_not_widened_are_found_out(
-    renderer: Renderer, monkeypatch: pytest.MonkeyPatch, what: str
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch, what: str, radius: float, size: tuple[int, int]
 ) -> None:
-    scene = scenes.under_spheres(scenes.assignment(), 1.5)
+    scene = scenes.under_spheres(scenes.assignment(), radius)
     if what == "listed":
         monkeypatch.setattr(compiled_scene, "FEW", 0)
     for module in (culling, candidate_lists):
         monkeypatch.setattr(module, "widening", lambda *_: 0.0)
     with pytest.raises(AssertionError):
-        check_cells(renderer, scene, (320, 180), soft())
+        check_cells(renderer, scene, size, soft())

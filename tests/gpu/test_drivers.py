@@ -55,9 +55,11 @@ def test_softpipe_makes_the_same_pictures(renderer: Renderer, tmp_path: Path) ->
 def test_what_a_driver_has_no_room_for_is_refused_again_when_tried_again(
     renderer: Renderer,
 ) -> None:
-    # All around the first light, so that however few cells that has, they list many.
+    # All around some lights, so that however few cells these have, they list many.
     around = [(4 + math.cos(i), 7 + math.sin(3 * i), 4 + math.sin(i)) for i in range(20)]
-    scene, settings = scenes.of(*(rt.Sphere(place, 0.8) for place in around)), Settings()
+    lights = [rt.PointLight((4 + 0.1 * i, 7, 4)) for i in range(4)]
+    scene = msgspec.structs.replace(scenes.of(*(rt.Sphere(place, 0.8) for place in around)), lights=lights)
+    settings = Settings()
     for most in (10, 70, 90):
         limits = msgspec.structs.replace(renderer.device.limits, buffer_texels=most)
         for _ in range(2):

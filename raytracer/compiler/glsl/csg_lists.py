@@ -86,7 +86,9 @@ def blocked(
     `has_area_lights`, rays may end beside a light's centre, and the cell is the one in which their origin is seen from
     there.
     """
-    origin = "ray.ro - lights[light].position" if has_area_lights else "-ray.rd"
+    direction, length = (
+        ("vec3(ray.ro - lights[light].position)", "length(D)") if has_area_lights else ("vec3(-ray.rd)", "1.0")
+    )
     return [
         '#include "csg/walk.glsl"',
         '#include "csg/lists.glsl"',
@@ -102,7 +104,8 @@ def blocked(
         "uniform ivec2 everything;  // where the list of all objects begins and ends",
         *BLOCKED_AT,
         *_nearest_plane(planes),
-        f"    int cell = LIGHTS + light * (6 * grid * grid) + cubeCell(vec3({origin}));",
+        f"    vec3 D = {direction};",
+        f"    int cell = LIGHTS + light * (2 * grid * grid) + hemisphereCell(D, {length});",
         "    ivec2 ofLight = endsAt(light);",
         "    bool isFar = ray.distance > intBitsToFloat(ofLight.x);",
         "    ivec2 cellList = isFar ? everything : endsAt(cell) + ofLight.y;",

@@ -1,0 +1,186 @@
+"""The lists of balls of the cells around a light, for scenes of many balls and many lights.
+
+Most balls are small as seen from a light. A few float32 operations give the cells of a small ball, and
+hemisphere_cells() gives the cells of any other.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler.direction_cells import Array, Ints, Lists, check_pairs, hemisphere_cells, runs
+
+Floats: TypeAlias = NDArray[np.float32]
+Words: TypeAlias = NDArray[Any]  # of _Keys.word
+
+# A ball is small if its centre is more radii away, and not so near that squares of distances leave float32's range.
+_SMALL, _NEAREST = 2.0, 2.0**-50
+# Shares of distances, radii and half a grid that hold float32's roundings: see _small_keys().
+_STEP = 2.0**-24
+_AWAY, _RADIUS, _EDGE = 16.0 * _STEP, 128.0 * _STEP, 512.0 * _STEP
+# Bits of the distance by which balls of a list are sorted, if so many are left of 32: rays that are blocked find a
+# nearer ball sooner.
+_LEVELS = 6
+
+
+class LightBalls(NamedTuple):
+    """Balls for the cells around all lights, in view space."""
+
+    centers: Array  # (N, 3)
+    radii: Array  # (N,): of balls for a light of no size, that no rounding moves
+    growth: Array  # (N,): by so many d they are wider than others where rounding moves a ray by d
+    shown: Floats  # (5, N): x, y, z, radius and growth, to float32
+
+
+class _Keys(NamedTuple):
+    """The numbers by which balls are sorted into lists: bits of the cell, of the distance, and of the ball's number."""
+
+    grid: int
+    word: type[Any]  # np.uint32 or np.uint64
+    levels: int  # bits of the distance
+    numbers: int  # bits of a ball's number
+
+    @property
+    def cell(self) -> Any:
+        """The place of a cell's bits."""
+        return self.word(self.levels + self.numbers)
+
+
+def light_balls(centers: Array, radii: Array, growth: Array) -> LightBalls:
+    """Round balls to float32, for all lights at once."""
+    with np.errstate(over="ignore"):
+        shown = np.vstack((centers.T, radii * (1.0 + _RADIUS), growth * (1.0 + _RADIUS))).astype(np.float32)
+    return LightBalls(centers, radii, growth, shown)
+
+
+def hemisphere_lists(
+    balls: LightBalls, place: Array, wider: float, passing: float, grid: int, most: int
+) -> tuple[Lists, int]:
+    """Make the lists for the cells around a light at `place`, numbered as hemisphere_cells() does.
+
+    The second value is how many entries the longest list has. All balls are `wider`, and by `passing` more for each
+    unit of growth. In a list, nearer balls come first, roughly. Raises InputError above `most` pairs of a cell and a
+    ball.
+    """
+    count = len(balls.radii)
+    numbers = max(count - 1, 1).bit_length()
+    left = 32 - numbers - (2 * grid * grid).bit_length()
+    keys = _Keys(grid, np.uint32, min(left, _LEVELS), numbers) if left > 0 else _Keys(grid, np.uint64, _LEVELS, numbers)
+    parts, others = _small_keys(balls, place, wider, passing, keys, most) if count else ([], np.zeros(0, np.int64))
+    if len(others) or not count:
+        radii = balls.radii[others] + balls.growth[others] * passing + wider
+        cell, ball = hemisphere_cells(balls.centers[others] - place, radii, grid, most)
+        parts.append(cell.astype(keys.word) << keys.cell | others.astype(keys.word)[ball])
+    return _sorted_lists(np.concatenate(parts), keys)
+
+
+def _small_keys(
+    balls: LightBalls, place: Array, wider: float, passing: float, keys: _Keys, most: int
+) -> tuple[list[Words], Ints]:
+    """Make the keys of all pairs of a cell and a small ball, and find all other balls.
+
+    Let u be _STEP. Rounding moves a ball's centre, the light and their difference by u of each length, in all by
+    2 u (distance + |place|) at most. It turns a ray by widened() of direction_cells.py, which is 16 u / sqrt(3) of the
+    distance at most: the three products of two coordinates have at most that length. Radii grow by all these. Their
+    sums are off by 4 u of themselves, and widened() makes them wider by MARGIN, 64 u: _RADIUS holds both.
+
+    As d >= 2 r, d^2 - r^2 is off by 5 u of itself. A ball at the equator is in both hemispheres, in one of them with a
+    height h of -1.1 r or more. So q + h is off by 10 u of itself, a place in the grid by 16 u of half the grid, and a
+    projected radius, at most 1.6 of that, by 13 u of itself. _EDGE holds these, and the margins of overlaps(), 32 u,
+    and of hemisphere_cells(), 64 u of the radius and of two coordinates, at most 2.6 each.
+    """
+    word, shift = keys.word, keys.cell
+    with np.errstate(over="ignore", invalid="ignore"):
+        x, y, z = (row - own for row, own in zip(balls.shown[:3], place.astype(np.float32), strict=True))
+        square = x * x
+        square += y * y
+        square += z * z
+        distance = np.sqrt(square)
+        radius = distance * np.float32(_AWAY)
+        radius += balls.shown[3]
+        radius += balls.shown[4] * np.float32(passing)
+        radius += np.float32(wider * (1.0 + _RADIUS) + 4.0 * _STEP * float(np.linalg.norm(place)))
+        height = np.abs(z)
+        small = distance > radius * np.float32(_SMALL)
+        small &= distance > np.float32(_NEAREST)
+    below = z < 0.0
+    low = np.arange(len(x), dtype=word)
+    others = (~small).nonzero()[0]
+    if len(others):
+        chosen = small.nonzero()[0]
+        parts = (x, y, height, square, distance, radius, low, below)
+        x, y, height, square, distance, radius, low, below = (part.take(chosen) for part in parts)
+        if not len(chosen):
+            return [low], others
+    equator = (height <= radius + distance * np.float32(_EDGE)).nonzero()[0]
+    if len(equator):
+        height, below = np.concatenate((height, -height[equator])), np.concatenate((below, ~below[equator]))
+        parts = (x, y, square, distance, radius, low)
+        x, y, square, distance, radius, low = (np.concatenate((part, part.take(equator))) for part in parts)
+    distance *= np.float32(2.0 ** (keys.levels - 1) / float(distance.mean()))
+    low += _whole(distance, np.float32(2**keys.levels - 1), word) << word(keys.numbers)
+    square -= radius * radius
+    scale = np.sqrt(square, out=square)
+    scale += height
+    half = np.float32(0.5 * keys.grid)
+    np.divide(half, scale, out=scale)
+    radius *= scale
+    radius += half * np.float32(_EDGE)
+    key = below * word(1)
+    more = []  # rows and columns behind the first one
+    for side in (y, x):
+        side *= scale
+        side += half
+        first = _whole(np.subtract(side, radius), np.float32(keys.grid - 1), word)
+        side += radius
+        key *= word(keys.grid)
+        key += first
+        more.append(_whole(side, np.float32(keys.grid - 1), word) - first)
+    key <<= shift
+    key += low
+    rows, columns = more
+    keys_of_balls = [key]
+    if max(int(rows.max()), int(columns.max())) > 1:
+        large = (np.maximum(rows, columns) > 1).nonzero()[0]
+        wide = columns[large].astype(np.int64) + 1
+        count = wide * (rows[large].astype(np.int64) + 1)
+        check_pairs(int(count.sum()), most)
+        ball, number = runs(np.arange(len(large)), count - 1, np.ones(len(large), np.int64))
+        row, column = np.divmod(number, wide[ball])
+        keys_of_balls.append(key[large[ball]] + ((row * keys.grid + column).astype(word) << shift))
+        rows[large] = columns[large] = 0
+    right = (columns > 0).nonzero()[0]
+    beside = key.take(right) + (word(1) << shift)
+    up = word(keys.grid) << shift
+    above = key.take((rows > 0).nonzero()[0]) + up
+    return [*keys_of_balls, beside, above, beside.take((rows.take(right) > 0).nonzero()[0]) + up], others
+
+
+def _whole(numbers: Floats, top: np.float32, word: type[Any]) -> Words:
+    """Round numbers down to whole ones from 0 to `top`. It changes them."""
+    np.maximum(numbers, np.float32(0.0), out=numbers)
+    np.minimum(numbers, top, out=numbers)
+    return numbers.astype(word)
+
+
+def _sorted_lists(key: Words, keys: _Keys) -> tuple[Lists, int]:
+    """Sort the keys of balls into the lists of all cells, and find how many entries the longest one has."""
+    longest = 0
+    ends = np.zeros((2 * keys.grid**2, 2), np.int32)
+    key.sort()
+    if len(key):
+        cell = key >> keys.cell
+        change = np.flatnonzero(cell[1:] != cell[:-1])
+        change += 1
+        spans = np.empty((len(change) + 1, 2), np.int32)
+        spans[0, 0], spans[1:, 0] = 0, change
+        spans[:-1, 1], spans[-1, 1] = change, len(key)
+        occupied = np.concatenate((cell[:1], cell.take(change))).astype(np.int64)
+        longest = int((spans[:, 1] - spans[:, 0]).max())
+        # Two numbers are written as one, which is several times faster.
+        ends.view(np.int64)[occupied, 0] = spans.view(np.int64)[:, 0]
+    key &= keys.word((1 << keys.numbers) - 1)
+    return Lists(ends, key.astype(np.int32)), longest
