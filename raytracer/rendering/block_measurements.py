@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import BLOCK, CELL
 from raytracer.compiler.draws import Clear, Draw, viewport
-from raytracer.compiler.glsl.preprocessor import Source, assemble
+from raytracer.compiler.glsl.preprocessor import Source, assemble, file_versions
 from raytracer.compiler.glsl.shaders import plain_vertex_source
 from raytracer.compiler.meshes import PER_CELL, Cells, Mask, Rectangle, runs
 from raytracer.gpu.device import Device
@@ -47,6 +47,7 @@ class BlockMeasurements:
     def __init__(self, device: Device, player: DrawPlayer, target: tuple[int, int]) -> None:
         """`target` is the size of the largest area in pixels."""
         self._device, self._player, self._target = device, player, target
+        self._versions: dict[str, tuple[int, int] | None] = {}  # of the programs' files
         columns, rows = (-(-side // CELL) * PER_CELL for side in target)
         player.use({}, replaced=_SOURCES)
         player.add_texture("blocks", (columns, rows), 4)
@@ -97,9 +98,10 @@ class BlockMeasurements:
             uniforms["samples"] = float(samples)
         else:
             rows, columns = samples.shape
-            self._player.add_texture("blockSamples", (columns, rows), 1, "i4")
-            self._player.write("blockSamples", samples)
-            inputs, program = inputs | {"blockSamples": "blockSamples"}, "variance_of_chosen"
+            # A window has a texture "blockSamples", in which blocks that go on have 0.
+            self._player.add_texture("chosenSamples", (columns, rows), 1, "i4")
+            self._player.write("chosenSamples", samples)
+            inputs, program = inputs | {"blockSamples": "chosenSamples"}, "variance_of_chosen"
         draw = Draw(self._compiled(program), Cells(runs(cells), CELL), ("variance",), size, port, uniforms, inputs)
         self._player.play([Clear("variance", area=size), draw])
         return self._player.read("variance", size, 1)[..., 0]
@@ -136,5 +138,12 @@ class BlockMeasurements:
     def _compiled(self, name: str) -> str:
         """The name of a program that the player has now."""
         if not self._player.has_program(name):
-            self._player.use({name: self._device.program(_SOURCES[name](), plain_vertex_source())})
+            fragment, vertex = _SOURCES[name](), plain_vertex_source()
+            files = [*fragment.files, *vertex.files]
+            self._versions = dict(zip(files, file_versions(files), strict=True)) | self._versions
+            self._player.use({name: self._device.program(fragment, vertex)})
         return name
+
+    def is_current(self) -> bool:
+        """Whether no file of the programs has changed since."""
+        return file_versions(self._versions) == tuple(self._versions.values())

@@ -132,7 +132,9 @@ class Renderer:
                 loaded = self._load(compiled, size, target, plane_only=plane_only, several=several)
                 tiles, measurements = loaded.tiles, None
                 if is_measured(options, estimates=estimates):
-                    measurements = loaded.measurements or BlockMeasurements(self.device, tiles.player, tiles.target)
+                    measurements = loaded.measurements
+                    if measurements is None or not measurements.is_current():
+                        measurements = BlockMeasurements(self.device, tiles.player, tiles.target)
                     loaded = loaded._replace(measurements=measurements)
                 self._kept = loaded
                 areas = list(split(size, largest))
@@ -184,9 +186,9 @@ class Renderer:
 
     def close(self) -> None:
         """Give back all that is on the GPU; the next picture brings its own scene. The context must be current."""
-        if self._kept:
-            self._kept.tiles.close()
-            self._kept = None
+        kept, self._kept = self._kept, None  # first: an interrupt must not leave what is half closed
+        if kept:
+            kept.tiles.close()
 
 
 # A device's renderer lives as long as the device: gpu/device.py keeps one of each kind.

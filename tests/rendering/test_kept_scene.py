@@ -14,11 +14,13 @@ import pytest
 
 import raytracer as rt
 from raytracer.compiler.glsl import preprocessor
+from raytracer.gpu import gl
 from raytracer.gpu.device import Device
 from raytracer.gpu.scene_buffers import SceneBuffers
 from raytracer.rendering import renderer as renderer_module
 from raytracer.rendering.accumulation import Accumulation
 from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.settings import Settings
 from tests import scenes
 
@@ -121,6 +123,56 @@ def test_a_changed_shader_is_read_again(own: Renderer, monkeypatch: pytest.Monke
     file.write_text(file.read_text().replace("= samples *", "= 2.0 * samples *"))
     after = drawn(own, scenes.assignment(), SIZE, Settings())
     np.testing.assert_array_equal(after[0, 0], 2.0 * before[0, 0])
+
+
+def test_a_changed_shader_of_measurements_is_read_again(
+    own: Renderer, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    folder = tmp_path / "shaders"
+    shutil.copytree(preprocessor.shaders_folder(), folder)
+    monkeypatch.setattr(preprocessor, "shaders_folder", lambda: folder)
+    settings = Settings(samples=4)
+    own.render(scenes.assignment(), SIZE, settings)
+    file = folder / "sampling" / "variance.frag"
+    file.write_text(file.read_text().replace("variance = max", "variance = 4.0 * max"))
+    after = own.render(scenes.assignment(), SIZE, settings)
+    fresh = Renderer(own.device).render(scenes.assignment(), SIZE, settings)
+    np.testing.assert_array_equal(after.error, fresh.error)
+
+
+def test_an_interrupt_between_uniforms_leaves_no_other_renderer_the_wrong_ones(
+    own: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = Renderer(own.device)
+    before = drawn(own, scenes.assignment(), SIZE, Settings())
+    set_uniforms = gl.set_uniforms
+
+    def interrupted(program: Any, **values: object) -> None:
+        set_uniforms(program, **values)
+        if "draw.ambient" in values:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(gl, "set_uniforms", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            drawn(other, msgspec.structs.replace(scenes.assignment(), ambient=(0, 0, 0)), SIZE, Settings())
+    np.testing.assert_array_equal(drawn(own, scenes.assignment(), SIZE, Settings()), before)
+
+
+def test_an_interrupt_while_a_renderer_closes_leaves_nothing_half_closed(
+    own: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = drawn(own, scenes.assignment(), SIZE, Settings())
+    close = TileRenderer.close
+
+    def interrupted(self: TileRenderer) -> None:
+        close(self)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch, own.device.turn(), pytest.raises(KeyboardInterrupt):
+        patch.setattr(TileRenderer, "close", interrupted)
+        own.close()
+    np.testing.assert_array_equal(drawn(own, scenes.assignment(), SIZE, Settings()), before)
 
 
 def test_of_a_large_picture_nothing_stays_and_a_scene_goes_with_the_next(
