@@ -15,6 +15,7 @@ import pytest
 import raytracer as rt
 from raytracer.compiler.glsl import preprocessor
 from raytracer.compiler.meshes import SEVERAL
+from raytracer.gpu import gl
 from raytracer.gpu.device import Device
 from raytracer.gpu.scene_buffers import SceneBuffers
 from raytracer.rendering import renderer as renderer_module
@@ -177,3 +178,22 @@ def test_samples_drawn_at_once_make_the_picture_of_samples_drawn_one_by_one(
         with monkeypatch.context() as patch:
             patch.setattr(Accumulation, "_can_draw_together", lambda _: False)
             np.testing.assert_allclose(at_once, drawn(own, scene, SIZE, settings), rtol=1e-6)
+
+
+def test_an_interrupt_between_uniforms_leaves_no_other_renderer_the_wrong_ones(
+    own: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = Renderer(own.device)
+    before = drawn(own, scenes.assignment(), SIZE, Settings())
+    set_uniforms = gl.set_uniforms
+
+    def interrupted(program: Any, **values: object) -> None:
+        set_uniforms(program, **values)
+        if "draw.ambient" in values:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(gl, "set_uniforms", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            drawn(other, msgspec.structs.replace(scenes.assignment(), ambient=(0, 0, 0)), SIZE, Settings())
+    np.testing.assert_array_equal(drawn(own, scenes.assignment(), SIZE, Settings()), before)

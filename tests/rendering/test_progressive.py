@@ -18,6 +18,7 @@ from raytracer.compiler.glsl.shaders import Show
 from raytracer.compiler.meshes import Rectangle
 from raytracer.compiler.view_space import in_picture
 from raytracer.core.vectors import add
+from raytracer.formats.srgb import encode_srgb8
 from raytracer.gpu.device import Device
 from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.gpu.gl import BufferTexture, release
@@ -472,3 +473,14 @@ def test_frames_between_decisions_read_nothing_back(
     with renderer.device.context:
         refined(live, scenes.assignment(), Settings(samples=40))
     assert read == [(n, "blocks") for n in (2, 4, 8, 16, 32)]
+
+
+def test_blocks_that_go_on_are_shown_by_all_their_samples_after_the_first_sum(live: Live, renderer: Renderer) -> None:
+    settings = Settings(samples=SUMMED + 128, adaptive=0.004)
+    with renderer.device.context:
+        live.start(scenes.assignment(), settings, "picture", SIZE, moving=False)
+        while live.samples < settings.samples:
+            live.step()
+        mean = live.image({}).radiance
+        assert live.textures().keys() == {"radianceSum", "summedBefore", "blockSamples"}
+    assert np.abs(shown(live, renderer) - encode_srgb8(mean)).max() <= 1
