@@ -195,9 +195,9 @@ class Renderer:
 
     def close(self) -> None:
         """Give back all that is on the GPU; the next picture brings its own scene. The context must be current."""
-        if self._kept:
-            self._kept.tiles.close()
-            self._kept = None
+        kept, self._kept = self._kept, None  # first, as an interrupt may come while it is given back
+        if kept:
+            kept.tiles.close()
 
 
 # A device's renderer lives as long as the device: gpu/device.py keeps one of each kind.

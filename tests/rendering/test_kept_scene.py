@@ -21,6 +21,7 @@ from raytracer.gpu.scene_buffers import SceneBuffers
 from raytracer.rendering import renderer as renderer_module
 from raytracer.rendering.accumulation import Accumulation
 from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.settings import Settings
 from tests import scenes
 
@@ -196,4 +197,20 @@ def test_an_interrupt_between_uniforms_leaves_no_other_renderer_the_wrong_ones(
         patch.setattr(gl, "set_uniforms", interrupted)
         with pytest.raises(KeyboardInterrupt):
             drawn(other, msgspec.structs.replace(scenes.assignment(), ambient=(0, 0, 0)), SIZE, Settings())
+    np.testing.assert_array_equal(drawn(own, scenes.assignment(), SIZE, Settings()), before)
+
+
+def test_an_interrupt_while_a_renderer_closes_leaves_nothing_half_closed(
+    own: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = drawn(own, scenes.assignment(), SIZE, Settings())
+    close = TileRenderer.close
+
+    def interrupted(self: TileRenderer) -> None:
+        close(self)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch, own.device.turn(), pytest.raises(KeyboardInterrupt):
+        patch.setattr(TileRenderer, "close", interrupted)
+        own.close()
     np.testing.assert_array_equal(drawn(own, scenes.assignment(), SIZE, Settings()), before)
