@@ -2,8 +2,8 @@
 
 python -m benchmarks.light_frames [PRIMITIVES [LIGHTS]]
 
-No OpenGL is needed: a window calls compile() and make_frame() for each frame, and these are measured. The
-first frame of a scene is that with all changed.
+No OpenGL is needed: a window calls compile() and make_frame() for each frame, and these are measured. In the
+first frame of a scene, all is changed.
 """
 
 import sys

@@ -33,7 +33,7 @@ def meets(directions: Array, centers: Array, radii: Array) -> tuple[Ints, Ints]:
 
 
 def missing(cell: Ints, item: Ints, wanted_cell: Ints, wanted_item: Ints) -> int:
-    """How many of the wanted pairs are not listed."""
+    """Count the wanted pairs that are not listed."""
     listed = np.sort(cell << 20 | item)
     wanted = wanted_cell << 20 | wanted_item
     return int((listed[np.minimum(np.searchsorted(listed, wanted), len(listed) - 1)] != wanted).sum())

@@ -90,7 +90,7 @@ class Lister:
 
     @property
     def ball_count(self) -> int:
-        """The number of balls that are looked for around a light."""
+        """The number of balls around which lights have lists."""
         return len(self._items.radii) + sum(batch.surfaces.size for batch in self._batches.programs)
 
     @functools.cached_property
@@ -193,7 +193,7 @@ class Lister:
     def _lists(self, view: FindPairs, count: Ints, item: NDArray[np.int32], total: int, most: int) -> tuple[Lists, int]:
         """The lists of objects of common shapes, of which cell i has count[i] one after the other, and of all others.
 
-        `total` pairs of a cell and a primitive grow by those of the lists; above `most` InputError is raised.
+        `total` pairs of a cell and a primitive grow by the pairs in the lists. Raises InputError above `most`.
         """
         listed: list[tuple[ProgramBatch, Ints, Rows]] = []
         for batch in self._batches.programs:

@@ -25,7 +25,7 @@ class CompiledScene(msgspec.Struct, frozen=True, eq=False):
     `is_one_pass`: there are so few that one program finds what a pixel sees and computes its light.
     `has_mirrors`: the light of some material comes from other surfaces, too. `is_over_planes`: besides objects that
     share code there are at most half-spaces, which the second pass quickly finds itself. `has_plane_only_cells`: some
-    cells of a picture may show nothing but half-spaces (culling.py).
+    cells of a picture may show nothing but half-spaces (grounds.py).
     """
 
     scene: Scene

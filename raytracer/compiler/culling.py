@@ -30,8 +30,8 @@ PASSING = 2.0**-19
 # PASSING widens balls for distances so many times as large as a typical one from the light, or from the camera
 # to the light: nothing of those, and beyond them nothing is known to be plane-only.
 _REACH, _AWAY = 128.0, 4.0
-# Of so many balls at least, spread over all, the typical distance is taken: the median's last digits do not matter.
-_SAMPLED = 1024
+# The typical distance is the median over so many balls at least, spread over all: its last digits do not matter.
+_SAMPLED = 256
 # In so many cells around a light a ball may be listed for no more than the light's radius, on average:
 # in smaller ones the same lists would come over and over.
 _LISTED_FOR_RADIUS = 16.0

@@ -80,9 +80,9 @@ def tangents(centers: Array, radii: Array) -> tuple[Array, Array]:
     Along the other axis a ray may go anywhere, so per axis the ball is its shadow, a disc of radius r at (a, b): a
     ahead, b aside, h^2 = a^2 + b^2. The rays that touch it are as long as q = sqrt(h^2 - r^2) up to there, and have the
     directions (a q + b r, b q - a r) and (a q - b r, b q + a r). Rounding, e = 2^-53, gives q to 8 e of itself where
-    r < h / 2, and elsewhere that of a disc whose radius is off by 8 e r: less than MARGIN by far. It turns a direction
-    by 8 e more. So a bound t is off by 8 e (1 + t^2) at most, and by as small a share of |t| and the other bound where
-    both are near 0.
+    r < h / 2. Elsewhere q belongs to a disc whose radius is off by 8 e r: less than MARGIN by far. Rounding turns a
+    direction by 8 e more. So a bound t is off by 8 e (1 + t^2) at most, and by as small a share of |t| and the other
+    bound where both are near 0.
     """
     lo, hi = np.empty((2, 2, len(radii)))
     for first in range(0, len(radii), _BLOCK):

@@ -206,8 +206,8 @@ def _lights(compiled: CompiledScene, view: View, surfaces: SurfaceNumbers, previ
     known = previous.lights.touched if previous and previous.view.surfaces is view.surfaces else {}
     casters = light_casters(compiled.lights)
     new = {caster: light for caster, light in zip(casters, compiled.lights, strict=True) if caster not in known}
-    found = dict(zip(new, touched_surfaces(view.surfaces, list(new.values())), strict=True)) if new else {}
-    touched = {caster: (known if caster in known else found)[caster] for caster in casters}
+    touched_now = dict(zip(new, touched_surfaces(view.surfaces, list(new.values())), strict=True)) if new else {}
+    touched = {caster: (known if caster in known else touched_now)[caster] for caster in casters}
     on = [touched[light.position, light.radius] for light in compiled.lights]
     block = packing.lights_block(view, compiled.lights, on, surfaces.coinciding, compiled.options.precision)
     return LightNumbers(key, touched, block)

@@ -49,7 +49,7 @@ class Sight(NamedTuple):
     """The cells of a picture without other objects than half-spaces, whatever the lights."""
 
     free: Mask  # (rows, columns), the lowest row first: those cells
-    empty: Mask  # those of them in which nothing is to be seen
+    empty: Mask  # the free cells in which nothing is to be seen
     grounds: list[Ground]
 
 

@@ -32,7 +32,7 @@ class LightBalls(NamedTuple):
     centers: Array  # (N, 3)
     radii: Array  # (N,): of balls for a light of no size, that no rounding moves
     growth: Array  # (N,): by so many d they are wider than others where rounding moves a ray by d
-    shown: Floats  # (5, N): x, y, z, radius and growth, to float32
+    shown: Floats  # (4 or 5, N): x, y, z, radius, and the growth if any ball grows, to float32
 
 
 class _Keys(NamedTuple):
@@ -52,7 +52,8 @@ class _Keys(NamedTuple):
 def light_balls(centers: Array, radii: Array, growth: Array) -> LightBalls:
     """Round balls to float32, for all lights at once."""
     with np.errstate(over="ignore"):
-        shown = np.vstack((centers.T, radii * (1.0 + _RADIUS), growth * (1.0 + _RADIUS))).astype(np.float32)
+        grows = [growth * (1.0 + _RADIUS)] if growth.any() else []
+        shown = np.vstack((centers.T, radii * (1.0 + _RADIUS), *grows)).astype(np.float32)
     return LightBalls(centers, radii, growth, shown)
 
 
@@ -101,7 +102,8 @@ def _small_keys(
         distance = np.sqrt(square)
         radius = distance * np.float32(_AWAY)
         radius += balls.shown[3]
-        radius += balls.shown[4] * np.float32(passing)
+        for growth in balls.shown[4:]:
+            radius += growth * np.float32(passing)
         radius += np.float32(wider * (1.0 + _RADIUS) + 4.0 * _STEP * float(np.linalg.norm(place)))
         height = np.abs(z)
         small = distance > radius * np.float32(_SMALL)
@@ -121,7 +123,8 @@ def _small_keys(
         parts = (x, y, square, distance, radius, low)
         x, y, square, distance, radius, low = (np.concatenate((part, part.take(equator))) for part in parts)
     distance *= np.float32(2.0 ** (keys.levels - 1) / float(distance.mean()))
-    low += _whole(distance, np.float32(2**keys.levels - 1), word) << word(keys.numbers)
+    np.minimum(distance, np.float32(2**keys.levels - 1), out=distance)
+    low += distance.astype(word) << word(keys.numbers)
     square -= radius * radius
     scale = np.sqrt(square, out=square)
     scale += height
@@ -183,4 +186,5 @@ def _sorted_lists(key: Words, keys: _Keys) -> tuple[Lists, int]:
         # Two numbers are written as one, which is several times faster.
         ends.view(np.int64)[occupied, 0] = spans.view(np.int64)[:, 0]
     key &= keys.word((1 << keys.numbers) - 1)
-    return Lists(ends, key.astype(np.int32)), longest
+    # Keys of 32 bits are entries where they are.
+    return Lists(ends, key.view(np.int32) if key.itemsize == 4 else key.astype(np.int32)), longest

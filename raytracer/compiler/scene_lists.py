@@ -66,9 +66,9 @@ class LightLists(msgspec.Struct, frozen=True, eq=False):
     most_texels: int
     grid: int  # cells of a side of each hemisphere
     own: tuple[CasterLists, ...]  # the lists of each light
-    # The texels `lists` of lists.glsl: the list of all objects, those of the picture's cells, and those of each light.
+    # The texels `lists` of lists.glsl: the list of all objects, then the lists of the picture and of each light.
     entries: tuple[NDArray[np.int32], ...]
-    # The texels `ends` of lists.glsl: a texel for each light, then those of each light's cells.
+    # The texels `ends` of lists.glsl: a texel for each light, then one for each light's cells.
     ends: tuple[NDArray[np.int32], ...]
     everything: tuple[int, int]  # where the list of all objects begins and ends
     picture_ends: NDArray[np.int32]  # (cells, 2): where the list of each cell of the picture begins and ends
@@ -127,7 +127,7 @@ def make_light_lists(
     is_short = len(camera.full_list) <= _MOST_FROM_AFAR
     full_list = camera.full_list if is_short or has_mirrors else camera.full_list[:0]
     entries = full_list, camera.lists.entries, *(one.lists.entries for one in own)
-    # Of each light: the reach, and where the lists begin in the texture.
+    # For each light: the reach, and where the lists begin in the texture.
     headers = np.zeros((len(lights), 2), np.int32)
     reach = [one.reach if is_short else np.inf for one in own]
     headers[:, 0] = np.array(reach, np.float32).view(np.int32)

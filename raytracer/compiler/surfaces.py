@@ -87,17 +87,17 @@ def touched_surfaces(surfaces: Surfaces, lights: Sequence[PointLight]) -> list[i
         x, y, z, radius = np.vstack((surfaces.centers.T, surfaces.radii)).astype(np.float32)
         # Rounding to float32 moves the distance from a sphere by half as much at most.
         slack = _COARSE * np.maximum(surfaces.extents, surfaces.radii).astype(np.float32)
-        found = []
+        touched: list[int | None] = []
         for light in lights:
             a, b, c, own = np.array((*light.position, light.radius), np.float32)
             dx, dy, dz = x - a, y - b, z - c
             distance = np.sqrt(dx * dx + dy * dy + dz * dz)
             off = distance if light.radius else np.abs(distance - radius)
             off -= slack
-            # A sphere is looked at, too, where squares leave float32's range: no number is larger than another there.
+            # Spheres count as near where squares leave float32's range: no comparison with such a number holds.
             near = ~(off > _COARSE * max(map(abs, (a, b, c, own)))) | (distance < _NEAREST)
-            found.append(_touched(surfaces, light, np.flatnonzero(near)))
-    return found
+            touched.append(_touched(surfaces, light, np.flatnonzero(near)))
+    return touched
 
 
 def _touched(surfaces: Surfaces, light: PointLight, near: NDArray[np.int64]) -> int | None:

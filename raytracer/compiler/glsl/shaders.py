@@ -181,7 +181,7 @@ def _shade_source(compiled: CompiledScene, handed: Handed) -> Source:
 def _plane_only_source(compiled: CompiledScene, handed: Handed, samples: int = 1) -> Source:
     """The fragment shader that does both where only half-spaces are to be seen, and nothing else casts shadows there.
 
-    A scene that has plane-only cells (culling.py) has it.
+    A scene that has plane-only cells (grounds.py) has it.
     """
     planes = named_planes(compiled, handed)
     defines = _defines(compiled) | _light_defines(compiled) | {"NO_SPHERES": 1} | _handed_defines(compiled, handed)
