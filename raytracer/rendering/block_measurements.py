@@ -144,6 +144,6 @@ class BlockMeasurements:
         if not self._player.has_program(name):
             source, vertex = _SOURCES[name](), plain_vertex_source()
             # A file that an earlier program was made from keeps that version.
-            self._versions = {**source.versions, **vertex.versions} | self._versions
+            self._versions = dict(source.versions + vertex.versions) | self._versions
             self._player.use({name: self._device.program(source, vertex)})
         return name

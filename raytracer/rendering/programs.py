@@ -28,7 +28,7 @@ def picture_programs(device: Device, compiled: CompiledScene, *, plane_only: boo
     sources = program_sources(compiled, "picture", device.limits.varyings, plane_only=plane_only, several=several)
     versions: dict[str, FileVersion] = {}
     for source in sources.values():
-        versions |= {**source.vertex.versions, **source.fragment.versions}
+        versions |= dict(source.vertex.versions + source.fragment.versions)
     return ScenePrograms(_programs(device, sources), versions)
 
 

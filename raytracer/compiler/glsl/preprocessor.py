@@ -40,7 +40,7 @@ class Source(NamedTuple):
 
     text: str
     files: tuple[str, ...]
-    versions: Mapping[str, FileVersion]  # of those files that are not generated
+    versions: tuple[tuple[str, FileVersion], ...]  # of the files that are not generated, with their names
 
     def explain(self, log: str) -> str:
         """A compiler's log with the numbers of files replaced by names: `geometry/sphere.glsl:12: error ...`."""
@@ -139,4 +139,4 @@ def assemble(
     head = f"#version {version} core\n" + "".join(
         f"#define {name} {value}\n" for name, value in (defines or {}).items()
     )
-    return Source(head + "\n".join(expand(top, top)) + "\n", tuple(files), versions)
+    return Source(head + "\n".join(expand(top, top)) + "\n", tuple(files), tuple(versions.items()))
