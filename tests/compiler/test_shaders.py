@@ -8,6 +8,7 @@ from typing import get_args
 import pytest
 
 import raytracer as rt
+from raytracer.compiler.draws import TOGETHER
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble, shaders_folder
 from raytracer.compiler.roth_bounds import max_hits, roth_loops
 from raytracer.formats.scene_file import loads
@@ -128,6 +129,14 @@ def test_each_program_has_what_it_is_for_and_no_more() -> None:
         assert word not in found["plane_only"], f"{word}: a single half-space shades nothing, and nothing else is there"
     two = programs_of([A, FLOOR, rt.Plane((1, 0, 0), -9)], 1, Settings())["plane_only"]
     assert "blockedAt" in code(two) and "sphereRoots" not in code(two)
+
+
+def test_as_many_samples_are_written_out_as_are_drawn_together() -> None:
+    several = sources(scenes.assignment(), several=True)["several"]
+    places = [f"samplePlace{i}" for i in range(TOGETHER)]
+    for text in (several.vertex.text, several.fragment.text):
+        assert sorted(set(re.findall(r"samplePlace\d", text))) == places
+    assert code(several.fragment).partition("void main()")[2].count("sampled()") == TOGETHER
 
 
 @pytest.mark.parametrize("shadows", ["hard", "diluted"])
