@@ -30,7 +30,7 @@ class CellDraw:
         if self._buffer is None or self._buffer.size < data.nbytes:
             self.release()
             self._buffer = self._context.buffer(reserve=max(1024, 2 * data.nbytes), dynamic=True)
-            layout, names = ("3i 2i", ("run", "list")) if data.shape[1] > 3 else ("3i", ("run",))
+            layout, names = ("4i 2i", ("block", "list")) if data.shape[1] > 4 else ("4i", ("block",))
             self._arrays = tuple(
                 self._context.vertex_array(self.program, [(self._buffer, layout + per, *names)]) for per in ("/i", "")
             )

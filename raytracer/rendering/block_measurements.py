@@ -12,7 +12,7 @@ from raytracer.compiler.direction_cells import BLOCK, CELL
 from raytracer.compiler.draws import Clear, Draw, viewport
 from raytracer.compiler.glsl.preprocessor import FileVersion, Source, assemble, is_current
 from raytracer.compiler.glsl.shaders import plain_vertex_source
-from raytracer.compiler.meshes import PER_CELL, Cells, Mask, Rectangle, runs
+from raytracer.compiler.meshes import PER_CELL, Cells, Mask, Rectangle, cell_blocks
 from raytracer.gpu.device import Device
 from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.rendering.pixel_blocks import Blocks
@@ -85,7 +85,9 @@ class BlockMeasurements:
         self._compiled("movement_of_sums" if before else "movement")
         program = self._compiled("kept_sums" if before else "kept")
         uniforms = {"draw.viewport": shown}
-        self._player.play([Draw(program, Cells(runs(cells), CELL), ("earlierSum",), size, port, uniforms, inputs)])
+        self._player.play(
+            [Draw(program, Cells(cell_blocks(cells), CELL), ("earlierSum",), size, port, uniforms, inputs)]
+        )
 
     def variance(self, area: Rectangle, cells: Mask, samples: NDArray[np.int32] | int) -> NDArray[np.float32]:
         """(H, W), the lowest row first: the variance of each pixel's samples, 0 in other than these `cells` of an area.
@@ -106,7 +108,9 @@ class BlockMeasurements:
             self._player.add_texture("sampledBlocks", (columns, rows), 1, "i4")
             self._player.write("sampledBlocks", samples)
             inputs, program = inputs | {"blockSamples": "sampledBlocks"}, "variance_of_chosen"
-        draw = Draw(self._compiled(program), Cells(runs(cells), CELL), ("variance",), size, port, uniforms, inputs)
+        draw = Draw(
+            self._compiled(program), Cells(cell_blocks(cells), CELL), ("variance",), size, port, uniforms, inputs
+        )
         self._player.play([Clear("variance", area=size), draw])
         return self._player.read("variance", size, 1)[..., 0]
 
@@ -134,7 +138,7 @@ class BlockMeasurements:
         uniforms |= {"draw.viewport": shown, "drawn": blocks.area[2:], "samples": float(samples)}
         uniforms["summed"] = float(summed)
         inputs = {"radianceSum": "radiance"} | inputs
-        mesh = Cells(runs(blocks.cells), PER_CELL)
+        mesh = Cells(cell_blocks(blocks.cells), PER_CELL)
         draw = Draw(self._compiled(program), mesh, ("blocks",), area, port, uniforms, inputs)
         self._player.play([Clear("blocks", area=area), draw])
         return self._player.read("blocks", area, 1 if program.startswith("error") else 4)

@@ -228,7 +228,8 @@ class _Arrays:
             self.samples[rows_columns] = result.samples
         if self.error is not None:
             self.error[rows_columns] = np.nan if result.error is None else result.error
-        self._count += float(np.mean(result.samples) * tile[2] * tile[3])
+        mean = result.samples if isinstance(result.samples, int) else float(result.samples.mean())
+        self._count += mean * tile[2] * tile[3]
         self._statistics.append(result.statistics)
 
     def estimate(self, seconds: float, why_unknown: str) -> Estimate:

@@ -10,7 +10,7 @@ from raytracer.compiler.meshes import Rectangle
 # Side of a tile in pixels. A tile's targets take up to 65 bytes a pixel, 273 MB at this size.
 TILE = 2048
 # Pixels of a tile that is drawn once: rows of cells in the processor's cache.
-_STRIP = 2**18
+_STRIP = 2**19
 
 
 def tile_size(size: tuple[int, int], side: int, *, is_drawn_once: bool) -> tuple[int, int]:

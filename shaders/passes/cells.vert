@@ -1,13 +1,13 @@
 // The cells of the picture that one program draws, squares of `side` pixels.
-// They come as rectangles, an instance for each `run`: the column and row of its first square, counted from the lower
-// left, and the number of squares in a row. Or they come as points of one square each, because llvmpipe shades the
-// pixels along a rectangle's diagonal twice, once for each triangle.
+// They come as rectangles, an instance for each `block` of squares: the column and row of its first square, counted from
+// the lower left, and how many columns and rows of squares it has. Or they come as points of one square each, because
+// llvmpipe shades the pixels along a rectangle's diagonal twice, once for each triangle.
 // If the host defines PROGRAMS, `list` is where the list of that cell begins and ends (lists.glsl).
 
 #include "passes/draw.glsl"
 #include "constants.glsl"
 
-in ivec3 run;
+in ivec4 block;
 
 uniform int side;
 uniform bool points;
@@ -18,8 +18,8 @@ flat out ivec2 cellList;
 #endif
 
 void main() {
-    vec2 within = points ? vec2(0.5) : vec2(gl_VertexID % 2 * run.z, gl_VertexID / 2);
-    gl_Position = placeOf(float(side) * (vec2(run.xy) + within));
+    vec2 within = points ? vec2(0.5) : vec2(ivec2(gl_VertexID % 2, gl_VertexID / 2) * block.zw);
+    gl_Position = placeOf(float(side) * (vec2(block.xy) + within));
     gl_PointSize = float(side);
     handOn();
     setConstants();

@@ -9,7 +9,7 @@ import pytest
 import raytracer as rt
 from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_scene
 from raytracer.compiler.direction_cells import CELL
-from raytracer.compiler.meshes import runs
+from raytracer.compiler.meshes import cell_blocks
 from raytracer.ground_truth.intersection import Tracer
 from raytracer.ground_truth.ray_tracer import camera_rays
 from raytracer.rendering.renderer import Renderer
@@ -166,14 +166,17 @@ def test_most_cells_of_the_assignment_are_plane_only() -> None:
     assert (lit | ~plane_only).all(), "without shadows, more is plane-only"
 
 
-def test_runs_are_the_cells_of_each_row() -> None:
+def test_blocks_cover_each_cell_once_and_are_as_tall_as_runs_are_alike() -> None:
     rng = np.random.default_rng(1)
     for mask in (rng.random((9, 14)) < 0.5, np.ones((3, 4), bool), np.zeros((3, 4), bool)):
         again = np.zeros_like(mask)
-        for column, row, length in runs(mask):
-            assert length > 0 and not again[row, column : column + length].any()
-            again[row, column : column + length] = True
+        for column, row, columns, rows in cell_blocks(mask):
+            covered = again[row : row + rows, column : column + columns]
+            assert covered.size == columns * rows > 0 and not covered.any()
+            covered[:] = True
         np.testing.assert_array_equal(again, mask)
+    steps = np.array([[1, 1, 0, 1], [1, 1, 0, 1], [1, 1, 1, 0]], bool)
+    assert cell_blocks(steps).tolist() == [[0, 0, 2, 2], [0, 2, 3, 1], [3, 0, 1, 2]]
 
 
 def assert_plane_only(scene: rt.Scene, size: tuple[int, int]) -> float:

@@ -92,19 +92,19 @@ def test_only_what_is_in_the_mask_is_drawn_and_a_sum_of_a_part_starts_at_nothing
             *clear, "see into surface: replace", "shade into radiance: add", "empty into radiance: add"
         ]  # fmt: skip
         cells = {step.program: step.mesh for step in steps if isinstance(step, Draw)}
-        for name, row in ((SEE, [2, 1, 1]), (SHADE, [2, 1, 1]), (EMPTY, [9, 5, 1])):
+        for name, row in ((SEE, [2, 1, 1, 1]), (SHADE, [2, 1, 1, 1]), (EMPTY, [9, 5, 1, 1])):
             mesh = cells[name]
             assert isinstance(mesh, Cells) and mesh.rows.tolist() == [row] and mesh.side == 4 and mesh.as_points
 
 
 def test_cells_in_a_row_are_one_run_and_with_lists_each_is_a_point() -> None:
     rows = tile_meshes(GROUND, TILE, None, ()).cells[PLANE_ONLY].rows
-    assert rows.tolist() == [[1, 0, 2]]
+    assert rows.tolist() == [[1, 0, 2, 1]]
     listed = msgspec.structs.replace(GROUND, lists=np.arange(12, dtype=np.int32).reshape(6, 2))
     meshes = tile_meshes(listed, TILE, None, [SHADE]).cells
-    assert meshes[SHADE].rows.tolist() == [[0, 0, 1, 0, 1], [1, 1, 1, 8, 9]] and meshes[SHADE].as_points
-    assert meshes[PLANE_ONLY].rows.tolist() == [[1, 0, 2]] and not meshes[PLANE_ONLY].as_points
-    assert tile_meshes(GROUND, (16, 16, 32, 16), None, ()).cells[SHADE].rows.tolist() == [[1, 1, 1]]
+    assert meshes[SHADE].rows.tolist() == [[0, 0, 1, 1, 0, 1], [1, 1, 1, 1, 8, 9]] and meshes[SHADE].as_points
+    assert meshes[PLANE_ONLY].rows.tolist() == [[1, 0, 2, 1]] and not meshes[PLANE_ONLY].as_points
+    assert tile_meshes(GROUND, (16, 16, 32, 16), None, ()).cells[SHADE].rows.tolist() == [[1, 1, 1, 1]]
 
 
 def test_rectangles_are_drawn_over_what_is_seen_and_only_where_the_tile_is() -> None:
