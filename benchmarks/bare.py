@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import raytracer as rt
 from raytracer.compiler.draws import Step
+from raytracer.compiler.meshes import Rectangle
 from raytracer.gpu.device import Device
 from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.gpu.scene_buffers import SceneBuffers
@@ -30,6 +31,7 @@ def recorded() -> Iterator[list[Recorded]]:
     """Collect the calls of a block that play lists of draws, bind a scene's numbers for them, and read textures."""
     calls: list[Recorded] = []
     play, read, bind = DrawPlayer.play, DrawPlayer.read, SceneBuffers.bind
+    read_top_first = DrawPlayer.read_top_first
 
     def record_play(player: DrawPlayer, steps: Iterable[Step], **options: Any) -> None:
         kept = list(steps)
@@ -41,6 +43,15 @@ def recorded() -> Iterator[list[Recorded]]:
         calls.append(Recorded(partial(read, player, *arguments), values))
         return values
 
+    def record_top_first(player: DrawPlayer, name: str, area: Rectangle, out: NDArray[np.float32]) -> None:
+        def again() -> NDArray[np.float32]:
+            values = np.empty_like(out)
+            read_top_first(player, name, area, values)
+            return values
+
+        read_top_first(player, name, area, out)
+        calls.append(Recorded(again, out.copy()))  # the call goes on to divide what it has read
+
     def record_bind(buffers: SceneBuffers) -> None:
         calls.append(Recorded(partial(bind, buffers)))
         bind(buffers)
@@ -48,6 +59,7 @@ def recorded() -> Iterator[list[Recorded]]:
     with (
         patch.object(DrawPlayer, "play", record_play),
         patch.object(DrawPlayer, "read", record_read),
+        patch.object(DrawPlayer, "read_top_first", record_top_first),
         patch.object(SceneBuffers, "bind", record_bind),
     ):
         yield calls

@@ -21,6 +21,7 @@ from raytracer.gpu.gl import (
     Texture,
     clear_integers,
     depth_buffer,
+    read_top_first,
     release,
     set_constants,
     set_sampler,
@@ -120,6 +121,10 @@ class DrawPlayer:
         dtype = self._textures[name].dtype
         data = self._framebuffer((name,)).read(area, components=components, dtype=dtype)
         return np.frombuffer(data, {"f4": np.float32, "i4": np.int32}[dtype]).reshape(area[3], area[2], components)
+
+    def read_top_first(self, name: str, area: Rectangle, out: NDArray[np.float32]) -> None:
+        """Read an area of a texture into `out` (H, W, components), C-contiguous, the top row first."""
+        read_top_first(self._context, self._framebuffer((name,)), area, out)
 
     def play(
         self,

@@ -29,6 +29,7 @@ _TEXTURE0, _TEXTURE_BUFFER, _MAX_TEXTURE_BUFFER_SIZE = 0x84C0, 0x8C2A, 0x8C2B
 # Internal formats, by what is in a texel.
 _FORMATS = {("f", 4): 0x8814, ("i", 4): 0x8D82, ("i", 2): 0x823B, ("i", 1): 0x8235}
 _COLOR = 0x1800
+_INVERTING, _PACK_INVERT = "GL_MESA_pack_invert", 0x8758
 _MAX_VARYING_COMPONENTS, _MAX_VERTEX_OUTPUT_COMPONENTS = 0x8B4B, 0x9122
 _RENDERBUFFER, _DEPTH_COMPONENT32F = 0x8D41, 0x8CAC
 # OpenGL's calling convention is Windows's own there.
@@ -83,6 +84,27 @@ def clear_integers(context: moderngl.Context, framebuffer: moderngl.Framebuffer)
     framebuffer.scissor = (0, 0, *framebuffer.size)
     framebuffer.use()
     _function(context, "glClearBufferiv", _Uint, _Int, ctypes.POINTER(_Int))(_COLOR, 0, (_Int * 4)())
+
+
+def read_top_first(
+    context: moderngl.Context,
+    framebuffer: moderngl.Framebuffer,
+    area: tuple[int, int, int, int],
+    out: NDArray[np.float32],
+) -> None:
+    """Read an area of a framebuffer into `out` (H, W, components), C-contiguous, the top row first."""
+    components = out.shape[2]
+    if _INVERTING in context.extensions:
+        # Mesa turns the rows while it reads: a copy less.
+        store = _function(context, "glPixelStorei", _Uint, _Int)
+        try:
+            store(_PACK_INVERT, 1)
+            framebuffer.read_into(out, area, components=components, dtype="f4")
+        finally:
+            store(_PACK_INVERT, 0)
+    else:
+        data = framebuffer.read(area, components=components, dtype="f4")
+        out[:] = np.frombuffer(data, np.float32).reshape(out.shape)[::-1]
 
 
 def largest_point(context: moderngl.Context) -> int:

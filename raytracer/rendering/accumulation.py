@@ -209,7 +209,9 @@ class Accumulation:
         where = slice(top, top + tile[3]), slice(x, x + tile[2])
         samples = blocks.samples_in(tile) if self._chooses else self.samples
         count = blocks.divisors_in(tile) if self._chooses else self.samples
-        mean = np.divide(self._sums_so_far()[where], count, out=out, casting="same_kind")
+        is_direct = self._total is None and area == tile and out is not None and out.flags.c_contiguous
+        sums = self._sums_so_far(out if is_direct else None)
+        mean = sums if is_direct and self.samples == 1 else np.divide(sums[where], count, out=out, casting="same_kind")
         statistics, error = self.statistics(), None
         if statistics and errors:
             variance = self._variance if self._variance is not None else self._variance_so_far()
@@ -224,9 +226,12 @@ class Accumulation:
         self._total = total
         self._tiles.write_sums_before(total)
 
-    def _sums_so_far(self) -> Any:
-        """(H, W, 3): the sums of all samples of the area."""
-        sums = self._tiles.read_sums((0, 0, *self._blocks.area[2:]), 3)
+    def _sums_so_far(self, out: NDArray[np.float32] | None = None) -> Any:
+        """(H, W, 3): the sums of all samples of the area.
+
+        They are read into the array `out`, if there is one and none were read before.
+        """
+        sums = self._tiles.read_sums((0, 0, *self._blocks.area[2:]), out)
         # A second part makes it float64. Until then that would change no bit of the quotient.
         return sums if self._total is None else np.add(self._total, sums, dtype=np.float64)
 

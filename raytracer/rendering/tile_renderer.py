@@ -116,7 +116,7 @@ class TileRenderer:
         self._play(self._meshes_of(tile, mask), tile, samples)
         if samples[0].starts_sum and self._is_software and self._rounds > MAX_ROUNDS:
             if self._shades:
-                self.read_sums((0, 0, *tile[2:]), 3)
+                self.read_sums((0, 0, *tile[2:]))
             if self.has_geometry:  # no light tells it
                 self._read_surface(tile[2:])
 
@@ -145,16 +145,17 @@ class TileRenderer:
             self._play(meshes, area, [sample_at(number, options)])
         self.player.forget_times()
 
-    def read_sums(self, part: Rectangle, components: int) -> NDArray[np.float32]:
-        """(H, W, components), top row first: the sums of red, green and blue in a part of the target, and of the
-        samples' squared lengths.
+    def read_sums(self, part: Rectangle, out: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
+        """(H, W, 3), top row first: the sums of red, green and blue in a part of the target, in the array `out`, which
+        must be C-contiguous, if there is one.
 
         Raises InputError if shaders did not come to an end in some pixels.
         """
-        sums = self.player.read("radiance", part, components)
+        sums = np.empty((part[3], part[2], 3), np.float32) if out is None else out
+        self.player.read_top_first("radiance", part, sums)
         if self._rounds > MAX_ROUNDS:
-            _check_rounds(sums[..., :3].min(initial=0.0) < -_INFINITE)
-        return sums[::-1]
+            _check_rounds(sums.min(initial=0.0) < -_INFINITE)
+        return sums
 
     def write_sums_before(self, total: NDArray[np.floating]) -> None:
         """Bring the sums before the target's to the GPU: (H, W, 3), the top row first."""

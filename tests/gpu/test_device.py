@@ -8,7 +8,9 @@ import pytest
 
 import raytracer as rt
 from raytracer.compiler.glsl.preprocessor import assemble
+from raytracer.gpu import gl
 from raytracer.gpu.device import ADD, Device, shared_device
+from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.rendering.progressive import ProgressivePicture
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
@@ -102,3 +104,24 @@ def test_programs_are_released_once_nobody_holds_them(renderer: Renderer) -> Non
 
 def test_a_process_has_one_device_of_a_kind(renderer: Renderer) -> None:
     assert shared_device() is shared_device() is renderer.device
+
+
+@pytest.mark.gl
+def test_rows_are_read_top_first_also_by_a_driver_that_turns_none(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    values = np.random.default_rng(2).uniform(0, 1, (5, 7, 4)).astype(np.float32)
+    with renderer.device.turn():
+        player = DrawPlayer(renderer.device)
+        player.add_texture("radiance", (9, 6), 4)
+        player.write("radiance", values)
+        pictures = []
+        for extension in (gl._INVERTING, "no such extension"):
+            monkeypatch.setattr(gl, "_INVERTING", extension)
+            pictures.append(np.empty((4, 6, 3), np.float32))
+            player.read_top_first("radiance", (1, 1, 6, 4), pictures[-1])
+        lowest_first = player.read("radiance", (1, 1, 6, 4), 3)
+        player.close()
+    for picture in pictures:
+        np.testing.assert_array_equal(picture, values[1:5, 1:7, :3][::-1])
+    np.testing.assert_array_equal(lowest_first, values[1:5, 1:7, :3])
