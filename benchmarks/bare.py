@@ -50,7 +50,7 @@ def recorded() -> Iterator[list[Recorded]]:
             return values
 
         read_top_first(player, name, area, out)
-        calls.append(Recorded(again, out.copy()))  # the call goes on to divide what it has read
+        calls.append(Recorded(again, out.copy()))  # the call divides `out` afterwards
 
     def record_bind(buffers: SceneBuffers) -> None:
         calls.append(Recorded(partial(bind, buffers)))

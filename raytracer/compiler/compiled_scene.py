@@ -22,7 +22,7 @@ class CompiledScene(msgspec.Struct, frozen=True, eq=False):
     """A scene as the shaders take it. `compile` makes one; parts are objects of their own, which compiled scenes share.
 
     `has_lists`: there are many primitives, so rays look for objects in the lists of cells (candidate_lists.py).
-    `is_one_pass`: there are so few that one program finds what a pixel sees and computes its light.
+    `is_one_pass`: there are few primitives, and one program finds the surface of a pixel and computes its light.
     `has_mirrors`: the light of some material comes from other surfaces, too. `is_over_planes`: besides objects that
     share code there are at most half-spaces, which the second pass quickly finds itself. `has_plane_only_cells`: some
     cells of a picture may show nothing but half-spaces (grounds.py).

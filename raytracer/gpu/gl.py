@@ -62,7 +62,7 @@ def set_uniforms(program: moderngl.Program, **values: object) -> None:
 
 
 def set_constants(program: moderngl.Program, constants: Mapping[str, object]) -> None:
-    """Set uniforms that many draws share, unless they were the last ones set so. Errors are those of set_uniforms()."""
+    """Set uniforms that many draws share, unless `constants` was set last. Raises ShaderError as set_uniforms()."""
     if program.extra is not constants:
         program.extra = None  # until all of them are set: an interrupt or a mistake may come between
         set_uniforms(program, **constants)

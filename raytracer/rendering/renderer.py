@@ -81,7 +81,7 @@ class _Kept(NamedTuple):
         return width * height > _KEPT_PIXELS or numbers > _KEPT_BYTES
 
     def shows(self, compiled: CompiledScene, size: tuple[int, int], *, plane_only: bool) -> bool:
-        """Whether the frame is that of a picture."""
+        """Whether a picture of this scene and size has this frame."""
         return self.frame.compiled is compiled and self.frame.size == size and self.plane_only == plane_only
 
     def draws(self, compiled: CompiledScene, *, plane_only: bool, several: bool) -> bool:
@@ -97,7 +97,7 @@ class _Kept(NamedTuple):
 class Renderer:
     """Renders scenes on one device.
 
-    The numbers, texts and targets of the scene drawn last stay, up to _KEPT_PIXELS. The same scene is then drawn again
+    The numbers, programs and targets of the scene drawn last stay, up to _KEPT_PIXELS and _KEPT_BYTES. The same scene is then drawn again
     without preparations, and one with the same objects with few.
     """
 
@@ -175,7 +175,7 @@ class Renderer:
         plane_only: bool,
         several: bool,
     ) -> _Kept:
-        """Bring a scene to the GPU, as far as it is not there; `target` is the size of the largest tile."""
+        """Bring to the GPU the parts of a scene that are not there. `target` is the size of the largest tile."""
         kept = self._kept
         if kept and kept.shows(compiled, size, plane_only=plane_only):
             frame = kept.frame
@@ -194,7 +194,7 @@ class Renderer:
         return self._kept
 
     def close(self) -> None:
-        """Give back all that is on the GPU; the next picture brings its own scene. The context must be current."""
+        """Release the kept scene. The next picture brings its own. The context must be current."""
         kept, self._kept = self._kept, None  # first, as an interrupt may come while it is given back
         if kept:
             kept.tiles.close()
@@ -251,7 +251,7 @@ def _draw(
     *,
     estimates: bool,
 ) -> float:
-    """Draw all tiles of a picture into `arrays`; the seconds without those of compilers."""
+    """Draw all tiles of a picture into `arrays`. Return the seconds, without the time of compilers."""
     width, height = arrays.size
     if options.time is not None:
         renderer.warm()

@@ -257,7 +257,7 @@ def test_ctrl_c_stops_cleanly_and_writes_nothing(tmp_path: Path) -> None:
 
 def test_progress_is_shown_on_a_terminal(tmp_path: Path) -> None:
     leader, terminal = os.openpty()
-    with start("render", SCENE, "-o", str(tmp_path / "a.png"), "--samples", "100", errors=terminal) as process:
+    with start("render", SCENE, "-o", str(tmp_path / "a.png"), "--samples", "600", errors=terminal) as process:
         os.close(terminal)
         shown = b""
         while select.select([leader], [], [], TIMEOUT)[0]:
