@@ -97,8 +97,8 @@ class _Kept(NamedTuple):
 class Renderer:
     """Renders scenes on one device.
 
-    The numbers, programs and targets of the scene drawn last stay, up to _KEPT_PIXELS and _KEPT_BYTES. The same scene is
-    then drawn again without preparations, and one with the same objects with few.
+    The numbers, programs and targets of the scene drawn last stay, up to _KEPT_PIXELS and _KEPT_BYTES. The same scene
+    is then drawn again without preparations, and one with the same objects with few.
     """
 
     def __init__(self, device: Device) -> None:
