@@ -86,7 +86,7 @@ class Device:
     def state(self, *, blending: Blending | None = None, depth_test: bool = False) -> Iterator[None]:
         """Have OpenGL draw in these ways for a block, and in none of them after it. The context must be current.
 
-        `depth_test` keeps what is nearest. Blocks do not nest.
+        `depth_test` keeps the nearest pixel. Blocks do not nest.
         """
         try:
             self._set_state(blending, depth_test)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -78,16 +79,11 @@ class BlockMeasurements:
 
     def keep_sums(self, area: tuple[int, int, int, int], cells: Mask, *, before: bool) -> None:
         """Keep the sums in some cells of an area, together with the sums `before` them."""
-        size = 0, 0, *area[2:]
-        port, shown = viewport(size)
-        inputs = {"radianceSum": "radiance"} | (_SUMMED_BEFORE if before else {})
         # Both, so that a mistake in either comes to light with the first sample.
         self._compiled("movement_of_sums" if before else "movement")
-        program = self._compiled("kept_sums" if before else "kept")
-        uniforms = {"draw.viewport": shown}
-        self._player.play(
-            [Draw(program, Cells(cell_blocks(cells), CELL), ("earlierSum",), size, port, uniforms, inputs)]
-        )
+        program, inputs = "kept_sums" if before else "kept", _SUMMED_BEFORE if before else {}
+        mesh = Cells(cell_blocks(cells), CELL)
+        self._player.play([self._draw(program, "earlierSum", area[2:], mesh, inputs)])
 
     def variance(self, area: Rectangle, cells: Mask, samples: NDArray[np.int32] | int) -> NDArray[np.float32]:
         """(H, W), the lowest row first: the variance of each pixel's samples, 0 in other than these `cells` of an area.
@@ -96,23 +92,17 @@ class BlockMeasurements:
         """
         if not self._player.has_texture("variance"):
             self._player.add_texture("variance", self._target, 1)
-        size = 0, 0, *area[2:]
-        port, shown = viewport(size)
-        uniforms: dict[str, Any] = {"draw.viewport": shown}
-        inputs, program = {"radianceSum": "radiance"}, "variance"
+        mesh, size = Cells(cell_blocks(cells), CELL), area[2:]
         if isinstance(samples, int):
-            uniforms["samples"] = float(samples)
+            draw = self._draw("variance", "variance", size, mesh, {}, samples=float(samples))
         else:
             rows, columns = samples.shape
             # The window has a texture "blockSamples" of its own, with other numbers.
             self._player.add_texture("sampledBlocks", (columns, rows), 1, "i4")
             self._player.write("sampledBlocks", samples)
-            inputs, program = inputs | {"blockSamples": "sampledBlocks"}, "variance_of_chosen"
-        draw = Draw(
-            self._compiled(program), Cells(cell_blocks(cells), CELL), ("variance",), size, port, uniforms, inputs
-        )
-        self._player.play([Clear("variance", area=size), draw])
-        return self._player.read("variance", size, 1)[..., 0]
+            draw = self._draw("variance_of_chosen", "variance", size, mesh, {"blockSamples": "sampledBlocks"})
+        self._player.play([Clear("variance", area=draw.area), draw])
+        return self._player.read("variance", draw.area, 1)[..., 0]
 
     def warm(self) -> None:
         """Have the driver compile the draws of all other methods, by draws of one cell."""
@@ -133,15 +123,21 @@ class BlockMeasurements:
         self, program: str, blocks: Blocks, inputs: dict[str, str], samples: int, summed: int, **uniforms: Any
     ) -> NDArray[np.float32]:
         rows, columns = blocks.active.shape
-        area = 0, 0, columns, rows
-        port, shown = viewport(area)
-        uniforms |= {"draw.viewport": shown, "drawn": blocks.area[2:], "samples": float(samples)}
-        uniforms["summed"] = float(summed)
-        inputs = {"radianceSum": "radiance"} | inputs
+        uniforms |= {"drawn": blocks.area[2:], "samples": float(samples), "summed": float(summed)}
         mesh = Cells(cell_blocks(blocks.cells), PER_CELL)
-        draw = Draw(self._compiled(program), mesh, ("blocks",), area, port, uniforms, inputs)
-        self._player.play([Clear("blocks", area=area), draw])
-        return self._player.read("blocks", area, 1 if program.startswith("error") else 4)
+        draw = self._draw(program, "blocks", (columns, rows), mesh, inputs, **uniforms)
+        self._player.play([Clear("blocks", area=draw.area), draw])
+        return self._player.read("blocks", draw.area, 1 if program.startswith("error") else 4)
+
+    def _draw(
+        self, program: str, target: str, size: tuple[int, int], mesh: Cells, inputs: Mapping[str, str], **uniforms: Any
+    ) -> Draw:
+        """The draw of a mesh into the lower left `size` (width, height) of a texture, by the sums of the samples."""
+        area = 0, 0, *size
+        port, shown = viewport(area)
+        uniforms["draw.viewport"] = shown
+        inputs = {"radianceSum": "radiance", **inputs}
+        return Draw(self._compiled(program), mesh, (target,), area, port, uniforms, inputs)
 
     def _compiled(self, name: str) -> str:
         """The name of a program that the player has now."""

@@ -24,7 +24,7 @@ class ScenePrograms(NamedTuple):
 
 
 def picture_programs(device: Device, compiled: CompiledScene, *, plane_only: bool, several: bool) -> ScenePrograms:
-    """The programs that draw pictures of a scene, as find_programs() makes them."""
+    """The programs that draw pictures of a scene, with or without those for plane-only cells (program_sources())."""
     sources = program_sources(compiled, "picture", device.limits.varyings, plane_only=plane_only, several=several)
     versions: dict[str, FileVersion] = {}
     for source in sources.values():
@@ -32,14 +32,12 @@ def picture_programs(device: Device, compiled: CompiledScene, *, plane_only: boo
     return ScenePrograms(_programs(device, sources), versions)
 
 
-def find_programs(
-    device: Device, compiled: CompiledScene, show: Show | None = "picture", *, plane_only: bool = True
-) -> dict[str, Program]:
+def find_programs(device: Device, compiled: CompiledScene, show: Show | None = "picture") -> dict[str, Program]:
     """The programs that draw a scene, by name; with `show` None they draw only what each pixel sees.
 
-    Without `plane_only`, cells with nothing but half-spaces are drawn as all others are. The context must be current.
+    The context must be current.
     """
-    return _programs(device, program_sources(compiled, show, device.limits.varyings, plane_only=plane_only))
+    return _programs(device, program_sources(compiled, show, device.limits.varyings))
 
 
 def _programs(device: Device, sources: Mapping[str, ProgramSource]) -> dict[str, Program]:

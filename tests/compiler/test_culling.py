@@ -205,7 +205,7 @@ def assert_plane_only(scene: rt.Scene, size: tuple[int, int]) -> float:
             n = np.broadcast_to(owner[plane].unit()[0], P.shape)
             start = np.full(len(P), len(alone.leaves) - 1, np.int32)
             for light in scene.lights:
-                if owner[plane].touches(light.position):  # it does not shine on what it is in
+                if owner[plane].touches(light.position):  # it does not shine on the face that it is in
                     continue
                 toward = np.subtract(light.position, scene.camera.position) - P
                 distance = np.linalg.norm(toward, axis=1)

@@ -107,7 +107,7 @@ def test_a_light_that_moves_changes_no_list_of_another(shadows: str) -> None:
     before = frame(scene, SIZE, settings)
     moved = [*lights[:1], rt.PointLight((1, 4.5, 3), radius=0.2), *lights[2:]]
     after = following(before, msgspec.structs.replace(scene, lights=moved), settings)
-    # Of lists those of all objects and of the picture come first; of ends the lights' own texels do.
+    # The lists of all objects and of the picture come before the lists of lights; the lights' texels come before ends.
     assert other_parts(before, after) == {("Lights", 0), ("cells", 0), ("lists", 3), ("ends", 0), ("ends", 2)}
     assert before.lists and after.lists and after.lists.picture_ends is before.lists.picture_ends
     shadows_before, shadows_after = before.cells.shadows, after.cells.shadows

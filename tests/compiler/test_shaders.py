@@ -117,7 +117,7 @@ def test_what_a_scene_uses_is_in_its_programs() -> None:
 
 
 def test_each_program_has_what_it_is_for_and_no_more() -> None:
-    # So many primitives that what is seen and its light have programs of their own.
+    # With so many primitives, one program finds surfaces, and another one computes their light.
     walked = programs_of([A, SHINY, FLOOR, *CROWD], 2, Settings(evaluator="walk"))
     found = {name: code(source) for name, source in walked.items()}
     found["plane_only"] = code(programs_of([A, SHINY, FLOOR], 2, Settings())["plane_only"])

@@ -356,7 +356,7 @@ def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
     live.reread()
     assert np.array_equal(drawn(live, own, scene, ONE, show), before)
     # The canvas has five programs, a picture of cells three, one of the depth two.
-    assert len(own.device._programs) == 5 + (3 if show == "picture" else 2), "those of the mistakes are released"
+    assert len(own.device._programs) == 5 + (3 if show == "picture" else 2), "programs with mistakes are released"
     with renderer.device.context:
         live.close()
 
