@@ -26,7 +26,7 @@ from raytracer.compiler.meshes import (
     Rectangles,
 )
 from raytracer.scene.options import SamplingOptions
-from raytracer.scene.sequences import sample_place, scatters
+from raytracer.scene.sequences import light_index, sample_place, scatters
 
 # Samples that are summed in float32. Then a new sum begins, and the host adds both in float64: rounding of a longer
 # sum would outweigh the gain by more samples.
@@ -143,7 +143,7 @@ def sample_draws(
             "draw.viewport": shown,
             "draw.samplePlace": sample.place,
             "draw.scatter": -1 if sample.is_scattered else 0,
-            "draw.sampleIndex": sample.number,
+            "draw.lightIndex": light_index(sample.number),
             "samples": 1,
         }
         steps += _seeing(meshes, area, port, uniforms, tuple(seen), constants)

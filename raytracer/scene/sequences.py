@@ -99,6 +99,31 @@ def scrambled_sobol(k: int, x_seed: int, y_seed: int) -> tuple[int, int]:
     return (x >> 8) ^ 1 << 23, (y >> 8) ^ 1 << 23
 
 
+def light_index(k: int) -> int:
+    """The index, in Sobol's sequence, of the point on each light that belongs to sample `k` of a pixel.
+
+    With "sobol", place and point are four dimensions of a (0, 4)-sequence in base 4: of the first 4^m samples each box
+    of any shape with sides that are powers of 1/4 and a volume of 4^-m holds one. Both the place and the point alone
+    are (0, 2)-sequences in base 2. So the error falls fast where a penumbra moves within a pixel, too.
+
+    The index has the base-4 digits of `k` times a Pascal matrix over the field {0, 1, w, w + 1}, whose entries on
+    diagonal d are multiplied by w^d. In Faure's construction over that field (Niederreiter 1987, "Point sets and
+    sequences with small discrepancy") the four dimensions have the matrices for 0, 1, w and w + 1 in place of w.
+    Sobol's two dimensions are the first two. They turn the index into the other two, but for an order in each digit.
+    """
+    digits = [k >> shift & 3 for shift in range(0, max(k.bit_length(), 1), 2)]
+    index = 0
+    for i in range(len(digits)):
+        for j in range(i, len(digits)):
+            if i & j == i:  # the binomial coefficient of j over i is odd
+                index ^= _TIMES_W[(j - i) % 3][digits[j]] << 2 * i
+    return index
+
+
+# Each digit times 1, w and w^2, in the field of four elements with w^2 = w + 1.
+_TIMES_W = (0, 1, 2, 3), (0, 2, 3, 1), (0, 3, 1, 2)
+
+
 # As in shaders/sampling/sobol.glsl, which explains them.
 
 

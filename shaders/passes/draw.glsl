@@ -21,7 +21,7 @@ struct Draw {
     int grid;           // cells of a side of each hemisphere around a light (lists.glsl)
     float depthScale;   // of distances, so that those of all objects of common shapes (raytracer/compiler/batches.py) are below 1
 #ifdef SPHERE_LIGHTS
-    int sampleIndex;    // which of a pixel's samples is drawn, from 0
+    int lightIndex;     // of the point on each light (sobol.glsl)
 #endif
 };
 
@@ -50,7 +50,7 @@ flat out int grid;
 flat out float depthScale;
 #endif
 #ifdef SPHERE_LIGHTS
-flat out int sampleIndex;
+flat out int lightIndex;
 #endif
 
 void handOn() {
@@ -74,7 +74,7 @@ void handOn() {
     depthScale = draw.depthScale;
 #endif
 #ifdef SPHERE_LIGHTS
-    sampleIndex = draw.sampleIndex;
+    lightIndex = draw.lightIndex;
 #endif
 }
 

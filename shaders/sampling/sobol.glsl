@@ -1,11 +1,11 @@
 // Sample points on sphere lights: scrambled Sobol' points, different ones for each pixel and light.
-// Provides sobolPoint(): a point in [0, 1)^2 for each sample.
+// Provides sobolPoint(): a point in [0, 1)^2 for each index.
 //
 // They are Sobol' points (1967, the first two dimensions, a (0, 2)-sequence in base 2) with Owen's nested scrambling,
-// and in an order shuffled the same way, as Burley 2020 does both by hashing, "Practical hash-based Owen scrambling".
-// So of a pixel's first 2^n points each of the 2^n boxes of any shape 2^-i x 2^(i-n) holds exactly one; any two
-// pixels or lights have points that know nothing of each other, nor of where in the pixel the samples lie
-// (raytracer/scene/sequences.py): what is left of the error is noise, not bands.
+// by hashing as in Burley 2020, "Practical hash-based Owen scrambling". The host orders the indices (light_index() in
+// raytracer/scene/sequences.py). So of a pixel's first 2^n points each of the 2^n boxes of any shape 2^-i x 2^(i-n)
+// holds exactly one, and pairs of a place in the pixel and a point of the light are spread evenly in four dimensions.
+// Any two pixels or lights have independent points: the rest of the error is noise, not bands.
 //
 // Bits are numbered from the lowest. A digit of a point may be scrambled by those before it, so the hash, in
 // which a bit depends only on lower ones, is of numbers whose bit i is digit i, and these are reversed at the end.
@@ -54,10 +54,12 @@ uvec3 hashed(uvec3 v) {
 }
 
 // `pixel` is that of the whole picture, so that it does not matter in which tile it is drawn.
-vec2 sobolPoint(ivec2 pixel, int light, int sampleIndex) {
+vec2 sobolPoint(ivec2 pixel, int light, int index) {
     uvec3 seeds = hashed(uvec3(uvec2(pixel), uint(light)));
-    uint index = reversed(scrambled(reversed(uint(sampleIndex)), seeds.x));
-    uvec2 digits = uvec2(scrambled(index, seeds.y), scrambled(pascal(index), seeds.z));
+    // A point's first digits depend on the lowest bits of the seeds. Those of near pixels are alike until higher bits
+    // are mixed in: without, points of neighbours are correlated by up to 0.3.
+    seeds ^= seeds >> 16;
+    uvec2 digits = uvec2(scrambled(uint(index), seeds.y), scrambled(pascal(uint(index)), seeds.z));
     // 24 bits, which float has, so that none is rounded to 1. OpenGL promises no exact exp2().
     return vec2(reversed(digits.x) >> 8, reversed(digits.y) >> 8) * (1.0 / 16777216.0);
 }

@@ -7,7 +7,7 @@
 flat in vec3 ambient;  // Ia
 
 #ifdef SPHERE_LIGHTS
-flat in int sampleIndex;  // which of a pixel's samples this is
+flat in int lightIndex;  // of the point on each light (sobol.glsl)
 #endif
 
 #if LIGHTS > 0
@@ -25,7 +25,7 @@ vec3 reflectedOf(Light light, int i, Material m, int mat, real3 P, real3 n, vec3
 #endif
 #ifdef SPHERE_LIGHTS
     if (light.radius > 0.0) {
-        LightRay ray = lightRay(light, P, start, sobolPoint(ivec2(gl_FragCoord.xy + tileOrigin), i, sampleIndex));
+        LightRay ray = lightRay(light, P, start, sobolPoint(ivec2(gl_FragCoord.xy + tileOrigin), i, lightIndex));
         L = ray.L;
         distance = ray.distance;
         end = ray.end;

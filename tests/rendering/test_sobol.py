@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import operator
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from raytracer import glsl
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.sequences import sample_place
+from raytracer.scene.sequences import light_index, sample_place
 
 pytestmark = pytest.mark.gl
 
@@ -52,6 +53,20 @@ def test_each_box_of_a_share_of_2_to_the_n_holds_one_of_the_first_2_to_the_n_poi
             assert len(set(map(tuple, box.tolist()))) == 2**n, (n, i)
 
 
+def test_places_and_points_of_lights_are_spread_evenly_in_four_dimensions(renderer: Renderer) -> None:
+    lights = points(renderer, (3, 5), 0, [light_index(k) for k in range(256)])
+    together = np.column_stack([np.array([sample_place(k) for k in range(256)]) * 2.0**-24, lights])
+    for m in range(5):
+        for shape in itertools.product(range(m + 1), repeat=4):
+            if sum(shape) == m:
+                boxes = np.floor(together[: 4**m] * 4.0 ** np.array(shape)).astype(int)
+                assert len(set(map(tuple, boxes.tolist()))) == 4**m, shape
+    for n in range(9):
+        for i in range(n + 1):
+            boxes = np.floor(lights[: 2**n] * (2**i, 2 ** (n - i))).astype(int)
+            assert len(set(map(tuple, boxes.tolist()))) == 2**n, (n, i)
+
+
 def test_pixels_lights_and_samples_know_nothing_of_each_other(renderer: Renderer) -> None:
     x, y = np.meshgrid(np.arange(64), np.arange(64))
     pixels = np.column_stack([x.ravel(), y.ravel()])
@@ -72,6 +87,6 @@ def test_pixels_lights_and_samples_know_nothing_of_each_other(renderer: Renderer
     # In each pixel, its 64 points with the places of its samples: the mean of 400 pixels is that of independent ones.
     places = np.array([sample_place(k) for k in range(64)]) * 2.0**-24 - 0.5
     each = np.repeat(pixels[:400], 64, axis=0)
-    found = points(renderer, each, 0, np.tile(np.arange(64), 400)).reshape(400, 64, 2) - 0.5
+    found = points(renderer, each, 0, np.tile([light_index(k) for k in range(64)], 400)).reshape(400, 64, 2) - 0.5
     correlation = np.einsum("pki,kj->pij", found, places) / 64.0 * 12.0
     assert np.abs(correlation.mean(axis=0)).max() < 5.0 / np.sqrt(400 * 64)
