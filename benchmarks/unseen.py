@@ -14,24 +14,24 @@ from raytracer.scene.options import Shadows
 SIZE = (480, 270)
 
 
-def _color(rng: np.random.Generator, low: float = 0.05, high: float = 0.95) -> tuple[float, float, float]:
+def random_color(rng: np.random.Generator, low: float = 0.05, high: float = 0.95) -> tuple[float, float, float]:
     r, g, b = rng.uniform(low, high, 3)
     return float(r), float(g), float(b)
 
 
-def _direction(rng: np.random.Generator) -> tuple[float, float, float]:
+def random_direction(rng: np.random.Generator) -> tuple[float, float, float]:
     x, y, z = rng.normal(size=3)
     length = math.sqrt(x * x + y * y + z * z)
     return float(x / length), float(y / length), float(z / length)
 
 
 def _material(rng: np.random.Generator) -> rt.Material:
-    color = _color(rng)
+    color = random_color(rng)
     match rng.integers(12):
         case 0 | 1 | 2:
-            return rt.Material(ka=color, kd=color, ks=_color(rng, 0, 0.6), h=float(10 ** rng.uniform(0, 3)))
+            return rt.Material(ka=color, kd=color, ks=random_color(rng, 0, 0.6), h=float(10 ** rng.uniform(0, 3)))
         case 3:
-            return rt.Material("blinn", ka=color, kd=color, ks=_color(rng, 0, 0.6), h=float(10 ** rng.uniform(0, 3)))
+            return rt.Material("blinn", ka=color, kd=color, ks=random_color(rng, 0, 0.6), h=float(10 ** rng.uniform(0, 3)))
         case 4 | 5:
             return rt.Material("ggx", alpha=float(10 ** rng.uniform(-1, 0)))
         case 6 | 7:
@@ -57,11 +57,11 @@ def _solid(rng: np.random.Generator, pixel: float) -> rt.Solid | rt.Instances:
             other = rt.Sphere((x + 0.4, y + 0.2, z - 0.3), float(rng.uniform(0.3, 0.7)), b)
             return ball & other if rng.random() < 0.5 else ball - other
         case 2:  # a bowl with a wall of half to four pixels
-            n = _direction(rng)
+            n = random_direction(rng)
             inner = rt.Sphere(center, ball.radius - pixel * float(rng.uniform(0.5, 4)), b)
             return (ball - inner) & rt.Plane(n, float(np.dot(n, center)) + 0.2, a)
         case 3:  # a plate as thin
-            n = _direction(rng)
+            n = random_direction(rng)
             d = float(np.dot(n, center))
             thin = pixel * float(rng.uniform(0.3, 3))
             return ball & rt.Plane(n, d + thin, b) & rt.Plane((-n[0], -n[1], -n[2]), -d, b)
@@ -87,7 +87,7 @@ def unseen(seed: int) -> tuple[rt.Scene, Shadows]:
     rng = np.random.default_rng([7, seed])
     fov = float(rng.uniform(25, 70))
     distance = 3.0 / math.tan(math.radians(fov) / 2)
-    eye = np.multiply(_direction(rng), distance)
+    eye = np.multiply(random_direction(rng), distance)
     eye[1] = abs(eye[1]) + 0.2
     pixel = 2 * distance * math.tan(math.radians(fov) / 2) / SIZE[1]
     objects: list[rt.Solid | rt.Instances] = [_solid(rng, pixel) for _ in range(rng.integers(1, 7))]
@@ -95,12 +95,12 @@ def unseen(seed: int) -> tuple[rt.Scene, Shadows]:
         objects.append(rt.Plane((0, 1, 0), -1.6, _material(rng)))
     lights = []
     for _ in range(rng.integers(1, 3)):
-        place = np.multiply(_direction(rng), rng.uniform(3, 9))
+        place = np.multiply(random_direction(rng), rng.uniform(3, 9))
         place[1] = abs(place[1]) + 1
         radius = float(rng.uniform(0.05, 1.0)) if rng.random() < 0.7 else 0.0
-        lights.append(rt.PointLight(tuple(float(v) for v in place), _color(rng, 0.2, 1.5), radius))  # pyright: ignore[reportArgumentType]
-    up = _direction(rng) if rng.random() < 0.5 else (0.0, 1.0, 0.0)
+        lights.append(rt.PointLight(tuple(float(v) for v in place), random_color(rng, 0.2, 1.5), radius))  # pyright: ignore[reportArgumentType]
+    up = random_direction(rng) if rng.random() < 0.5 else (0.0, 1.0, 0.0)
     camera = rt.Camera(tuple(float(v) for v in eye), (0, 0, 0), up, fov)  # pyright: ignore[reportArgumentType]
     kinds = get_args(Shadows)
     shadows = "soft" if rng.random() < 0.5 else kinds[rng.integers(3)]
-    return rt.Scene(objects, lights, camera, background=_color(rng)), shadows
+    return rt.Scene(objects, lights, camera, background=random_color(rng)), shadows

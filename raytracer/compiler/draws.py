@@ -26,13 +26,15 @@ from raytracer.compiler.meshes import (
     Rectangles,
 )
 from raytracer.scene.options import SamplingOptions
-from raytracer.scene.sequences import light_index, sample_place, scatters
+from raytracer.scene.sequences import light_index, replicate_place, sample_place, scatters
 
 # Samples that are summed in float32. Then a new sum begins, and the host adds both in float64: rounding of a longer
 # sum would outweigh the gain by more samples.
 SUMMED = 256
 # Pixels of a viewport around its tile: points with a centre beyond it are not drawn.
 MARGIN = 128
+# The lowest of the bits of a light's index that number its scrambling (shaders/sampling/sobol.glsl).
+_SCRAMBLING_BITS = 24
 # Samples that are drawn at once where nothing is to be done between them: as many as picture.frag has written out.
 # Twice as many take 10 % less time a sample, and twice as long to compile.
 TOGETHER = 4
@@ -84,6 +86,7 @@ class Sample(NamedTuple):
     number: int  # 0, 1, ...
     place: tuple[int, int]  # in the pixel, from its upper left corner, in 2^-24 of it
     is_scattered: bool  # whether each pixel exchanges digits of the place
+    light_index: int  # of the point on each light (shaders/sampling/sobol.glsl)
 
     @property
     def starts_sum(self) -> bool:
@@ -94,7 +97,12 @@ class Sample(NamedTuple):
 def sample_at(number: int, options: SamplingOptions) -> Sample:
     """The sample with that number of a picture with these options."""
     place = sample_place(number, options.sequence, options.samples)
-    return Sample(number, place, scatters(options.sequence, options.samples))
+    return Sample(number, place, scatters(options.sequence, options.samples), light_index(number))
+
+
+def replicate_at(number: int) -> Sample:
+    """The sample with that number of a picture's replicate: by the sequence "sobol", in another scrambling."""
+    return Sample(number, replicate_place(number), True, light_index(number) | 1 << _SCRAMBLING_BITS)
 
 
 def viewport(area: Rectangle) -> tuple[Rectangle, Rectangle]:
@@ -143,7 +151,7 @@ def sample_draws(
             "draw.viewport": shown,
             "draw.samplePlace": sample.place,
             "draw.scatter": -1 if sample.is_scattered else 0,
-            "draw.lightIndex": light_index(sample.number),
+            "draw.lightIndex": sample.light_index,
             "samples": 1,
         }
         steps += _seeing(meshes, area, port, uniforms, tuple(seen), constants)

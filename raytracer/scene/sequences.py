@@ -16,6 +16,9 @@ SampleSequence = Literal["sobol", "r2", "random", "grid", "rotated", "corners"]
 # is second, and with 16 half as wrong as "r2". Over pixels that exchange digits it is like most, 2 % worse than the
 # best.
 _SCRAMBLES = 0xE7DAAF3E, 0xBB162E79
+# The same for replicate_place(), and the shift of its digits. Of 200 random ones these are the best: half the mean square
+# difference of both means is the mean square error within 8 %, for edges and lines of all widths and 2 to 64 samples.
+_REPLICATE_SCRAMBLES, _REPLICATE_SHIFT = (9252736, 850290736), (14400251, 6415969)
 # 1/p and 1/p^2 with p the plastic number, the real root of p^3 = p + 1.
 _ALPHA = (0.7548776662466927, 0.5698402909980532)
 
@@ -122,6 +125,15 @@ def light_index(k: int) -> int:
 
 # Each digit times 1, w and w^2, in the field of four elements with w^2 = w + 1.
 _TIMES_W = (0, 1, 2, 3), (0, 2, 3, 1), (0, 3, 1, 2)
+
+
+def replicate_place(k: int) -> tuple[int, int]:
+    """Sample `k` of a pixel in another scrambling of the sequence "sobol", as sample_place() has it.
+
+    Means of the samples 0 to n - 1 in both scramblings have independent errors of the same size.
+    """
+    x, y = scrambled_sobol(k, *_REPLICATE_SCRAMBLES)
+    return x ^ _REPLICATE_SHIFT[0], y ^ _REPLICATE_SHIFT[1]
 
 
 # As in shaders/sampling/sobol.glsl, which explains them.

@@ -53,13 +53,15 @@ uvec3 hashed(uvec3 v) {
     return v;
 }
 
-// `pixel` is that of the whole picture, so that it does not matter in which tile it is drawn.
+// `pixel` is that of the whole picture, so that it does not matter in which tile it is drawn. The upper 8 bits of
+// `index` are the number of the scrambling. The index proper has 24 bits, as many as a point has digits.
 vec2 sobolPoint(ivec2 pixel, int light, int index) {
-    uvec3 seeds = hashed(uvec3(uvec2(pixel), uint(light)));
+    uvec3 seeds = hashed(uvec3(uvec2(pixel), uint(light) | uint(index) & 0xff000000u));
     // A point's first digits depend on the lowest bits of the seeds. Those of near pixels are alike until higher bits
     // are mixed in: without, points of neighbours are correlated by up to 0.3.
     seeds ^= seeds >> 16;
-    uvec2 digits = uvec2(scrambled(uint(index), seeds.y), scrambled(pascal(uint(index)), seeds.z));
+    uint k = uint(index) & 0xffffffu;
+    uvec2 digits = uvec2(scrambled(k, seeds.y), scrambled(pascal(k), seeds.z));
     // 24 bits, which float has, so that none is rounded to 1. OpenGL promises no exact exp2().
     return vec2(reversed(digits.x) >> 8, reversed(digits.y) >> 8) * (1.0 / 16777216.0);
 }
