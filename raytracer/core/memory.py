@@ -33,7 +33,11 @@ def check_memory(needed: int, size: tuple[int, int]) -> None:
         warnings.warn(f"this picture needs {gib:.1f} GiB of memory", stacklevel=4)
 
 
-def picture_bytes(size: tuple[int, int], geometry: bool, refines: bool = False) -> int:
-    """Bytes of memory that rendering and saving a picture take at most, beside the program itself."""
-    # radiance 12; depth 4, normal 12, material 4 and its index 4, error 4; the number of samples 4
-    return size[0] * size[1] * (12 + 28 * geometry + 4 * refines)
+def picture_bytes(size: tuple[int, int], geometry: bool, refines: bool = False, keeps_sums: bool = False) -> int:
+    """Bytes of memory that rendering and saving a picture take at most, beside the program itself.
+
+    A picture with a stopping rule keeps the sums of all its samples, on the GPU, which may share this memory.
+    """
+    # radiance 12; depth 4, normal 12, material 4 and its index 4, error 4; the number of samples twice 4;
+    # sums 16, a copy of earlier ones 16, the sums before them 12, which the host has in float64: 24
+    return size[0] * size[1] * (12 + 28 * geometry + 8 * refines + 68 * keeps_sums)

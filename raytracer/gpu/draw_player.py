@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.draws import Clear, Draw, Screen, Step
 from raytracer.compiler.meshes import Cells, Rectangle, Rectangles
+from raytracer.core.validation import InputError
 from raytracer.gpu.cell_draw import CellDraw
 from raytracer.gpu.device import ADD, OVER, Device
 from raytracer.gpu.gl import (
@@ -72,6 +73,7 @@ class DrawPlayer:
         self._programs: dict[str, Program] = {}
         self._meshes: dict[str, CellDraw | RectangleDraw | ScreenDraw] = {}  # by program
         self._textures: dict[str, Any] = {}
+        self._names: Mapping[str, str] = {}  # of textures, for those that draws know by another
         self._framebuffers: dict[tuple[str, ...], Framebuffer] = {}  # by textures, the one of depths last
         self._long_draws: dict[str, int] = {}  # by program: how many pixels take _SHORT_DRAW
 
@@ -94,10 +96,25 @@ class DrawPlayer:
         """Whether a program has that name."""
         return name in self._programs
 
+    def rename(self, names: Mapping[str, str]) -> None:
+        """From now on each of the `names` of a texture means the texture of the name beside it; other names mean what
+        they say.
+        """
+        self._names = names
+
     def add_texture(self, name: str, size: tuple[int, int], components: int, dtype: str = "f4") -> None:
-        """Have a texture of `size` (width, height), in place of one that has the name."""
+        """Have a texture of `size` (width, height), in place of one that has the name.
+
+        Raises InputError if the GPU has no memory for it.
+        """
         self.remove_texture(name)
-        self._textures[name] = self._context.texture(size, components, dtype=dtype)
+        self._textures[self._meant(name)] = self._context.texture(size, components, dtype=dtype)
+        if self._context.error == "GL_OUT_OF_MEMORY":
+            raise InputError(
+                f"expected memory on the GPU for a texture of {size[0]}x{size[1]} pixels, got none; a remedy is a "
+                "smaller picture",
+                "size",
+            )
 
     def add_depth(self, name: str, size: tuple[int, int]) -> None:
         """Have a texture of depths, of `size` (width, height)."""
@@ -105,20 +122,20 @@ class DrawPlayer:
 
     def texture(self, name: str) -> Texture:
         """The texture of that name, for another player's draws."""
-        return self._textures[name]
+        return self._textures[self._meant(name)]
 
     def has_texture(self, name: str) -> bool:
         """Whether a texture has that name."""
-        return name in self._textures
+        return self._meant(name) in self._textures
 
     def write(self, name: str, values: NDArray[Any]) -> None:
         """Bring (H, W, ...) values, the lowest row first, to the lower left of a texture."""
         height, width = values.shape[:2]
-        self._textures[name].write(np.ascontiguousarray(values), viewport=(0, 0, width, height))
+        self.texture(name).write(np.ascontiguousarray(values), viewport=(0, 0, width, height))
 
     def read(self, name: str, area: Rectangle, components: int) -> NDArray[Any]:
         """(H, W, components): an area of a texture, the lowest row first."""
-        dtype = self._textures[name].dtype
+        dtype: str = self.texture(name).dtype
         data = self._framebuffer((name,)).read(area, components=components, dtype=dtype)
         return np.frombuffer(data, {"f4": np.float32, "i4": np.int32}[dtype]).reshape(area[3], area[2], components)
 
@@ -134,7 +151,8 @@ class DrawPlayer:
         textures: Mapping[str, Texture] | None = None,
     ) -> None:
         """Play a list of draws. `screen` is the target "screen", and `textures` are another player's."""
-        known = self._textures | dict(textures or {})
+        renamed = {name: self._textures[meant] for name, meant in self._names.items() if meant in self._textures}
+        known = self._textures | renamed | dict(textures or {})
         for part, group in groupby(steps, _part):
             if part is None:
                 for step in group:
@@ -150,7 +168,7 @@ class DrawPlayer:
                 self._context.finish()
 
     def _clear(self, step: Clear) -> None:
-        texture = self._textures[step.texture]
+        texture = self.texture(step.texture)
         if texture.depth:
             framebuffer = self._framebuffer((), step.texture)
             framebuffer.scissor = step.area or (0, 0, *framebuffer.size)
@@ -203,18 +221,22 @@ class DrawPlayer:
         self._long_draws.clear()
 
     def _framebuffer(self, target: tuple[str, ...], depth: str | None = None) -> Framebuffer:
-        key = (*target, depth or "")
+        key = (*map(self._meant, target), depth or "")
         if key not in self._framebuffers:
-            colors = [self._textures[name] for name in target]
+            colors = [self.texture(name) for name in target]
             self._framebuffers[key] = self._context.framebuffer(colors, self._textures[depth] if depth else None)
         return self._framebuffers[key]
 
     def remove_texture(self, name: str) -> None:
         """Give back the texture of that name, if there is one."""
-        if name in self._textures:
-            for key in [key for key in self._framebuffers if name in key]:
+        meant = self._meant(name)
+        if meant in self._textures:
+            for key in [key for key in self._framebuffers if meant in key]:
                 release(self._context, self._framebuffers.pop(key))
-            release(self._context, self._textures.pop(name))
+            release(self._context, self._textures.pop(meant))
+
+    def _meant(self, name: str) -> str:
+        return self._names.get(name, name)
 
     def close(self) -> None:
         """Give back everything on the GPU but the programs."""

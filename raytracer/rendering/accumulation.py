@@ -1,11 +1,13 @@
-"""The samples of one tile, drawn one by one until the stopping rule ends them: for render() and for the window."""
+"""The samples of a picture or of a part, drawn one by one until the stopping rule ends them: for render() and for the
+window.
+"""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,14 +26,16 @@ from raytracer.rendering.estimator import (
 )
 from raytracer.rendering.pixel_blocks import MARGIN, Blocks, surrounded
 from raytracer.rendering.tile_renderer import TileRenderer
+from raytracer.rendering.tile_sums import Counts, TileSums
+from raytracer.rendering.tiles import place
 from raytracer.scene.options import SamplingOptions
 
-# The time that reading a tile takes is taken longer than it was, as what comes after it takes some, too.
+# The time that reading a picture takes is taken longer than it was, as what comes after it takes some, too.
 _READING = 1.25
 
 
 def is_measured(options: SamplingOptions, *, estimates: bool) -> bool:
-    """Whether samples of a tile need measurements: to choose blocks, or for `estimates` of the error."""
+    """Whether samples need measurements: to choose blocks, or for `estimates` of the error."""
     return stopping_rule.chooses_blocks(options) or (estimates and options.estimates_error)
 
 
@@ -40,38 +44,39 @@ def margin(options: SamplingOptions) -> int:
     return MARGIN if stopping_rule.chooses_blocks(options) else 0
 
 
-class TileResult(NamedTuple):
-    """The result of one tile. Arrays have the top row first."""
+class Result(NamedTuple):
+    """What is known of a picture or a part, beside its arrays."""
 
-    mean: NDArray[np.floating]  # (H, W, 3)
-    samples: NDArray[np.int32] | int  # (H, W), or of all alike
+    samples: NDArray[np.int32] | int  # (H, W), the top row first, or of all alike
     statistics: TileStatistics | None  # None where nothing tells the error
-    error: NDArray[np.float32] | None  # (H, W)
 
 
 class Accumulation:
-    """The samples of one tile of a picture of `size`, in the targets of `tiles`.
+    """The samples of a `part` of a picture of `size`, which consists of `tiles`.
 
-    `measurements` tell the tile's error, unless no `estimates` are wanted, and choose where samples go on; without them
+    Each tile gets a sample before any gets the next, so that decisions are made on the blocks of all tiles together.
+    `measurements` tell the part's error, unless no `estimates` are wanted, and choose where samples go on; without them
     nothing does either. With `always_estimates` the error is known from 2 samples on, else at the end.
     """
 
     def __init__(
         self,
-        tiles: TileRenderer,
+        renderer: TileRenderer,
         measurements: BlockMeasurements | None,
         options: SamplingOptions,
-        tile: Rectangle,
+        part: Rectangle,
+        tiles: Sequence[Rectangle],
         size: tuple[int, int],
         *,
         estimates: bool = True,
         always_estimates: bool = False,
     ) -> None:
-        self._tiles, self._measurements, self._options = tiles, measurements, options
-        self._tile = tile
+        self._renderer, self._measurements, self._options = renderer, measurements, options
+        self._part = part
         self._chooses = measurements is not None and stopping_rule.chooses_blocks(options)
-        area = surrounded(tile, size) if self._chooses else tile
-        self._seen = cells = tiles.seen_cells(area)
+        area, *areas = (surrounded(each, size) if self._chooses else each for each in (part, *tiles))
+        self._sums = [TileSums(renderer, i, *each) for i, each in enumerate(zip(tiles, areas, strict=True))]
+        cells = renderer.seen_cells(area)
         self._blocks = Blocks.all_of(area, cells)
         self._spare: Mask | None = None
         self._statistics = None
@@ -79,8 +84,6 @@ class Accumulation:
             self._statistics = before_any_look(cells, is_sparse=not options.has_stopping_rule)
         self._looks_always = always_estimates or options.is_adaptive
         self._kept = 0  # of how many samples the sums are kept
-        self._total: Any = None  # (H, W, 3): the sums of the area's samples that were read
-        self._variance: NDArray[np.float32] | None = None  # (H, W), the lowest row first: of the first of them
         self._is_enough = False
         self._looking_seconds = 0.0  # that the last look took
         self.drawing_seconds = 0.0  # that the last sample took
@@ -93,7 +96,7 @@ class Accumulation:
 
     @property
     def blocks(self) -> Blocks:
-        """The blocks of the tile's area."""
+        """The blocks of the part's area."""
         return self._blocks
 
     def step(self, seconds_left: float = math.inf, *, together: bool = False) -> None:
@@ -105,11 +108,12 @@ class Accumulation:
         """
         begin = time.perf_counter()
         index, options, blocks = self.samples, self._options, self._blocks
-        if index and index % SUMMED == 0:
-            self._read_sums()
         more = TOGETHER if together and self._can_draw_together() else 1
         samples = [sample_at(index + k, options) for k in range(more)]
-        self._tiles.draw(blocks.area, samples, None if blocks.is_whole else blocks.active)
+        for sums, around in self._active_tiles():
+            if index and index % SUMMED == 0:
+                sums.read_before_new(self._counts(around), self._measurements if self._statistics is not None else None)
+            sums.draw(around, samples)
         self.samples += more
         self._is_enough = self.samples == options.samples
         self._blocks = blocks.sampled(more)
@@ -132,7 +136,7 @@ class Accumulation:
         """Whether it saves time to draw TOGETHER more samples at once, and nothing is due before the last of them."""
         after = self.samples + TOGETHER
         # A sum ends at a multiple.
-        if not self._tiles.draws_together or after > self._options.samples or after % TOGETHER:
+        if not self._renderer.draws_together or after > self._options.samples or after % TOGETHER:
             return False
         return not any(self._is_anything_due(n) for n in range(self.samples + 1, after))
 
@@ -150,11 +154,12 @@ class Accumulation:
             return
         summed = (n - 1) % SUMMED + 1
         if self._kept:
-            movement = measurements.movement(blocks, n, summed, self._kept)
+            movement = self._measured(lambda around: measurements.movement(around, n, summed, self._kept))
             self._statistics = statistics = after_look(statistics, n, movement, blocks.active)
         if 2 * n <= self._options.samples:
-            watched = blocks.by_cell(statistics.watched)
-            measurements.keep_sums(blocks.area, blocks.cells & watched, before=n > summed)
+            for _, around in self._active_tiles():
+                watched = around.by_cell(statistics.watched[blocks.where(around.area)])
+                measurements.keep_sums(around.area, around.cells & watched, before=n > summed)
             self._kept = n
 
     def _decide(self, measurements: BlockMeasurements, growth: float) -> None:
@@ -168,7 +173,7 @@ class Accumulation:
         choice = stopping_rule.choose_blocks(
             options,
             blocks.active,
-            measurements.errors(blocks, n, (n - 1) % SUMMED + 1),
+            self._measured(lambda around: measurements.errors(around, n, (n - 1) % SUMMED + 1)),
             self._statistics.squared_errors(blocks.samples) if self._statistics else None,
             spare=self._spare,
             pixels=blocks.area[2] * blocks.area[3],
@@ -179,71 +184,84 @@ class Accumulation:
             self._blocks = blocks.narrowed(choice.active)
             self._is_enough = not choice.active.any()
 
+    def _active_tiles(self) -> Iterator[tuple[TileSums, Blocks]]:
+        """The tiles with active blocks, one by one in the renderer, with their blocks and those around."""
+        for sums in self._sums:
+            around = self._around(sums)
+            if around.active.any():
+                sums.take_turn()
+                yield sums, around
+
+    def _around(self, sums: TileSums) -> Blocks:
+        return self._blocks.around(sums.tile, sums.area)
+
+    def _measured(self, measure: Callable[[Blocks], NDArray[np.float32]]) -> NDArray[np.float32]:
+        """What `measure` gives of each tile's blocks, of all blocks; 0 in tiles without active ones."""
+        found = np.zeros(0, np.float32)
+        for sums, around in self._active_tiles():
+            measured = measure(around)
+            if around is self._blocks:
+                return measured
+            if not len(found):
+                found = np.zeros((*self._blocks.active.shape, *measured.shape[2:]), np.float32)
+            found[self._blocks.where(sums.tile)] = measured[around.where(sums.tile)]
+        return found
+
+    def _counts(self, blocks: Blocks) -> Counts:
+        """How many samples there are of some blocks."""
+        return blocks.samples if self._chooses else self.samples
+
     def stop_measuring(self) -> None:
         """Go on without measurements, and so without an error."""
         self._measurements = self._statistics = None
 
     def rmse(self) -> float | None:
-        """The estimate of the tile's root mean square error; None where it is not known (yet)."""
+        """The estimate of the part's root mean square error; None where it is not known (yet)."""
         if self._statistics is None or self.samples < 2:
             return None
-        part = self._blocks.part(self._tile)
-        return self._statistics.rmse(self._blocks.samples, part, self._tile[2] * self._tile[3])
+        part = self._blocks.part(self._part)
+        return self._statistics.rmse(self._blocks.samples, part, self._part[2] * self._part[3])
 
     def statistics(self) -> TileStatistics | None:
-        """The squared errors of the tile; None where they are not known (yet)."""
+        """The squared errors of the part; None where they are not known (yet)."""
         if self._statistics is None or self.samples < 2:
             return None
         blocks = self._blocks
-        return tile_statistics(self._statistics, blocks.samples, blocks.part(self._tile), blocks.area[:2])
+        return tile_statistics(self._statistics, blocks.samples, blocks.part(self._part), blocks.area[:2])
 
     def mean_samples(self) -> float:
-        """The number of samples that a pixel of the tile got on average."""
-        return float(self._blocks.samples_in(self._tile).mean()) if self._chooses else float(self.samples)
+        """The number of samples that a pixel of the part got on average."""
+        return float(self._blocks.samples_in(self._part).mean()) if self._chooses else float(self.samples)
 
-    def result(self, *, errors: bool, out: NDArray[np.float32] | None = None) -> TileResult:
-        """The mean of the samples so far, in the array `out` if there is one; with `errors` each pixel's error, too."""
-        tile, area, blocks = self._tile, self._blocks.area, self._blocks
-        # The tile's part of the area, from the area's top.
-        x, top = tile[0] - area[0], area[1] + area[3] - tile[1] - tile[3]
-        where = slice(top, top + tile[3]), slice(x, x + tile[2])
-        samples = blocks.samples_in(tile) if self._chooses else self.samples
-        count = blocks.divisors_in(tile) if self._chooses else self.samples
-        is_direct = self._total is None and area == tile and out is not None and out.flags.c_contiguous
-        sums = self._sums_so_far(out if is_direct else None)
-        mean = sums if is_direct and self.samples == 1 else np.divide(sums[where], count, out=out, casting="same_kind")
-        statistics, error = self.statistics(), None
-        if statistics and errors:
-            variance = self._variance if self._variance is not None else self._variance_so_far()
-            error = pixel_errors(variance[::-1][where], samples, statistics.scales)
-        return TileResult(mean, samples, statistics, error)
-
-    def _read_sums(self) -> None:
-        """Read the sums before new ones begin."""
-        total = self._sums_so_far()
-        if self._statistics is not None and self._variance is None:
-            self._variance = self._variance_so_far()
-        self._total = total
-        self._tiles.write_sums_before(total)
-
-    def _sums_so_far(self, out: NDArray[np.float32] | None = None) -> Any:
-        """(H, W, 3): the sums of all samples of the area.
-
-        They are read into the array `out`, if there is one and none were read before.
+    def read(self, mean: NDArray[np.float32], error: NDArray[np.float32] | None = None) -> Result:
+        """Read the mean of the samples so far into `mean` (H, W, 3), and each pixel's error, where it is known, into
+        `error` (H, W), if there is such an array. Arrays have the top row first.
         """
-        sums = self._tiles.read_sums((0, 0, *self._blocks.area[2:]), out)
-        # A second part makes it float64. Until then that would change no bit of the quotient.
-        return sums if self._total is None else np.add(self._total, sums, dtype=np.float64)
+        x, y, _, height = self._part
+        samples = self._blocks.samples_in(self._part) if self._chooses else self.samples
+        is_even = self.samples == 1 or not self._chooses
+        statistics = self.statistics()
+        for sums in self._sums:
+            sums.take_turn()
+            tile = sums.tile
+            where = place((tile[0] - x, tile[1] - y, *tile[2:]), height)
+            sums.read_mean(self.samples if is_even else self._blocks.divisors_in(tile), mean[where])
+            if statistics and error is not None:
+                assert self._measurements
+                variance = sums.variance(self._counts(self._around(sums)), self._measurements)
+                counts = samples if isinstance(samples, int) else samples[where]
+                error[where] = pixel_errors(variance, counts, statistics.scales)
+        return Result(samples, statistics)
 
-    def _variance_so_far(self) -> NDArray[np.float32]:
-        """(H, W), the lowest row first: the variance of the area's samples, of which there are at most SUMMED."""
-        assert self._measurements
-        samples = self._blocks.samples if self._chooses else self.samples
-        return self._measurements.variance(self._blocks.area, self._seen, samples)
 
-
-def complete(accumulation: Accumulation, until: float, progress: Callable[[int], None]) -> None:
-    """Draw all samples of a tile, which is to be read by the time `until`. `progress` gets their number so far."""
+def complete(
+    accumulation: Accumulation,
+    until: float,
+    progress: Callable[[int], None],
+    mean: NDArray[np.float32],
+    error: NDArray[np.float32] | None,
+) -> Result:
+    """Draw all samples, and read them by the time `until`: Accumulation.read(). `progress` gets their number so far."""
     reading = 0.0
     while True:
         # A second part of the sum is read besides, and added in float64.
@@ -251,10 +269,11 @@ def complete(accumulation: Accumulation, until: float, progress: Callable[[int],
         accumulation.step(end - time.perf_counter(), together=until == math.inf)
         if accumulation.samples == 1 and until < math.inf and not accumulation.is_done(until - time.perf_counter()):
             begin = time.perf_counter()
-            accumulation.result(errors=True)
+            accumulation.read(mean, error)
             reading = _READING * (time.perf_counter() - begin)
             end = until - reading
         if accumulation.is_done(end - time.perf_counter()):
             break
         progress(accumulation.samples)
     progress(accumulation.options.samples)
+    return accumulation.read(mean, error)

@@ -50,6 +50,30 @@ class Blocks(NamedTuple):
         """The same with fewer blocks `active`."""
         return self._replace(active=active, cells=self.by_cell(active), is_whole=bool(active.all()))
 
+    def where(self, area: Rectangle, side: int = BLOCK) -> tuple[slice, slice]:
+        """Where the blocks of an `area` of whole cells are in the arrays, or where squares of another `side` are.
+
+        Blocks of cells at the picture's edge count, though they be beyond it.
+        """
+        x, y = area[0] - self.area[0], area[1] - self.area[1]
+        (rows, columns), per = (-(-length // CELL) for length in (area[3], area[2])), CELL // side
+        return slice(y // side, y // side + per * rows), slice(x // side, x // side + per * columns)
+
+    def around(self, tile: Rectangle, area: Rectangle) -> Blocks:
+        """The blocks of an `area` around a `tile`, both of whole cells.
+
+        Once some blocks have stopped, only blocks of the tile are active: others no longer decide on them.
+        """
+        if area == self.area:
+            return self
+        where, active = self.where(area), self.active
+        if self.is_whole:
+            return Blocks(area, self.cells[self.where(area, CELL)], active[where], True, self.samples[where])
+        own = np.zeros_like(active)
+        own[self.where(tile)] = active[self.where(tile)]
+        part = self._replace(area=area, cells=self.cells[self.where(area, CELL)], samples=self.samples[where])
+        return part.narrowed(own[where])._replace(is_whole=False)
+
     def by_cell(self, mask: Mask) -> Mask:
         """(rows, columns) of cells: True for cells with a block that is True in `mask`."""
         return np.asarray(mask.reshape(len(self.cells), PER_CELL, -1, PER_CELL).any(axis=(1, 3)))

@@ -128,8 +128,9 @@ class ProgressivePicture:
             measurements = self._measurements = self._measurements or BlockMeasurements(
                 self._device, tiles.player, size
             )
+        whole = 0, 0, *drawn_size
         self._accumulation = Accumulation(
-            tiles, measurements, options, (0, 0, *drawn_size), drawn_size, always_estimates=True
+            tiles, measurements, options, whole, [whole], drawn_size, always_estimates=True
         )
 
     def _tiles_for(self, size: tuple[int, int], *, geometry: bool) -> TileRenderer:
@@ -227,8 +228,10 @@ class ProgressivePicture:
     def image(self, metadata: Mapping[str, str]) -> Image:
         """The picture so far, in the size in which it is drawn."""
         assert self._accumulation
-        mean = self._accumulation.result(errors=False).mean
-        return Image(mean.astype(np.float32), metadata=metadata)
+        width, height = _enlarged(self.size, self.enlarged)
+        mean = np.empty((height, width, 3), np.float32)
+        self._accumulation.read(mean)
+        return Image(mean, metadata=metadata)
 
     def close(self) -> None:
         """Give back everything on the GPU but the device's programs."""

@@ -18,7 +18,7 @@ from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
-from raytracer.rendering.accumulation import Accumulation, TileResult, complete, is_measured, margin
+from raytracer.rendering.accumulation import Accumulation, Result, complete, is_measured, margin
 from raytracer.rendering.block_measurements import BlockMeasurements
 from raytracer.rendering.estimator import TileStatistics, estimate
 from raytracer.rendering.geometry import DrawnGeometry, GeometryRequest
@@ -210,7 +210,7 @@ def shared_renderer(device: Device) -> Renderer:
 
 
 class _Arrays:
-    """The arrays of a picture, filled tile by tile, and the statistics of its tiles."""
+    """The arrays of a picture, filled part by part, and the statistics of its parts."""
 
     def __init__(self, size: tuple[int, int], *, is_adaptive: bool, has_errors: bool) -> None:
         self.size = size
@@ -221,15 +221,15 @@ class _Arrays:
         self._statistics: list[TileStatistics | None] = []
         self._count = 0.0  # of the samples of all pixels
 
-    def add(self, tile: Rectangle, result: TileResult) -> None:
-        """Take the result of a tile, whose mean is in the radiance already."""
-        rows_columns = place(tile, self.size[1])
+    def add(self, part: Rectangle, result: Result) -> None:
+        """Take the result of a part, which is in the arrays of radiance and error already."""
+        rows_columns = place(part, self.size[1])
         if self.samples is not None:
             self.samples[rows_columns] = result.samples
-        if self.error is not None:
-            self.error[rows_columns] = np.nan if result.error is None else result.error
+        if self.error is not None and result.statistics is None:
+            self.error[rows_columns] = np.nan
         mean = result.samples if isinstance(result.samples, int) else float(result.samples.mean())
-        self._count += mean * tile[2] * tile[3]
+        self._count += mean * part[2] * part[3]
         self._statistics.append(result.statistics)
 
     def estimate(self, seconds: float, why_unknown: str) -> Estimate:
@@ -251,23 +251,26 @@ def _draw(
     *,
     estimates: bool,
 ) -> float:
-    """Draw all tiles of a picture into `arrays`. Return the seconds, without the time of compilers."""
-    width, height = arrays.size
+    """Draw all tiles of a picture into `arrays`. Return the seconds, without the time of compilers.
+
+    With a stopping rule, which decides on the whole picture, all tiles get samples at the same time, else one after
+    another.
+    """
+    whole = 0, 0, *arrays.size
+    parts = [(whole, tiles)] if options.has_stopping_rule else [(tile, [tile]) for tile in tiles]
     if options.time is not None:
         renderer.warm()
         if measurements:
             measurements.warm()
-    begin, pixels = time.perf_counter(), 0
-    for i, tile in enumerate(tiles):
-        accumulation = Accumulation(renderer, measurements, options, tile, arrays.size, estimates=estimates)
-        # The end of the time of this tile and of all tiles before it, each with its share.
-        pixels += tile[2] * tile[3]
-        until = math.inf if options.time is None else begin + options.time * pixels / (width * height)
-        complete(
-            accumulation, until, partial(_add_progress, progress, i * options.samples, len(tiles) * options.samples)
-        )
-        radiance = arrays.radiance[place(tile, height)]
-        arrays.add(tile, accumulation.result(errors=arrays.error is not None, out=radiance))
+    begin = time.perf_counter()
+    until = math.inf if options.time is None else begin + options.time
+    for i, (part, its_tiles) in enumerate(parts):
+        accumulation = Accumulation(renderer, measurements, options, part, its_tiles, arrays.size, estimates=estimates)
+        progress_of_part = partial(_add_progress, progress, i * options.samples, len(parts) * options.samples)
+        where = place(part, arrays.size[1])
+        error = None if arrays.error is None else arrays.error[where]
+        arrays.add(part, complete(accumulation, until, progress_of_part, arrays.radiance[where], error))
+    renderer.drop_others()
     return time.perf_counter() - begin
 
 

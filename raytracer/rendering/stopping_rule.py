@@ -1,4 +1,4 @@
-"""The rule by which samples end: which blocks of pixels get more of them, and when a whole tile has enough.
+"""The rule by which samples end: which blocks of pixels get more of them, and when a picture has enough.
 
 By a threshold (`adaptive`), blocks whose mean is still uncertain go on, and those beside them. The estimate of a
 pixel's error, from the pixel's n samples c (linear RGB), is the standard error of the mean,
@@ -54,7 +54,7 @@ _SURE, _LESS_SURE, _SURE_FROM = 1.05, 1.4, 8
 
 
 class Choice(NamedTuple):
-    """The choice between blocks of a tile. Masks are (rows, columns)."""
+    """The choice between blocks of pixels. Masks are (rows, columns)."""
 
     active: Mask  # the blocks that get more samples
     spare: Mask | None  # the blocks that could do without more, as far as is known now
@@ -86,7 +86,7 @@ def choose_blocks(
     """Choose which of the `active` blocks get more samples.
 
     `errors` (rows, columns) come from error.frag. The rest serves a choice without a threshold: `squared_errors` are
-    estimates, `spare` comes from the choice before, the tile has so many `pixels`, and at last there will be `growth`
+    estimates, `spare` comes from the choice before, there are so many `pixels`, and at last there will be `growth`
     times as many samples as now.
     """
     if options.adaptive is not None:
@@ -123,6 +123,6 @@ def may_end_by_error(samples: int) -> bool:
 
 
 def is_surely_below(max_error: float, rmse: float, samples: int) -> bool:
-    """Whether a tile whose error is estimated as `rmse` with so many `samples` is good enough for `max_error`."""
+    """Whether a picture whose error is estimated as `rmse` with so many `samples` is good enough for `max_error`."""
     sure = _SURE if samples >= _SURE_FROM else _LESS_SURE
     return may_end_by_error(samples) and sure * rmse <= max_error

@@ -38,6 +38,9 @@ from raytracer.scene.options import SamplingOptions
 _CUT_SHORT = -(2**31)
 # Less than INF of real.glsl, more than any light.
 _INFINITE = 1e29
+# The textures that each tile has of its own: the sums of its samples, those sums of which a copy was kept, and the sums
+# before them.
+_SUMS = "radiance", "earlierSum", "summedBefore"
 _PROGRAMS = SEE, SHAPES, SHADE, PICTURE, PLANE_ONLY, SEVERAL, EMPTY
 
 
@@ -56,7 +59,9 @@ class TileRenderer:
         self._buffers = SceneBuffers(device.context)
         self._frame: Frame | None = None
         self._tiles: dict[Rectangle, Meshes] = {}  # of whole tiles
-        self._masked: tuple[Rectangle, Mask, Meshes] | None = None  # those drawn last
+        self._masked: dict[Rectangle, tuple[Mask, Meshes]] = {}  # of parts of tiles: of each those drawn last
+        self._others: dict[int, dict[str, str]] = {}  # the names of textures of tiles besides the first
+        self._size = target  # of the textures of sums
         if geometry:
             self.player.add_texture("normalDepth", target, 4)
         # The sums of the samples, and in a of their squared lengths.
@@ -77,7 +82,7 @@ class TileRenderer:
         self._material_index = np.append(frame.compiled.surfaces.material, np.int32(-1))  # so also at index -1
         self.player.use(programs, replaced=_PROGRAMS)
         self._tiles.clear()
-        self._masked = None
+        self._masked.clear()
         self._coverage = _coverage(programs, frame)
         self._list_readers = [name for name, program in programs.items() if "list" in program]
         self._seen = self._find_seen(programs)
@@ -103,6 +108,24 @@ class TileRenderer:
         geometry = ("normalDepth",) if self.has_geometry else ()
         return ("surface", *(("others",) if others else ()), *geometry)
 
+    def turn_to(self, tile: int, size: tuple[int, int]) -> None:
+        """From now on draw, measure and read the sums of that `tile`, of `size`: 0, 1, ... At first it is tile 0."""
+        if tile and tile not in self._others:
+            self._others[tile] = {name: f"{name} {tile}" for name in _SUMS}
+        self.player.rename(self._others.get(tile, {}))
+        self._size = size if tile else self.target
+        if not self.player.has_texture("radiance"):
+            for name in ("radiance", "earlierSum"):
+                self.player.add_texture(name, self._size, 4)
+
+    def drop_others(self) -> None:
+        """Turn to tile 0, and give back the sums of all others."""
+        self.turn_to(0, self.target)
+        for names in self._others.values():
+            for name in names.values():
+                self.player.remove_texture(name)
+        self._others.clear()
+
     def seen_cells(self, area: Rectangle) -> Mask:
         """(rows, columns): in which cells of an area, whole ones, anything may be seen."""
         return self._coverage.seen_cells(area)
@@ -125,9 +148,9 @@ class TileRenderer:
             if tile not in self._tiles:
                 self._tiles[tile] = tile_meshes(self._coverage, tile, None, self._list_readers)
             return self._tiles[tile]
-        if self._masked is None or self._masked[0] != tile or self._masked[1] is not mask:
-            self._masked = tile, mask, tile_meshes(self._coverage, tile, mask, self._list_readers)
-        return self._masked[2]
+        if tile not in self._masked or not np.array_equal(self._masked[tile][0], mask):
+            self._masked[tile] = mask, tile_meshes(self._coverage, tile, mask, self._list_readers)
+        return self._masked[tile][1]
 
     def _play(self, meshes: Meshes, tile: Rectangle, samples: Sequence[Sample]) -> None:
         self._buffers.bind()
@@ -160,7 +183,7 @@ class TileRenderer:
     def write_sums_before(self, total: NDArray[np.floating]) -> None:
         """Bring the sums before the target's to the GPU: (H, W, 3), the top row first."""
         if not self.player.has_texture("summedBefore"):
-            self.player.add_texture("summedBefore", self.target, 3)
+            self.player.add_texture("summedBefore", self._size, 3)
         self.player.write("summedBefore", total[::-1].astype(np.float32))
 
     def read_geometry(self, size: tuple[int, int]) -> Geometry:

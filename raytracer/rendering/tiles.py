@@ -14,13 +14,13 @@ _STRIP = 2**19
 
 
 def tile_size(size: tuple[int, int], side: int, *, is_drawn_once: bool) -> tuple[int, int]:
-    """Width and height of the largest tile of a picture of `size`, at most `side` pixels a side.
+    """Width and height of the largest tile of a picture of `size`, at most `side` pixels a side: whole cells, at least
+    one, or up to the picture's edge.
 
     To draw into a tile once takes less time than to use the memory of a large target for the first time: such a tile is
     a strip.
     """
-    if side > CELL:
-        side = side // CELL * CELL
+    side = max(1, side // CELL) * CELL
     width = min(size[0], side)
     rows = max(CELL, _STRIP // width // CELL * CELL) if is_drawn_once else side
     return width, min(size[1], side, rows)

@@ -8,6 +8,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.compiler.glsl.preprocessor import assemble
+from raytracer.core.validation import InputError
 from raytracer.gpu import gl
 from raytracer.gpu.device import ADD, Device, shared_device
 from raytracer.gpu.draw_player import DrawPlayer
@@ -104,6 +105,17 @@ def test_programs_are_released_once_nobody_holds_them(renderer: Renderer) -> Non
 
 def test_a_process_has_one_device_of_a_kind(renderer: Renderer) -> None:
     assert shared_device() is shared_device() is renderer.device
+
+
+@pytest.mark.gl
+def test_a_texture_for_which_there_is_no_memory_is_an_error(renderer: Renderer) -> None:
+    if not renderer.device.limits.is_llvmpipe:
+        pytest.skip("a GPU may have memory for it")
+    with renderer.device.turn():
+        player = DrawPlayer(renderer.device)
+        with pytest.raises(InputError, match="memory on the GPU for a texture of 16000x16000 pixels"):
+            player.add_texture("radiance", (16000, 16000), 4)
+        player.close()
 
 
 @pytest.mark.gl

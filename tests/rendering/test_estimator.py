@@ -200,6 +200,38 @@ def test_tiles_say_together_what_the_whole_says(renderer: Renderer, tile: int) -
 
 
 @pytest.mark.gl
+@pytest.mark.parametrize(
+    ("size", "settings"),
+    [
+        ((200, 120), Settings(samples=4096, max_error=0.002)),
+        ((201, 113), Settings(samples=4096, max_error=0.004, shadows="soft")),
+        ((121, 73), Settings(samples=600, max_error=1e-4, shadows="soft")),  # sums of 256 samples follow each other
+        ((200, 120), Settings(samples=16, time=60.0)),
+        ((200, 120), Settings(samples=300, time=60.0, sequence="r2")),  # without measurements
+    ],
+)
+def test_a_stopping_rule_decides_on_the_picture_whatever_its_tiles_are(
+    renderer: Renderer, size: tuple[int, int], settings: Settings
+) -> None:
+    scene = scenes.under_spheres(scenes.assignment(), 0.5)
+    whole, *others = (renderer.render(scene, size, settings, tile=tile) for tile in (2048, 96, 64))
+    for parts in others:
+        for name in ("radiance", "samples", "error"):
+            np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))
+        assert parts.estimate and whole.estimate
+        assert msgspec.structs.replace(parts.estimate, seconds=0) == msgspec.structs.replace(whole.estimate, seconds=0)
+
+
+@pytest.mark.gl
+def test_tiles_are_no_better_than_the_error_asked_for(renderer: Renderer) -> None:
+    scene, size, asked = scenes.assignment(), (320, 180), 0.002
+    truth = renderer.render(scene, size, Settings(samples=2048), geometry=False).radiance
+    image = renderer.render(scene, size, Settings(samples=4096, max_error=asked), geometry=False, tile=64)
+    # From one decision to the next, of which the first is at 2 samples, the error halves at most.
+    assert 0.5 * asked < np.sqrt(np.mean((image.radiance - truth) ** 2)) <= asked
+
+
+@pytest.mark.gl
 def test_an_error_and_a_time_may_both_be_asked_for_and_samples_cap_them(renderer: Renderer) -> None:
     scene, size = scenes.assignment(), (160, 90)
     asked = Settings(samples=4096, max_error=1e-9, time=0.05)

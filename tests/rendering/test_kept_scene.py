@@ -169,6 +169,15 @@ def test_of_a_large_picture_nothing_stays_and_a_scene_goes_with_the_next(
     assert own._kept is None
 
 
+def test_of_the_sums_of_all_tiles_those_of_one_stay(own: Renderer) -> None:
+    settings = Settings(samples=64, max_error=1e-9)
+    own.render(scenes.assignment(), SIZE, settings, tile=32)
+    assert own._kept
+    before = own._kept.tiles.player._textures.keys()
+    assert {"radiance", "earlierSum"} <= before and not any(name[-1].isdigit() for name in before)
+    drawn(own, scenes.assignment(), SIZE, settings)
+
+
 @pytest.mark.parametrize("sequence", ["sobol", "random", "r2"])
 def test_samples_drawn_at_once_make_the_picture_of_samples_drawn_one_by_one(
     own: Renderer, monkeypatch: pytest.MonkeyPatch, sequence: Any

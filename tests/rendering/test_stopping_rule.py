@@ -86,6 +86,21 @@ def test_blocks_are_values() -> None:
     assert narrowed.part((30, 40, 6, 2)) == (slice(2, 3), slice(3, 5))
 
 
+def test_blocks_around_a_tile_decide_until_some_have_stopped() -> None:
+    size = 70, 40
+    blocks = Blocks.all_of((0, 0, *size), np.arange(15).reshape(3, 5) != 7).sampled(2)
+    tile = 32, 16, 16, 16
+    around = blocks.around(tile, surrounded(tile, size))
+    assert around.area == (16, 0, 48, 40) and around.is_whole and around.active.all() and (around.samples == 2).all()
+    assert around.cells.tolist() == [[True] * 3, [True, False, True], [True] * 3]
+    active = blocks.active.copy()
+    active[4, 8] = active[0, 0] = False
+    around = blocks.narrowed(active).around(tile, surrounded(tile, size))
+    assert not around.is_whole and around.cells.tolist() == [[False] * 3, [False, True, False], [False] * 3]
+    np.testing.assert_array_equal(around.active[around.where(tile)], active[blocks.where(tile)])
+    assert around.active.sum() == 15
+
+
 def test_a_tile_is_surrounded_by_whole_cells_within_the_picture() -> None:
     assert surrounded((32, 16, 16, 16), (100, 50)) == (16, 0, 48, 48)
     assert surrounded((0, 0, 100, 50), (100, 50)) == (0, 0, 100, 50)

@@ -61,7 +61,8 @@ def run(options: argparse.Namespace) -> int:
     check_size(size)
     output = check_output(options.output, FORMATS)
     geometry = FORMATS[output.suffix.lower()].has_geometry
-    check_memory(picture_bytes(size, geometry, settings.sampling.is_adaptive), size)
+    sampling = settings.sampling
+    check_memory(picture_bytes(size, geometry, sampling.is_adaptive, sampling.has_stopping_rule), size)
     warn_about(options.scene, scene, settings)
     renderer = Renderer(shared_device(options.backend, options.device))
     start = time.monotonic()
