@@ -44,8 +44,8 @@ def by_process(name: str, seconds: float) -> Estimate:
         output_of(*command)
         with Pillow.open(path) as image:
             text = image.info
-    error = str(text["Error"])
-    rmse = None if "unknown" in error else float(error.split()[2])
+    error = str(text["Error"]).removeprefix("error ").removeprefix("about ").removeprefix("at least ")
+    rmse = None if error.startswith("unknown") else float(error.split()[0])
     return Estimate(float(text["Samples"]), float(text["Seconds"]), rmse)
 
 

@@ -15,11 +15,13 @@ from there on the error is taken to fall as the error of independent samples. On
 sizes the estimate is within 30 % of the true error (tests/rendering/test_estimator.py).
 
 The estimate is an average over many pixels, as good as the number of pixels that move. Where a few blocks of pixels
-hold most of the movement, such as a small light's glint on metal, the estimate may be off by half or more, and says so:
-by the number of blocks of equal weight that would scatter as much, (sum s)^2 / sum s^2 of the blocks' squared movements
-s. On the assignment that number is 20 to 30, on random scenes 15 to 200, and 2 to 5 on the example `materials`, where
-the estimate is a third to twice the true error. The error of a single pixel follows from the distance between its
-samples, sqrt(variance / n), scaled so that the mean square over all pixels is the same.
+hold most of the movement, such as a small light's glint on metal, the estimate is uncertain: a lower bound. That is
+told by the number of blocks of equal weight that would scatter as much, (sum s)^2 / sum s^2 of the blocks' squared
+movements s. On the assignment that number is 20 to 30, on random scenes 15 to 200, and 2 to 5 on the example
+`materials`, where the movement tells a third to twice the true error.
+
+The error of a single pixel follows from the distance between its samples, sqrt(variance / n), scaled so that the mean
+square over all pixels is the same.
 
 The estimate is blind for everything that no sample meets. Where many things are smaller than the distance of samples,
 samples meet some, and those stand for the others; where there are few things, samples may meet none.
@@ -44,6 +46,9 @@ Mask = NDArray[np.bool_]
 P = 0.75
 # The mean square of the last movement times FACTOR is the mean square of the error.
 FACTOR = 1.0 / (4.0**P - 1.0)
+# Of fewer blocks of equal weight the average is uncertain.
+_FEW = 10.0
+_FEW_PIXELS = "few pixels hold most of it"
 # Standard errors that the worst of many pixels is off by.
 _WORST = 3.0
 # In a tile in whose cells with anything in them are more pixels, every fifth cell tells what moved: they are a knight's
@@ -73,6 +78,11 @@ class BlockStatistics(NamedTuple):
         """Estimate the root mean square error of a `part` of the blocks that has so many `pixels`."""
         total = self.squared_errors(samples)[part].sum() / self.share
         return float(np.sqrt(total / (3 * pixels)))
+
+    def is_uncertain(self, samples: NDArray[np.int32], part: tuple[slice, slice]) -> bool:
+        """Whether rmse() of a `part` of the blocks is but a lower bound."""
+        squared_errors = self.squared_errors(samples)[part]
+        return _is_uncertain(squared_errors.sum() / self.share, np.square(squared_errors).sum() / self.share)
 
 
 class TileStatistics(NamedTuple):
@@ -159,17 +169,31 @@ def pixel_errors(variance: NDArray[np.float32], samples: NDArray[np.int32] | int
     return np.sqrt(error, out=error)
 
 
-def estimate(tiles: Sequence[TileStatistics], size: tuple[int, int], samples: float, seconds: float) -> Estimate:
-    """The estimate of a picture of `size` (width, height) that consists of `tiles`."""
+def _is_uncertain(total: float, fourth: float) -> bool:
+    """Whether the sum of blocks' squared errors depends on few of them; `fourth`: the sum of their squares."""
+    return bool(total**2 < _FEW * fourth)
+
+
+def estimate(
+    tiles: Sequence[TileStatistics],
+    size: tuple[int, int],
+    samples: float,
+    seconds: float,
+    max_error: float | None = None,
+) -> Estimate:
+    """The estimate of a picture of `size` (width, height) that consists of `tiles`, and was to have `max_error`."""
     width, height = size
     worst = max(tiles, key=lambda tile: tile.worst)
     total, fourth = sum(tile.total for tile in tiles), sum(tile.fourth for tile in tiles)
     x, y = worst.at
+    uncertain = _is_uncertain(total, fourth)
     return Estimate(
         samples,
         seconds,
         math.sqrt(total / (3 * width * height)),
         _WORST * math.sqrt(worst.worst / 3.0),
         (min(x, width - 1), max(0, height - 1 - y)),
-        blocks=total**2 / fourth if fourth else None,
+        unknown=_FEW_PIXELS if uncertain else "",
+        uncertain=uncertain,
+        max_error=max_error,
     )
