@@ -168,6 +168,7 @@ def test_an_error_is_reached_only_where_it_is_known(renderer: Renderer) -> None:
     for scene, known in ((scenes.glint(), False), (scenes.assignment(), True)):
         estimate = renderer.render(scene, (160, 90), Settings(samples=32, max_error=0.5)).estimate
         assert estimate and estimate.rmse and estimate.reached is known
+        assert (estimate.samples < 8) == known, "evidence of few pixels ends no picture"
     assert Estimate(8, 0.0, 0.1, 0.3, (0, 0), uncertain=True, max_error=0.5).reached is False
     assert Estimate(1, 0.0, unknown="1 sample a pixel", max_error=0.5).reached is False
 
