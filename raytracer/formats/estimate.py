@@ -6,6 +6,18 @@ import math
 
 from raytracer.core.record import Record
 
+# Of fewer equal parts a sum of squares tells little: the root mean square of ten normal errors is off by a fifth.
+_FEW = 10.0
+# Why an error is uncertain that is a mean of few squares, or mostly of few.
+FEW_PIXELS = "few pixels hold most of it"
+# Of the root mean square of such an error, the share that is stated as a lower bound (ground_truth/converged.py).
+LEAST = 0.5
+
+
+def rests_on_few(total: float, fourth: float) -> bool:
+    """Whether few of the squares that add up to `total` hold most of it; `fourth` is the sum of their squares."""
+    return total**2 < _FEW * fourth
+
 
 class Estimate(Record, frozen=True):
     """The error of a picture by its own estimate, and the samples and the time that the picture took.

@@ -37,7 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import BLOCK, CELL
-from raytracer.formats.estimate import Estimate
+from raytracer.formats.estimate import FEW_PIXELS, Estimate, rests_on_few
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -46,9 +46,6 @@ Mask = NDArray[np.bool_]
 P = 0.75
 # The mean square of the last movement times FACTOR is the mean square of the error.
 FACTOR = 1.0 / (4.0**P - 1.0)
-# Of fewer blocks of equal weight the average is uncertain.
-_FEW = 10.0
-_FEW_PIXELS = "few pixels hold most of it"
 # Standard errors that the worst of many pixels is off by.
 _WORST = 3.0
 # In a tile in whose cells with anything in them are more pixels, every fifth cell tells what moved: they are a knight's
@@ -82,7 +79,7 @@ class BlockStatistics(NamedTuple):
     def is_uncertain(self, samples: NDArray[np.int32], part: tuple[slice, slice]) -> bool:
         """Whether rmse() of a `part` of the blocks is but a lower bound."""
         squared_errors = self.squared_errors(samples)[part]
-        return _is_uncertain(squared_errors.sum() / self.share, np.square(squared_errors).sum() / self.share)
+        return rests_on_few(squared_errors.sum() / self.share, np.square(squared_errors).sum() / self.share)
 
 
 class TileStatistics(NamedTuple):
@@ -169,11 +166,6 @@ def pixel_errors(variance: NDArray[np.float32], samples: NDArray[np.int32] | int
     return np.sqrt(error, out=error)
 
 
-def _is_uncertain(total: float, fourth: float) -> bool:
-    """Whether the sum of blocks' squared errors depends on few of them; `fourth`: the sum of their squares."""
-    return bool(total**2 < _FEW * fourth)
-
-
 def estimate(
     tiles: Sequence[TileStatistics],
     size: tuple[int, int],
@@ -186,14 +178,14 @@ def estimate(
     worst = max(tiles, key=lambda tile: tile.worst)
     total, fourth = sum(tile.total for tile in tiles), sum(tile.fourth for tile in tiles)
     x, y = worst.at
-    uncertain = _is_uncertain(total, fourth)
+    uncertain = rests_on_few(total, fourth)
     return Estimate(
         samples,
         seconds,
         math.sqrt(total / (3 * width * height)),
         _WORST * math.sqrt(worst.worst / 3.0),
         (min(x, width - 1), max(0, height - 1 - y)),
-        unknown=_FEW_PIXELS if uncertain else "",
+        unknown=FEW_PIXELS if uncertain else "",
         uncertain=uncertain,
         max_error=max_error,
     )
