@@ -44,9 +44,10 @@ def by_process(name: str, seconds: float) -> Estimate:
         output_of(*command)
         with Pillow.open(path) as image:
             text = image.info
-    error = str(text["Error"])
-    rmse = None if "unknown" in error else float(error.split()[2])
-    return Estimate(float(text["Samples"]), float(text["Seconds"]), rmse)
+    error = str(text["Error"]).removeprefix("error ")
+    uncertain = error.startswith("at least ")
+    rmse = None if error.startswith("unknown") else float(error.split()[2 if uncertain else 1])
+    return Estimate(float(text["Samples"]), float(text["Seconds"]), rmse, uncertain=uncertain)
 
 
 def table_row(renderer: Renderer, name: str, seconds: float, runs: int, new: bool) -> str:
@@ -63,6 +64,8 @@ def table_row(renderer: Renderer, name: str, seconds: float, runs: int, new: boo
     error = f"{median(errors):.2g}" if errors else "unknown"
     if 0 < len(errors) < runs:
         error += f", unknown of {runs - len(errors)}"
+    if bounds := sum(each.uncertain for each in estimates):
+        error += f", a lower bound of {bounds}"
     return (
         f"| {name}{', new' if new else ''} | {seconds:g} s | {median(passes):.3f} s | {median(took):.3f} s "
         f"| {max(took):.3f} s | {kept} of {runs} | {median(each.samples for each in estimates):.1f} | {error} |"

@@ -55,6 +55,7 @@ class QualityRow(NamedTuple):
     samples: float
     estimate: float | None
     error: float
+    uncertain: bool = False
 
 
 def reference(renderer: Renderer, name: str, folder: Path | None) -> NDArray[np.float32]:
@@ -88,9 +89,10 @@ def rows(renderer: Renderer, name: str, rounds: int, right: NDArray[np.float32])
             pictures.setdefault(quality, (image, []))[1].append(time.perf_counter() - begin)
     result = []
     for quality, (image, times) in pictures.items():
-        assert image.estimate
+        own = image.estimate
+        assert own
         error = float(np.sqrt(np.mean((image.radiance - right) ** 2, dtype=float)))
-        row = QualityRow(name, quality, median(times), image.estimate.samples, image.estimate.rmse, error)
+        row = QualityRow(name, quality, median(times), own.samples, own.rmse, error, own.uncertain)
         print(*row, len(times), sep=", ", flush=True)
         result.append(row)
     return result
@@ -107,6 +109,7 @@ def last_rows(path: Path, name: str) -> list[QualityRow]:
                 float(row["samples"]),
                 float(row["estimate"]) if row["estimate"] else None,
                 float(row["error"]),
+                row.get("uncertain") == "True",
             )
             for row in csv.DictReader(file)
             if row["scene"] == name
@@ -129,7 +132,7 @@ def _says(case: _Case) -> str:
 
 
 def _cell(row: QualityRow) -> str:
-    estimate = "unknown" if row.estimate is None else f"{row.estimate:.1e}"
+    estimate = "unknown" if row.estimate is None else f"{'at least ' if row.uncertain else ''}{row.estimate:.1e}"
     seconds = f"{row.seconds:.2g}" if row.seconds < 10.0 else f"{row.seconds:.0f}"
     samples = f"{row.samples:.1f}".removesuffix(".0")
     return f"{seconds} s, {samples} sample{'s' if row.samples > 1.0 else ''}, {row.error:.1e} ({estimate})"

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 
 import raytracer as rt
+from raytracer.formats.scene_file import parse_document
 
 CHECKOUT = Path(__file__).parent.parent
 ASSIGNMENT = CHECKOUT / "assets" / "scenes" / "assignment.toml"
@@ -38,6 +39,40 @@ material = "red"
 one = "a - b"
 """
 
+# Polished metal under a point light: the light's glints, far smaller than a pixel, hold nearly all of the error.
+GLINT = """\
+background = [0, 0, 0]
+[camera]
+position = [0, 3.5, 9]
+look_at = [0, 1, 0]
+vertical_fov = 38
+[[lights]]
+position = [4, 7, 4]
+color = [3, 3, 3]
+[materials.grey]
+model = "lambert"
+[materials.metal]
+model = "ggx"
+alpha = 0.001
+[shapes.floor]
+plane = { normal = [0, 1, 0], offset = 0 }
+material = "grey"
+[shapes.a]
+sphere = { center = [-2.2, 1, 0], radius = 1 }
+material = "metal"
+[shapes.b]
+sphere = { center = [0, 1, 0], radius = 1 }
+material = "metal"
+[shapes.c]
+sphere = { center = [2.2, 1, 0], radius = 1 }
+material = "metal"
+[objects]
+floor = "floor"
+a = "a"
+b = "b"
+c = "c"
+"""
+
 
 @functools.cache
 def assignment() -> rt.Scene:
@@ -48,6 +83,11 @@ def copy_checkout(to: Path) -> None:
     """What runs: so that its shaders can be edited. `python -m raytracer` in folder `to` takes them."""
     for folder in ("raytracer", "shaders", "assets/scenes"):
         shutil.copytree(CHECKOUT / folder, to / folder, ignore=shutil.ignore_patterns("__pycache__"))
+
+
+@functools.cache
+def glint() -> rt.Scene:
+    return parse_document(Path("glint.toml"), GLINT).scene
 
 
 def of(

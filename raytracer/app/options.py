@@ -114,8 +114,8 @@ def add_settings(
         "--max-error",
         metavar="E",
         type=_number,
-        help="samples until the picture's root mean square error is estimated to be below E, in linear radiance: "
-        "0.002; or none",
+        help="samples until the picture's root mean square error, in linear radiance, is estimated to be below E, and "
+        "the estimate is certain: 0.002; or none",
     )
     add("--time", metavar="S", type=_number, help="samples as long as S seconds last: 0.5; or none")
     if adaptive:

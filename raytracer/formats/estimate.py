@@ -6,8 +6,17 @@ import math
 
 from raytracer.core.record import Record
 
-# An average over fewer blocks is called uncertain.
+# Of fewer equal parts a sum of squares tells little: the root mean square of ten normal errors is off by a fifth.
 _FEW = 10.0
+# Why an error is uncertain that is a mean of few squares, or mostly of few.
+FEW_PIXELS = "few pixels hold most of it"
+# Of the root mean square of such an error, the share that is stated as a lower bound (ground_truth/converged.py).
+LEAST = 0.5
+
+
+def rests_on_few(total: float, fourth: float) -> bool:
+    """Whether few of the squares that add up to `total` hold most of it; `fourth` is the sum of their squares."""
+    return total**2 < _FEW * fourth
 
 
 class Estimate(Record, frozen=True):
@@ -15,9 +24,9 @@ class Estimate(Record, frozen=True):
 
     `rmse`: root mean square over pixels and channels, linear radiance; `worst`: the error that the worst pixel may
     have, three times its own; it is in the block of pixels around `worst_at` (x, y), from the top left. All None where
-    nothing can be known, and then `unknown` says why. `blocks`: how many blocks of pixels, of the same weight, would
-    tell as much: of few it may be off by half or more. `samples`: how many a pixel got on average. `seconds`: what
-    they took.
+    nothing can be known. `uncertain`: the samples do not tell the error: `rmse` stays finite, and the error is that or
+    more. `unknown` says why, in both cases, and is "" otherwise. `samples`: how many a pixel got on average. `seconds`:
+    what they took. `max_error`: the error that was asked for, None without.
     """
 
     samples: float
@@ -26,7 +35,22 @@ class Estimate(Record, frozen=True):
     worst: float | None = None
     worst_at: tuple[int, int] | None = None
     unknown: str = ""
-    blocks: float | None = None
+    uncertain: bool = False
+    max_error: float | None = None
+
+    @property
+    def reached(self) -> bool | None:
+        """Whether the error is known to be at most `max_error`; None if none was asked for."""
+        if self.max_error is None:
+            return None
+        return self.rmse is not None and not self.uncertain and self.rmse <= self.max_error
+
+    @property
+    def in_words(self) -> str:
+        """The error in two or three words: "about 0.04", "at least 0.04" or "unknown"."""
+        if self.rmse is None:
+            return "unknown"
+        return f"{'at least' if self.uncertain else 'about'} {self.rmse:.2g}"
 
     @property
     def spacing(self) -> float:
@@ -35,10 +59,11 @@ class Estimate(Record, frozen=True):
 
     def __str__(self) -> str:
         if self.rmse is None or self.worst_at is None:
-            return f"error unknown: {self.unknown}"
+            return f"error {self.in_words}: {self.unknown}"
+        # Of an uncertain error the worst is no bound: only its place is said.
+        worst = f"perhaps far more: {self.unknown}; the worst is" if self.uncertain else f"up to {self.worst:.2g}"
         x, y = self.worst_at
-        few = ", most of it in few pixels: it may be off by half or more" if (self.blocks or _FEW) < _FEW else ""
         return (
-            f"error about {self.rmse:.2g} (RMSE, linear radiance){few}, up to {self.worst:.2g} near pixel ({x}, {y}); "
+            f"error {self.in_words} (RMSE, linear radiance), {worst} near pixel ({x}, {y}); "
             f"what is smaller than {self.spacing:.2g} pixels may have been missed"
         )

@@ -15,17 +15,26 @@ a sliver far smaller than they are, is in no estimate; and as samples end where 
 too low in the mean. On the assignment, against 2 x 8192 samples by the GPU, that is not seen: with up to 1024 samples
 it is estimated to be off by 2.8e-4 at 160x90 and 1.95e-4 at 320x180 and is by 2.7e-4 and 1.96e-4; with up to 4096 and
 a tolerance of 1e-4, by 9.2e-5 and 7.1e-5, and is by 8.7e-5 and 7.2e-5.
+
+Where few pixels hold most of the squared error, a handful of sets tell it, and the picture's error is uncertain: at
+least half of what they say. Of 93 references of 37 scenes at 40x24, glints and random scenes among them, against 2 x
+16384 samples or more by the GPU, 35 were uncertain, and of these the bound was at most 1.25 times the true error in 34;
+of the other 58 the estimate was within 25 % in 53. Three of the five that were not have eight emitters of a twentieth
+of a pixel in the dark, which no sample met.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
+import time
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.core.progress import Progress
+from raytracer.formats.estimate import FEW_PIXELS, LEAST, Estimate, rests_on_few
 from raytracer.formats.image import Image
 from raytracer.ground_truth import disk_cache
 from raytracer.ground_truth.job import FIRST_SAMPLES, SAMPLES, TOLERANCE, Job, make_job
@@ -33,6 +42,9 @@ from raytracer.ground_truth.pixel_tasks import TaskTracer, round_tasks
 from raytracer.ground_truth.workers import Processes
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
+
+# Standard errors that the worst of many pixels is off by.
+_WORST = 3.0
 
 
 def trace_converged(
@@ -51,23 +63,43 @@ def trace_converged(
 
     Of `settings` shading, shadows and bounces count. Pixels get 16 samples, and more, up to `samples`, while a pixel is
     estimated to be off by more than `tolerance`, in linear radiance. `error` (H, W) is each pixel's estimated standard
-    error, `samples` (H, W) its number of samples; depth, normal and material are the centre rays'.
+    error, `samples` (H, W) its number of samples; depth, normal and material are the centre rays'. `estimate` is that
+    of the picture; its `seconds` are those of this call.
 
     A picture that was made before is read from the disk, unless `cache` is False (disk_cache.py). `workers` processes
     trace, by default one for each processor; the result does not depend on their number. They are spawned: a script
     that calls this needs `if __name__ == "__main__":`. `progress` gets (done, expected) samples, `before` the job that
     is going to be traced, if one is. Raises InputError.
     """
+    begin = time.perf_counter()
     job = make_job(scene, size, settings or Settings(), samples, tolerance)
     file = disk_cache.path_of(job) if cache else None
-    if file and (image := disk_cache.read(file, job)):
-        return image
-    if before:
-        before(job)
-    image = _trace(job, workers, progress)
-    if file:
-        disk_cache.write(file, image)
-    return image
+    image = disk_cache.read(file, job) if file else None
+    if image is None:
+        if before:
+            before(job)
+        image = _trace(job, workers, progress)
+        if file:
+            disk_cache.write(file, image)
+    assert image.error is not None and image.samples is not None
+    estimate = _estimate(image.error, float(image.samples.mean()), time.perf_counter() - begin)
+    return image.replace(estimate=estimate)
+
+
+def _estimate(error: NDArray[np.float64], samples: float, seconds: float) -> Estimate:
+    """The estimate of a picture whose pixels have these standard errors (H, W) and so many `samples` on average."""
+    squares = np.square(error)
+    uncertain = rests_on_few(float(squares.sum()), float(np.square(squares).sum()))
+    row, column = np.unravel_index(int(error.argmax()), error.shape)
+    return Estimate(
+        samples,
+        seconds,
+        (LEAST if uncertain else 1.0) * math.sqrt(squares.mean()),
+        _WORST * float(error[row, column]),
+        (int(column), int(row)),
+        unknown=FEW_PIXELS if uncertain else "",
+        uncertain=uncertain,
+    )
 
 
 def _trace(job: Job, workers: int | None, progress: Progress | None) -> Image:

@@ -45,7 +45,8 @@ def reference(
     `shading`, `shadows` and `bounces` are as `Settings` has them, and come before the fields of `settings`, whose other
     fields are of no effect. Each pixel gets 16 samples, and up to `samples` (range: 16 to 65536) while its error is
     estimated to be above `tolerance`, in linear radiance. The image is float64: `radiance`; `depth`, `normal` and
-    `material` of the centre rays; `samples`, the samples of each pixel; `error`, the standard error of each pixel.
+    `material` of the centre rays; `samples`, the samples of each pixel; `error`, the standard error of each pixel;
+    `estimate`, the error of the picture, which is a lower bound if `uncertain`.
 
     A reference is kept on the disk and read from there the next time, unless `cache` is False: the folder is the
     variable RAYTRACER_CACHE, or the user's cache. `workers` processes trace (default: one for each processor). The

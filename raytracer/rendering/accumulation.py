@@ -167,7 +167,8 @@ class Accumulation:
         n, options, blocks = self.samples, self._options, self._blocks
         if options.max_error is not None and stopping_rule.may_end_by_error(n):
             rmse = self.rmse()
-            self._is_enough |= rmse is not None and stopping_rule.is_surely_below(options.max_error, rmse, n)
+            is_below = rmse is not None and stopping_rule.is_surely_below(options.max_error, rmse, n)
+            self._is_enough |= is_below and not self._is_uncertain()
         if self._is_enough or n == options.samples or not stopping_rule.is_choice_due(options, n):
             return
         choice = stopping_rule.choose_blocks(
@@ -180,6 +181,8 @@ class Accumulation:
             growth=growth,
         )
         self._spare = choice.spare
+        if not choice.active.any() and options.max_error is not None and self._is_uncertain():
+            return  # the blocks that go on are those that may tell
         if not np.array_equal(choice.active, blocks.active):
             self._blocks = blocks.narrowed(choice.active)
             self._is_enough = not choice.active.any()
@@ -221,6 +224,11 @@ class Accumulation:
             return None
         part = self._blocks.part(self._part)
         return self._statistics.rmse(self._blocks.samples, part, self._part[2] * self._part[3])
+
+    def _is_uncertain(self) -> bool:
+        """Whether the tile's estimate is but a lower bound."""
+        part = self._blocks.part(self._tile)
+        return self._statistics is not None and self._statistics.is_uncertain(self._blocks.samples, part)
 
     def statistics(self) -> TileStatistics | None:
         """The squared errors of the part; None where they are not known (yet)."""

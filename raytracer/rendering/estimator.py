@@ -15,11 +15,13 @@ from there on the error is taken to fall as the error of independent samples. On
 sizes the estimate is within 30 % of the true error (tests/rendering/test_estimator.py).
 
 The estimate is an average over many pixels, as good as the number of pixels that move. Where a few blocks of pixels
-hold most of the movement, such as a small light's glint on metal, the estimate may be off by half or more, and says so:
-by the number of blocks of equal weight that would scatter as much, (sum s)^2 / sum s^2 of the blocks' squared movements
-s. On the assignment that number is 20 to 30, on random scenes 15 to 200, and 2 to 5 on the example `materials`, where
-the estimate is a third to twice the true error. The error of a single pixel follows from the distance between its
-samples, sqrt(variance / n), scaled so that the mean square over all pixels is the same.
+hold most of the movement, such as a small light's glint on metal, the estimate is uncertain: a lower bound. That is
+told by the number of blocks of equal weight that would scatter as much, (sum s)^2 / sum s^2 of the blocks' squared
+movements s. On the assignment that number is 20 to 30, on random scenes 15 to 200, and 2 to 5 on the example
+`materials`, where the movement tells a third to twice the true error.
+
+The error of a single pixel follows from the distance between its samples, sqrt(variance / n), scaled so that the mean
+square over all pixels is the same.
 
 The estimate is blind for everything that no sample meets. Where many things are smaller than the distance of samples,
 samples meet some, and those stand for the others; where there are few things, samples may meet none.
@@ -35,7 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import BLOCK, CELL
-from raytracer.formats.estimate import Estimate
+from raytracer.formats.estimate import FEW_PIXELS, Estimate, rests_on_few
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -73,6 +75,11 @@ class BlockStatistics(NamedTuple):
         """Estimate the root mean square error of a `part` of the blocks that has so many `pixels`."""
         total = self.squared_errors(samples)[part].sum() / self.share
         return float(np.sqrt(total / (3 * pixels)))
+
+    def is_uncertain(self, samples: NDArray[np.int32], part: tuple[slice, slice]) -> bool:
+        """Whether rmse() of a `part` of the blocks is but a lower bound."""
+        squared_errors = self.squared_errors(samples)[part]
+        return rests_on_few(squared_errors.sum() / self.share, np.square(squared_errors).sum() / self.share)
 
 
 class TileStatistics(NamedTuple):
@@ -159,17 +166,26 @@ def pixel_errors(variance: NDArray[np.float32], samples: NDArray[np.int32] | int
     return np.sqrt(error, out=error)
 
 
-def estimate(tiles: Sequence[TileStatistics], size: tuple[int, int], samples: float, seconds: float) -> Estimate:
-    """The estimate of a picture of `size` (width, height) that consists of `tiles`."""
+def estimate(
+    tiles: Sequence[TileStatistics],
+    size: tuple[int, int],
+    samples: float,
+    seconds: float,
+    max_error: float | None = None,
+) -> Estimate:
+    """The estimate of a picture of `size` (width, height) that consists of `tiles`, and was to have `max_error`."""
     width, height = size
     worst = max(tiles, key=lambda tile: tile.worst)
     total, fourth = sum(tile.total for tile in tiles), sum(tile.fourth for tile in tiles)
     x, y = worst.at
+    uncertain = rests_on_few(total, fourth)
     return Estimate(
         samples,
         seconds,
         math.sqrt(total / (3 * width * height)),
         _WORST * math.sqrt(worst.worst / 3.0),
         (min(x, width - 1), max(0, height - 1 - y)),
-        blocks=total**2 / fourth if fourth else None,
+        unknown=FEW_PIXELS if uncertain else "",
+        uncertain=uncertain,
+        max_error=max_error,
     )

@@ -49,8 +49,9 @@ def render(
     See `Settings` for `samples` to `bounces`. Those given come before `quality`, a name for some, that before the
     fields of `settings`, and these before the defaults; None takes nothing back. `adaptive` is in place of
     `max_error` and `time`, and these of it. `samples` is 4096 where one of the three is given here without it.
-    The image's `estimate` says how wrong it is. Depth, normal and material are drawn at the first access to one of
-    them, which takes its turn as a call of render() does; within `progress` a new process draws them.
+    The image's `estimate` says how wrong it is, whether that is but a lower bound (`uncertain`), and whether
+    `max_error` is `reached`. Depth, normal and material are drawn at the first access to one of them, which takes its
+    turn as a call of render() does; within `progress` a new process draws them.
     `geometry=False` leaves out these three and error.
     `backend` is how OpenGL is reached: "auto" (the default, unless the variable RAYTRACER_BACKEND is set), "egl",
     "window" or "osmesa"; the context is kept for the next call. `device` is one of EGL's, its index or a part of its

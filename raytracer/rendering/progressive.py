@@ -214,16 +214,13 @@ class ProgressivePicture:
         """Whether the picture has all samples that the settings want."""
         return self._accumulation is not None and self._accumulation.is_done(self._seconds_left())
 
-    def rmse(self) -> float | None:
-        """The estimate of the picture's root mean square error, linear radiance; None where it is not known (yet)."""
-        return self._accumulation.rmse() if self._accumulation else None
-
     def estimate(self) -> Estimate | None:
-        """The estimate of its error; None where it is not known (yet)."""
+        """The picture's estimate of its own error; None where the error is not known (yet)."""
         statistics = self._accumulation.statistics() if self._accumulation else None
         if self._accumulation is None or statistics is None:
             return None
-        return estimate([statistics], self.size, self._accumulation.mean_samples(), self._seconds)
+        samples, max_error = self._accumulation.mean_samples(), self._settings.max_error
+        return estimate([statistics], self.size, samples, self._seconds, max_error)
 
     def image(self, metadata: Mapping[str, str]) -> Image:
         """The picture so far, in the size in which it is drawn."""

@@ -154,7 +154,7 @@ class Renderer:
             if loaded.is_large():
                 self.close()
         source: Any = DrawnGeometry(self.device, GeometryRequest(compiled, size, tile)) if geometry else None
-        error = arrays.estimate(seconds, _why_unknown(settings, estimates))
+        error = arrays.estimate(seconds, settings.max_error, _why_unknown(settings, estimates))
         return Image(
             arrays.radiance,
             depth=source,
@@ -232,13 +232,13 @@ class _Arrays:
         self._count += mean * part[2] * part[3]
         self._statistics.append(result.statistics)
 
-    def estimate(self, seconds: float, why_unknown: str) -> Estimate:
-        """The estimate of the picture's error, which took `seconds` to draw."""
+    def estimate(self, seconds: float, max_error: float | None, why_unknown: str) -> Estimate:
+        """The estimate of the picture's error, which took `seconds` to draw and was to have `max_error`."""
         samples = self._count / (self.size[0] * self.size[1])
         known = [statistics for statistics in self._statistics if statistics]
         if len(known) < len(self._statistics):
-            return Estimate(samples, seconds, unknown=why_unknown)
-        return estimate(known, self.size, samples, seconds)
+            return Estimate(samples, seconds, unknown=why_unknown, max_error=max_error)
+        return estimate(known, self.size, samples, seconds, max_error)
 
 
 def _draw(

@@ -31,9 +31,9 @@ class Settings(Record, frozen=True):
     `bounces`: how many mirrors in a row light is followed through, 0 to 64; what comes after is left out.
     `sequence`: where in a pixel its samples lie (sequences.py); "grid", "rotated" and "corners" take a square number.
     `max_error`: None, or the root mean square error in linear radiance, above 0, such as 0.002: samples are added,
-    up to `samples`, until it is estimated to be less (estimator.py). `time`: None, or seconds, above 0: samples
-    are added, up to `samples`, as long as they last. Programs are compiled before, and depth, normal and material are
-    drawn when they are asked for.
+    up to `samples`, until it is estimated to be less, and the estimate is certain (estimator.py). `time`: None, or
+    seconds, above 0: samples are added, up to `samples`, as long as they last. Programs are compiled before, and
+    depth, normal and material are drawn when they are asked for.
     """
 
     samples: int = 1

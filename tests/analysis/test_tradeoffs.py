@@ -16,17 +16,18 @@ import pytest
 from raytracer.analysis.tradeoffs import approximations, configurations, page
 from raytracer.analysis.tradeoffs import measurement as measuring
 from raytracer.analysis.tradeoffs.approximations import with_materials
-from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Plan, plan
+from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Plan, Target, plan
 from raytracer.analysis.tradeoffs.data_files import as_csv, as_json
 from raytracer.analysis.tradeoffs.measurement import measure_tradeoffs, resized
 from raytracer.analysis.tradeoffs.page import write_page
 from raytracer.analysis.tradeoffs.pareto import beaten_by, slope
-from raytracer.analysis.tradeoffs.targets import Reference
+from raytracer.analysis.tradeoffs.targets import Reference, make_reference
 from raytracer.app.cli import main
 from raytracer.formats.image import Image
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials.material import Material
 from raytracer.scene.sequences import SampleSequence, sample_place
+from raytracer.scene.settings import Settings
 from raytracer.scene.settings_patch import SettingsPatch, fewest
 from tests import scenes
 
@@ -37,6 +38,15 @@ SCENE = str(scenes.ASSIGNMENT)
 def test_who_is_off_the_front_is_beaten_by_the_fastest_that_is_neither_slower_nor_more_wrong() -> None:
     points = [(1.0, 9.0), (2.0, 4.0), (3.0, 4.0), (2.5, 5.0), (4.0, 1.0), (5.0, 4.5), (0.5, 9.0)]
     assert beaten_by(points) == [6, None, 1, 1, None, 1, None]
+
+
+@gl
+def test_a_reference_of_which_few_pixels_hold_the_error_says_so_and_resolves_less(renderer: Renderer) -> None:
+    for scene, uncertain in ((scenes.glint(), True), (scenes.assignment(), False)):
+        target = Target("hard shadows", scene, Settings())
+        reference = make_reference(target, (160, 90), renderer, "gpu", gpu_samples=16)
+        assert reference.uncertain == uncertain == ("at least" in reference.in_words)
+        assert reference.resolved_from == (10.0 if uncertain else 3.0) * reference.error
 
 
 def test_equals_do_not_beat_each_other() -> None:

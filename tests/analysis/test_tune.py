@@ -88,6 +88,27 @@ def test_what_the_pick_is_compared_with_is_another_picture_and_an_exact_one_has_
 
 
 @pytest.mark.gl
+@pytest.mark.usefixtures("few_rounds")
+def test_no_settings_meet_an_error_that_few_pixels_hold_where_the_reference_is_as_wrong(
+    renderer: Renderer, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    metal = scenes.GLINT.replace(
+        "alpha = 0.001", "alpha = 0.05"
+    )  # few pixels hold the error, but the reference is right
+    for text, known in ((scenes.GLINT, False), (metal, True)):
+        stage = Trials(renderer, parse_document(tmp_path / "a.toml", text).scene, Settings(), (80, 45))
+        stage.refer(16)
+        trial = stage.measure(Settings(samples=16))
+        assert trial.uncertain is not known and trial.error > 0.0
+        assert tune_module._Goal(trial.error, None).is_met(trial) == known
+    file = tmp_path / "glint.toml"
+    file.write_text(scenes.GLINT)
+    assert main(["tune", str(file), "--max-error", "0.5", "--size", "80x45"]) == 1
+    says = capsys.readouterr().out
+    assert "nothing meets that" in says and ", error at least " in says
+
+
+@pytest.mark.gl
 def test_times_are_medians_of_turns(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     stage = Trials(renderer, scenes.assignment(), Settings(), SIZE)
     times = {1: iter((1.0, 9.0, 2.0)), 4: iter((5.0, 3.0, 4.0))}

@@ -34,7 +34,7 @@ def test_render_writes_a_png_with_the_scene_the_settings_and_the_version(tmp_pat
         text = {key: str(value) for key, value in picture.info.items()}
     assert text["Title"] == "assignment" and text["Software"] == f"raytracer {raytracer.__version__}"
     assert "32x18" in text["Description"] and "samples=2" in text["Description"] and "blinn" in text["Description"]
-    assert text["Samples"] == "2" and float(text["Seconds"]) > 0.0 and text["Error"].startswith("error about ")
+    assert text["Samples"] == "2" and float(text["Seconds"]) > 0.0 and text["Error"].startswith("error ")
     assert list(tmp_path.iterdir()) == [out]
 
 
@@ -151,7 +151,7 @@ def test_an_error_that_was_not_reached_is_status_1_with_the_picture_and_a_remedy
 
     status, says, errors = run("--max-error", "0.01")
     line = says.splitlines()[1]
-    assert status == 0 and errors == "" and float(line.split()[2]) < 0.01 and "(RMSE, linear radiance)" in line
+    assert status == 0 and errors == "" and float(line.split()[2]) <= 0.01 and "(RMSE, linear radiance)" in line
     for options, says in (
         (("--max-error", "1e-6", "--samples", "8"), "8 samples were not enough: try more --samples"),
         (("--max-error", "1e-6", "--time", "0.05"), "0.05 s were not enough: try more --time"),
@@ -164,7 +164,24 @@ def test_an_error_that_was_not_reached_is_status_1_with_the_picture_and_a_remedy
     assert "sequence: expected sobol with max_error, got 'r2'" in capsys.readouterr().err
     assert not (tmp_path / "b.png").exists()
     status, says, errors = run("--quality", "high", "--samples", "4")
-    assert status == 0 and "was to be below 0.0005" in says and not errors, "asked for with so many samples at most"
+    assert status == 0 and "was to be at most 0.0005" in says and not errors, "asked for with so many samples at most"
+
+
+@pytest.mark.parametrize("in_file", [False, True])
+def test_an_error_that_is_known_to_be_at_least_so_much_is_not_reached(
+    in_file: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = tmp_path / "glint.toml", tmp_path / "a.png"
+    file.write_text(scenes.GLINT + ("[settings]\nmax_error = 0.5\nsamples = 8\n" if in_file else ""))
+    options = [] if in_file else ["--max-error", "0.5", "--samples", "8"]
+    assert main(["render", str(file), "-o", str(out), "--size", "160x90", *options]) == 1
+    says, errors = capsys.readouterr()
+    error = says.splitlines()[1]
+    assert error.startswith("error at least ") and ", perhaps far more: " in error and "up to" not in error
+    assert "its error is at least " in errors and "8 samples were not enough: try more --samples" in errors
+    assert errors.count("\n") == 1
+    with Pillow.open(out) as picture:
+        assert picture.info["Error"] == error
 
 
 def test_what_is_given_nearest_holds(tmp_path: Path) -> None:

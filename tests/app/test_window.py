@@ -334,14 +334,14 @@ def test_a_picture_that_may_move_again_waits_and_a_still_one_gets_as_many_sample
     one.frame(Cursor(0.1, 0.5))
     swaps = one.swaps
     for _ in range(3):
-        assert one.frame() > 1.0 and (live.samples, live.rmse(), one.swaps) == (1, None, swaps)
+        assert one.frame() > 1.0 and (live.samples, live.estimate(), one.swaps) == (1, None, swaps)
     one.frame(Key("H"))
     assert live.samples == 1 and one.swaps == swaps + 1, "the same picture under an overlay"
     monkeypatch.setattr(window_module, "_STILL", 0.0)
     one.frame()
     assert live.samples == 1 and not live.is_done
     one.frame()
-    assert live.samples == 400 and live.rmse()
+    assert live.samples == 400 and live.estimate()
 
 
 @pytest.mark.window
@@ -353,7 +353,7 @@ def test_a_picture_whose_error_cannot_be_found_has_its_samples_and_the_mistake(
     one = opened(samples=8)
     for _ in range(2):
         one.until_idle()
-        assert one.viewer.picture.samples == 8 and one.viewer.picture.rmse() is None
+        assert one.viewer.picture.samples == 8 and one.viewer.picture.estimate() is None
         assert "sampling/movement.frag:" in one.viewer.state.error
         assert "8 of 8 samples, phong" in glfw.get_window_title(one.viewer.window)
         one.viewer.handle(Wheel(1.0, True))
@@ -370,12 +370,13 @@ def test_the_title_has_the_error_and_a_still_picture_ends_with_what_was_asked_fo
     one = opened(scene=file, size=None, samples=1000)
     one.until_idle()
     drawn, window = one.viewer.picture, one.viewer.window
-    assert drawn.size == (64, 36) and 4 <= drawn.samples < 1000 and (drawn.rmse() or 1.0) < 0.004
-    assert f"{drawn.samples} of 1000 samples, error {drawn.rmse():.2g}, " in glfw.get_window_title(window)
+    estimate = drawn.estimate()
+    assert drawn.size == (64, 36) and 4 <= drawn.samples < 1000 and estimate and estimate.reached
+    assert f"{drawn.samples} of 1000 samples, error {estimate.in_words}, " in glfw.get_window_title(window)
     one.frame(Key("P"))
     one.until_idle()
     with Image.open("ball-1.png") as screenshot:
-        assert screenshot.info["Error"].startswith(f"error about {drawn.rmse():.2g} ")
+        assert screenshot.info["Error"].startswith(f"error {estimate.in_words} ")
         assert f"samples={drawn.samples}, " in screenshot.info["Description"]
     few = drawn.samples
     for settings, right in (("max_error = 0.0004", lambda n: n > few), ("sequence = 'grid'", lambda n: n > few)):
@@ -396,7 +397,7 @@ def test_nothing_is_drawn_for_a_still_picture_or_a_minimised_window(
     one.until_idle()
     assert glfw.get_window_title(one.viewer.window).startswith("assignment - ")
     title = glfw.get_window_title(one.viewer.window)
-    assert "4 of 4 samples, error 0.00" in title and title.endswith("phong, hard shadows, H for help")
+    assert "4 of 4 samples, error about 0.00" in title and title.endswith("phong, hard shadows, H for help")
     swaps = one.swaps
     for _ in range(20):
         assert one.frame() == _LOOK

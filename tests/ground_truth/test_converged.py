@@ -62,6 +62,16 @@ def test_an_edge_is_where_it_should_be_to_the_error_that_is_stated(samples: int,
     assert rms(off[cut]) < 1.2 * max(2.2 * math.sqrt(0.15) * samples**-0.75, tolerance)
 
 
+def test_the_pictures_error_is_that_of_its_pixels_or_half_as_a_lower_bound_where_few_hold_it() -> None:
+    for scene, few in ((edge(), False), (scenes.glint(), True)):
+        image = trace_converged(scene, (40, 24), samples=64, cache=False, workers=1)
+        found = image.estimate
+        assert found and found.worst_at and found.uncertain == few and found.reached is None
+        assert found.rmse == pytest.approx((0.5 if few else 1.0) * rms(stated(image)))
+        x, y = found.worst_at
+        assert found.worst == 3.0 * stated(image)[y, x] == 3.0 * stated(image).max()
+
+
 def test_samples_go_where_the_error_is_above_the_tolerance_and_no_farther() -> None:
     image = trace_converged(edge(), (48, 32), samples=1000, tolerance=5e-3, cache=False)
     assert image.samples is not None and {*np.unique(image.samples)} <= {16, 32, 64, 128, 256, 512}

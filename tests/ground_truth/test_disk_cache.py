@@ -63,6 +63,9 @@ def test_what_was_made_once_is_not_traced_again(folder: Path, monkeypatch: pytes
             trace_converged(scene, SIZE, samples=32)
     for name in ("radiance", "error", "samples", "depth", "normal", "material"):
         np.testing.assert_array_equal(getattr(again, name), getattr(first, name))
+    assert (
+        first.estimate and again.estimate and first.estimate.replace(seconds=again.estimate.seconds) == again.estimate
+    )
     [file] = folder.iterdir()
     whole = file.read_bytes()
     broken = bytearray(whole)

@@ -9,7 +9,6 @@ from typing import Any
 
 from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs
 from raytracer.analysis.tradeoffs.summaries import shadow_differences, slopes
-from raytracer.analysis.tradeoffs.targets import RESOLVED_FROM
 from raytracer.scene.settings_patch import SettingsPatch, fewest, flags
 
 _FIELDS: tuple[str, ...] = (
@@ -91,7 +90,12 @@ def as_json(trade: Tradeoffs) -> str:
         "complete": trade.complete,
         "machine": trade.machine,
         "truths": {
-            name: {"kind": reference.kind, "rmse": reference.error, "resolved": RESOLVED_FROM * reference.error}
+            name: {
+                "kind": reference.kind,
+                "rmse": reference.error,
+                "uncertain": reference.uncertain,
+                "resolved": reference.resolved_from,
+            }
             for name, reference in trade.references.items()
         },
         "left_out": dict(trade.plan.left_out),

@@ -16,7 +16,7 @@ from raytracer.analysis.image_difference import Comparison, compare
 from raytracer.analysis.machine import describe_machine
 from raytracer.analysis.tradeoffs.configurations import Configuration, Plan, Target
 from raytracer.analysis.tradeoffs.pareto import beaten_by
-from raytracer.analysis.tradeoffs.targets import GPU_SAMPLES, RESOLVED_FROM, Reference, ReferenceMethod, make_reference
+from raytracer.analysis.tradeoffs.targets import GPU_SAMPLES, Reference, ReferenceMethod, make_reference
 from raytracer.compiler.glsl.preprocessor import ShaderError
 from raytracer.core.progress import Progress
 from raytracer.core.validation import InputError
@@ -138,7 +138,7 @@ def _first(configuration: Configuration, trade: Tradeoffs, renderer: Renderer) -
     except (InputError, ShaderError) as error:
         result.refused = str(error).partition("\n")[0]
         return result
-    result.resolved = result.error.rmse > RESOLVED_FROM * reference.error or target.same_samples
+    result.resolved = result.error.rmse > reference.resolved_from or target.same_samples
     if image.estimate:
         result.samples = image.estimate.samples * configuration.scale**2
     lights = 0 if configuration.settings.shadows == "off" else len(target.scene.lights)
@@ -179,7 +179,7 @@ def _judge(trade: Tradeoffs) -> None:
     """Find each target's front. Errors below what its reference resolves count as that."""
     for name, reference in trade.references.items():
         results = trade.of(name)
-        floor = RESOLVED_FROM * reference.error
+        floor = reference.resolved_from
         points = [(result.median, max(result.error.rmse, floor) if result.error else floor) for result in results]
         for result, other in zip(results, beaten_by(points), strict=True):
             result.beaten_by = None if other is None else results[other].configuration.label

@@ -43,7 +43,8 @@ _HOW = (
     "and channels, in linear radiance. Rays are those from the camera and at most one from each of them to every "
     "light, a pixel of the picture. A configuration is on the front if none is as fast and less wrong or as good and "
     "faster; "
-    f"errors below {RESOLVED_FROM:g} times the reference's own are not resolved, and count as that."
+    f"errors below {RESOLVED_FROM:g} times the reference's own are not resolved, and count as that; a reference whose "
+    "own error is <i>at least</i> so much, as few pixels hold most of it, resolves fewer."
 )
 
 
@@ -163,7 +164,7 @@ def _all(trade: Tradeoffs) -> Iterable[str]:
     yield _rows(
         ("reference", "made by", "its own error", "resolved from"),
         [
-            (name, reference.kind, f"{reference.error:.2g}", f"{RESOLVED_FROM * reference.error:.2g}")
+            (name, reference.kind, reference.in_words, f"{reference.resolved_from:.2g}")
             for name, reference in trade.references.items()
             if not trade.plan.targets[name].same_samples
         ],

@@ -9,7 +9,6 @@ from typing import Any
 
 from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs
 from raytracer.analysis.tradeoffs.summaries import slopes
-from raytracer.analysis.tradeoffs.targets import RESOLVED_FROM
 from raytracer.core.validation import InputError
 from raytracer.scene.settings import Settings
 
@@ -70,7 +69,7 @@ def error_against_time(trade: Tradeoffs, target: str) -> str:
     figure = _figure(9.0, 5.2)
     axes = figure.add_subplot()
     results = trade.of(target)
-    floor = RESOLVED_FROM * trade.references[target].error
+    floor = trade.references[target].resolved_from
     kinds = [_kind(result, trade.plan.targets[target].settings) for result in results]
     for k, kind in enumerate(dict.fromkeys(kinds)):
         own = [result for result, its in zip(results, kinds, strict=True) if its == kind]
@@ -176,7 +175,7 @@ def error_against_samples(trade: Tradeoffs, knob: str) -> str:
     _draw_slopes(axes)
     _label(axes, "samples a pixel", "error (RMSE, linear radiance)")
     if results:
-        _draw_floor(axes, RESOLVED_FROM * trade.references[results[0].configuration.target].error)
+        _draw_floor(axes, trade.references[results[0].configuration.target].resolved_from)
     axes.legend(fontsize=8)
     return _svg(figure)
 

@@ -13,6 +13,7 @@ from raytracer.analysis.tradeoffs.configurations import Target
 from raytracer.compiler.compiled_scene import compile
 from raytracer.core.progress import Progress
 from raytracer.core.validation import InputError
+from raytracer.formats.estimate import LEAST, rests_on_few
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.scene import Scene
 from raytracer.scene.solids import leaves
@@ -25,16 +26,31 @@ GPU_SAMPLES = 4096
 # The most samples of a pixel of a reference by float64, and the error from which a pixel gets more. One that is only
 # compared with the GPU's has the defaults of converged.py.
 SAMPLES, TOLERANCE = 4096, 1e-4
-# Errors below so many times the reference's own are not resolved: at 3 times, its error adds 5 % to a measured one.
-RESOLVED_FROM = 3.0
+# Errors below so many times the reference's own are not resolved: at 3 times, its error adds 5 % to a measured one. An
+# uncertain one may be three times as large as it says.
+RESOLVED_FROM, _UNCERTAIN_FROM = 3.0, 10.0
 
 
 class Reference(NamedTuple):
-    """`radiance` (H, W, 3) float64; `error`: its own estimated root mean square error; `kind`: how it was made."""
+    """`radiance` (H, W, 3) float64; `error`: its own estimated root mean square error; `kind`: how it was made.
+
+    `uncertain`: the error is that or more.
+    """
 
     radiance: NDArray[np.float64]
     error: float
     kind: str
+    uncertain: bool = False
+
+    @property
+    def in_words(self) -> str:
+        """The error of the reference."""
+        return f"{'at least ' if self.uncertain else ''}{self.error:.2g}"
+
+    @property
+    def resolved_from(self) -> float:
+        """The error from which errors that are measured against the reference are not the reference's own."""
+        return (_UNCERTAIN_FROM if self.uncertain else RESOLVED_FROM) * self.error
 
 
 def make_reference(
@@ -55,31 +71,32 @@ def make_reference(
         image = renderer.render(target.scene, size, target.settings, geometry=False, estimates=False)
         return Reference(image.radiance.astype(np.float64), 0.0, "the exact form's picture, of the same samples")
     if method == "float64":
-        radiance, error, samples = _by_float64(target, size, SAMPLES, TOLERANCE, progress)
-        return Reference(radiance, error, f"float64 reference, {samples:.0f} samples a pixel")
+        return _by_float64(target, size, SAMPLES, TOLERANCE, progress)
     by_gpu = _by_gpu(target, size, renderer, gpu_samples, progress)
     if method == "gpu" or count_primitives(target.scene) > FEW_PRIMITIVES:
         return by_gpu
     from raytracer.ground_truth import job
 
-    radiance, error, _ = _by_float64(target, size, job.SAMPLES, job.TOLERANCE, progress)
-    apart = math.sqrt(float(np.mean((by_gpu.radiance - radiance) ** 2)))
+    other = _by_float64(target, size, job.SAMPLES, job.TOLERANCE, progress)
+    apart = math.sqrt(float(np.mean((by_gpu.radiance - other.radiance) ** 2)))
     return by_gpu._replace(
-        kind=f"{by_gpu.kind}; {apart:.2g} from the float64 reference, which takes itself to be off by {error:.2g}"
+        kind=f"{by_gpu.kind}; {apart:.2g} from the float64 reference, which takes itself to be off by {other.in_words}"
     )
 
 
 def _by_float64(
     target: Target, size: tuple[int, int], samples: int, tolerance: float, progress: Progress | None
-) -> tuple[NDArray[np.float64], float, float]:
-    """The converged picture in float64, kept on the disk; its own error, and its samples a pixel."""
+) -> Reference:
+    """The converged picture in float64, kept on the disk."""
     from raytracer.ground_truth.converged import trace_converged
 
     picture = trace_converged(
         target.scene, size, target.settings, samples=samples, tolerance=tolerance, progress=progress
     )
-    assert picture.error is not None and picture.samples is not None
-    return picture.radiance, math.sqrt(float(np.mean(picture.error**2))), float(picture.samples.mean())
+    estimate = picture.estimate
+    assert estimate and estimate.rmse is not None
+    kind = f"float64 reference, {estimate.samples:.0f} samples a pixel"
+    return Reference(picture.radiance, estimate.rmse, kind, estimate.uncertain)
 
 
 def count_primitives(scene: Scene) -> int:
@@ -92,9 +109,9 @@ def _by_gpu(
 ) -> Reference:
     """The mean of a picture by Sobol's and one by Roberts' sequence: they are off independently, but for the lights.
 
-    So half their difference is the error of their mean. Their points on lights are the same: of these the first
-    picture's own estimate tells. A picture of n samples has n points in common with it, and differs from it by up to
-    n / `samples` less than from the exact one.
+    So half their difference is the error of their mean, and uncertain where few pixels hold most of it. Their points on
+    lights are the same: of these the first picture's own estimate tells. A picture of n samples has n points in common
+    with it, and differs from it by up to n / `samples` less than from the exact one.
     """
     settings = msgspec.structs.replace(target.settings, samples=samples, evaluator="cells", precision=64)
     try:
@@ -112,11 +129,14 @@ def _by_gpu(
         for part, sequence in enumerate(("sobol", "r2"))
     )
     a, b = (image.radiance.astype(np.float64) for image in (first, second))
-    error = math.sqrt(float(np.mean((a - b) ** 2))) / 2.0
+    squares = np.sum((a - b) ** 2, axis=2)
+    error = math.sqrt(float(squares.mean()) / 3.0) / 2.0
+    if uncertain := rests_on_few(float(squares.sum()), float(np.square(squares).sum())):
+        error *= LEAST
     if first.estimate and first.estimate.rmse is not None and target.settings.shadows == "soft":
         error = max(error, first.estimate.rmse)
     kind = f"GPU, {settings.precision} bits, 2 x {samples} samples a pixel"
-    return Reference((a + b) / 2.0, error, kind)
+    return Reference((a + b) / 2.0, error, kind, uncertain)
 
 
 def _half(progress: Progress | None, part: int) -> Progress | None:

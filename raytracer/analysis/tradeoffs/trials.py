@@ -13,19 +13,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.core.progress import Progress
+from raytracer.formats.estimate import rests_on_few
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.scene import Scene
+from raytracer.scene.sequences import SampleSequence
 from raytracer.scene.settings import Settings
 
 # Samples of what pictures are compared with, for each of theirs; Roberts' points are off by a fifth as much then, or
 # less, which counts as the picture's own error.
 TIMES, FEWEST, MOST = 16, 256, 4096
+# An error that few pixels hold is uncertain if it is less than so many times the reference's own: at 3 times, that adds
+# 5 % to it.
+_RESOLVED = 3.0
 
 
 class Trial(NamedTuple):
     """A picture's settings, cost and error. `seconds`: those of render(), the median; `samples`: a pixel's, on average.
 
-    `least`: the shortest time. What else runs on the machine only adds, so that tells who is faster.
+    `least`: the shortest time. What else runs on the machine only adds, so that tells who is faster. `uncertain`: few
+    pixels hold most of the error, and the reference is not known to be right in them.
     """
 
     settings: Settings
@@ -33,6 +39,7 @@ class Trial(NamedTuple):
     error: float
     samples: float
     least: float
+    uncertain: bool = False
 
 
 class Trials:
@@ -41,6 +48,7 @@ class Trials:
     def __init__(self, renderer: Renderer, scene: Scene, base: Settings, size: tuple[int, int]) -> None:
         self._renderer, self._scene, self._base, self.size = renderer, scene, base, size
         self._reference: NDArray[np.float64] | None = None
+        self._reference_error: float | None = None
         self.samples = 0
         self._shared = base.shadows == "soft" and any(light.radius for light in scene.lights)
         self._known: dict[Settings, Trial] = {}
@@ -51,12 +59,17 @@ class Trials:
         wanted = min(max(FEWEST, TIMES * samples), MOST)
         if wanted > self.samples:
             self.samples = wanted
-            settings = msgspec.structs.replace(self._base, samples=wanted, sequence="r2")
-            image = self._renderer.render(
-                self._scene, self.size, settings, geometry=False, estimates=False, progress=progress
-            )
-            self._reference = image.radiance.astype(np.float64)
+            self._reference = self._converged("r2", progress)
+            self._reference_error = None
             self._known.clear()
+
+    def _converged(self, sequence: SampleSequence, progress: Progress | None = None) -> NDArray[np.float64]:
+        """A picture of as many samples as the reference has."""
+        settings = msgspec.structs.replace(self._base, samples=self.samples, sequence=sequence)
+        image = self._renderer.render(
+            self._scene, self.size, settings, geometry=False, estimates=False, progress=progress
+        )
+        return image.radiance.astype(np.float64)
 
     def measure(self, settings: Settings) -> Trial:
         """Render for the error and one time; before that, where programs are not compiled yet, once for that."""
@@ -69,7 +82,8 @@ class Trials:
             image = self._renderer.render(self._scene, self.size, settings, geometry=False)
             seconds = time.perf_counter() - begin
             samples = image.estimate.samples if image.estimate else float(settings.samples)
-            self._known[settings] = Trial(settings, seconds, self._error(image.radiance, samples), samples, seconds)
+            error, uncertain = self._error(image.radiance, samples)
+            self._known[settings] = Trial(settings, seconds, error, samples, seconds, uncertain)
         return self._known[settings]
 
     def known(self) -> list[Trial]:
@@ -86,12 +100,23 @@ class Trials:
         self._renderer.render(self._scene, self.size, settings, geometry=False)
         return time.perf_counter() - begin
 
-    def _error(self, radiance: NDArray[Any], samples: float) -> float:
+    def _error(self, radiance: NDArray[Any], samples: float) -> tuple[float, bool]:
+        """A picture's error by the reference, and whether it is uncertain."""
         if self._reference is None:
-            return math.nan
-        error = math.sqrt(float(np.mean((radiance - self._reference) ** 2)))
+            return math.nan, False
+        squares = np.sum((radiance - self._reference) ** 2, axis=2)
+        error = math.sqrt(float(squares.mean()) / 3.0)
+        is_of_few = rests_on_few(float(squares.sum()), float(np.square(squares).sum()))
+        uncertain = is_of_few and error < _RESOLVED * self._doubt(self._reference)
         # Points on lights are the same whatever the sequence: so much of the reference is the picture's own.
-        return error / (1.0 - min(0.5, samples / self.samples)) if self._shared else error
+        return error / (1.0 - min(0.5, samples / self.samples)) if self._shared else error, uncertain
+
+    def _doubt(self, reference: NDArray[np.float64]) -> float:
+        """The error of the reference, by its difference from a picture of another sequence."""
+        if self._reference_error is None:
+            other = self._converged("sobol")
+            self._reference_error = math.sqrt(float(np.mean((reference - other) ** 2)) / 2.0)
+        return self._reference_error
 
     def in_turns(self, candidates: Iterable[Trial], rounds: int) -> list[Trial]:
         """Measure the times of candidates again, in so many rounds."""

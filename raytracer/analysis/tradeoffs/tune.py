@@ -4,7 +4,8 @@ Candidates are numbers of samples, adaptive samples, and pictures that are asked
 rendered at a quarter of the size. How errors and times there compare with those at full size is measured, of one of
 each kind, and tells which to try at full size: there the best few are timed in turns, and compared with a picture of
 many more samples, by another sequence. Then those beside the best are tried, until none of these is better. Only what
-is found at full size counts.
+is found at full size counts. Settings do not meet an error that few pixels hold, where the reference may be as wrong
+in these pixels.
 """
 
 from __future__ import annotations
@@ -183,7 +184,9 @@ class _Goal(NamedTuple):
     time: float | None
 
     def is_met(self, trial: Trial) -> bool:
-        return trial.error <= self.max_error if self.max_error is not None else trial.seconds <= (self.time or 0.0)
+        if self.max_error is not None:
+            return trial.error <= self.max_error and not trial.uncertain
+        return trial.seconds <= (self.time or 0.0)
 
     def is_near(self, trial: Trial) -> bool:
         """Whether a trial meets the goal, but for what a single time is off by."""

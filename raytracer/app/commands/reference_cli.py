@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import time
 
 from raytracer.app.options import (
@@ -59,8 +58,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run `reference`; the exit status."""
-    import numpy as np
-
     from raytracer.ground_truth.converged import trace_converged
     from raytracer.ground_truth.cost import check_cost, estimate_cost
     from raytracer.ground_truth.job import Job
@@ -101,9 +98,10 @@ def run(options: argparse.Namespace) -> int:
         )
     with options.write(output) as file:
         image.write(file, output.suffix)
-    assert image.samples is not None and image.error is not None
-    n, rmse = image.samples, math.sqrt(np.mean(image.error**2))
+    assert image.samples is not None and image.estimate
+    n, estimate = image.samples, image.estimate
+    why = f" ({estimate.unknown})" if estimate.uncertain else ""
     took = f"{time.monotonic() - start:.1f} s" if traced else "from the cache"
     samples = f"{n.min()} to {n.max()} samples a pixel, {n.mean():.1f} on average"
-    say(f"wrote {output}: {size[0]}x{size[1]}, {samples}, RMSE about {rmse:.1e}, {took}")
+    say(f"wrote {output}: {size[0]}x{size[1]}, {samples}, RMSE {estimate.in_words}{why}, {took}")
     return 0

@@ -35,7 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_backend(parser)
     parser.description = (
         "Render a scene to a file, with the settings that are given here or else in the scene file's [settings], and "
-        "say how wrong the picture is. The status is 1, though it is written, if --max-error was not reached with the "
+        "say how wrong the picture is: about so much, or at least so much where its samples do not tell more. The "
+        "status is 1, though the picture is written, if --max-error was not reached, or is not known to be, with the "
         "samples or in the time there were."
     )
     parser.set_defaults(run=run)
@@ -111,16 +112,14 @@ def _missed(image: Image, settings: Settings) -> str:
     """A sentence about a picture that is not, or not known to be, as accurate as max_error asks; else ""."""
     estimate = image.estimate
     assert estimate
-    if settings.max_error is None or (estimate.rmse is not None and estimate.rmse < settings.max_error):
+    if estimate.reached is not False:
         return ""
-    error = f"its error is unknown ({estimate.unknown})"
-    if estimate.rmse is not None:
-        error = f"its error is about {estimate.rmse:.2g}"
+    error = f"its error is {estimate.in_words}" + (f" ({estimate.unknown})" if estimate.unknown else "")
     if settings.time is not None and image.samples is not None and image.samples.max() < settings.samples:
         remedy = f"{settings.time:g} s were not enough: try more --time"
     else:
         remedy = f"{settings.samples} samples were not enough: try more --samples"
-    return f"{error} and was to be below {settings.max_error:g}; {remedy}"
+    return f"{error} and was to be at most {settings.max_error:g}; {remedy}"
 
 
 def _is_error_chosen(in_file: SettingsPatch, chosen: SettingsPatch) -> bool:

@@ -18,6 +18,7 @@ from raytracer.app.options import (
 from raytracer.core.interrupts import STATUS
 from raytracer.core.terminal import complain, note, say
 from raytracer.core.validation import about, check_size, number
+from raytracer.formats.estimate import FEW_PIXELS, LEAST
 from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE, SettingsSection, section_text
 from raytracer.scene.settings_patch import fewest, flags
@@ -92,8 +93,11 @@ def _report(tuned: Tuned, size: tuple[int, int], section: SettingsSection) -> No
     # There are flags also where the file, or the defaults, give the same settings.
     options = flags(fewest(best.settings, section.settings)) or flags(fewest(best.settings))
     options = options or f"--samples {best.settings.samples}"
+    error = f"{best.error:.2g}"
+    if best.uncertain:  # by half: the reference may be as wrong as the picture
+        error = f"at least {LEAST * best.error:.2g}, perhaps far more: {FEW_PIXELS}"
     says = (
-        f"{options}: {best.seconds:.3g} s, error {best.error:.2g} (RMSE, linear radiance), "
+        f"{options}: {best.seconds:.3g} s, error {error} (RMSE, linear radiance), "
         f"{best.samples:.3g} samples a pixel at {size[0]}x{size[1]}"
     )
     if not tuned.complete:

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from raytracer.app.viewer.events import State
+from raytracer.formats.estimate import Estimate
 from raytracer.scene.scene import used_models
 
 HELP = "H: help"
 
 
-def title(state: State, samples: int, milliseconds: float, error: float | None = None) -> str:
-    """The window's title: time of a frame, `samples` so far, the picture's `error` if known, models and shadows."""
+def title(state: State, samples: int, milliseconds: float, estimate: Estimate | None = None) -> str:
+    """The window's title: time of a frame, `samples` so far, the picture's error if known, models and shadows."""
     settings = state.settings
     lights = len(state.scene.lights)
     parts = (
         f"{state.scene.name} - {milliseconds:.0f} ms",
         f"{samples} of {settings.samples} sample{'s' * (settings.samples > 1)}",
-        f"error {error:.2g}" if error is not None else "",
+        f"error {estimate.in_words}" if estimate else "",
         _drawn(state),
         f"light {state.light + 1} of {lights}" if lights > 1 else "",
         "H for help",

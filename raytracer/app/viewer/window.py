@@ -169,7 +169,7 @@ class Viewer:
         now = time.perf_counter()
         if now > self._titled_at + _RETITLE or picture.is_done:
             self._titled_at = now
-            text = title(self.state, picture.samples, 1000.0 * (now - begin), picture.rmse())
+            text = title(self.state, picture.samples, 1000.0 * (now - begin), picture.estimate())
             glfw.set_window_title(self.window, text)
         return 0.0
 
