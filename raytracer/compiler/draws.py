@@ -120,11 +120,12 @@ def sample_draws(
     *,
     shades: bool,
     constants: Mapping[str, Any],
+    target: str = "radiance",
 ) -> list[Step]:
     """The draws of some samples of a tile, 1 or TOGETHER of them, in the lower left of targets of its size or larger.
 
     `seen` names the textures that SEE draws into, in its order: "surface", and "others", for the distances that SHAPES
-    compares with, and "normalDepth", where there are such. If `shades`, light is summed in the texture "radiance".
+    compares with, and "normalDepth", where there are such. If `shades`, light is summed in the texture `target`.
     `constants` are uniforms that all samples share.
     """
     port, shown = viewport(tile)
@@ -132,16 +133,16 @@ def sample_draws(
     steps: list[Step] = []
     starts_sum = samples[0].starts_sum
     if shades and starts_sum and not meshes.is_whole:
-        steps.append(Clear("radiance"))
+        steps.append(Clear(target))
     # All pixels are drawn, so a first sample need neither find 0 there nor be added to it.
     first: Blending = "replace" if starts_sum and meshes.is_whole else "add"
 
     def light(programs: Sequence[str], uniforms: Mapping[str, Any], blending: Blending) -> None:
         for name in programs:
             if shades and name in meshes.cells:
-                mesh, target = meshes.cells[name], ("radiance",)
+                mesh, into = meshes.cells[name], (target,)
                 steps.append(
-                    Draw(name, mesh, target, area, port, uniforms, inputs, blending, is_long=True, constants=constants)
+                    Draw(name, mesh, into, area, port, uniforms, inputs, blending, is_long=True, constants=constants)
                 )
 
     together, alone = _programs(meshes, len(samples))

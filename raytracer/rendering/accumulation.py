@@ -7,23 +7,16 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.draws import SUMMED, TOGETHER, sample_at
 from raytracer.compiler.meshes import Mask, Rectangle
+from raytracer.formats.estimate import Estimate
 from raytracer.rendering import stopping_rule
 from raytracer.rendering.block_measurements import BlockMeasurements
-from raytracer.rendering.estimator import (
-    TileStatistics,
-    after_look,
-    before_any_look,
-    is_look_due,
-    pixel_errors,
-    tile_statistics,
-)
+from raytracer.rendering.estimator import BlockStatistics, after_look, before_any_look
 from raytracer.rendering.pixel_blocks import MARGIN, Blocks, surrounded
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tile_sums import Counts, TileSums
@@ -44,19 +37,12 @@ def margin(options: SamplingOptions) -> int:
     return MARGIN if stopping_rule.chooses_blocks(options) else 0
 
 
-class Result(NamedTuple):
-    """What is known of a picture or a part, beside its arrays."""
-
-    samples: NDArray[np.int32] | int  # (H, W), the top row first, or of all alike
-    statistics: TileStatistics | None  # None where nothing tells the error
-
-
 class Accumulation:
     """The samples of a `part` of a picture of `size`, which consists of `tiles`.
 
     Each tile gets a sample before any gets the next, so that decisions are made on the blocks of all tiles together.
-    `measurements` tell the part's error, unless no `estimates` are wanted, and choose where samples go on; without them
-    nothing does either. With `always_estimates` the error is known from 2 samples on, else at the end.
+    `measurements` choose where samples go on, and with a stopping rule or `always_estimates` tell the error while
+    samples are added; without them nothing does either.
     """
 
     def __init__(
@@ -68,7 +54,6 @@ class Accumulation:
         tiles: Sequence[Rectangle],
         size: tuple[int, int],
         *,
-        estimates: bool = True,
         always_estimates: bool = False,
     ) -> None:
         self._renderer, self._measurements, self._options = renderer, measurements, options
@@ -79,10 +64,10 @@ class Accumulation:
         cells = renderer.seen_cells(area)
         self._blocks = Blocks.all_of(area, cells)
         self._spare: Mask | None = None
-        self._statistics = None
-        if measurements and options.estimates_error and (estimates or options.has_stopping_rule):
-            self._statistics = before_any_look(cells, is_sparse=not options.has_stopping_rule)
-        self._looks_always = always_estimates or options.is_adaptive
+        self._statistics: BlockStatistics | None = None
+        if measurements and options.estimates_error and (always_estimates or options.has_stopping_rule):
+            self._statistics = before_any_look(self._blocks.active.shape)
+        self._correction = 1.0  # times which the estimate's errors are right
         self._kept = 0  # of how many samples the sums are kept
         self._is_enough = False
         self._looking_seconds = 0.0  # that the last look took
@@ -112,7 +97,7 @@ class Accumulation:
         samples = [sample_at(index + k, options) for k in range(more)]
         for sums, around in self._active_tiles():
             if index and index % SUMMED == 0:
-                sums.read_before_new(self._counts(around), self._measurements if self._statistics is not None else None)
+                sums.read_before_new(self._counts(around), self._measurements)
             sums.draw(around, samples)
         self.samples += more
         self._is_enough = self.samples == options.samples
@@ -145,7 +130,8 @@ class Accumulation:
         return ends or self._is_look_due(samples) or stopping_rule.is_choice_due(self._options, samples)
 
     def _is_look_due(self, samples: int) -> bool:
-        return self._statistics is not None and is_look_due(samples, self._options.samples, has_all=self._looks_always)
+        # The points are spread best where their number is a power of two.
+        return self._statistics is not None and not samples & (samples - 1)
 
     def _look(self, measurements: BlockMeasurements) -> None:
         """Measure how far means moved, if that is due."""
@@ -155,37 +141,47 @@ class Accumulation:
         summed = (n - 1) % SUMMED + 1
         if self._kept:
             movement = self._measured(lambda around: measurements.movement(around, n, summed, self._kept))
-            self._statistics = statistics = after_look(statistics, n, movement, blocks.active)
+            self._statistics = after_look(statistics, n, movement, blocks.active)
         if 2 * n <= self._options.samples:
             for _, around in self._active_tiles():
-                watched = around.by_cell(statistics.watched[blocks.where(around.area)])
-                measurements.keep_sums(around.area, around.cells & watched, before=n > summed)
+                measurements.keep_sums(around.area, around.cells, before=n > summed)
             self._kept = n
 
     def _decide(self, measurements: BlockMeasurements, growth: float) -> None:
         """Choose the blocks that get more samples, if that is due. At last there are `growth` times as many."""
         n, options, blocks = self.samples, self._options, self._blocks
-        if options.max_error is not None and stopping_rule.may_end_by_error(n):
-            rmse = self.rmse()
-            is_below = rmse is not None and stopping_rule.is_surely_below(options.max_error, rmse, n)
-            self._is_enough |= is_below and not self._is_uncertain()
+        rmse = self._rmse()
+        if options.max_error is not None and rmse is not None:
+            self._is_enough |= stopping_rule.is_surely_below(options.max_error, self._correction * rmse, n)
         if self._is_enough or n == options.samples or not stopping_rule.is_choice_due(options, n):
             return
+        squared_errors = None
+        if self._statistics is not None:
+            squared_errors = self._correction**2 * self._statistics.squared_errors(blocks.samples)
         choice = stopping_rule.choose_blocks(
             options,
             blocks.active,
             self._measured(lambda around: measurements.errors(around, n, (n - 1) % SUMMED + 1)),
-            self._statistics.squared_errors(blocks.samples) if self._statistics else None,
+            squared_errors,
             spare=self._spare,
             pixels=blocks.area[2] * blocks.area[3],
             growth=growth,
         )
         self._spare = choice.spare
-        if not choice.active.any() and options.max_error is not None and self._is_uncertain():
-            return  # the blocks that go on are those that may tell
-        if not np.array_equal(choice.active, blocks.active):
+        if not choice.active.any():
+            self._is_enough = True
+        elif not np.array_equal(choice.active, blocks.active):
             self._blocks = blocks.narrowed(choice.active)
-            self._is_enough = not choice.active.any()
+
+    def can_go_on(self, seconds_left: float) -> bool:
+        """Whether the rule left samples that can be drawn in the `seconds_left`."""
+        return self.samples < self._options.samples and self.drawing_seconds < seconds_left
+
+    def go_on(self, rmse: float) -> None:
+        """Go on until the error is smaller than `rmse`, which it turned out to be."""
+        estimate = self._rmse()
+        self._correction = max(self._correction, rmse / estimate if estimate else 1.0)
+        self._is_enough = False
 
     def _active_tiles(self) -> Iterator[tuple[TileSums, Blocks]]:
         """The tiles with active blocks, one by one in the renderer, with their blocks and those around."""
@@ -218,70 +214,73 @@ class Accumulation:
         """Go on without measurements, and so without an error."""
         self._measurements = self._statistics = None
 
-    def rmse(self) -> float | None:
+    def _rmse(self) -> float | None:
         """The estimate of the part's root mean square error; None where it is not known (yet)."""
         if self._statistics is None or self.samples < 2:
             return None
         part = self._blocks.part(self._part)
         return self._statistics.rmse(self._blocks.samples, part, self._part[2] * self._part[3])
 
-    def _is_uncertain(self) -> bool:
-        """Whether the tile's estimate is but a lower bound."""
-        part = self._blocks.part(self._tile)
-        return self._statistics is not None and self._statistics.is_uncertain(self._blocks.samples, part)
-
-    def statistics(self) -> TileStatistics | None:
-        """The squared errors of the part; None where they are not known (yet)."""
+    def estimate(self, seconds: float) -> Estimate | None:
+        """The estimate of the part's error, whose samples took `seconds`; None where it is not known (yet)."""
         if self._statistics is None or self.samples < 2:
             return None
-        blocks = self._blocks
-        return tile_statistics(self._statistics, blocks.samples, blocks.part(self._part), blocks.area[:2])
+        samples = float(self._blocks.samples_in(self._part).mean()) if self._chooses else float(self.samples)
+        return self._statistics.estimate(
+            self._blocks.samples,
+            self._blocks.part(self._part),
+            self._part[2:],
+            samples,
+            seconds,
+            self._options.max_error,
+        )
 
-    def mean_samples(self) -> float:
-        """The number of samples that a pixel of the part got on average."""
-        return float(self._blocks.samples_in(self._part).mean()) if self._chooses else float(self.samples)
+    def read(self, mean: NDArray[np.float32], deviation: NDArray[np.float32] | None = None) -> NDArray[np.int32] | int:
+        """Read the mean of the samples so far into `mean` (H, W, 3), and the root of their variance, summed over
+        channels, into `deviation` (H, W), if there is such an array.
 
-    def read(self, mean: NDArray[np.float32], error: NDArray[np.float32] | None = None) -> Result:
-        """Read the mean of the samples so far into `mean` (H, W, 3), and each pixel's error, where it is known, into
-        `error` (H, W), if there is such an array. Arrays have the top row first.
+        Returns the number of samples: (H, W), or of all alike. Arrays have the top row first.
         """
         x, y, _, height = self._part
         samples = self._blocks.samples_in(self._part) if self._chooses else self.samples
         is_even = self.samples == 1 or not self._chooses
-        statistics = self.statistics()
         for sums in self._sums:
             sums.take_turn()
             tile = sums.tile
             where = place((tile[0] - x, tile[1] - y, *tile[2:]), height)
             sums.read_mean(self.samples if is_even else self._blocks.divisors_in(tile), mean[where])
-            if statistics and error is not None:
+            if deviation is not None:
                 assert self._measurements
-                variance = sums.variance(self._counts(self._around(sums)), self._measurements)
-                counts = samples if isinstance(samples, int) else samples[where]
-                error[where] = pixel_errors(variance, counts, statistics.scales)
-        return Result(samples, statistics)
+                np.sqrt(sums.variance(self._counts(self._around(sums)), self._measurements), out=deviation[where])
+        return samples
 
 
 def complete(
     accumulation: Accumulation,
     until: float,
-    progress: Callable[[int], None],
+    progress: Callable[[int, int], None],
     mean: NDArray[np.float32],
-    error: NDArray[np.float32] | None,
-) -> Result:
-    """Draw all samples, and read them by the time `until`: Accumulation.read(). `progress` gets their number so far."""
-    reading = 0.0
+    deviation: NDArray[np.float32] | None,
+    replicate_seconds: Callable[[], float],
+) -> NDArray[np.int32] | int:
+    """Draw all samples, and read them so that the error can be measured by the time `until`: Accumulation.read().
+
+    `progress` gets the number of samples so far, and how many there are at most. `replicate_seconds` measures how long a
+    sample of the replicate takes.
+    """
+    reading = replicating = 0.0
     while True:
         # A second part of the sum is read besides, and added in float64.
         end = until - (reading if accumulation.samples < SUMMED else 2.0 * reading)
-        accumulation.step(end - time.perf_counter(), together=until == math.inf)
+        accumulation.step(end - replicating * accumulation.samples - time.perf_counter(), together=until == math.inf)
         if accumulation.samples == 1 and until < math.inf and not accumulation.is_done(until - time.perf_counter()):
             begin = time.perf_counter()
-            accumulation.read(mean, error)
+            accumulation.read(mean, deviation)
             reading = _READING * (time.perf_counter() - begin)
+            replicating = _READING * replicate_seconds()
             end = until - reading
-        if accumulation.is_done(end - time.perf_counter()):
+        if accumulation.is_done(end - replicating * (accumulation.samples + 1) - time.perf_counter()):
             break
-        progress(accumulation.samples)
-    progress(accumulation.options.samples)
-    return accumulation.read(mean, error)
+        progress(accumulation.samples, accumulation.options.samples)
+    progress(accumulation.options.samples, accumulation.options.samples)
+    return accumulation.read(mean, deviation)

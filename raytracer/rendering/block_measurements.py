@@ -68,7 +68,7 @@ class BlockMeasurements:
         return self._measure(program, blocks, {}, samples, summed)[..., 0]
 
     def movement(self, blocks: Blocks, samples: int, summed: int, earlier: int) -> NDArray[np.float32]:
-        """(rows, columns, 4): what movement.frag gives of each block, 0 in cells without active blocks.
+        """(rows, columns, 2): what movement.frag gives of each block, 0 in cells without active blocks.
 
         There are so many `samples`, of which `summed` are in the tile's sums. `earlier` are in those that were kept.
         """
@@ -127,7 +127,7 @@ class BlockMeasurements:
         mesh = Cells(cell_blocks(blocks.cells), PER_CELL)
         draw = self._draw(program, "blocks", (columns, rows), mesh, inputs, **uniforms)
         self._player.play([Clear("blocks", area=draw.area), draw])
-        return self._player.read("blocks", draw.area, 1 if program.startswith("error") else 4)
+        return self._player.read("blocks", draw.area, 1 if program.startswith("error") else 2)
 
     def _draw(
         self, program: str, target: str, size: tuple[int, int], mesh: Cells, inputs: Mapping[str, str], **uniforms: Any

@@ -22,7 +22,6 @@ from raytracer.gpu.device import Device
 from raytracer.gpu.gl import Program, Texture
 from raytracer.rendering.accumulation import Accumulation, is_measured
 from raytracer.rendering.block_measurements import BlockMeasurements
-from raytracer.rendering.estimator import estimate
 from raytracer.rendering.programs import are_compiled, find_programs
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.scene import Scene
@@ -216,11 +215,7 @@ class ProgressivePicture:
 
     def estimate(self) -> Estimate | None:
         """The picture's estimate of its own error; None where the error is not known (yet)."""
-        statistics = self._accumulation.statistics() if self._accumulation else None
-        if self._accumulation is None or statistics is None:
-            return None
-        samples, max_error = self._accumulation.mean_samples(), self._settings.max_error
-        return estimate([statistics], self.size, samples, self._seconds, max_error)
+        return self._accumulation.estimate(self._seconds) if self._accumulation else None
 
     def image(self, metadata: Mapping[str, str]) -> Image:
         """The picture so far, in the size in which it is drawn."""

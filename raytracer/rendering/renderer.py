@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-import math
-import time
-from collections.abc import Sequence
-from functools import partial
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from raytracer.compiler.compiled_scene import CompiledScene, compile
 from raytracer.compiler.draws import TOGETHER
 from raytracer.compiler.frame import Frame, make_frame
-from raytracer.compiler.meshes import Rectangle
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
-from raytracer.rendering.accumulation import Accumulation, Result, complete, is_measured, margin
+from raytracer.rendering.accumulation import is_measured, margin
 from raytracer.rendering.block_measurements import BlockMeasurements
-from raytracer.rendering.estimator import TileStatistics, estimate
 from raytracer.rendering.geometry import DrawnGeometry, GeometryRequest
+from raytracer.rendering.picture_arrays import PictureArrays
 from raytracer.rendering.programs import ScenePrograms, picture_programs
 from raytracer.rendering.tile_renderer import TileRenderer
-from raytracer.rendering.tiles import TILE, place, split, tile_size
-from raytracer.scene.options import SamplingOptions
+from raytracer.rendering.tiles import TILE, split, tile_size
 from raytracer.scene.scene import Scene
 from raytracer.scene.sequences import SEQUENCES
 from raytracer.scene.settings import Settings
@@ -56,12 +48,10 @@ def metadata(
 
 
 def _why_unknown(settings: Settings, estimates: bool) -> str:
-    """Why a picture does not know its error."""
+    """Why no picture with these settings knows its error; "" if some do."""
     if not SEQUENCES[settings.sequence].estimates_error:
         return f"samples of the sequence {settings.sequence} do not tell it"
-    if not estimates:
-        return "not asked for"
-    return "1 sample a pixel" if settings.samples == 1 else "some pixels got 1 sample, for want of time"
+    return "" if estimates else "not asked for"
 
 
 class _Kept(NamedTuple):
@@ -128,7 +118,7 @@ class Renderer:
         compiled = compile(scene, settings.compile_options, kept.frame.compiled if kept else None)
         self.device.limits.check(compiled)
         tile = min(tile, self.device.limits.target - 2 * margin(options))
-        arrays = _Arrays(size, is_adaptive=options.is_adaptive, has_errors=geometry and estimates)
+        arrays = PictureArrays(size, options, estimates=estimates)
         # Plane-only cells have programs of their own where those save more than their compilation takes.
         plane_only = not single_picture or width * height * options.samples >= _WORTH_PLANE_ONLY
         # Within a time, samples are drawn one by one.
@@ -146,24 +136,23 @@ class Renderer:
                         measurements = BlockMeasurements(self.device, tiles.player, tiles.target)
                     loaded = loaded._replace(measurements=measurements)
                 self._kept = loaded
-                areas = list(split(size, largest))
-                seconds = _draw(tiles, measurements, areas, options, arrays, progress, estimates=estimates)
+                seconds = arrays.draw(tiles, measurements, list(split(size, largest)), progress)
             except BaseException:
                 self.close()
                 raise
             if loaded.is_large():
                 self.close()
         source: Any = DrawnGeometry(self.device, GeometryRequest(compiled, size, tile)) if geometry else None
-        error = arrays.estimate(seconds, settings.max_error, _why_unknown(settings, estimates))
+        estimate = arrays.estimate(seconds, _why_unknown(settings, estimates))
         return Image(
             arrays.radiance,
             depth=source,
             normal=source,
             material=source,
             samples=arrays.samples,
-            error=arrays.error,
-            estimate=error,
-            metadata=metadata(scene, size, settings, error),
+            error=arrays.errors() if geometry and estimates else None,
+            estimate=estimate,
+            metadata=metadata(scene, size, settings, estimate),
         )
 
     def _load(
@@ -207,73 +196,3 @@ _shared: dict[Device, Renderer] = {}
 def shared_renderer(device: Device) -> Renderer:
     """The renderer of a shared device, for all calls of rt.render()."""
     return _shared.setdefault(device, Renderer(device))
-
-
-class _Arrays:
-    """The arrays of a picture, filled part by part, and the statistics of its parts."""
-
-    def __init__(self, size: tuple[int, int], *, is_adaptive: bool, has_errors: bool) -> None:
-        self.size = size
-        shape = size[1], size[0]
-        self.radiance = np.empty((*shape, 3), np.float32)
-        self.samples = np.empty(shape, np.int32) if is_adaptive else None
-        self.error = np.empty(shape, np.float32) if has_errors else None
-        self._statistics: list[TileStatistics | None] = []
-        self._count = 0.0  # of the samples of all pixels
-
-    def add(self, part: Rectangle, result: Result) -> None:
-        """Take the result of a part, which is in the arrays of radiance and error already."""
-        rows_columns = place(part, self.size[1])
-        if self.samples is not None:
-            self.samples[rows_columns] = result.samples
-        if self.error is not None and result.statistics is None:
-            self.error[rows_columns] = np.nan
-        mean = result.samples if isinstance(result.samples, int) else float(result.samples.mean())
-        self._count += mean * part[2] * part[3]
-        self._statistics.append(result.statistics)
-
-    def estimate(self, seconds: float, max_error: float | None, why_unknown: str) -> Estimate:
-        """The estimate of the picture's error, which took `seconds` to draw and was to have `max_error`."""
-        samples = self._count / (self.size[0] * self.size[1])
-        known = [statistics for statistics in self._statistics if statistics]
-        if len(known) < len(self._statistics):
-            return Estimate(samples, seconds, unknown=why_unknown, max_error=max_error)
-        return estimate(known, self.size, samples, seconds, max_error)
-
-
-def _draw(
-    renderer: TileRenderer,
-    measurements: BlockMeasurements | None,
-    tiles: Sequence[Rectangle],
-    options: SamplingOptions,
-    arrays: _Arrays,
-    progress: Progress | None,
-    *,
-    estimates: bool,
-) -> float:
-    """Draw all tiles of a picture into `arrays`. Return the seconds, without the time of compilers.
-
-    With a stopping rule, which decides on the whole picture, all tiles get samples at the same time, else one after
-    another.
-    """
-    whole = 0, 0, *arrays.size
-    parts = [(whole, tiles)] if options.has_stopping_rule else [(tile, [tile]) for tile in tiles]
-    if options.time is not None:
-        renderer.warm()
-        if measurements:
-            measurements.warm()
-    begin = time.perf_counter()
-    until = math.inf if options.time is None else begin + options.time
-    for i, (part, its_tiles) in enumerate(parts):
-        accumulation = Accumulation(renderer, measurements, options, part, its_tiles, arrays.size, estimates=estimates)
-        progress_of_part = partial(_add_progress, progress, i * options.samples, len(parts) * options.samples)
-        where = place(part, arrays.size[1])
-        error = None if arrays.error is None else arrays.error[where]
-        arrays.add(part, complete(accumulation, until, progress_of_part, arrays.radiance[where], error))
-    renderer.drop_others()
-    return time.perf_counter() - begin
-
-
-def _add_progress(progress: Progress | None, before: int, total: int, done: int) -> None:
-    if progress:
-        progress(before + done, total)

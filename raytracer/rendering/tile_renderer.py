@@ -130,13 +130,19 @@ class TileRenderer:
         """(rows, columns): in which cells of an area, whole ones, anything may be seen."""
         return self._coverage.seen_cells(area)
 
-    def draw(self, tile: Rectangle, samples: Sequence[Sample], mask: Mask | None = None) -> None:
+    def draw(
+        self, tile: Rectangle, samples: Sequence[Sample], mask: Mask | None = None, *, target: str = "radiance"
+    ) -> None:
         """Draw 1 or TOGETHER samples of a tile and wait for them: they are added to the sums, or begin new sums.
+
+        The sums are in the texture `target`: "radiance", or "replicate" for sums beside them.
 
         With a `mask` only those blocks of the tile are drawn that are True in it: (rows, columns), whole cells, the
         lowest row first; the tile then begins where a cell does. Raises InputError if shaders do not come to an end.
         """
-        self._play(self._meshes_of(tile, mask), tile, samples)
+        if not self.player.has_texture(target):
+            self.player.add_texture(target, self.target, 4)
+        self._play(self._meshes_of(tile, mask), tile, samples, target)
         if samples[0].starts_sum and self._is_software and self._rounds > MAX_ROUNDS:
             if self._shades:
                 self.read_sums((0, 0, *tile[2:]))
@@ -152,10 +158,12 @@ class TileRenderer:
             self._masked[tile] = mask, tile_meshes(self._coverage, tile, mask, self._list_readers)
         return self._masked[tile][1]
 
-    def _play(self, meshes: Meshes, tile: Rectangle, samples: Sequence[Sample]) -> None:
+    def _play(self, meshes: Meshes, tile: Rectangle, samples: Sequence[Sample], target: str = "radiance") -> None:
         self._buffers.bind()
         self.player.play(
-            sample_draws(meshes, tile, samples, self._seen, shades=self._shades, constants=self._constants)
+            sample_draws(
+                meshes, tile, samples, self._seen, shades=self._shades, constants=self._constants, target=target
+            )
         )
 
     def warm(self) -> None:
@@ -179,6 +187,10 @@ class TileRenderer:
         if self._rounds > MAX_ROUNDS:
             _check_rounds(sums.min(initial=0.0) < -_INFINITE)
         return sums
+
+    def read_replicate(self, part: Rectangle) -> NDArray[np.float32]:
+        """(H, W, 3), the lowest row first: the sums in a part of the texture "replicate"."""
+        return self.player.read("replicate", part, 3)
 
     def write_sums_before(self, total: NDArray[np.floating]) -> None:
         """Bring the sums before the target's to the GPU: (H, W, 3), the top row first."""

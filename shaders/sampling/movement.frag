@@ -1,4 +1,4 @@
-// The movement of a block's means between two numbers of samples, and the variance of its samples.
+// The movement of a block's means between two numbers of samples, and the largest variance of a pixel's samples.
 // A fragment is a block of BLOCK x BLOCK pixels. raytracer/rendering/estimator.py estimates the picture's error from both.
 
 #include "sampling/sums.glsl"
@@ -9,11 +9,11 @@ uniform float summed;          // how many radianceSum is of
 uniform float samples;         // how many there are now
 uniform ivec2 drawn;           // width and height of what is drawn of radianceSum
 
-out vec4 found;  // of the block's pixels: sums of |movement|^2 and of the samples' variance, the largest variance, 0
+out vec2 found;  // of the block's pixels: the sum of |movement|^2, the largest variance of the samples
 
 void main() {
     ivec2 corner = BLOCK * ivec2(gl_FragCoord.xy);
-    vec3 all = vec3(0.0);
+    vec2 all = vec2(0.0);
     for (int y = 0; y < BLOCK; ++y) {
         for (int x = 0; x < BLOCK; ++x) {
             ivec2 pixel = corner + ivec2(x, y);
@@ -21,8 +21,8 @@ void main() {
             vec4 sum = texelFetch(radianceSum, pixel, 0);
             vec3 moved = sumOfAll(pixel) / samples - texelFetch(earlierSum, pixel, 0).rgb / earlier;
             float variance = max(sum.a - dot(sum.rgb, sum.rgb) / summed, 0.0) / (summed - 1.0);
-            all = vec3(all.xy + vec2(dot(moved, moved), variance), max(all.z, variance));
+            all = vec2(all.x + dot(moved, moved), max(all.y, variance));
         }
     }
-    found = vec4(all, 0.0);
+    found = all;
 }

@@ -1,0 +1,130 @@
+"""The arrays of a picture, and how they are filled: tile by tile, or by a stopping rule for the whole picture."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from raytracer.compiler.meshes import Rectangle
+from raytracer.core.progress import Progress
+from raytracer.formats.estimate import Estimate
+from raytracer.rendering import replicate
+from raytracer.rendering.accumulation import Accumulation, complete
+from raytracer.rendering.block_measurements import BlockMeasurements
+from raytracer.rendering.tile_renderer import TileRenderer
+from raytracer.rendering.tiles import place
+from raytracer.scene.options import SamplingOptions
+
+_WHY_ONE_SAMPLE = "1 sample a pixel"
+_WHY_NO_TIME = "some pixels got 1 sample, for want of time"
+
+
+class PictureArrays:
+    """The arrays of a picture of `size` (width, height), the top row first."""
+
+    def __init__(self, size: tuple[int, int], options: SamplingOptions, *, estimates: bool) -> None:
+        shape = size[1], size[0]
+        self.size = size
+        self.options = options
+        self.radiance = np.empty((*shape, 3), np.float32)
+        self.samples = np.empty(shape, np.int32) if options.is_adaptive else None
+        # The root of the variance of a pixel's samples, summed over channels.
+        self.deviation = np.empty(shape, np.float32) if estimates and options.estimates_error else None
+        self._fewest = 0  # samples of a pixel
+        self._measured: replicate.Measurement | None = None
+
+    def draw(
+        self,
+        renderer: TileRenderer,
+        measurements: BlockMeasurements | None,
+        tiles: Sequence[Rectangle],
+        progress: Progress | None,
+    ) -> float:
+        """Draw all tiles. Return the seconds, without the time of compilers.
+
+        With a stopping rule, which decides on the whole picture, all tiles get samples at the same time, else one after
+        another.
+        """
+        if self.options.time is not None:
+            renderer.warm()
+            if measurements:
+                measurements.warm()
+        begin = time.perf_counter()
+        if self.options.has_stopping_rule:
+            self._draw_by_rule(renderer, measurements, tiles, progress)
+        else:
+            for i, tile in enumerate(tiles):
+                accumulation = Accumulation(renderer, measurements, self.options, tile, [tile], self.size)
+                self._complete(renderer, accumulation, tile, math.inf, partial(_add, progress, i, len(tiles)))
+            self._measure(renderer, tiles)
+        return time.perf_counter() - begin
+
+    def _draw_by_rule(
+        self,
+        renderer: TileRenderer,
+        measurements: BlockMeasurements | None,
+        tiles: Sequence[Rectangle],
+        progress: Progress | None,
+    ) -> None:
+        """Add samples until the error, measured by a replicate, is small enough, or samples or time are used up."""
+        options, whole = self.options, (0, 0, *self.size)
+        until = math.inf if options.time is None else time.perf_counter() + options.time
+        accumulation = Accumulation(renderer, measurements, options, whole, tiles, self.size)
+        while True:
+            self._complete(renderer, accumulation, whole, until, partial(_add, progress, 0, 1))
+            self._measure(renderer, tiles)
+            estimate = self.estimate(0.0, "")
+            if estimate.reached is not False or not accumulation.can_go_on(until - time.perf_counter()):
+                break
+            accumulation.go_on(estimate.rmse or 0.0)
+        renderer.drop_others()
+
+    def _complete(
+        self, renderer: TileRenderer, accumulation: Accumulation, part: Rectangle, until: float, progress: partial[None]
+    ) -> None:
+        where = place(part, self.size[1])
+        deviation = None if self.deviation is None else self.deviation[where]
+        replicate_seconds = partial(replicate.replicate_seconds, renderer, part)
+        samples = complete(accumulation, until, progress, self.radiance[where], deviation, replicate_seconds)
+        if self.samples is not None:
+            self.samples[where] = samples
+        self._fewest = samples if isinstance(samples, int) else int(samples.min())
+
+    @property
+    def _spread(self) -> replicate.Spread | None:
+        """The spread of the samples; None where nothing tells the error."""
+        if self.deviation is None or self._fewest < 2:
+            return None
+        return replicate.Spread(self.deviation, self._fewest if self.samples is None else self.samples)
+
+    def _measure(self, renderer: TileRenderer, tiles: Sequence[Rectangle]) -> None:
+        spread = self._spread
+        self._measured = replicate.measure(renderer, tiles, self.radiance, spread) if spread else None
+
+    def estimate(self, seconds: float, why_unknown: str) -> Estimate:
+        """The estimate of the picture's error, which took `seconds` to draw; `why_unknown` if nothing tells it."""
+        samples = float(self._fewest if self.samples is None else self.samples.mean())
+        spread, max_error = self._spread, self.options.max_error
+        if spread is None or self._measured is None:
+            return Estimate(samples, seconds, unknown=why_unknown or self._why_unknown(), max_error=max_error)
+        return replicate.estimate(self._measured, spread, samples, seconds, max_error)
+
+    def errors(self) -> replicate.Errors:
+        """(H, W): the error of each pixel, nan where nothing tells it."""
+        spread = self._spread
+        if spread is None or self._measured is None:
+            return np.full(self.radiance.shape[:2], np.nan, np.float32)
+        return replicate.pixel_errors(self._measured, spread)
+
+    def _why_unknown(self) -> str:
+        return _WHY_ONE_SAMPLE if self.options.samples == 1 else _WHY_NO_TIME
+
+
+def _add(progress: Progress | None, part: int, parts: int, done: int, of_all: int) -> None:
+    """Report `done` samples of a part, of which there are so many, with `of_all` samples each."""
+    if progress:
+        progress(part * of_all + done, parts * of_all)
