@@ -116,7 +116,12 @@ def _lights(rng: np.random.Generator, kind: str) -> list[rt.PointLight]:
     lights = []
     for _ in range(rng.integers(1, 4)):
         x, z = rng.uniform(-4, 4, 2)
-        place, color, radius, falloff = (float(x), float(rng.uniform(2, 7)), float(z)), float(rng.uniform(0.3, 3)), 0.0, "none"
+        place, color, radius, falloff = (
+            (float(x), float(rng.uniform(2, 7)), float(z)),
+            float(rng.uniform(0.3, 3)),
+            0.0,
+            "none",
+        )
         if kind == "small lamps":
             radius = float(10 ** rng.uniform(-3, -1))
         elif kind == "large lamps":

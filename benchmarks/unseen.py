@@ -31,7 +31,9 @@ def _material(rng: np.random.Generator) -> rt.Material:
         case 0 | 1 | 2:
             return rt.Material(ka=color, kd=color, ks=random_color(rng, 0, 0.6), h=float(10 ** rng.uniform(0, 3)))
         case 3:
-            return rt.Material("blinn", ka=color, kd=color, ks=random_color(rng, 0, 0.6), h=float(10 ** rng.uniform(0, 3)))
+            return rt.Material(
+                "blinn", ka=color, kd=color, ks=random_color(rng, 0, 0.6), h=float(10 ** rng.uniform(0, 3))
+            )
         case 4 | 5:
             return rt.Material("ggx", alpha=float(10 ** rng.uniform(-1, 0)))
         case 6 | 7:

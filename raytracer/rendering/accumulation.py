@@ -265,8 +265,8 @@ def complete(
 ) -> NDArray[np.int32] | int:
     """Draw all samples, and read them so that the error can be measured by the time `until`: Accumulation.read().
 
-    `progress` gets the number of samples so far, and how many there are at most. `replicate_seconds` measures how long a
-    sample of the replicate takes.
+    `progress` gets the number of samples so far, and how many there are at most. `replicate_seconds` measures how long
+    a sample of the replicate takes.
     """
     reading = replicating = 0.0
     while True:

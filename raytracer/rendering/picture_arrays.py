@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from raytracer.compiler.meshes import Rectangle
 from raytracer.core.progress import Progress
@@ -113,7 +114,7 @@ class PictureArrays:
             return Estimate(samples, seconds, unknown=why_unknown or self._why_unknown(), max_error=max_error)
         return replicate.estimate(self._measured, spread, samples, seconds, max_error)
 
-    def errors(self) -> replicate.Errors:
+    def errors(self) -> NDArray[np.float32]:
         """(H, W): the error of each pixel, nan where nothing tells it."""
         spread = self._spread
         if spread is None or self._measured is None:

@@ -38,7 +38,6 @@ from raytracer.rendering.tile_renderer import TileRenderer
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Errors = NDArray[np.float32]
 
 # Blocks that are drawn again. Of 64 the measurement scatters by up to a third more than of all, of 128 by a tenth.
 BLOCKS = 128
@@ -54,6 +53,12 @@ class Spread(NamedTuple):
     deviation: NDArray[np.float32]  # the root of the samples' variance, summed over channels
     samples: NDArray[np.int32] | int  # how many samples there are, or of all alike
 
+    def of_means(self) -> NDArray[np.float32]:
+        """(H, W): the errors of the pixels' means, up to a factor that is the same for all."""
+        if isinstance(self.samples, int):
+            return self.deviation
+        return self.deviation * np.power(self.samples, -P, dtype=np.float32)
+
 
 class Measurement(NamedTuple):
     """The squared error of a picture, summed over its pixels and channels, as its replicate tells it."""
@@ -61,6 +66,7 @@ class Measurement(NamedTuple):
     total: float
     least: float  # a lower bound
     is_uncertain: bool  # whether the total is worthless
+    scale: float  # a pixel's error over its spread()
 
 
 def measure(
@@ -70,7 +76,13 @@ def measure(
 
     Sums of the tiles' samples stay as they are.
     """
-    rows, columns, shares = chosen_blocks(block_weights(spread), BLOCKS)
+    deviation = spread.of_means()
+    # In units of the largest deviation, so that no square overflows.
+    unit = float(deviation.max(initial=0.0))
+    if not unit:
+        return Measurement(0.0, 0.0, False, 0.0)
+    weights = block_sums(np.square(deviation / np.float32(unit)))
+    rows, columns, shares = chosen_blocks(weights, BLOCKS)
     squares = np.zeros(len(rows))
     for tile in tiles:
         x, y, width, height = tile
@@ -78,19 +90,18 @@ def measure(
         inside = (rows >= low) & (rows * BLOCK < y + height) & (columns >= left) & (columns * BLOCK < x + width)
         if inside.any():
             squares[inside] = _squared_differences(renderer, tile, rows[inside], columns[inside], radiance, spread)
-    return measurement(squares / 2.0, shares)
+    total, least, is_uncertain = squared_error(squares / 2.0, shares)
+    return Measurement(total, least, is_uncertain, math.sqrt(total / (3.0 * weights.sum())) / unit)
 
 
-def block_weights(spread: Spread) -> Array:
-    """(rows, columns), the lowest row first: the squared errors of blocks, up to a factor, by the spread of samples."""
-    # In units of the largest deviation, so that no square overflows.
-    relative = spread.deviation / np.float32(max(spread.deviation.max(initial=0.0), np.finfo(np.float32).tiny))
-    squares = np.square(relative, out=relative)
-    if not isinstance(spread.samples, int):
-        squares *= spread.samples.astype(np.float32) ** np.float32(-2.0 * P)
-    height, width = squares.shape
-    padded = np.pad(squares[::-1], ((0, -height % BLOCK), (0, -width % BLOCK)))
-    return padded.reshape(-(-height // BLOCK), BLOCK, -1, BLOCK).sum(axis=(1, 3), dtype=np.float64)
+def block_sums(values: NDArray[np.float32]) -> Array:
+    """(rows, columns), the lowest row first: the sums over blocks of `values` (H, W), the top row first."""
+    height, width = values.shape
+    if height % BLOCK or width % BLOCK:
+        values = np.pad(values, ((-height % BLOCK, 0), (0, -width % BLOCK)))
+    # Rows first: whole rows are added at once.
+    in_rows = values.reshape(-1, BLOCK, values.shape[1]).sum(axis=1)
+    return in_rows.reshape(len(in_rows), -1, BLOCK).sum(axis=2)[::-1].astype(np.float64)
 
 
 def chosen_blocks(weights: Array, count: int) -> tuple[Ints, Ints, Array]:
@@ -113,14 +124,15 @@ def chosen_blocks(weights: Array, count: int) -> tuple[Ints, Ints, Array]:
     return rows, columns, shares
 
 
-def measurement(squares: Array, shares: Array) -> Measurement:
-    """The sum of all blocks' squared errors, from the `squares` of some, chosen with probabilities `shares`."""
+def squared_error(squares: Array, shares: Array) -> tuple[float, float, bool]:
+    """The sum of all blocks' squared errors, from the `squares` of some, chosen with probabilities `shares`.
+
+    Returns the sum, a lower bound, and whether few blocks hold most of the sum.
+    """
     contributions = np.sort(squares / shares)
     sums, fourths = np.cumsum(contributions), np.cumsum(np.square(contributions))
-    if not len(sums) or not sums[-1]:
-        return Measurement(0.0, 0.0, False)
     least = float(max(0.0, np.max(sums - _BELOW * np.sqrt(fourths))))
-    return Measurement(float(sums[-1]), least, bool(sums[-1] ** 2 < _FEW * fourths[-1]))
+    return float(sums[-1]), least, bool(sums[-1] ** 2 < _FEW * fourths[-1])
 
 
 def _squared_differences(
@@ -172,15 +184,15 @@ def estimate(
     measured: Measurement, spread: Spread, samples: float, seconds: float, max_error: float | None
 ) -> Estimate:
     """The estimate of a picture's error, which got `samples` a pixel on average and was to have `max_error`."""
-    height, width = spread.deviation.shape
-    errors = pixel_errors(measured, spread)
-    y, x = np.unravel_index(int(errors.argmax()), errors.shape)
+    deviation = spread.of_means()
+    height, width = deviation.shape
+    y, x = np.unravel_index(int(deviation.argmax()), deviation.shape)
     total = measured.least if measured.is_uncertain else measured.total
     return Estimate(
         samples,
         seconds,
         math.sqrt(total / (3 * width * height)),
-        WORST * float(errors[y, x]),
+        WORST * measured.scale * float(deviation[y, x]),
         (int(x), int(y)),
         unknown=FEW_PIXELS if measured.is_uncertain else "",
         uncertain=measured.is_uncertain,
@@ -188,13 +200,6 @@ def estimate(
     )
 
 
-def pixel_errors(measured: Measurement, spread: Spread) -> Errors:
+def pixel_errors(measured: Measurement, spread: Spread) -> NDArray[np.float32]:
     """(H, W): the error of each pixel by the spread of its samples, so that all together have the squared error."""
-    errors = spread.deviation * np.float32(1.0)
-    if not isinstance(spread.samples, int):
-        errors *= spread.samples.astype(np.float32) ** np.float32(-P)
-    largest = float(errors.max(initial=0.0))
-    if largest:
-        errors /= np.float32(largest)
-        errors *= np.float32(math.sqrt(measured.total / (3.0 * np.square(errors).sum(dtype=np.float64))))
-    return errors
+    return spread.of_means() * np.float32(measured.scale)

@@ -16,8 +16,8 @@ SampleSequence = Literal["sobol", "r2", "random", "grid", "rotated", "corners"]
 # is second, and with 16 half as wrong as "r2". Over pixels that exchange digits it is like most, 2 % worse than the
 # best.
 _SCRAMBLES = 0xE7DAAF3E, 0xBB162E79
-# The same for replicate_place(), and the shift of its digits. Of 200 random ones they are the best: half the mean square
-# difference of both means is the mean square error within 8 %, for edges and lines of all widths and 2 to 64 samples.
+# The same for replicate_place(), and the shift of its digits. Of 200 random ones they are best: for edges and lines of
+# all widths and 2 to 64 samples half the mean square difference of both means is the mean square error within 8 %.
 _REPLICATE_SCRAMBLES, _REPLICATE_SHIFT = (9252736, 850290736), (14400251, 6415969)
 # 1/p and 1/p^2 with p the plastic number, the real root of p^3 = p + 1.
 _ALPHA = (0.7548776662466927, 0.5698402909980532)
