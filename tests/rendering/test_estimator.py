@@ -127,34 +127,6 @@ def test_the_error_that_is_asked_for_is_kept(renderer: Renderer, seed: int) -> N
 
 
 @pytest.mark.gl
-def test_a_large_picture_is_judged_by_a_part_of_it_unless_little_is_in_it(renderer: Renderer) -> None:
-    ball = rt.Sphere((0.47, 0, 0), 0.03, rt.Material(kd=(1, 1, 1)))
-    tiny = rt.Scene([ball], [rt.PointLight((3, 4, 5))], rt.Camera((0, 0, 10), (0, 0, 0)))
-    for scene in (tiny, scenes.assignment()):
-        part = renderer.render(scene, (1280, 720), Settings(samples=8), geometry=False).estimate
-        whole = renderer.render(scene, (1280, 720), Settings(samples=8, max_error=1e-9), geometry=False).estimate
-        assert part and whole and part.rmse and part.rmse == pytest.approx(whole.rmse, rel=0.15)
-
-
-@pytest.mark.gl
-@pytest.mark.parametrize("settings", [Settings(samples=16), Settings(samples=16, adaptive=0.02)])
-def test_a_part_of_a_picture_tells_where_the_whole_is_worst(
-    renderer: Renderer, settings: Settings, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    size = 320, 180
-    whole = renderer.render(scenes.assignment(), size, settings)
-    monkeypatch.setattr("raytracer.rendering.estimator._ENOUGH", 0)
-    monkeypatch.setattr("raytracer.rendering.estimator._PART", 7)  # so few cells that the worst is not among them
-    part = renderer.render(scenes.assignment(), size, settings)
-    assert whole.estimate and part.estimate and part.estimate.worst and part.error is not None
-    assert whole.estimate.rmse != part.estimate.rmse
-    assert part.estimate.worst == pytest.approx(whole.estimate.worst, rel=0.25)
-    assert part.estimate.worst_at == whole.estimate.worst_at
-    # No pixel whose samples differ is said to have no error.
-    np.testing.assert_array_equal(part.error == 0.0, whole.error == 0.0)
-
-
-@pytest.mark.gl
 def test_an_error_that_few_pixels_hold_is_a_lower_bound(renderer: Renderer) -> None:
     for scene, few in ((scenes.glint(), True), (scenes.assignment(), False)):
         estimate = renderer.render(scene, (160, 90), Settings(samples=16)).estimate
