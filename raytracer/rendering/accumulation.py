@@ -245,7 +245,7 @@ class Accumulation:
             sums.take_turn()
             tile = sums.tile
             where = place((tile[0] - x, tile[1] - y, *tile[2:]), height)
-            sums.read_mean(self.samples if is_even else self._blocks.divisors_in(tile), mean[where])
+            sums.read_mean(self.samples if is_even else self._blocks, mean[where])
             if statistics and error is not None:
                 assert self._measurements
                 variance = sums.variance(self._counts(self._around(sums)), self._measurements)
