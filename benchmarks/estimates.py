@@ -76,7 +76,7 @@ def measure_scene(name: str, seed: int) -> dict[str, float | int | str]:
         assert estimate and estimate.rmse is not None
         row |= {f"stated {n}": estimate.rmse, f"true {n}": true[n], f"uncertain {n}": int(estimate.uncertain)}
     rng = np.random.default_rng([3, seed])
-    low, high = np.log(np.maximum((true[SAMPLES[-1]], true[SAMPLES[0]]), 1e-30))
+    low, high = sorted(np.log(np.maximum((true[SAMPLES[-1]], true[SAMPLES[0]]), 1e-30)))
     asked = float(np.exp(rng.uniform(low, high)))
     image = picture(samples=ASKED_SAMPLES, max_error=asked, time=_TRUTH_SECONDS)
     estimate = image.estimate

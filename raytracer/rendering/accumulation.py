@@ -248,7 +248,7 @@ class Accumulation:
             sums.take_turn()
             tile = sums.tile
             where = place((tile[0] - x, tile[1] - y, *tile[2:]), height)
-            sums.read_mean(self.samples if is_even else self._blocks.divisors_in(tile), mean[where])
+            sums.read_mean(self.samples if is_even else self._blocks, mean[where])
             if deviation is not None:
                 assert self._measurements
                 np.sqrt(sums.variance(self._counts(self._around(sums)), self._measurements), out=deviation[where])

@@ -78,18 +78,21 @@ class Blocks(NamedTuple):
         """(rows, columns) of cells: True for cells with a block that is True in `mask`."""
         return np.asarray(mask.reshape(len(self.cells), PER_CELL, -1, PER_CELL).any(axis=(1, 3)))
 
-    def samples_in(self, tile: Rectangle) -> NDArray[np.int32]:
+    def samples_in(self, part: Rectangle) -> NDArray[np.int32]:
         """(H, W), top row first: how many samples each pixel got in a part of the area."""
-        x, y, width, height = tile[0] - self.area[0], tile[1] - self.area[1], tile[2], tile[3]
-        samples = self.samples.repeat(BLOCK, axis=1)[:, x : x + width].repeat(BLOCK, axis=0)[y : y + height]
-        return samples[::-1]
+        samples, (x, y) = self.samples[self.part(part)], self._within_block(part)
+        return samples.repeat(BLOCK, axis=1)[:, x : x + part[2]].repeat(BLOCK, axis=0)[y : y + part[3]][::-1]
 
-    def divisors_in(self, tile: Rectangle) -> NDArray[np.float32]:
+    def divisors_in(self, part: Rectangle) -> NDArray[np.float32]:
         """(H, W, 3): the same for each channel. By broadcasting, a division takes three times as long."""
-        x, y, width, height = tile[0] - self.area[0], tile[1] - self.area[1], tile[2], tile[3]
+        samples, (x, y) = self.samples[self.part(part)], self._within_block(part)
         # Rows last: they are copied whole.
-        each = self.samples.astype(np.float32).repeat(3 * BLOCK, axis=1)[:, 3 * x : 3 * (x + width)]
-        return each.repeat(BLOCK, axis=0)[y : y + height][::-1].reshape(height, width, 3)
+        each = samples.astype(np.float32).repeat(3 * BLOCK, axis=1)[:, 3 * x : 3 * (x + part[2])]
+        return each.repeat(BLOCK, axis=0)[y : y + part[3]][::-1].reshape(part[3], part[2], 3)
+
+    def _within_block(self, part: Rectangle) -> tuple[int, int]:
+        """Where in a block the lower left pixel of a part of the area is."""
+        return (part[0] - self.area[0]) % BLOCK, (part[1] - self.area[1]) % BLOCK
 
     def part(self, tile: Rectangle) -> tuple[slice, slice]:
         """Where the blocks of a tile are in the arrays."""

@@ -14,6 +14,8 @@ from raytracer.rendering.block_measurements import BlockMeasurements
 from raytracer.rendering.pixel_blocks import Blocks
 from raytracer.rendering.tile_renderer import TileRenderer
 
+# Pixels that are read and divided at a time: their arrays stay in the processor's cache.
+_STRIP = 2**15
 Counts = NDArray[np.int32] | int  # numbers of samples: (rows, columns) of the area's blocks, or one for all
 
 
@@ -36,42 +38,45 @@ class TileSums:
 
     def read_before_new(self, counts: Counts, measurements: BlockMeasurements | None) -> None:
         """Read the sums before new ones begin, and the first time the variance, if there are `measurements` for it."""
-        total = self._so_far()
+        sums = self._renderer.read_sums((0, 0, *self.area[2:]))
         if measurements and self._variance is None:
             self._variance = self._variance_so_far(counts, measurements)
-        self._total = total
-        self._renderer.write_sums_before(total)
+        # A second part makes them float64. Until then that would change no bit of the mean.
+        self._total = sums if self._total is None else np.add(self._total, sums, dtype=np.float64)
+        self._renderer.write_sums_before(self._total)
 
-    def read_mean(self, divisors: NDArray[np.float32] | int, out: NDArray[np.float32]) -> None:
+    def read_mean(self, counts: Blocks | int, out: NDArray[np.float32]) -> None:
         """Read the mean of the tile's samples into `out` (H, W, 3), the top row first.
 
-        `divisors` are how many samples there are: (H, W, 3), or a number for all.
+        `counts` are how many samples there are: of blocks with all of the tile's, or of each pixel.
         """
-        is_direct = self._total is None and self.area == self.tile and out.flags.c_contiguous
-        sums = self._so_far(out if is_direct else None)
-        if not (is_direct and isinstance(divisors, int) and divisors == 1):
-            np.divide(sums[self._within()], divisors, out=out, casting="same_kind")
+        x, y, width, height = self.tile
+        rows = max(1, _STRIP // width)
+        for top in range(0, height, rows):
+            strip = x, max(y, y + height - top - rows), width, min(rows, height - top)
+            self._read_mean_of(strip, counts, out[top : top + rows])
+
+    def _read_mean_of(self, strip: Rectangle, counts: Blocks | int, out: NDArray[np.float32]) -> None:
+        area = self.area
+        sums: Any = out if out.flags.c_contiguous else None
+        sums = self._renderer.read_sums((strip[0] - area[0], strip[1] - area[1], *strip[2:]), sums)
+        if self._total is not None:
+            sums = np.add(self._total[_within(strip, area)], sums, dtype=np.float64)
+        divisors = counts if isinstance(counts, int) else counts.divisors_in(strip)
+        if not (sums is out and isinstance(divisors, int) and divisors == 1):
+            np.divide(sums, divisors, out=out, casting="same_kind")
 
     def variance(self, counts: Counts, measurements: BlockMeasurements) -> NDArray[np.float32]:
         """(H, W), the top row first: the variance of each pixel's first samples, at most SUMMED of them."""
         variance = self._variance if self._variance is not None else self._variance_so_far(counts, measurements)
-        return variance[::-1][self._within()]
-
-    def _within(self) -> tuple[slice, slice]:
-        """Where the tile is in the area, from the area's top."""
-        tile, area = self.tile, self.area
-        x, top = tile[0] - area[0], area[1] + area[3] - tile[1] - tile[3]
-        return slice(top, top + tile[3]), slice(x, x + tile[2])
-
-    def _so_far(self, out: NDArray[np.float32] | None = None) -> Any:
-        """(H, W, 3): the sums of all samples of the area.
-
-        They are read into the array `out`, if there is one and none were read before.
-        """
-        sums = self._renderer.read_sums((0, 0, *self.area[2:]), out)
-        # A second part makes it float64. Until then that would change no bit of the quotient.
-        return sums if self._total is None else np.add(self._total, sums, dtype=np.float64)
+        return variance[::-1][_within(self.tile, self.area)]
 
     def _variance_so_far(self, counts: Counts, measurements: BlockMeasurements) -> NDArray[np.float32]:
         """(H, W), the lowest row first: the variance of the area's samples, of which there are at most SUMMED."""
         return measurements.variance(self.area, self._renderer.seen_cells(self.area), counts)
+
+
+def _within(part: Rectangle, area: Rectangle) -> tuple[slice, slice]:
+    """Where a part of an area is in arrays of the area with the top row first."""
+    x, top = part[0] - area[0], area[1] + area[3] - part[1] - part[3]
+    return slice(top, top + part[3]), slice(x, x + part[2])
