@@ -93,13 +93,10 @@ def _report(tuned: Tuned, size: tuple[int, int], section: SettingsSection) -> No
     # There are flags also where the file, or the defaults, give the same settings.
     options = flags(fewest(best.settings, section.settings)) or flags(fewest(best.settings))
     options = options or f"--samples {best.settings.samples}"
-    error = f"{best.error:.2g}"
-    if best.uncertain:  # by half: the reference may be as wrong as the picture
-        error = f"at least {LEAST * best.error:.2g}, perhaps far more: {FEW_PIXELS}"
-    says = (
-        f"{options}: {best.seconds:.3g} s, error {error} (RMSE, linear radiance), "
-        f"{best.samples:.3g} samples a pixel at {size[0]}x{size[1]}"
-    )
+    error = f"{best.error:.2g} (RMSE, linear radiance)"
+    if best.uncertain:  # the reference may be as wrong as the picture
+        error = f"at least {LEAST * best.error:.2g} (RMSE, linear radiance), perhaps far more: {FEW_PIXELS}"
+    says = f"{options}: {best.seconds:.3g} s, error {error}, {best.samples:.3g} samples a pixel at {size[0]}x{size[1]}"
     if not tuned.complete:
         say(f"interrupted: the best of {tuned.tried} that were measured by then:")
     if tuned.pick:
