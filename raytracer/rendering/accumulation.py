@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.draws import SUMMED, TOGETHER, sample_at
+from raytracer.compiler.light_scale import light_scale
 from raytracer.compiler.meshes import Mask, Rectangle
 from raytracer.rendering import stopping_rule
 from raytracer.rendering.block_measurements import BlockMeasurements
@@ -78,6 +79,7 @@ class Accumulation:
         if measurements and options.estimates_error and (estimates or options.has_stopping_rule):
             self._statistics = before_any_look(cells, is_sparse=not options.has_stopping_rule)
         self._looks_always = always_estimates or options.is_adaptive
+        self._light_scale = 1.0  # times which light the sums are of
         self._kept = 0  # of how many samples the sums are kept
         self._total: Any = None  # (H, W, 3): the sums of the area's samples that were read
         self._variance: NDArray[np.float32] | None = None  # (H, W), the lowest row first: of the first of them
@@ -90,6 +92,11 @@ class Accumulation:
     def options(self) -> SamplingOptions:
         """The options of the samples."""
         return self._options
+
+    @property
+    def light_scale(self) -> float:
+        """The power of two times which light the sums are of."""
+        return self._light_scale
 
     @property
     def blocks(self) -> Blocks:
@@ -109,13 +116,18 @@ class Accumulation:
             self._read_sums()
         more = TOGETHER if together and self._can_draw_together() else 1
         samples = [sample_at(index + k, options) for k in range(more)]
-        self._tiles.draw(blocks.area, samples, None if blocks.is_whole else blocks.active)
+        mask = None if blocks.is_whole else blocks.active
+        self._tiles.draw(blocks.area, samples, mask, light_scale=self._light_scale)
         self.samples += more
         self._is_enough = self.samples == options.samples
         self._blocks = blocks.sampled(more)
         drawn = time.perf_counter()
         self.drawing_seconds = drawn - begin
         if self._measurements:
+            if not index and options.samples > 1:
+                self._light_scale = light_scale(self._measurements.brightest(blocks.area))
+                if self._light_scale != 1.0:
+                    self._tiles.draw(blocks.area, samples, mask, light_scale=self._light_scale)
             self._look(self._measurements)
             left = seconds_left - (time.perf_counter() - begin)
             growth = min(1.0 + left / max(drawn - begin, 1e-9) / self.samples, options.samples / self.samples)
@@ -168,8 +180,8 @@ class Accumulation:
         choice = stopping_rule.choose_blocks(
             options,
             blocks.active,
-            measurements.errors(blocks, n, (n - 1) % SUMMED + 1),
-            self._statistics.squared_errors(blocks.samples) if self._statistics else None,
+            measurements.errors(blocks, n, (n - 1) % SUMMED + 1, self._light_scale) / self._light_scale,
+            self._statistics.squared_errors(blocks.samples) / self._light_scale**2 if self._statistics else None,
             spare=self._spare,
             pixels=blocks.area[2] * blocks.area[3],
             growth=growth,
@@ -188,14 +200,18 @@ class Accumulation:
         if self._statistics is None or self.samples < 2:
             return None
         part = self._blocks.part(self._tile)
-        return self._statistics.rmse(self._blocks.samples, part, self._tile[2] * self._tile[3])
+        return self._statistics.rmse(self._blocks.samples, part, self._tile[2] * self._tile[3]) / self._light_scale
 
     def statistics(self) -> TileStatistics | None:
         """The squared errors of the tile; None where they are not known (yet)."""
         if self._statistics is None or self.samples < 2:
             return None
         blocks = self._blocks
-        return tile_statistics(self._statistics, blocks.samples, blocks.part(self._tile), blocks.area[:2])
+        scaled = tile_statistics(self._statistics, blocks.samples, blocks.part(self._tile), blocks.area[:2])
+        square = self._light_scale**2
+        return scaled._replace(
+            total=scaled.total / square, fourth=scaled.fourth / square**2, worst=scaled.worst / square
+        )
 
     def mean_samples(self) -> float:
         """The number of samples that a pixel of the tile got on average."""
@@ -209,13 +225,16 @@ class Accumulation:
         where = slice(top, top + tile[3]), slice(x, x + tile[2])
         samples = blocks.samples_in(tile) if self._chooses else self.samples
         count = blocks.divisors_in(tile) if self._chooses else self.samples
+        if self._light_scale != 1.0:
+            count = count * self._light_scale
         is_direct = self._total is None and area == tile and out is not None and out.flags.c_contiguous
         sums = self._sums_so_far(out if is_direct else None)
-        mean = sums if is_direct and self.samples == 1 else np.divide(sums[where], count, out=out, casting="same_kind")
+        is_mean = is_direct and self.samples == 1 and self._light_scale == 1.0
+        mean = sums if is_mean else np.divide(sums[where], count, out=out, casting="same_kind")
         statistics, error = self.statistics(), None
         if statistics and errors:
             variance = self._variance if self._variance is not None else self._variance_so_far()
-            error = pixel_errors(variance[::-1][where], samples, statistics.scales)
+            error = _pixel_errors(variance[::-1][where], samples, statistics, mean, self._light_scale)
         return TileResult(mean, samples, statistics, error)
 
     def _read_sums(self) -> None:
@@ -240,6 +259,27 @@ class Accumulation:
         assert self._measurements
         samples = self._blocks.samples if self._chooses else self.samples
         return self._measurements.variance(self._blocks.area, self._seen, samples)
+
+
+def _pixel_errors(
+    variance: NDArray[np.float32],
+    samples: NDArray[np.int32] | int,
+    statistics: TileStatistics,
+    mean: NDArray[np.floating],
+    light_scale: float,
+) -> NDArray[np.float32]:
+    """(H, W): the error of each pixel. The `variance` (H, W) of its samples is times light_scale^2, or infinite."""
+    overflows = None
+    if math.isinf(variance.max(initial=0.0)):
+        overflows = np.isinf(variance)
+        variance = np.where(overflows, np.float32(0.0), variance)
+    error = pixel_errors(variance, samples, statistics.scales)
+    if light_scale != 1.0:
+        error /= np.float32(light_scale)
+    if overflows is not None:
+        # The standard error of a mean of numbers that are not negative is at most the mean.
+        error[overflows] = np.sqrt(np.mean(np.square(mean[overflows], dtype=np.float64), axis=-1))
+    return error
 
 
 def complete(accumulation: Accumulation, until: float, progress: Callable[[int], None]) -> None:

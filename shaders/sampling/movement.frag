@@ -7,6 +7,7 @@ uniform sampler2D earlierSum;  // the sums of all samples there were before
 uniform float earlier;         // how many samples they are of
 uniform float summed;          // how many radianceSum is of
 uniform float samples;         // how many there are now
+uniform float lessened;        // a power of two by which light is multiplied first, so that no square overflows
 uniform ivec2 drawn;           // width and height of what is drawn of radianceSum
 
 out vec4 found;  // of the block's pixels: sums of |movement|^2 and of the samples' variance, the largest variance, 0
@@ -18,9 +19,9 @@ void main() {
         for (int x = 0; x < BLOCK; ++x) {
             ivec2 pixel = corner + ivec2(x, y);
             if (any(greaterThanEqual(pixel, drawn))) continue;
-            vec4 sum = texelFetch(radianceSum, pixel, 0);
-            vec3 moved = sumOfAll(pixel) / samples - texelFetch(earlierSum, pixel, 0).rgb / earlier;
-            float variance = max(sum.a - dot(sum.rgb, sum.rgb) / summed, 0.0) / (summed - 1.0);
+            vec4 sum = texelFetch(radianceSum, pixel, 0) * vec4(vec3(lessened), lessened * lessened);
+            vec3 moved = lessened * (sumOfAll(pixel) / samples - texelFetch(earlierSum, pixel, 0).rgb / earlier);
+            float variance = max(squaredDeviations(sum, summed), 0.0) / (summed - 1.0);
             all = vec3(all.xy + vec2(dot(moved, moved), variance), max(all.z, variance));
         }
     }
