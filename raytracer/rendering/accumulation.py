@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.draws import SUMMED, TOGETHER, sample_at
-from raytracer.compiler.light_scale import light_scale
 from raytracer.compiler.meshes import Mask, Rectangle
 from raytracer.rendering import stopping_rule
 from raytracer.rendering.block_measurements import BlockMeasurements
@@ -125,7 +124,7 @@ class Accumulation:
         self.drawing_seconds = drawn - begin
         if self._measurements:
             if not index and options.samples > 1:
-                self._light_scale = light_scale(self._measurements.brightest(blocks.area))
+                self._light_scale = self._tiles.light_scale(self._measurements.brightest(blocks.area))
                 if self._light_scale != 1.0:
                     self._tiles.draw(blocks.area, samples, mask, light_scale=self._light_scale)
             self._look(self._measurements)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from raytracer.compiler.direction_cells import CELL
 from raytracer.compiler.draws import Sample, sample_at, sample_draws
 from raytracer.compiler.frame import Frame
-from raytracer.compiler.light_scale import in_light
+from raytracer.compiler.light_scale import in_light, light_scale
 from raytracer.compiler.meshes import (
     EMPTY,
     PER_CELL,
@@ -96,6 +96,11 @@ class TileRenderer:
         self._buffers.upload(frame)
         self._constants = {**frame.uniforms, "two": 2}
         self._light_scale = light_scale
+
+    def light_scale(self, brightest: float) -> float:
+        """The light_scale for the scene where samples are so bright."""
+        assert self._frame
+        return light_scale(self._frame, brightest)
 
     def _find_seen(self, programs: Mapping[str, Program]) -> tuple[str, ...]:
         """Have the textures that SEE and SHAPES draw into, and name them."""

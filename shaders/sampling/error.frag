@@ -20,7 +20,7 @@ void main() {
         for (int x = -APRON; x < BLOCK + APRON; ++x) {
             vec4 sum = texelFetch(radianceSum, clamp(corner + ivec2(x, y), ivec2(0), drawn - 1), 0);
             // sum |c - mean|^2
-            float squares = squaredDeviations(sum, summed);
+            float squares = squaredDeviations(sum, summed, 1.0);
             // No channel of any sample lies further than its root from the mean. All surely above 1: shown alike.
             float above = min(min(sum.r, sum.g), sum.b) / summed - white;
             most = max(most, above < 0.0 || above * above < squares ? squares : 0.0);

@@ -19,9 +19,9 @@ void main() {
         for (int x = 0; x < BLOCK; ++x) {
             ivec2 pixel = corner + ivec2(x, y);
             if (any(greaterThanEqual(pixel, drawn))) continue;
-            vec4 sum = texelFetch(radianceSum, pixel, 0) * vec4(vec3(lessened), lessened * lessened);
+            vec4 sum = texelFetch(radianceSum, pixel, 0);
             vec3 moved = lessened * (sumOfAll(pixel) / samples - texelFetch(earlierSum, pixel, 0).rgb / earlier);
-            float variance = max(squaredDeviations(sum, summed), 0.0) / (summed - 1.0);
+            float variance = max(squaredDeviations(sum, summed, lessened), 0.0) / (summed - 1.0);
             all = vec3(all.xy + vec2(dot(moved, moved), variance), max(all.z, variance));
         }
     }

@@ -18,9 +18,10 @@ vec3 sumOfAll(ivec2 pixel) {
     return sum;
 }
 
-// The sum of |c - mean|^2 over so many samples c. Where squares overflowed it is the most that it can be: no light is
-// negative, and so the squares of all samples add up to at most the square of the samples' sum.
-float squaredDeviations(vec4 sum, float samples) {
-    float square = dot(sum.rgb, sum.rgb);
-    return sum.a > MOST_SQUARES ? square * (1.0 - 1.0 / samples) : sum.a - square / samples;
+// The sum of |c - mean|^2 over so many samples, c a sample's light times `by`. Where squares overflowed it is the most
+// that it can be: no light is negative, and so the squares of all samples add up to at most the square of their sum.
+float squaredDeviations(vec4 sum, float samples, float by) {
+    vec3 c = by * sum.rgb;
+    float square = dot(c, c);
+    return sum.a > MOST_SQUARES ? square * (1.0 - 1.0 / samples) : by * by * sum.a - square / samples;
 }

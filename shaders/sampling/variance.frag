@@ -17,5 +17,5 @@ void main() {
 #ifdef CHOSEN
     float samples = float(texelFetch(blockSamples, pixel / BLOCK, 0).r);
 #endif
-    variance = max(squaredDeviations(sum, samples), 0.0) / max(samples - 1.0, 1.0);
+    variance = max(squaredDeviations(sum, samples, 1.0), 0.0) / max(samples - 1.0, 1.0);
 }

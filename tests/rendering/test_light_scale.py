@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import msgspec
 import numpy as np
 import pytest
 
 import raytracer as rt
 from raytracer.compiler.light_scale import light_scale
+from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.progressive import ProgressivePicture
 from raytracer.rendering.renderer import Renderer
+from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.settings import Settings
 from raytracer.scene.solids import with_leaves
 from tests import scenes
+from tests.compiled import frame
 
 SIZE = (96, 54)
 LAMP = rt.PointLight((-3, 5, 4), (0.5, 0.4, 0.3), radius=0.5)
@@ -63,14 +68,27 @@ BLACK = msgspec.structs.replace(SCENES["few"], lights=[scenes.SUN, LAMP], backgr
 
 @pytest.mark.parametrize("brightest", [1e-35, 1e-20, 1e-8, 1.0, 3.0, 1e8, 1e12, 1e30, 3e38])
 def test_light_times_the_scale_has_squares_that_float32_holds(brightest: float) -> None:
-    scale = light_scale(brightest)
+    scale = light_scale(frame(lit(SCENES["few"], min(brightest, 1.0)), SIZE), brightest)
     assert np.frexp(scale)[0] == 0.5
     assert (1e-3 * brightest * scale) ** 2 > np.finfo(np.float32).tiny and (1e3 * brightest * scale) ** 2 < 1e30
     assert scale == 1.0 or not 1e-8 <= brightest <= 1e8
 
 
 def test_a_picture_without_light_has_the_scale_1() -> None:
-    assert light_scale(0.0) == light_scale(float("inf")) == 1.0
+    few = frame(SCENES["few"], SIZE)
+    assert light_scale(few, 0.0) == light_scale(few, float("inf")) == 1.0
+
+
+@pytest.mark.parametrize("brightest", [1e-35, 1e-12])
+def test_no_light_that_a_dark_scene_may_have_overflows(brightest: float) -> None:
+    bulb, polished = rt.Sphere((0, 0, 1), 1, rt.Material(le=(1e12,) * 3)), rt.Material(ks=(1e6,) * 3)
+    for scene, most in (
+        (scenes.of(bulb), 1e12),
+        (scenes.still_life(lights=[NEAR]), 1e24),
+        (scenes.of(rt.Sphere((0, 0, 0), 1, polished)), 1e6),
+    ):
+        scale = light_scale(frame(scene, SIZE), brightest)
+        assert 1.0 < scale <= np.finfo(np.float32).max / 256 / most
 
 
 def assert_times(image: rt.Image, other: rt.Image, power: int) -> None:
@@ -141,15 +159,23 @@ def test_tiles_of_other_brightness_than_the_picture_change_nothing(renderer: Ren
 @pytest.mark.gl
 @pytest.mark.parametrize("ambient", [1e-25, 1e-3])
 def test_light_too_bright_for_squares_that_the_first_sample_misses_has_a_finite_error(
-    renderer: Renderer, ambient: float
+    renderer: Renderer, ambient: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Emission is at most 1e12, and so light of 1e24 is an ambient on a surface.
-    speck = rt.Sphere((0.013, 0.017, 1), 0.02, rt.Material(ka=(1e12, 1e12, 1e12)))
+    speck = rt.Sphere((0.0298, 0.046, 1), 0.02, rt.Material(ka=(1e12, 1e12, 1e12)))
     wall = rt.Plane((0, 0, 1), 0, rt.Material(ka=(ambient * 1e-12,) * 3))
     scene = rt.Scene([speck, wall], [], rt.Camera((0, 0, 5), (0, 0, 0)), ambient=(1e12, 1e12, 1e12))
-    assert renderer.render(scene, SIZE, Settings()).radiance.max() < 1.0, "the first sample misses it"
-    for settings in (Settings(samples=16), Settings(samples=64, max_error=1e-3), Settings(samples=40, adaptive=1e-3)):
+    scales: set[float] = set()
+    original = TileRenderer.draw
+
+    def noted(self: TileRenderer, *arguments: Any, light_scale: float) -> None:
+        scales.add(light_scale)
+        original(self, *arguments, light_scale=light_scale)
+
+    monkeypatch.setattr(TileRenderer, "draw", noted)
+    for settings in (Settings(samples=64), Settings(samples=48)):
         image = renderer.render(scene, SIZE, settings)
+        assert min(scales) == 1.0 and (max(scales) > 1.0) == (ambient < 1e-9), "the first sample misses it"
         mean, error = image.radiance.astype(float), image.error
         assert mean.max() > 1e20 and error is not None and np.isfinite(error).all()
         # What it says of the pixel is neither nothing nor more than the pixel's own light.
@@ -158,7 +184,35 @@ def test_light_too_bright_for_squares_that_the_first_sample_misses_has_a_finite_
         estimate = image.estimate
         assert estimate and estimate.rmse and estimate.worst
         rms = np.sqrt(np.mean(mean**2))
-        assert 0.05 * rms < estimate.rmse < 2.0 * rms and np.isfinite(estimate.worst)
+        assert 1e-3 * rms < estimate.rmse < 2.0 * rms and np.isfinite(estimate.worst)
+
+
+@pytest.mark.gl
+def test_beside_light_too_bright_for_squares_samples_go_where_they_went(renderer: Renderer) -> None:
+    # Parts of it are above 1, and shown as 1.
+    lights = [msgspec.structs.replace(scenes.SUN, color=(3.0, 3.0, 3.0))]
+    found: list[rt.Image] = []
+    for le in (8.0, 1e12):
+        lamp = rt.Sphere((-2.6, 3.2, 0), 0.6, rt.Material(kd=(0, 0, 0), ks=(0, 0, 0), ka=(0, 0, 0), le=(le, le, le)))
+        scene = msgspec.structs.replace(scenes.still_life(lamp, lights=lights), background=(1.5, 1.5, 1.5))
+        found.append(renderer.render(scene, SIZE, Settings(samples=64, adaptive=0.05)))
+    rows, columns = np.nonzero(found[1].radiance[..., 0] > 1e3)
+    away = np.ones(SIZE[::-1], bool)
+    away[max(0, rows.min() - 8) : rows.max() + 9, max(0, columns.min() - 8) : columns.max() + 9] = False
+    usual, bright = (image.samples[away] for image in found if image.samples is not None)
+    np.testing.assert_array_equal(bright, usual)
+    assert {3, 64} <= set(np.unique(usual))
+
+
+@pytest.mark.gl
+def test_light_near_a_lamp_is_at_most_1e12_at_any_scale(renderer: Renderer) -> None:
+    # Seen from 1e-6, the lamp is 1e-7 above the ground: I / distance^2 is 1e14.
+    ground = rt.Plane((0, 0, 1), 0, rt.Material(ka=(0, 0, 0), kd=(1, 1, 1), ks=(0, 0, 0)))
+    lamp = rt.PointLight((0, 0, 1e-7), falloff="inverse_square")
+    scene = rt.Scene([ground], [lamp], rt.Camera((0, 0, 1e-6), (0, 0, 0)))
+    image = renderer.render(scene, SIZE, Settings(samples=4))
+    truth = ray_tracer.trace(scene, SIZE, Settings(samples=4, sequence="grid")).radiance
+    assert image.radiance.max() == pytest.approx(truth.max(), rel=0.02) and 0.9e12 < truth.max() <= 1e12
 
 
 @pytest.mark.gl
