@@ -23,9 +23,8 @@ from raytracer.rendering.stopping_rule import APRON, NEXT
 _SUMMED_BEFORE = {"summedBefore": "summedBefore"}
 # Pixels that tell how bright a tile is: of 1280x720 to look at all takes as long as a sample.
 _SEEN = 4096
-# By LESSENED light is multiplied where movements overflow, until it is multiplied by LEAST: light of 2^127, the most in
-# float32, then has squares of 2^94.
-_LESSENED, _LEAST = 2.0**-40, 2.0**-80
+# By these light is multiplied where movements overflow: then light of 2^127, the most in float32, has squares of 2^94.
+_LESSENED = 2.0**-40, 2.0**-80
 
 
 def _source(name: str, **defines: int) -> Source:
@@ -39,6 +38,8 @@ _SOURCES = {
     "error_around": partial(_source, "error", APRON=APRON),
     "movement": partial(_source, "movement"),
     "movement_of_sums": partial(_source, "movement", SUMMED_BEFORE=1),
+    "movement_lessened": partial(_source, "movement", LESSENED=1),
+    "movement_of_sums_lessened": partial(_source, "movement", SUMMED_BEFORE=1, LESSENED=1),
     "variance": partial(_source, "variance"),
     "variance_of_chosen": partial(_source, "variance", CHOSEN=1),
     "kept": partial(_source, "sums"),
@@ -94,13 +95,15 @@ class BlockMeasurements:
         before = samples > summed
         inputs = {"earlierSum": "earlierSum"} | (_SUMMED_BEFORE if before else {})
         program = "movement_of_sums" if before else "movement"
-        uniforms = {"samples": float(samples), "summed": float(summed), "earlier": float(earlier), "lessened": 1.0}
+        uniforms = {"samples": float(samples), "summed": float(summed), "earlier": float(earlier)}
         found = self._measure(program, blocks, inputs, **uniforms)
-        # A sample may meet something so much brighter than the first samples did that squares overflow.
-        while not math.isfinite(found.max(initial=0.0)) and uniforms["lessened"] > _LEAST:
-            uniforms["lessened"] *= _LESSENED
-            found = self._measure(program, blocks, inputs, **uniforms)
-        return found if uniforms["lessened"] == 1.0 else found.astype(np.float64) / uniforms["lessened"] ** 2
+        for lessened in _LESSENED:
+            if math.isfinite(found.max(initial=0.0)):
+                break
+            # A sample met something so much brighter than the first samples did that squares overflow.
+            less = self._measure(f"{program}_lessened", blocks, inputs, lessened=lessened, **uniforms)
+            found = less.astype(np.float64) / lessened**2
+        return found
 
     def keep_sums(self, area: tuple[int, int, int, int], cells: Mask, *, before: bool) -> None:
         """Keep the sums in some cells of an area, together with the sums `before` them."""

@@ -1,5 +1,6 @@
 // The movement of a block's means between two numbers of samples, and the variance of its samples.
 // A fragment is a block of BLOCK x BLOCK pixels. raytracer/rendering/estimator.py estimates the picture's error from both.
+// If the host defines LESSENED, light is multiplied by a power of two first, so that no square overflows.
 
 #include "sampling/sums.glsl"
 
@@ -7,8 +8,12 @@ uniform sampler2D earlierSum;  // the sums of all samples there were before
 uniform float earlier;         // how many samples they are of
 uniform float summed;          // how many radianceSum is of
 uniform float samples;         // how many there are now
-uniform float lessened;        // a power of two by which light is multiplied first, so that no square overflows
 uniform ivec2 drawn;           // width and height of what is drawn of radianceSum
+#ifdef LESSENED
+uniform float lessened;
+#else
+const float lessened = 1.0;
+#endif
 
 out vec4 found;  // of the block's pixels: sums of |movement|^2 and of the samples' variance, the largest variance, 0
 
