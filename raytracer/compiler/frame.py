@@ -29,7 +29,7 @@ from raytracer.compiler.scene_lists import (
 )
 from raytracer.compiler.surfaces import touched_surfaces
 from raytracer.compiler.view_space import View, make_view, pixel_scale
-from raytracer.core.validation import InputError
+from raytracer.core.validation import MAX_COLOR, InputError
 
 if TYPE_CHECKING:
     from raytracer.scene.materials.merl import Measured
@@ -315,6 +315,7 @@ def _uniforms(
         "draw.pixelScale": pixel_scale(camera, size[1]),
         "draw.ambient": scene.ambient,
         "draw.background": scene.background,
+        "mostLight": MAX_COLOR,
         "draw.firstPlane": compiled.surfaces.spheres,
         "draw.grid": lists.grid if lists else GRIDS[0],
         "draw.depthScale": 2.0 ** -math.frexp(farthest)[1],

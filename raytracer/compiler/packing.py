@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 # std140 layout of struct Light (light.glsl) at either precision.
-_LIGHT = {
+LIGHT = {
     precision: np.dtype(
         {
             "names": ["position", "on", "n", "radius", "color", "falloff"],
@@ -121,7 +121,7 @@ def lights_block(
     view: View, lights: Sequence[PointLight], touched: Sequence[int | None], coinciding: Ints, precision: Precision
 ) -> bytes:
     """The uniform block of light.glsl. `touched` has the surface that each light is on, if there is one."""
-    block = np.zeros(len(lights), _LIGHT[precision])
+    block = np.zeros(len(lights), LIGHT[precision])
     for row, light, surface in zip(block, lights, touched, strict=True):
         place = view.place(light.position)
         row["position"], row["color"] = place, light.color

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.draws import SUMMED, TOGETHER, sample_at
+from raytracer.compiler.draws import SUMMED, TOGETHER, Sample, sample_at
 from raytracer.compiler.meshes import Mask, Rectangle
 from raytracer.formats.estimate import Estimate
 from raytracer.rendering import stopping_rule
@@ -67,6 +67,7 @@ class Accumulation:
         self._statistics: BlockStatistics | None = None
         if measurements and options.estimates_error and (always_estimates or options.has_stopping_rule):
             self._statistics = before_any_look(self._blocks.active.shape)
+        self._light_scale = 1.0  # times which light the sums are of
         self._correction = 1.0  # times which the estimate's errors are right
         self._kept = 0  # of how many samples the sums are kept
         self._is_enough = False
@@ -78,6 +79,11 @@ class Accumulation:
     def options(self) -> SamplingOptions:
         """The options of the samples."""
         return self._options
+
+    @property
+    def light_scale(self) -> float:
+        """The power of two times which light the sums are of."""
+        return self._light_scale
 
     @property
     def blocks(self) -> Blocks:
@@ -98,19 +104,29 @@ class Accumulation:
         for sums, around in self._active_tiles():
             if index and index % SUMMED == 0:
                 sums.read_before_new(self._counts(around), self._measurements)
-            sums.draw(around, samples)
+            sums.draw(around, samples, self._light_scale)
         self.samples += more
         self._is_enough = self.samples == options.samples
         self._blocks = blocks.sampled(more)
         drawn = time.perf_counter()
         self.drawing_seconds = drawn - begin
         if self._measurements:
+            if not index and options.samples > 1:
+                self._choose_light_scale(self._measurements, samples)
             self._look(self._measurements)
             left = seconds_left - (time.perf_counter() - begin)
             growth = min(1.0 + left / max(drawn - begin, 1e-9) / self.samples, options.samples / self.samples)
             self._decide(self._measurements, growth)
         if self._is_look_due(self.samples):
             self._looking_seconds = time.perf_counter() - drawn
+
+    def _choose_light_scale(self, measurements: BlockMeasurements, samples: Sequence[Sample]) -> None:
+        """Choose the scale of all light by the first `samples`, and draw these again if it is not 1."""
+        brightest = max(measurements.brightest(around.area) for _, around in self._active_tiles())
+        self._light_scale = self._renderer.light_scale(brightest)
+        if self._light_scale != 1.0:
+            for sums, around in self._active_tiles():
+                sums.draw(around, samples, self._light_scale)
 
     def is_done(self, seconds_left: float = math.inf) -> bool:
         """Whether there are enough samples, or none more would be done in the seconds that are left."""
@@ -141,11 +157,17 @@ class Accumulation:
         summed = (n - 1) % SUMMED + 1
         if self._kept:
             movement = self._measured(lambda around: measurements.movement(around, n, summed, self._kept))
-            self._statistics = after_look(statistics, n, movement, blocks.active)
+            self._statistics = after_look(statistics, n, self._squares(movement), blocks.active)
         if 2 * n <= self._options.samples:
             for _, around in self._active_tiles():
                 measurements.keep_sums(around.area, around.cells, before=n > summed)
             self._kept = n
+
+    def _squares(self, measured: NDArray[np.float32]) -> NDArray[np.floating]:
+        """Squares of light as it is, from `measured` ones. Squares that overflowed are large numbers."""
+        most = np.finfo(np.float32).max
+        finite = np.nan_to_num(measured, copy=False, nan=most, posinf=most)
+        return finite if self._light_scale == 1.0 else finite / np.float64(self._light_scale) ** 2
 
     def _decide(self, measurements: BlockMeasurements, growth: float) -> None:
         """Choose the blocks that get more samples, if that is due. At last there are `growth` times as many."""
@@ -158,10 +180,12 @@ class Accumulation:
         squared_errors = None
         if self._statistics is not None:
             squared_errors = self._correction**2 * self._statistics.squared_errors(blocks.samples)
+        scale = self._light_scale
+        errors = self._measured(lambda around: measurements.errors(around, n, (n - 1) % SUMMED + 1, scale))
         choice = stopping_rule.choose_blocks(
             options,
             blocks.active,
-            self._measured(lambda around: measurements.errors(around, n, (n - 1) % SUMMED + 1)),
+            errors if scale == 1.0 else errors / scale,
             squared_errors,
             spare=self._spare,
             pixels=blocks.area[2] * blocks.area[3],
@@ -249,10 +273,25 @@ class Accumulation:
             tile = sums.tile
             where = place((tile[0] - x, tile[1] - y, *tile[2:]), height)
             sums.read_mean(self.samples if is_even else self._blocks, mean[where])
+            if self._light_scale != 1.0:
+                mean[where] /= np.float32(self._light_scale)
             if deviation is not None:
                 assert self._measurements
-                np.sqrt(sums.variance(self._counts(self._around(sums)), self._measurements), out=deviation[where])
+                variance = sums.variance(self._counts(self._around(sums)), self._measurements)
+                deviation[where] = self._deviation(variance, mean[where])
         return samples
+
+    def _deviation(self, variance: NDArray[np.float32], mean: NDArray[np.float32]) -> NDArray[np.float32]:
+        """(H, W): the root of the `variance` of pixels' samples, of light as it is."""
+        deviation = np.sqrt(variance)
+        if self._light_scale != 1.0:
+            deviation /= np.float32(self._light_scale)
+        if not math.isfinite(deviation.max(initial=0.0)):
+            # Squares overflowed. Samples that are not negative deviate by less than the root of their number times the
+            # mean.
+            bound = math.sqrt(self.samples) * np.linalg.norm(mean.astype(np.float64), axis=-1)
+            deviation = np.where(np.isfinite(deviation), deviation, np.minimum(bound, np.finfo(np.float32).max))
+        return deviation
 
 
 def complete(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import partial
 from typing import Any
@@ -20,6 +21,8 @@ from raytracer.rendering.pixel_blocks import Blocks
 from raytracer.rendering.stopping_rule import APRON, NEXT
 
 _SUMMED_BEFORE = {"summedBefore": "summedBefore"}
+# Pixels that tell how bright a tile is: of 1280x720 to look at all takes as long as a sample.
+_SEEN = 4096
 
 
 def _source(name: str, **defines: int) -> Source:
@@ -28,6 +31,7 @@ def _source(name: str, **defines: int) -> Source:
 
 # The fragment shader of each program, by name.
 _SOURCES = {
+    "brightest": partial(_source, "brightest", SIDE=BLOCK),
     "error": partial(_source, "error", APRON=0),
     "error_around": partial(_source, "error", APRON=APRON),
     "movement": partial(_source, "movement"),
@@ -42,6 +46,7 @@ _SOURCES = {
 class BlockMeasurements:
     """Draws of a tile's blocks, in which one pixel is a block of the tile. They read the tile's sums from `player`.
 
+    The sums are of light times a light_scale (TileRenderer.draw()). So are results; squares are times its square.
     Its textures are the player's: "blocks", "earlierSum" for sums that are kept, "variance" and "sampledBlocks".
     """
 
@@ -58,14 +63,24 @@ class BlockMeasurements:
         """Whether no file has changed since its program was compiled."""
         return is_current(self._versions)
 
-    def errors(self, blocks: Blocks, samples: int, summed: int) -> NDArray[np.float32]:
+    def brightest(self, area: Rectangle) -> float:
+        """The brightest channel in the sums of some pixels of an area, about SEEN that are spread over it, or all."""
+        stride = max(1, math.isqrt(area[2] * area[3] // _SEEN))
+        columns, rows = (-(-side // (stride * BLOCK)) for side in area[2:])
+        mesh = Cells(cell_blocks(np.ones((rows, columns), bool)), 1)
+        draw = self._draw("brightest", "blocks", (columns, rows), mesh, {}, stride=stride, drawn=area[2:])
+        self._player.play([draw])
+        return float(self._player.read("blocks", draw.area, 1).max(initial=0.0))
+
+    def errors(self, blocks: Blocks, samples: int, summed: int, white: float) -> NDArray[np.float32]:
         """(rows, columns): the error of each block by error.frag, 0 in cells without active blocks.
 
-        There are so many `samples`, of which `summed` are in the tile's sums.
+        There are so many `samples`, of which `summed` are in the tile's sums. `white` is the light_scale.
         """
         # Later, pixels around a block may have fewer samples.
         program = "error_around" if blocks.is_whole else "error"
-        return self._measure(program, blocks, {}, samples, summed)[..., 0]
+        uniforms = {"samples": float(samples), "summed": float(summed), "white": white}
+        return self._measure(program, blocks, {}, **uniforms)[..., 0]
 
     def movement(self, blocks: Blocks, samples: int, summed: int, earlier: int) -> NDArray[np.float32]:
         """(rows, columns, 2): what movement.frag gives of each block, 0 in cells without active blocks.
@@ -75,7 +90,8 @@ class BlockMeasurements:
         before = samples > summed
         inputs = {"earlierSum": "earlierSum"} | (_SUMMED_BEFORE if before else {})
         program = "movement_of_sums" if before else "movement"
-        return self._measure(program, blocks, inputs, samples, summed, earlier=float(earlier))
+        uniforms = {"samples": float(samples), "summed": float(summed), "earlier": float(earlier)}
+        return self._measure(program, blocks, inputs, **uniforms)
 
     def keep_sums(self, area: tuple[int, int, int, int], cells: Mask, *, before: bool) -> None:
         """Keep the sums in some cells of an area, together with the sums `before` them."""
@@ -86,7 +102,8 @@ class BlockMeasurements:
         self._player.play([self._draw(program, "earlierSum", area[2:], mesh, inputs)])
 
     def variance(self, area: Rectangle, cells: Mask, samples: NDArray[np.int32] | int) -> NDArray[np.float32]:
-        """(H, W), the lowest row first: the variance of each pixel's samples, 0 in other than these `cells` of an area.
+        """(H, W), the lowest row first: the variance of each pixel's samples, 0 in other than these `cells` of an area,
+        and infinite where squares overflow.
 
         `samples` is how many the tile's sums are of: (rows, columns) of blocks, or a number for all.
         """
@@ -109,23 +126,22 @@ class BlockMeasurements:
         area = 0, 0, min(CELL, self._target[0]), min(CELL, self._target[1])
         self._player.add_texture("summedBefore", self._target, 3)
         blocks = Blocks.all_of(area, np.ones((1, 1), bool))
+        self.brightest(area)
         for samples in (NEXT, 2 * NEXT):
             self.keep_sums(area, blocks.cells, before=samples > NEXT)
             self.movement(blocks, samples, NEXT, 1)
         some = blocks.active.copy()
         some[0, 0] = False
         for each in (blocks, blocks.narrowed(some)):
-            self.errors(each, NEXT, NEXT)
+            self.errors(each, NEXT, NEXT, 1.0)
         self.variance(area, blocks.cells, blocks.samples)
         self.variance(area, blocks.cells, NEXT)
 
-    def _measure(
-        self, program: str, blocks: Blocks, inputs: dict[str, str], samples: int, summed: int, **uniforms: Any
-    ) -> NDArray[np.float32]:
+    def _measure(self, program: str, blocks: Blocks, inputs: dict[str, str], **uniforms: float) -> NDArray[np.float32]:
+        """(rows, columns, 1 or 4): what a program gives of each block."""
         rows, columns = blocks.active.shape
-        uniforms |= {"drawn": blocks.area[2:], "samples": float(samples), "summed": float(summed)}
         mesh = Cells(cell_blocks(blocks.cells), PER_CELL)
-        draw = self._draw(program, "blocks", (columns, rows), mesh, inputs, **uniforms)
+        draw = self._draw(program, "blocks", (columns, rows), mesh, inputs, drawn=blocks.area[2:], **uniforms)
         self._player.play([Clear("blocks", area=draw.area), draw])
         return self._player.read("blocks", draw.area, 1 if program.startswith("error") else 2)
 

@@ -204,6 +204,11 @@ class ProgressivePicture:
         return {sampler: player.texture(name) for sampler, name in names.items()}
 
     @property
+    def light_scale(self) -> float:
+        """The power of two times which light the textures' sums are of."""
+        return self._accumulation.light_scale if self._accumulation else 1.0
+
+    @property
     def samples(self) -> int:
         """The number of samples: pixels may have got fewer."""
         return self._accumulation.samples if self._accumulation else 0

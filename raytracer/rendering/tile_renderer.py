@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from raytracer.compiler.direction_cells import CELL
 from raytracer.compiler.draws import Sample, sample_at, sample_draws
 from raytracer.compiler.frame import Frame
+from raytracer.compiler.light_scale import in_light, light_scale
 from raytracer.compiler.meshes import (
     EMPTY,
     PER_CELL,
@@ -58,13 +59,14 @@ class TileRenderer:
         self._is_software = device.limits.is_llvmpipe
         self._buffers = SceneBuffers(device.context)
         self._frame: Frame | None = None
+        self._light_scale = 1.0  # times which light is on the GPU
         self._tiles: dict[Rectangle, Meshes] = {}  # of whole tiles
         self._masked: dict[Rectangle, tuple[Mask, Meshes]] = {}  # of parts of tiles: of each those drawn last
         self._others: dict[int, dict[str, str]] = {}  # the names of textures of tiles besides the first
         self._size = target  # of the textures of sums
         if geometry:
             self.player.add_texture("normalDepth", target, 4)
-        # The sums of the samples, and in a of their squared lengths.
+        # The sums of the samples times a light_scale, and in a of their squared lengths.
         self.player.add_texture("radiance", target, 4)
 
     def load(self, programs: Mapping[str, Program], frame: Frame) -> None:
@@ -78,7 +80,7 @@ class TileRenderer:
         self._frame = None  # until all of it is there
         self._to_world = frame.view.rotation.astype(np.float32)
         self._rounds = frame.rounds
-        self._buffers.upload(frame)
+        self._upload(frame, 1.0)
         self._material_index = np.append(frame.compiled.surfaces.material, np.int32(-1))  # so also at index -1
         self.player.use(programs, replaced=_PROGRAMS)
         self._tiles.clear()
@@ -88,11 +90,22 @@ class TileRenderer:
         self._seen = self._find_seen(programs)
         self._shades = SHADE in programs or PICTURE in programs
         self.draws_together = SEVERAL in programs
-        self._constants = {**frame.uniforms, "two": 2}
         for program in programs.values():
             set_constants(program, self._constants)  # a mistake in a type comes to light here
             self._buffers.attach(program)
         self._frame, self._programs = frame, programs
+
+    def _upload(self, frame: Frame, light_scale: float) -> None:
+        """Bring the numbers of `frame` to the GPU, with all light times `light_scale`."""
+        frame = frame if light_scale == 1.0 else in_light(frame, light_scale)
+        self._buffers.upload(frame)
+        self._constants = {**frame.uniforms, "two": 2}
+        self._light_scale = light_scale
+
+    def light_scale(self, brightest: float) -> float:
+        """The light_scale for the scene where samples are so bright."""
+        assert self._frame
+        return light_scale(self._frame, brightest)
 
     def _find_seen(self, programs: Mapping[str, Program]) -> tuple[str, ...]:
         """Have the textures that SEE and SHAPES draw into, and name them."""
@@ -131,15 +144,25 @@ class TileRenderer:
         return self._coverage.seen_cells(area)
 
     def draw(
-        self, tile: Rectangle, samples: Sequence[Sample], mask: Mask | None = None, *, target: str = "radiance"
+        self,
+        tile: Rectangle,
+        samples: Sequence[Sample],
+        mask: Mask | None = None,
+        *,
+        light_scale: float = 1.0,
+        target: str = "radiance",
     ) -> None:
         """Draw 1 or TOGETHER samples of a tile and wait for them: they are added to the sums, or begin new sums.
 
         The sums are in the texture `target`: "radiance", or "replicate" for sums beside them.
 
         With a `mask` only those blocks of the tile are drawn that are True in it: (rows, columns), whole cells, the
-        lowest row first; the tile then begins where a cell does. Raises InputError if shaders do not come to an end.
+        lowest row first; the tile then begins where a cell does. The sums are of light times `light_scale`, a power of
+        two. Raises InputError if shaders do not come to an end.
         """
+        if light_scale != self._light_scale:
+            assert self._frame
+            self._upload(self._frame, light_scale)
         if not self.player.has_texture(target):
             self.player.add_texture(target, self.target, 4)
         self._play(self._meshes_of(tile, mask), tile, samples, target)
@@ -177,8 +200,8 @@ class TileRenderer:
         self.player.forget_times()
 
     def read_sums(self, part: Rectangle, out: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
-        """(H, W, 3), top row first: the sums of red, green and blue in a part of the target, in the array `out`, which
-        must be C-contiguous, if there is one.
+        """(H, W, 3), top row first: the sums of red, green and blue in a part of the target, times the light_scale they
+        were drawn with, in the array `out`, which must be C-contiguous, if there is one.
 
         Raises InputError if shaders did not come to an end in some pixels.
         """
@@ -193,7 +216,7 @@ class TileRenderer:
         return self.player.read("replicate", part, 3)
 
     def write_sums_before(self, total: NDArray[np.floating]) -> None:
-        """Bring the sums before the target's to the GPU: (H, W, 3), the top row first."""
+        """Bring the sums before the target's to the GPU: (H, W, 3), the top row first, times the same light_scale."""
         if not self.player.has_texture("summedBefore"):
             self.player.add_texture("summedBefore", self._size, 3)
         self.player.write("summedBefore", total[::-1].astype(np.float32))

@@ -32,9 +32,10 @@ class TileSums:
         """Have the renderer draw and measure this tile from now on."""
         self._renderer.turn_to(self._number, self.area[2:])
 
-    def draw(self, blocks: Blocks, samples: Sequence[Sample]) -> None:
+    def draw(self, blocks: Blocks, samples: Sequence[Sample], light_scale: float) -> None:
         """Draw 1 or TOGETHER more samples of the area's active blocks. Errors are those of TileRenderer.draw()."""
-        self._renderer.draw(self.area, samples, None if blocks.is_whole else blocks.active)
+        mask = None if blocks.is_whole else blocks.active
+        self._renderer.draw(self.area, samples, mask, light_scale=light_scale)
 
     def read_before_new(self, counts: Counts, measurements: BlockMeasurements | None) -> None:
         """Read the sums before new ones begin, and the first time the variance, if there are `measurements` for it."""

@@ -20,7 +20,7 @@ void main() {
             if (any(greaterThanEqual(pixel, drawn))) continue;
             vec4 sum = texelFetch(radianceSum, pixel, 0);
             vec3 moved = sumOfAll(pixel) / samples - texelFetch(earlierSum, pixel, 0).rgb / earlier;
-            float variance = max(sum.a - dot(sum.rgb, sum.rgb) / summed, 0.0) / (summed - 1.0);
+            float variance = squaredDeviations(sum, summed) / (summed - 1.0);
             all = vec2(all.x + dot(moved, moved), max(all.y, variance));
         }
     }

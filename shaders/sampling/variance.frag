@@ -1,7 +1,8 @@
 // The variance of a pixel's samples, summed over red, green and blue.
 // If the host defines CHOSEN, some blocks of pixels got more samples than others.
 
-uniform sampler2D radianceSum;    // sums of samples, and in a of their squared lengths
+#include "sampling/sums.glsl"
+
 #ifdef CHOSEN
 uniform isampler2D blockSamples;  // how many samples each block of BLOCK x BLOCK pixels got
 #else
@@ -16,5 +17,5 @@ void main() {
 #ifdef CHOSEN
     float samples = float(texelFetch(blockSamples, pixel / BLOCK, 0).r);
 #endif
-    variance = max(sum.a - dot(sum.rgb, sum.rgb) / samples, 0.0) / max(samples - 1.0, 1.0);
+    variance = squaredDeviations(sum, samples) / max(samples - 1.0, 1.0);
 }

@@ -4,14 +4,15 @@
 
 #include "shading/light.glsl"
 
-// The smallest length that a scene has, 1e-12, squared; and the most that colours are (raytracer/core/validation.py), so that
-// no sum of lights and samples overflows.
-const float LEAST_SQUARE = 1e-24, MOST = 1e12;
+// The smallest length that a scene has, 1e-12, squared (raytracer/core/validation.py).
+const float LEAST_SQUARE = 1e-24;
+
+uniform float mostLight;  // the most that colours are, so that no sum of lights and samples overflows
 
 vec3 irradiance(Light light, real distance) {
 #ifdef SPHERE_LIGHTS
     distance = max(distance, light.radius);
 #endif
     if (light.falloff == 0) return light.color;
-    return min(light.color / max(float(distance * distance), LEAST_SQUARE), MOST);
+    return min(light.color / max(float(distance * distance), LEAST_SQUARE), mostLight);
 }

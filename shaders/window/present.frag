@@ -5,6 +5,7 @@
 #include "window/srgb.glsl"
 
 uniform sampler2D radianceSum;    // sums of the samples since it was last read
+uniform float lightScale;         // times which light the sums are of
 uniform float samples;            // of all pixels whose block has no number of its own
 #ifdef ENLARGED
 uniform int enlarged;
@@ -30,6 +31,6 @@ void main() {
     int stopped = hasStopped ? texelFetch(blockSamples, pixel / BLOCK, 0).r : 0;
     if (stopped > 0) count = float(stopped);
 #endif
-    vec3 radiance = sum / count;
+    vec3 radiance = sum / (count * lightScale);
     color = vec4(srgbFromLinear(radiance), 1.0);  // the window clamps what is above 1
 }

@@ -446,6 +446,19 @@ def test_the_window_stops_where_render_does_and_has_its_picture(
     assert np.abs(shown(live, renderer) - image.srgb8()).max() <= 1, "it is shown by the samples of each block"
 
 
+@pytest.mark.parametrize("settings", [Settings(samples=8), Settings(samples=64, adaptive=0.05)])
+def test_beside_light_too_bright_for_squares_all_else_is_shown_as_it_is(
+    live: Live, renderer: Renderer, settings: Settings
+) -> None:
+    ball = rt.Sphere((0, 0, 0), 1, rt.Material(ka=(1e3, 1e3, 1e3)))
+    grey = rt.Sphere((1.5, 0, 0), 1, rt.Material(ka=(2e-13, 1e-13, 3e-13)))
+    scene = rt.Scene([ball, grey], [], rt.Camera((0, 0, 6), (0, 0, 0)), ambient=(1e12, 1e12, 1e12))
+    picture = drawn(live, renderer, scene, settings)
+    with renderer.device.context:
+        assert np.abs(picture - live.image({}).srgb8()).max() <= 1
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 3
+
+
 def test_a_change_of_samples_brings_nothing_to_the_gpu(
     live: Live, renderer: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -473,7 +486,7 @@ def test_frames_between_decisions_read_nothing_back(
     monkeypatch.setattr(DrawPlayer, "read", noted)
     with renderer.device.context:
         refined(live, scenes.assignment(), Settings(samples=40))
-    assert read == [(n, "blocks") for n in (2, 4, 8, 16, 32)]
+    assert read == [(n, "blocks") for n in (1, 2, 4, 8, 16, 32)]
 
 
 def test_blocks_that_go_on_are_shown_by_all_their_samples_after_the_first_sum(live: Live, renderer: Renderer) -> None:

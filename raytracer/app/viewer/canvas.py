@@ -98,6 +98,7 @@ class Canvas:
         screen_area = 0, 0, size[0], size[1]
         uniforms = {
             "samples": float(picture.samples),
+            "lightScale": picture.light_scale,
             "enlarged": picture.enlarged,
             "hasBefore": "summedBefore" in textures,
             "hasStopped": "blockSamples" in textures,

@@ -1,0 +1,81 @@
+"""The scale of a picture's light on the GPU: squares of light are then float32 numbers, however bright or dark it is.
+
+Lights are in [0, 1e12], and what surfaces send back in [0, 1e24] or more. Its square overflows above 1.8e19, and is 0
+below 1e-23. So all light of a frame is multiplied by a power of two where its picture needs it, and results are divided
+by it. That changes no bit, but for light below 1e-46 of the brightest. Pictures of usual brightness have the scale 1.
+"""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+import numpy as np
+
+from raytracer.compiler.frame import Frame
+from raytracer.compiler.packing import LIGHT
+from raytracer.core.validation import MAX_COLOR, MIN_RADIUS
+from raytracer.scene.lights import PointLight
+from raytracer.scene.materials.models import MODELS
+
+# Light between 2^-NEAR and 2^NEAR, a billion, stays as it is. Squares of 2^-24 of the darkest, what float32 rounds to,
+# are then normal numbers of float32. Sums of squares of 2^25 times the brightest do not overflow (sums.glsl).
+_NEAR = 30
+# A reflectance is at most 2^PEAK, 1e12, times the material's largest colour: the peak of a lobe may be as high.
+_PEAK = 40
+# Sums of 256 samples of light below 2^LARGEST do not overflow.
+_LARGEST = 119
+
+
+def light_scale(frame: Frame, brightest: float) -> float:
+    """The power of two to multiply all light by in a picture of `frame` with so bright samples: 1 if it needs none."""
+    exponent = math.frexp(brightest)[1] if math.isfinite(brightest) else 0
+    if exponent > _NEAR:
+        return 2.0 ** (_NEAR - exponent)
+    if exponent >= -_NEAR:
+        return 1.0
+    # Later samples of a dark picture may meet the brightest there may be.
+    return 2.0 ** max(0, min(-_NEAR - exponent, _LARGEST - math.frexp(_most_light(frame))[1]))
+
+
+def _most_light(frame: Frame) -> float:
+    """A number that no light of a picture is above."""
+    scene, materials = frame.compiled.scene, frame.compiled.materials.values()
+    lights = [_most_irradiance(light) for light in frame.compiled.lights]
+    factors = [
+        max(value)
+        for material in materials
+        for name, value in material.parameters.items()
+        if MODELS[material.model].parameters[name].kind == "color" and name != "le"
+    ]
+    reflected = max(1.0, *factors) * (max(scene.ambient) + 2.0**_PEAK * sum(lights))
+    return reflected + max(max(scene.background), *(max(material.get("le", (0.0,))) for material in materials))
+
+
+def _most_irradiance(light: PointLight) -> float:
+    """The most that a light may be at any distance, as irradiance.glsl has it."""
+    if light.falloff == "none":
+        return max(light.color)
+    return min(max(light.color) / max(light.radius, MIN_RADIUS) ** 2, MAX_COLOR)
+
+
+def in_light(frame: Frame, scale: float) -> Frame:
+    """`frame` with all light times `scale`: of lights, ambient, background and surfaces."""
+    compiled, factor = frame.compiled, np.float32(scale)
+    lights = np.frombuffer(frame.lights.block, LIGHT[compiled.options.precision]).copy()
+    lights["color"] *= factor
+    texels, layout = frame.materials.texels, compiled.layout
+    if "le" in layout.colors:
+        texels = texels.copy()
+        # Where materials are large, each surface has a texel before them (packing.material_texels()).
+        rows = texels if layout.is_small else texels[len(compiled.surfaces.material) :]
+        rows.reshape(-1, layout.texels, 4)[:, layout.colors.index("le"), :3] *= factor
+    scene = compiled.scene
+    ambient, background = (tuple(scale * c for c in color) for color in (scene.ambient, scene.background))
+    uniforms = {"draw.ambient": ambient, "draw.background": background, "mostLight": scale * MAX_COLOR}
+    return msgspec.structs.replace(
+        frame,
+        materials=msgspec.structs.replace(frame.materials, texels=texels),
+        lights=msgspec.structs.replace(frame.lights, block=lights.tobytes()),
+        uniforms=frame.uniforms | uniforms,
+    )
