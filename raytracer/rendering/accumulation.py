@@ -165,8 +165,10 @@ class Accumulation:
 
     def _squares(self, measured: NDArray[np.float32]) -> NDArray[np.floating]:
         """Squares of light as it is, from `measured` ones. Squares that overflowed are large numbers."""
-        most = np.finfo(np.float32).max
-        finite = np.nan_to_num(measured, copy=False, nan=most, posinf=most)
+        most = float(np.finfo(np.float32).max)
+        finite = (
+            measured if math.isfinite(measured.max(initial=0.0)) else np.nan_to_num(measured, nan=most, posinf=most)
+        )
         return finite if self._light_scale == 1.0 else finite / np.float64(self._light_scale) ** 2
 
     def _decide(self, measurements: BlockMeasurements, growth: float) -> None:
@@ -238,6 +240,11 @@ class Accumulation:
         """Go on without measurements, and so without an error."""
         self._measurements = self._statistics = None
 
+    @property
+    def knows_error(self) -> bool:
+        """Whether anything is known of the error (yet)."""
+        return self._statistics is not None and self.samples >= 2
+
     def _rmse(self) -> float | None:
         """The estimate of the part's root mean square error; None where it is not known (yet)."""
         if self._statistics is None or self.samples < 2:
@@ -301,8 +308,8 @@ def complete(
     mean: NDArray[np.float32],
     deviation: NDArray[np.float32] | None,
     replicate_seconds: Callable[[], float],
-) -> NDArray[np.int32] | int:
-    """Draw all samples, and read them so that the error can be measured by the time `until`: Accumulation.read().
+) -> None:
+    """Draw all samples, so that they can be read and their error measured by the time `until`.
 
     `progress` gets the number of samples so far, and how many there are at most. `replicate_seconds` measures how long
     a sample of the replicate takes.
@@ -322,4 +329,3 @@ def complete(
             break
         progress(accumulation.samples, accumulation.options.samples)
     progress(accumulation.options.samples, accumulation.options.samples)
-    return accumulation.read(mean, deviation)

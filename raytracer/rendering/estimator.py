@@ -69,7 +69,7 @@ class BlockStatistics(NamedTuple):
     ) -> Estimate:
         """Estimate the error of a picture of `size` (width, height), which is a `part` of the blocks."""
         squared_errors = self.squared_errors(samples)[part]
-        is_uncertain = rests_on_few(squared_errors.sum(), np.square(squared_errors).sum())
+        is_uncertain = rests_on_few(float(squared_errors.sum()), float(np.square(squared_errors).sum()))
         rmse = self.rmse(samples, part, size[0] * size[1])
         # The worst pixel is in the block with the largest variance of a mean.
         variances = self.most[part] / np.maximum(samples[part], 1)

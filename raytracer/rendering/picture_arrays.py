@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
 import numpy as np
@@ -61,7 +61,8 @@ class PictureArrays:
             for i, tile in enumerate(tiles):
                 accumulation = Accumulation(renderer, measurements, self.options, tile, [tile], self.size)
                 self._complete(renderer, accumulation, tile, math.inf, partial(_add, progress, i, len(tiles)))
-            self._measure(renderer, tiles)
+            for _ in self.measuring(renderer, tiles):
+                pass
         return time.perf_counter() - begin
 
     def _draw_by_rule(
@@ -77,7 +78,8 @@ class PictureArrays:
         accumulation = Accumulation(renderer, measurements, options, whole, tiles, self.size)
         while True:
             self._complete(renderer, accumulation, whole, until, partial(_add, progress, 0, 1))
-            self._measure(renderer, tiles)
+            for _ in self.measuring(renderer, tiles):
+                pass
             estimate = self.estimate(0.0, "")
             if estimate.reached is not False or not accumulation.can_go_on(until - time.perf_counter()):
                 break
@@ -85,12 +87,23 @@ class PictureArrays:
         renderer.drop_others()
 
     def _complete(
-        self, renderer: TileRenderer, accumulation: Accumulation, part: Rectangle, until: float, progress: partial[None]
+        self,
+        renderer: TileRenderer,
+        accumulation: Accumulation,
+        part: Rectangle,
+        until: float,
+        progress: Callable[[int, int], None],
     ) -> None:
         where = place(part, self.size[1])
         deviation = None if self.deviation is None else self.deviation[where]
         replicate_seconds = partial(replicate.replicate_seconds, renderer, part)
-        samples = complete(accumulation, until, progress, self.radiance[where], deviation, replicate_seconds)
+        complete(accumulation, until, progress, self.radiance[where], deviation, replicate_seconds)
+        self.read(accumulation, part)
+
+    def read(self, accumulation: Accumulation, part: Rectangle) -> None:
+        """Read the samples of a part."""
+        where = place(part, self.size[1])
+        samples = accumulation.read(self.radiance[where], None if self.deviation is None else self.deviation[where])
         if self.samples is not None:
             self.samples[where] = samples
         self._fewest = samples if isinstance(samples, int) else int(samples.min())
@@ -102,9 +115,11 @@ class PictureArrays:
             return None
         return replicate.Spread(self.deviation, self._fewest if self.samples is None else self.samples)
 
-    def _measure(self, renderer: TileRenderer, tiles: Sequence[Rectangle]) -> None:
+    def measuring(self, renderer: TileRenderer, tiles: Sequence[Rectangle]) -> Iterator[None]:
+        """Measure the error of the picture that was read. Yields after each step."""
         spread = self._spread
-        self._measured = replicate.measure(renderer, tiles, self.radiance, spread) if spread else None
+        if spread:
+            self._measured = yield from replicate.measuring(renderer, tiles, self.radiance, spread)
 
     def estimate(self, seconds: float, why_unknown: str) -> Estimate:
         """The estimate of the picture's error, which took `seconds` to draw; `why_unknown` if nothing tells it."""

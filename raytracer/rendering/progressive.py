@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import msgspec
 import numpy as np
@@ -15,6 +15,7 @@ from raytracer.compiler.draws import SUMMED
 from raytracer.compiler.frame import Frame, make_frame
 from raytracer.compiler.glsl.preprocessor import ShaderError
 from raytracer.compiler.glsl.shaders import Show
+from raytracer.compiler.meshes import Rectangle
 from raytracer.core.validation import InputError
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image import Image
@@ -22,6 +23,7 @@ from raytracer.gpu.device import Device
 from raytracer.gpu.gl import Program, Texture
 from raytracer.rendering.accumulation import Accumulation, is_measured
 from raytracer.rendering.block_measurements import BlockMeasurements
+from raytracer.rendering.picture_arrays import PictureArrays
 from raytracer.rendering.programs import are_compiled, find_programs
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.scene import Scene
@@ -75,6 +77,9 @@ class ProgressivePicture:
         self._is_mistaken = False  # whether the shaders of measurements have a mistake
         self._settings = Settings()
         self._seconds = 0.0  # that the samples took
+        self._arrays: PictureArrays | None = None  # of the picture whose error is measured
+        self._measuring: Iterator[None] | None = None
+        self._estimate: Estimate | None = None  # the measured one
         self._stopped: object = None  # the blocks whose numbers of samples are on the GPU
         self.size = (0, 0)
         self.is_moving = False  # then it is not to get a second sample, but begun anew as a still one
@@ -120,6 +125,7 @@ class ProgressivePicture:
             self._device.trim()
         self.enlarged, self.is_moving = enlarged, moving and (enlarged > 1 or settings.samples > 1)
         self._settings, self._seconds, self._stopped = settings, 0.0, None
+        self._arrays = self._measuring = self._estimate = None
         # The only sample of a moving picture is at the pixel's centre, unless samples are random.
         options = msgspec.structs.replace(settings.sampling, samples=1) if moving else settings.sampling
         measurements = None
@@ -159,13 +165,17 @@ class ProgressivePicture:
         return self._compiled
 
     def step(self) -> None:
-        """Draw one more sample and wait for it.
+        """Draw one more sample and wait for it, or go on with the measurement of a finished picture's error.
 
         Raises InputError if shaders do not come to an end in the first one, and ShaderError for a mistake in the
         shaders that measure a picture's error, once until they are read again: it goes on without.
         """
         assert self._accumulation
         begin = time.perf_counter()
+        if self._accumulation.is_done(self._seconds_left()):
+            self._measure(self._accumulation)
+            self._seconds += time.perf_counter() - begin
+            return
         try:
             self._accumulation.step(self._seconds_left())
         except ShaderError:
@@ -177,6 +187,31 @@ class ProgressivePicture:
         width, height = _enlarged(self.size, self.enlarged)
         self._pace.add(self._accumulation.drawing_seconds / (width * height))
         self._write_stopped(self._accumulation)
+
+    def _measure(self, accumulation: Accumulation) -> None:
+        """Measure the error of the finished picture, for as long as a sample may take, and go on if it is too large."""
+        assert self._tiles
+        end = time.perf_counter() + self._budget
+        whole: Rectangle = (0, 0, self.size[0], self.size[1])
+        if self._arrays is None or self._measuring is None:
+            self._arrays = PictureArrays(self.size, accumulation.options, estimates=True)
+            self._arrays.read(accumulation, whole)
+            self._measuring = self._arrays.measuring(self._tiles, [whole])
+        for _ in self._measuring:
+            if time.perf_counter() > end:
+                return
+        estimate = self._arrays.estimate(self._seconds, "")
+        self._arrays = self._measuring = None
+        if estimate.reached is False and accumulation.can_go_on(self._seconds_left()):
+            accumulation.go_on(estimate.rmse or 0.0)
+        else:
+            self._estimate = estimate
+
+    @property
+    def _can_measure(self) -> bool:
+        """Whether the picture's error can be measured once it is finished."""
+        accumulation = self._accumulation
+        return accumulation is not None and accumulation.knows_error and self.enlarged == 1
 
     def _seconds_left(self) -> float:
         return math.inf if self._settings.time is None else self._settings.time - self._seconds
@@ -215,12 +250,16 @@ class ProgressivePicture:
 
     @property
     def is_done(self) -> bool:
-        """Whether the picture has all samples that the settings want."""
-        return self._accumulation is not None and self._accumulation.is_done(self._seconds_left())
+        """Whether the picture has all samples that the settings want, and its error is measured."""
+        accumulation = self._accumulation
+        is_finished = accumulation is not None and accumulation.is_done(self._seconds_left())
+        return is_finished and (self._estimate is not None or not self._can_measure)
 
     def estimate(self) -> Estimate | None:
         """The picture's estimate of its own error; None where the error is not known (yet)."""
-        return self._accumulation.estimate(self._seconds) if self._accumulation else None
+        if self._estimate or self._accumulation is None:
+            return self._estimate
+        return self._accumulation.estimate(self._seconds)
 
     def image(self, metadata: Mapping[str, str]) -> Image:
         """The picture so far, in the size in which it is drawn."""

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -69,12 +69,12 @@ class Measurement(NamedTuple):
     scale: float  # a pixel's error over its spread()
 
 
-def measure(
+def measuring(
     renderer: TileRenderer, tiles: Sequence[Rectangle], radiance: NDArray[np.float32], spread: Spread
-) -> Measurement:
+) -> Generator[None, None, Measurement]:
     """Measure the error of the picture `radiance` (H, W, 3), the top row first, that `renderer` drew in `tiles`.
 
-    Sums of the tiles' samples stay as they are.
+    Yields after each sample of the replicate. Sums of the tiles' samples stay as they are.
     """
     deviation = spread.of_means()
     # In units of the largest deviation, so that no square overflows.
@@ -89,7 +89,8 @@ def measure(
         low, left = y // BLOCK, x // BLOCK
         inside = (rows >= low) & (rows * BLOCK < y + height) & (columns >= left) & (columns * BLOCK < x + width)
         if inside.any():
-            squares[inside] = _squared_differences(renderer, tile, rows[inside], columns[inside], radiance, spread)
+            blocks = rows[inside], columns[inside]
+            squares[inside] = yield from _squared_differences(renderer, tile, *blocks, radiance, spread)
     total, least, is_uncertain = squared_error(squares / 2.0, shares)
     return Measurement(total, least, is_uncertain, math.sqrt(total / (3.0 * weights.sum())) / unit)
 
@@ -142,7 +143,7 @@ def _squared_differences(
     columns: Ints,
     radiance: NDArray[np.float32],
     spread: Spread,
-) -> Array:
+) -> Generator[None, None, Array]:
     """The squared differences between the picture and its replicate in some blocks of a tile, summed over each."""
     x, y, width, height = tile
     # Views with the lowest row first, as rows of blocks are counted.
@@ -158,6 +159,7 @@ def _squared_differences(
             going = counts > number
             mask[rows[going] - y // BLOCK, columns[going] - x // BLOCK] = True
         renderer.draw(tile, [replicate_at(number)], mask, target="replicate")
+        yield
         # A sum is read before the next begins.
         if (number + 1) % SUMMED == 0 or number + 1 == most:
             for each, (u, v), count in zip(sums, corners.tolist(), counts, strict=True):

@@ -441,7 +441,8 @@ def test_the_window_stops_where_render_does_and_has_its_picture(
         np.testing.assert_allclose(live.image({}).radiance, image.radiance, rtol=1e-6)
         estimate = live.estimate()
     assert estimate and estimate.samples == pytest.approx(image.estimate.samples)
-    assert estimate.rmse == pytest.approx(image.estimate.rmse)
+    # The means of both agree to 1e-6.
+    assert estimate.rmse == pytest.approx(image.estimate.rmse, rel=1e-5)
     assert live.samples == settings.samples or live.samples < 4096
     assert np.abs(shown(live, renderer) - image.srgb8()).max() <= 1, "it is shown by the samples of each block"
 
@@ -486,7 +487,8 @@ def test_frames_between_decisions_read_nothing_back(
     monkeypatch.setattr(DrawPlayer, "read", noted)
     with renderer.device.context:
         refined(live, scenes.assignment(), Settings(samples=40))
-    assert read == [(n, "blocks") for n in (1, 2, 4, 8, 16, 32)]
+    # What is read after the last sample measures the error of the finished picture.
+    assert [each for each in read if each[0] < 40] == [(n, "blocks") for n in (1, 2, 4, 8, 16, 32)]
 
 
 def test_blocks_that_go_on_are_shown_by_all_their_samples_after_the_first_sum(live: Live, renderer: Renderer) -> None:
