@@ -4,7 +4,7 @@ python -m benchmarks.estimates [--scenes N] [--first SEED] [-o FOLDER]
 
 Of each scene: pictures with 4, 16, 64 and 256 samples, and a picture for an error drawn at random between the errors of
 the first and the last. The truth is a picture with up to 4096 samples, for a quarter of the last one's error, or as
-accurate as it gets in 30 seconds. Scenes whose rows the .csv has are not measured again: it may be interrupted.
+accurate as it gets in 10 seconds. Scenes whose rows the .csv has are not measured again: it may be interrupted.
 """
 
 import argparse
@@ -39,7 +39,7 @@ MOST, MET = 1.1, 0.98
 MARKED = {"ordinary": 0.15, "hard": 0.5}
 # The seeds below 1000 were used to develop the estimate.
 FIRST = 1000
-_TRUTH_SECONDS = 30.0
+_TRUTH_SECONDS = 10.0
 SETS: dict[str, Callable[[int], tuple[rt.Scene, Shadows, str]]] = {
     "ordinary": lambda seed: (*unseen(seed), ""),
     "hard": hard_scene,
