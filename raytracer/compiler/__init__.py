@@ -15,7 +15,7 @@ May import: core, scene. Other packages may use:
 - glsl.preprocessor: assemble, is_current, shaders_folder, FileVersion, ShaderError, Source
 - glsl.materials: material_text, reflected_text
 - material_layout: make_layout, struct, Layout
-- draws: sample_at, sample_draws, viewport, Clear, Draw, Sample, Screen, Step, MARGIN, SUMMED, TOGETHER
+- draws: sample_at, replicate_at, sample_draws, viewport, Clear, Draw, Sample, Screen, Step, MARGIN, SUMMED, TOGETHER
 - meshes: tile_meshes, cell_blocks, Cells, Coverage, Mask, Meshes, Rectangle, Rectangles, PER_CELL; the names of
   programs, SEE, SHAPES, SHADE, PICTURE, PLANE_ONLY, SEVERAL and EMPTY
 - direction_cells: BLOCK, CELL

@@ -12,5 +12,5 @@ A sample's way through the other modules: accumulation steps from sample to samp
 together with a stopping rule. tile_sums holds the sums of a tile's samples. tile_renderer draws each sample by a list
 of draws (compiler/draws.py). block_measurements measures blocks of pixels on the GPU, estimator makes
 statistics of the measurements, and stopping_rule chooses the blocks that get more samples; the last two are pure
-functions.
+functions. picture_arrays fills the arrays of a picture, and replicate measures the error of a finished one.
 """

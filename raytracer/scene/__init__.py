@@ -16,7 +16,8 @@ only where arrays are: for instances, measured materials, and spheres that are w
         MAX_SAMPLES
     settings_patch: SettingsPatch, EMPTY, Quality, quality, QUALITIES, ASKED_SAMPLES, fewest, flags, changes,
         checked_patch (settings from many places)
-    sequences: SampleSequence, SEQUENCES, PROGRESSIVE, sample_place, sample_points, scatters
+    sequences: SampleSequence, SEQUENCES, PROGRESSIVE, sample_place, sample_points, scatters, light_index,
+        replicate_place
     warnings: scene_warnings, NO_RADIUS
 
 A new sequence is a row in sequences.py. A new falloff is a name in lights.py, a formula in irradiance.glsl and one in

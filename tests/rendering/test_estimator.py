@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 
 import msgspec
 import numpy as np
@@ -20,31 +19,14 @@ from raytracer.scene.options import Shadows
 from raytracer.scene.sequences import sample_points
 from raytracer.scene.settings import Settings
 from tests import scenes
+from tests.edges import SIZE, lines
 
 Array = NDArray[np.float64]
-SIZE = 256, 256
 
 
 def samples(count: int) -> Array:
     """(count, pixels, 2): where they lie in pixels, from their centres."""
     return np.array([sample_points(k, SIZE, samples=count).reshape(-1, 2) for k in range(count)]) - 0.5
-
-
-def lines(rng: np.random.Generator, thickness: float) -> tuple[Callable[[Array], Array], Array]:
-    """Whether a point is in the random strip that crosses its pixel, as wide as `thickness`, and which share is."""
-    count = SIZE[0] * SIZE[1]
-    angle, offset = rng.uniform(0, math.pi / 2, count), rng.uniform(-0.7, 0.7, count)
-    a, b = np.maximum(np.cos(angle), np.sin(angle)), np.minimum(np.cos(angle), np.sin(angle))
-
-    def below(z: Array) -> Array:  # the share of a unit square where a x + b y < z
-        parts = ((a + b) / 2, 1), ((a - b) / 2, -1), ((b - a) / 2, -1), (-(a + b) / 2, 1)
-        return sum((sign * np.maximum(z + at, 0.0) ** 2 for at, sign in parts), np.zeros(count)) / (2 * a * b)
-
-    def inside(p: Array) -> Array:
-        along = a * p[..., 0] + b * p[..., 1] - offset
-        return ((along < thickness) & (along >= 0.0)).astype(float)
-
-    return inside, below(offset + thickness) - below(offset)
 
 
 @pytest.mark.parametrize("thickness", [0.02, 0.1, 0.3, 2.0])

@@ -12,7 +12,7 @@ from raytracer.rendering.replicate import block_sums, chosen_blocks, squared_err
 from raytracer.scene.sequences import light_index, replicate_place, sample_place
 from raytracer.scene.settings import Settings
 from tests import scenes
-from tests.rendering.test_estimator import SIZE, lines
+from tests.edges import SIZE, lines
 
 DIGITS = np.stack(np.meshgrid(np.arange(SIZE[0]), np.arange(SIZE[1])[::-1]), axis=-1).reshape(-1, 2).astype(np.uint32)
 

@@ -37,7 +37,7 @@ def at(point: tuple[float, float, float], light: rt.PointLight, *objects: rt.Sol
 def irradiance(renderer: Renderer, scene: rt.Scene, settings: Settings) -> float:
     """The mean of 256 pixels, and the reference's, which agree."""
     image = renderer.render(scene, (16, 16), settings)
-    truth = ray_tracer.trace(scene, (1, 1), Settings(shadows=settings.shadows), rays=40).radiance[0, 0, 0]
+    truth = ray_tracer.trace(scene, (1, 1), Settings(shadows=settings.shadows), rays=80).radiance[0, 0, 0]
     mean = float(image.radiance[..., 0].mean(dtype=np.float64))
     assert mean == pytest.approx(truth, rel=2e-3, abs=1e-6)
     return mean
