@@ -126,7 +126,7 @@ def test_the_numbers_of_a_sample_are_in_all_draws() -> None:
     for step in sample_draws(meshes, tile, [sample], ["surface"], shades=True, constants=constants):
         assert isinstance(step, Draw) and step.constants is constants
         assert isinstance(step, Draw) and step.is_long and step.area == (0, 0, 32, 32)
-        assert step.uniforms["draw.samplePlace"] == sample.place and step.uniforms["draw.sampleIndex"] == 3
+        assert step.uniforms["draw.samplePlace"] == sample.place and step.uniforms["draw.lightIndex"] == 3
         assert step.uniforms["draw.tileOrigin"] == (16, 0) and step.uniforms["draw.scatter"] == -1
         assert step.viewport == (-MARGIN, -MARGIN, 32 + 2 * MARGIN, 32 + 2 * MARGIN)
 
