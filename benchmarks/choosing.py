@@ -148,7 +148,7 @@ def results() -> dict[str, str]:
     folder = Path(__file__).parent / "results"
     texts = {name: (folder / f"{name}.md").read_text().rstrip() for name in ("estimates", "deadlines", "tuning")}
     return {
-        "estimates": texts["estimates"][texts["estimates"].index("|") :],
+        "estimates": texts["estimates"][texts["estimates"].index("**") :],
         "deadlines": texts["deadlines"][texts["deadlines"].index("|") :],
         "tuning": texts["tuning"].splitlines()[-1],
     }

@@ -113,7 +113,7 @@ def as_markdown(rows: list[dict[str, str]]) -> str:
 
 def _table(name: str, rows: list[dict[str, str]]) -> list[str]:
     lines = [
-        f"## {len(rows)} {name} scenes, seeds from {min(int(row['seed']) for row in rows)} on",
+        f"**{len(rows)} {name} scenes, seeds from {min(int(row['seed']) for row in rows)} on**",
         "",
         f"Asked: within {WITHIN:.0%}, or uncertain and at most {BOUND} times the truth, in {SHARE:.0%}. Uncertain in "
         f"at most {MARKED[name]:.0%}{' with 64 samples' if name == 'hard' else ''}.",
