@@ -6,11 +6,11 @@ import math
 
 from raytracer.core.record import Record
 
-# Of fewer equal parts a sum of squares tells little: the root mean square of ten normal errors is off by a fifth.
+# With fewer equal parts a sum of squares tells little: the root mean square of ten normal errors is off by a fifth.
 _FEW = 10.0
 # Why an error is uncertain that is a mean of few squares, or mostly of few.
 FEW_PIXELS = "few pixels hold most of it"
-# Of the root mean square of such an error, the share that is stated as a lower bound (ground_truth/converged.py).
+# The share of the root mean square of such an error that is stated as a lower bound (ground_truth/converged.py).
 LEAST = 0.5
 
 
@@ -60,7 +60,7 @@ class Estimate(Record, frozen=True):
     def __str__(self) -> str:
         if self.rmse is None or self.worst_at is None:
             return f"error {self.in_words}: {self.unknown}"
-        # Of an uncertain error the worst is no bound: only its place is said.
+        # The worst of an uncertain error is no bound: the text has only its place.
         worst = f"perhaps far more: {self.unknown}; the worst is" if self.uncertain else f"up to {self.worst:.2g}"
         x, y = self.worst_at
         return (

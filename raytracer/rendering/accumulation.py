@@ -164,7 +164,7 @@ class Accumulation:
             self._kept = n
 
     def _squares(self, measured: NDArray[np.float32]) -> NDArray[np.floating]:
-        """Squares of light as it is, from `measured` ones. Squares that overflowed are large numbers."""
+        """Unscale `measured` squares of light. Squares that overflowed become large numbers."""
         most = float(np.finfo(np.float32).max)
         finite = (
             measured if math.isfinite(measured.max(initial=0.0)) else np.nan_to_num(measured, nan=most, posinf=most)
@@ -221,19 +221,19 @@ class Accumulation:
         return self._blocks.around(sums.tile, sums.area)
 
     def _measured(self, measure: Callable[[Blocks], NDArray[np.float32]]) -> NDArray[np.float32]:
-        """What `measure` gives of each tile's blocks, of all blocks; 0 in tiles without active ones."""
-        found = np.zeros(0, np.float32)
+        """Apply `measure` to the blocks of each tile, and join the results; 0 in tiles without active blocks."""
+        joined = np.zeros(0, np.float32)
         for sums, around in self._active_tiles():
             measured = measure(around)
             if around is self._blocks:
                 return measured
-            if not len(found):
-                found = np.zeros((*self._blocks.active.shape, *measured.shape[2:]), np.float32)
-            found[self._blocks.where(sums.tile)] = measured[around.where(sums.tile)]
-        return found
+            if not len(joined):
+                joined = np.zeros((*self._blocks.active.shape, *measured.shape[2:]), np.float32)
+            joined[self._blocks.where(sums.tile)] = measured[around.where(sums.tile)]
+        return joined
 
     def _counts(self, blocks: Blocks) -> Counts:
-        """How many samples there are of some blocks."""
+        """The numbers of samples of some blocks."""
         return blocks.samples if self._chooses else self.samples
 
     def stop_measuring(self) -> None:
@@ -289,7 +289,7 @@ class Accumulation:
         return samples
 
     def _deviation(self, variance: NDArray[np.float32], mean: NDArray[np.float32]) -> NDArray[np.float32]:
-        """(H, W): the root of the `variance` of pixels' samples, of light as it is."""
+        """(H, W): the root of the `variance` of pixels' samples, unscaled."""
         deviation = np.sqrt(variance)
         if self._light_scale != 1.0:
             deviation /= np.float32(self._light_scale)

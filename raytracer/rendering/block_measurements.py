@@ -138,7 +138,7 @@ class BlockMeasurements:
         self.variance(area, blocks.cells, NEXT)
 
     def _measure(self, program: str, blocks: Blocks, inputs: dict[str, str], **uniforms: float) -> NDArray[np.float32]:
-        """(rows, columns, 1 or 4): what a program gives of each block."""
+        """(rows, columns, 1 or 2): the output of a program for each block."""
         rows, columns = blocks.active.shape
         mesh = Cells(cell_blocks(blocks.cells), PER_CELL)
         draw = self._draw(program, "blocks", (columns, rows), mesh, inputs, drawn=blocks.area[2:], **uniforms)

@@ -16,7 +16,7 @@ The estimate tells the stopping rule which blocks need more samples, and the win
 picture replicate.py measures the error, which needs no p.
 
 The estimate is an average over many pixels, as good as the number of pixels that move. Where a few blocks of pixels
-hold most of the movement, such as a small light's glint on metal, the estimate is uncertain. That is told by the number
+hold most of the movement, such as a small light's glint on metal, the estimate is uncertain. The measure is the number
 of blocks of equal weight that would scatter as much, (sum s)^2 / sum s^2 of the blocks' squared movements s.
 """
 

@@ -140,7 +140,7 @@ class PictureArrays:
         return _WHY_ONE_SAMPLE if self.options.samples == 1 else _WHY_NO_TIME
 
 
-def _add(progress: Progress | None, part: int, parts: int, done: int, of_all: int) -> None:
-    """Report `done` samples of a part, of which there are so many, with `of_all` samples each."""
+def _add(progress: Progress | None, part: int, parts: int, done: int, most: int) -> None:
+    """Report `done` samples of a part, of which there are so many, with `most` samples each."""
     if progress:
-        progress(part * of_all + done, parts * of_all)
+        progress(part * most + done, parts * most)
