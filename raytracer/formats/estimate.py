@@ -12,11 +12,16 @@ _FEW = 10.0
 FEW_PIXELS = "few pixels hold most of it"
 # The share of the root mean square of such an error that is stated as a lower bound (ground_truth/converged.py).
 LEAST = 0.5
+# Standard errors that the worst of many pixels is off by.
+WORST = 3.0
 
 
-def rests_on_few(total: float, fourth: float) -> bool:
-    """Whether few of the squares that add up to `total` hold most of it; `fourth` is the sum of their squares."""
-    return total**2 < _FEW * fourth
+def rests_on_few(total: float, fourth: float, few: float = _FEW) -> bool:
+    """Whether less than `few` of the squares that add up to `total` hold most of it.
+
+    `fourth` is the sum of the squares of these squares.
+    """
+    return total**2 < few * fourth
 
 
 class Estimate(Record, frozen=True):

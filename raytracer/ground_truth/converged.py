@@ -34,7 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.core.progress import Progress
-from raytracer.formats.estimate import FEW_PIXELS, LEAST, Estimate, rests_on_few
+from raytracer.formats.estimate import FEW_PIXELS, LEAST, WORST, Estimate, rests_on_few
 from raytracer.formats.image import Image
 from raytracer.ground_truth import disk_cache
 from raytracer.ground_truth.job import FIRST_SAMPLES, SAMPLES, TOLERANCE, Job, make_job
@@ -42,9 +42,6 @@ from raytracer.ground_truth.pixel_tasks import TaskTracer, round_tasks
 from raytracer.ground_truth.workers import Processes
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
-
-# Standard errors that the worst of many pixels is off by.
-_WORST = 3.0
 
 
 def trace_converged(
@@ -95,7 +92,7 @@ def _estimate(error: NDArray[np.float64], samples: float, seconds: float) -> Est
         samples,
         seconds,
         (LEAST if uncertain else 1.0) * math.sqrt(squares.mean()),
-        _WORST * float(error[row, column]),
+        WORST * float(error[row, column]),
         (int(column), int(row)),
         unknown=FEW_PIXELS if uncertain else "",
         uncertain=uncertain,

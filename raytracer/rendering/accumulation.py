@@ -305,11 +305,10 @@ def complete(
     accumulation: Accumulation,
     until: float,
     progress: Callable[[int, int], None],
-    mean: NDArray[np.float32],
-    deviation: NDArray[np.float32] | None,
+    read: Callable[[], None],
     replicate_seconds: Callable[[], float],
 ) -> None:
-    """Draw all samples, so that they can be read and their error measured by the time `until`.
+    """Draw all samples and `read` them, so that their error can be measured by the time `until`.
 
     `progress` gets the number of samples so far, and how many there are at most. `replicate_seconds` measures how long
     a sample of the replicate takes.
@@ -321,7 +320,7 @@ def complete(
         accumulation.step(end - replicating * accumulation.samples - time.perf_counter(), together=until == math.inf)
         if accumulation.samples == 1 and until < math.inf and not accumulation.is_done(until - time.perf_counter()):
             begin = time.perf_counter()
-            accumulation.read(mean, deviation)
+            read()
             reading = _READING * (time.perf_counter() - begin)
             replicating = _READING * replicate_seconds()
             end = until - reading
@@ -329,3 +328,4 @@ def complete(
             break
         progress(accumulation.samples, accumulation.options.samples)
     progress(accumulation.options.samples, accumulation.options.samples)
+    read()

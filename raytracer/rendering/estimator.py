@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import BLOCK
-from raytracer.formats.estimate import FEW_PIXELS, LEAST, Estimate, rests_on_few
+from raytracer.formats.estimate import FEW_PIXELS, LEAST, WORST, Estimate, rests_on_few
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -38,8 +38,6 @@ Mask = NDArray[np.bool_]
 P = 0.75
 # The mean square of the last movement times FACTOR is the mean square of the error.
 FACTOR = 1.0 / (4.0**P - 1.0)
-# Standard errors that the worst of many pixels is off by.
-WORST = 3.0
 
 
 class BlockStatistics(NamedTuple):

@@ -19,6 +19,7 @@ from raytracer.rendering.block_measurements import BlockMeasurements
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import place
 from raytracer.scene.options import SamplingOptions
+from raytracer.scene.sequences import SEQUENCES
 
 _WHY_ONE_SAMPLE = "1 sample a pixel"
 _WHY_NO_TIME = "some pixels got 1 sample, for want of time"
@@ -31,6 +32,7 @@ class PictureArrays:
         shape = size[1], size[0]
         self.size = size
         self.options = options
+        self._estimates = estimates
         self.radiance = np.empty((*shape, 3), np.float32)
         self.samples = np.empty(shape, np.int32) if options.is_adaptive else None
         # The root of the variance of a pixel's samples, summed over channels.
@@ -80,7 +82,7 @@ class PictureArrays:
             self._complete(renderer, accumulation, whole, until, partial(_add, progress, 0, 1))
             for _ in self.measuring(renderer, tiles):
                 pass
-            estimate = self.estimate(0.0, "")
+            estimate = self.estimate(0.0)
             if estimate.reached is not False or not accumulation.can_go_on(until - time.perf_counter()):
                 break
             accumulation.go_on(estimate.rmse or 0.0)
@@ -94,11 +96,8 @@ class PictureArrays:
         until: float,
         progress: Callable[[int, int], None],
     ) -> None:
-        where = place(part, self.size[1])
-        deviation = None if self.deviation is None else self.deviation[where]
-        replicate_seconds = partial(replicate.replicate_seconds, renderer, part)
-        complete(accumulation, until, progress, self.radiance[where], deviation, replicate_seconds)
-        self.read(accumulation, part)
+        read = partial(self.read, accumulation, part)
+        complete(accumulation, until, progress, read, partial(replicate.replicate_seconds, renderer, part))
 
     def read(self, accumulation: Accumulation, part: Rectangle) -> None:
         """Read the samples of a part."""
@@ -121,12 +120,12 @@ class PictureArrays:
         if spread:
             self._measured = yield from replicate.measuring(renderer, tiles, self.radiance, spread)
 
-    def estimate(self, seconds: float, why_unknown: str) -> Estimate:
-        """The estimate of the picture's error, which took `seconds` to draw; `why_unknown` if nothing tells it."""
+    def estimate(self, seconds: float) -> Estimate:
+        """The estimate of the error of the picture, which took `seconds` to draw."""
         samples = float(self._fewest if self.samples is None else self.samples.mean())
         spread, max_error = self._spread, self.options.max_error
         if spread is None or self._measured is None:
-            return Estimate(samples, seconds, unknown=why_unknown or self._why_unknown(), max_error=max_error)
+            return Estimate(samples, seconds, unknown=self._why_unknown(), max_error=max_error)
         return replicate.estimate(self._measured, spread, samples, seconds, max_error)
 
     def errors(self) -> NDArray[np.float32]:
@@ -137,6 +136,10 @@ class PictureArrays:
         return replicate.pixel_errors(self._measured, spread)
 
     def _why_unknown(self) -> str:
+        if not SEQUENCES[self.options.sequence].estimates_error:
+            return f"samples of the sequence {self.options.sequence} do not tell it"
+        if not self._estimates:
+            return "not asked for"
         return _WHY_ONE_SAMPLE if self.options.samples == 1 else _WHY_NO_TIME
 
 

@@ -200,7 +200,7 @@ class ProgressivePicture:
         for _ in self._measuring:
             if time.perf_counter() > end:
                 return
-        estimate = self._arrays.estimate(self._seconds, "")
+        estimate = self._arrays.estimate(self._seconds)
         self._arrays = self._measuring = None
         if estimate.reached is False and accumulation.can_go_on(self._seconds_left()):
             accumulation.go_on(estimate.rmse or 0.0)

@@ -19,7 +19,6 @@ from raytracer.rendering.programs import ScenePrograms, picture_programs
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import TILE, split, tile_size
 from raytracer.scene.scene import Scene
-from raytracer.scene.sequences import SEQUENCES
 from raytracer.scene.settings import Settings
 
 # Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
@@ -45,13 +44,6 @@ def metadata(
     if estimate:
         text |= {"Samples": f"{estimate.samples:.6g}", "Seconds": f"{estimate.seconds:.3g}", "Error": str(estimate)}
     return text
-
-
-def _why_unknown(settings: Settings, estimates: bool) -> str:
-    """Why no picture with these settings knows its error; "" if some do."""
-    if not SEQUENCES[settings.sequence].estimates_error:
-        return f"samples of the sequence {settings.sequence} do not tell it"
-    return "" if estimates else "not asked for"
 
 
 class _Kept(NamedTuple):
@@ -143,7 +135,7 @@ class Renderer:
             if loaded.is_large():
                 self.close()
         source: Any = DrawnGeometry(self.device, GeometryRequest(compiled, size, tile)) if geometry else None
-        estimate = arrays.estimate(seconds, _why_unknown(settings, estimates))
+        estimate = arrays.estimate(seconds)
         return Image(
             arrays.radiance,
             depth=source,
