@@ -10,6 +10,8 @@ from raytracer.core.record import Record
 _FEW = 10.0
 # Why an error is uncertain that is a mean of few squares, or mostly of few.
 FEW_PIXELS = "few pixels hold most of it"
+# Why it is uncertain where no sample may have met what holds most of it.
+UNSEEN = "small bright things may lie between the samples"
 # The share of the root mean square of such an error that is stated as a lower bound (ground_truth/converged.py).
 LEAST = 0.5
 # Standard errors that the worst of many pixels is off by.

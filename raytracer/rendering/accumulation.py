@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.draws import SUMMED, TOGETHER, Sample, sample_at
+from raytracer.compiler.features import Features
 from raytracer.compiler.meshes import Mask, Rectangle
 from raytracer.formats.estimate import Estimate
 from raytracer.rendering import stopping_rule
@@ -54,10 +55,12 @@ class Accumulation:
         tiles: Sequence[Rectangle],
         size: tuple[int, int],
         *,
+        features: Features | None = None,
         always_estimates: bool = False,
     ) -> None:
+        """`features` are bright things of the whole picture that samples may miss, if there is an error to be met."""
         self._renderer, self._measurements, self._options = renderer, measurements, options
-        self._part = part
+        self._part, self._size, self._features = part, size, features
         self._chooses = measurements is not None and stopping_rule.chooses_blocks(options)
         area, *areas = (surrounded(each, size) if self._chooses else each for each in (part, *tiles))
         self._sums = [TileSums(renderer, i, *each) for i, each in enumerate(zip(tiles, areas, strict=True))]
@@ -194,10 +197,14 @@ class Accumulation:
             growth=growth,
         )
         self._spare = choice.spare
-        if not choice.active.any():
+        active = choice.active
+        if self._features and options.max_error is not None:
+            # A block in which samples met nothing looks as if it had enough of them.
+            active = active | blocks.active & self._features.unmet(n, options.max_error, self._size, active.shape)
+        if not active.any():
             self._is_enough = True
-        elif not np.array_equal(choice.active, blocks.active):
-            self._blocks = blocks.narrowed(choice.active)
+        elif not np.array_equal(active, blocks.active):
+            self._blocks = blocks.narrowed(active)
 
     def can_go_on(self, seconds_left: float) -> bool:
         """Whether the rule left samples that can be drawn in the `seconds_left`."""

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from raytracer.compiler.features import Features
 from raytracer.compiler.meshes import Rectangle
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
@@ -26,17 +27,20 @@ _WHY_NO_TIME = "some pixels got 1 sample, for want of time"
 
 
 class PictureArrays:
-    """The arrays of a picture of `size` (width, height), the top row first."""
+    """The arrays of a picture of `size` (width, height), the top row first.
 
-    def __init__(self, size: tuple[int, int], options: SamplingOptions, *, estimates: bool) -> None:
+    `features` are what its samples may miss; None without estimates of its error.
+    """
+
+    def __init__(self, size: tuple[int, int], options: SamplingOptions, features: Features | None) -> None:
         shape = size[1], size[0]
         self.size = size
         self.options = options
-        self._estimates = estimates
         self.radiance = np.empty((*shape, 3), np.float32)
         self.samples = np.empty(shape, np.int32) if options.is_adaptive else None
         # The root of the variance of a pixel's samples, summed over channels.
-        self.deviation = np.empty(shape, np.float32) if estimates and options.estimates_error else None
+        self.deviation = np.empty(shape, np.float32) if features and options.estimates_error else None
+        self._features = features
         self._fewest = 0  # samples of a pixel
         self._measured: replicate.Measurement | None = None
 
@@ -77,7 +81,7 @@ class PictureArrays:
         """Add samples until the error, measured by a replicate, is small enough, or samples or time are used up."""
         options, whole = self.options, (0, 0, *self.size)
         until = math.inf if options.time is None else time.perf_counter() + options.time
-        accumulation = Accumulation(renderer, measurements, options, whole, tiles, self.size)
+        accumulation = Accumulation(renderer, measurements, options, whole, tiles, self.size, features=self._features)
         while True:
             self._complete(renderer, accumulation, whole, until, partial(_add, progress, 0, 1))
             for _ in self.measuring(renderer, tiles):
@@ -124,9 +128,10 @@ class PictureArrays:
         """The estimate of the error of the picture, which took `seconds` to draw."""
         samples = float(self._fewest if self.samples is None else self.samples.mean())
         spread, max_error = self._spread, self.options.max_error
-        if spread is None or self._measured is None:
+        if spread is None or self._measured is None or self._features is None:
             return Estimate(samples, seconds, unknown=self._why_unknown(), max_error=max_error)
-        return replicate.estimate(self._measured, spread, samples, seconds, max_error)
+        unseen = self._features.missed(spread.samples)
+        return replicate.estimate(self._measured, spread, unseen, samples, seconds, max_error)
 
     def errors(self) -> NDArray[np.float32]:
         """(H, W): the error of each pixel, nan where nothing tells it."""
@@ -138,7 +143,7 @@ class PictureArrays:
     def _why_unknown(self) -> str:
         if not SEQUENCES[self.options.sequence].estimates_error:
             return f"samples of the sequence {self.options.sequence} do not tell it"
-        if not self._estimates:
+        if self._features is None:
             return "not asked for"
         return _WHY_ONE_SAMPLE if self.options.samples == 1 else _WHY_NO_TIME
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 import msgspec
 import numpy as np
 
+from raytracer.compiler.bright_features import bright_features
 from raytracer.compiler.compiled_scene import CompiledScene, compile
 from raytracer.compiler.draws import SUMMED
 from raytracer.compiler.frame import Frame, make_frame
@@ -190,11 +191,11 @@ class ProgressivePicture:
 
     def _measure(self, accumulation: Accumulation) -> None:
         """Measure the error of the finished picture, for as long as a sample may take, and go on if it is too large."""
-        assert self._tiles
+        assert self._tiles and self._compiled
         end = time.perf_counter() + self._budget
         whole: Rectangle = (0, 0, self.size[0], self.size[1])
         if self._arrays is None or self._measuring is None:
-            self._arrays = PictureArrays(self.size, accumulation.options, estimates=True)
+            self._arrays = PictureArrays(self.size, accumulation.options, bright_features(self._compiled, self.size))
             self._arrays.read(accumulation, whole)
             self._measuring = self._arrays.measuring(self._tiles, [whole])
         for _ in self._measuring:

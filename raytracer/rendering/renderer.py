@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from raytracer.compiler.bright_features import bright_features
 from raytracer.compiler.compiled_scene import CompiledScene, compile
 from raytracer.compiler.draws import TOGETHER
 from raytracer.compiler.frame import Frame, make_frame
@@ -110,7 +111,7 @@ class Renderer:
         compiled = compile(scene, settings.compile_options, kept.frame.compiled if kept else None)
         self.device.limits.check(compiled)
         tile = min(tile, self.device.limits.target - 2 * margin(options))
-        arrays = PictureArrays(size, options, estimates=estimates)
+        arrays = PictureArrays(size, options, bright_features(compiled, size) if estimates else None)
         # Plane-only cells have programs of their own where those save more than their compilation takes.
         plane_only = not single_picture or width * height * options.samples >= _WORTH_PLANE_ONLY
         # Within a time, samples are drawn one by one.

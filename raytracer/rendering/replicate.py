@@ -15,8 +15,11 @@ spread are all chosen.
 The measurement fails where few blocks hold most of the squared error, such as a small light's glints on metal: both
 means then differ by chance. That is told by the number of blocks of equal weight that would scatter as much,
 (sum s)^2 / sum s^2 of the contributions s. With fewer than _FEW the error is uncertain, and a lower bound is stated:
-the sum of the smaller contributions alone, less its own standard error. What no sample of either meets is in no
-measurement.
+the sum of the smaller contributions alone, less its own standard error.
+
+What no sample of either meets is in no measurement. The scene tells which small bright things there are
+(compiler/bright_features.py). Where these may add as much as was measured, the error is uncertain, too, and what was
+measured is a lower bound.
 """
 
 from __future__ import annotations
@@ -32,7 +35,7 @@ from numpy.typing import NDArray
 from raytracer.compiler.direction_cells import BLOCK, CELL
 from raytracer.compiler.draws import SUMMED, replicate_at
 from raytracer.compiler.meshes import PER_CELL, Rectangle
-from raytracer.formats.estimate import FEW_PIXELS, WORST, Estimate, rests_on_few
+from raytracer.formats.estimate import FEW_PIXELS, UNSEEN, WORST, Estimate, rests_on_few
 from raytracer.rendering.estimator import P
 from raytracer.rendering.tile_renderer import TileRenderer
 
@@ -48,6 +51,9 @@ _BELOW = 1.5
 # The least share of the sum that is stated as a lower bound. Where one of both pictures met a bright thing by chance,
 # the error is less than a tenth of the difference if less than 0.1 samples meet it on average: in one of ten cases.
 _LEAST = 0.01
+# The share of a measured squared error that features which samples may miss can have without making it uncertain: with
+# half as much again the root is off by less than a quarter.
+_UNSEEN = 0.5
 
 
 class Spread(NamedTuple):
@@ -190,21 +196,25 @@ def replicate_seconds(renderer: TileRenderer, tile: Rectangle) -> float:
 
 
 def estimate(
-    measured: Measurement, spread: Spread, samples: float, seconds: float, max_error: float | None
+    measured: Measurement, spread: Spread, unseen: float, samples: float, seconds: float, max_error: float | None
 ) -> Estimate:
-    """The estimate of a picture's error, which got `samples` a pixel on average and was to have `max_error`."""
+    """The estimate of a picture's error, which got `samples` a pixel on average and was to have `max_error`.
+
+    `unseen` is the squared error, summed as measured.total, of things that samples may have missed.
+    """
     deviation = spread.of_means()
     height, width = deviation.shape
     y, x = np.unravel_index(int(deviation.argmax()), deviation.shape)
     total = measured.least if measured.is_uncertain else measured.total
+    unknown = FEW_PIXELS if measured.is_uncertain else UNSEEN if unseen > _UNSEEN * total else ""
     return Estimate(
         samples,
         seconds,
         math.sqrt(total / (3 * width * height)),
         WORST * measured.scale * float(deviation[y, x]),
         (int(x), int(y)),
-        unknown=FEW_PIXELS if measured.is_uncertain else "",
-        uncertain=measured.is_uncertain,
+        unknown=unknown,
+        uncertain=bool(unknown),
         max_error=max_error,
     )
 

@@ -1,0 +1,121 @@
+"""What a material's reflectance is in a few numbers, for estimates of how bright a highlight is: a factor of 2 off."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from raytracer.core.validation import Vec3
+from raytracer.scene.materials.material import Material
+
+# Of reflectances whose diffuse part is none, or unknown: the middle between black and white.
+_GREY = (0.5 / math.pi,) * 3
+_CONSTANTS = {"modern": 0.25, "cook": 1.0 / math.pi, "unnormalized": 1.0}
+
+
+class Lobe(NamedTuple):
+    """A highlight around the mirror direction.
+
+    At the mirror direction, with the cosine c of the angles to the normal, f cos(theta_i) is peak c^power F, F by
+    Schlick with `f0`. Halfway vectors in so much of the solid angle `size` around the normal would have all its light
+    if they all had the peak: of lobes `around_mirror` it is 1/c times `size`.
+    """
+
+    size: float
+    around_mirror: bool
+    peak: Vec3
+    power: float
+    f0: Vec3
+
+
+def lobe(material: Material) -> Lobe | None:
+    """The highlight of a material; None of models without one, and of lafortune, he and merl."""
+    make = _LOBES.get(material.model)
+    return make(material) if make else None
+
+
+def diffuse(material: Material) -> Vec3:
+    """About how much of the irradiance a material sends in any direction: f."""
+    if material.model in ("phong", "blinn"):
+        return material.kd
+    albedo = next(filter(None, map(material.get, ("kd", "rho", "color"))), None)
+    return tuple(c / math.pi for c in albedo) if albedo and any(albedo) else _GREY  # pyright: ignore[reportReturnType]
+
+
+def _times(factor: float, color: Vec3) -> Vec3:
+    r, g, b = color
+    return factor * r, factor * g, factor * b
+
+
+def _power_of_cosine(h: float, peak: Vec3, power: float, *, around_mirror: bool) -> Lobe | None:
+    # A normal that turns by an angle turns the mirror direction by twice the angle.
+    size = (math.pi / 2.0 if around_mirror else 2.0 * math.pi) / h if h else math.inf
+    return Lobe(size, around_mirror, peak, power, (1.0, 1.0, 1.0))
+
+
+def _phong(m: Material) -> Lobe | None:
+    return _power_of_cosine(m.h, m.ks, 0.0, around_mirror=True)
+
+
+def _blinn(m: Material) -> Lobe | None:
+    return _power_of_cosine(m.h, m.ks, 0.0, around_mirror=False)
+
+
+def _phong_normalized(m: Material) -> Lobe | None:
+    return _power_of_cosine(m.h, _times((m.h + 2.0) / (2.0 * math.pi), m.ks), 1.0, around_mirror=True)
+
+
+def _blinn_normalized(m: Material) -> Lobe | None:
+    constant = (m.h + 2.0) * (m.h + 4.0) / (8.0 * math.pi * (2.0 ** (-m.h / 2.0) + m.h))
+    return _power_of_cosine(m.h, _times(constant, m.ks), 1.0, around_mirror=False)
+
+
+def _strauss(m: Material) -> Lobe | None:
+    share = m.smoothness**3 * (1.0 - m.transparency)
+    r, g, b = (share * (1.0 - m.metalness + m.metalness * c) for c in m.color)
+    return _power_of_cosine(3.0 / (1.0 - m.smoothness), (r, g, b), 0.0, around_mirror=True)
+
+
+def _normal_reflectance(m: Material) -> Vec3:
+    """F at normal incidence."""
+    if m.fresnel == "schlick":
+        return m.f0
+    index = zip(m.n, m.k, strict=True) if m.fresnel == "conductor" else ((m.ior, 0.0),) * 3
+    r, g, b = (((n - 1.0) ** 2 + k**2) / ((n + 1.0) ** 2 + k**2) for n, k in index)
+    return r, g, b
+
+
+def _facets(m: Material) -> Lobe:
+    return _of_width(m.alpha, (0.25, 0.25, 0.25), _normal_reflectance(m))
+
+
+def _split(m: Material) -> Lobe:
+    r, g, b = ((1.0 - m.metalness) * f + m.metalness * c for f, c in zip(m.f0, m.rho, strict=True))
+    return _of_width(m.alpha, (0.25, 0.25, 0.25), (r, g, b))
+
+
+def _v_cavities(m: Material) -> Lobe:
+    # D is 1 / (pi m^2) unless it is given.
+    height = math.pi * m.m**2 * m.get("c", 0.0) or 1.0
+    return _of_width(m.m, _times(_CONSTANTS[m.constant] * height, m.ks), _normal_reflectance(m))
+
+
+def _of_width(width: float, factor: Vec3, f0: Vec3) -> Lobe:
+    """The lobe of facets with the solid angle pi width^2."""
+    size = math.pi * width**2
+    return Lobe(size, False, _times(1.0 / size, factor), -1.0, f0)
+
+
+_LOBES: dict[str, Callable[[Material], Lobe | None]] = {
+    "phong": _phong,
+    "blinn": _blinn,
+    "phong_normalized": _phong_normalized,
+    "blinn_normalized": _blinn_normalized,
+    "strauss": _strauss,
+    "ggx": _facets,
+    "beckmann": _facets,
+    "split": _split,
+    "cook_torrance": _v_cavities,
+    "torrance_sparrow": _v_cavities,
+}

@@ -1,0 +1,185 @@
+"""Small bright features: their areas and light against closed forms and pictures, and what pictures make of them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import raytracer as rt
+from raytracer.compiler import bright_features as module
+from raytracer.compiler.bright_features import bright_features
+from raytracer.compiler.compiled_scene import compile
+from raytracer.compiler.features import Features
+from raytracer.formats.estimate import UNSEEN
+from raytracer.rendering.renderer import Renderer
+from raytracer.scene.options import CompileOptions
+from raytracer.scene.settings import Settings
+
+SIZE = 96, 72
+CAMERA = rt.Camera((0.5, 1.0, 6.0), (0.0, 0.2, 0.0), vertical_fov=40.0)
+FOCAL = SIZE[1] / 2.0 / math.tan(math.radians(20.0))
+BLACK = (0.0, 0.0, 0.0)
+LIGHT = rt.PointLight((4.0, 4.0, 5.0), (3.0, 2.0, 1.0))
+
+
+def features_in(
+    *objects: rt.Solid | rt.Instances, lights: tuple[rt.PointLight, ...] = (), camera: rt.Camera = CAMERA
+) -> Features:
+    scene = rt.Scene(objects, lights, camera, background=BLACK, ambient=BLACK)
+    return bright_features(compile(scene, CompileOptions(shadows="soft")), SIZE)
+
+
+def glow(radius: float, center: tuple[float, float, float], le: tuple[float, float, float]) -> rt.Sphere:
+    return rt.Sphere(center, radius, rt.Material(kd=0.0, ks=0.0, ka=0.0, le=le))
+
+
+def test_an_emitter_has_the_area_of_its_disc_in_the_pixel_that_it_is_in() -> None:
+    camera = rt.Camera((0.0, 0.0, 5.0), BLACK, vertical_fov=40.0)
+    features = features_in(
+        glow(0.01, (0.0, 0.0, 0.0), (5.0, 6.0, 7.0)),
+        glow(0.01, (1.0, 1.0, 0.0), (1.0, 0.0, 0.0)),
+        glow(0.01, (0.0, 9.0, 0.0), (1.0, 1.0, 1.0)),  # out of the picture
+        glow(0.01, (0.0, 0.0, 9.0), (1.0, 1.0, 1.0)),  # behind the camera
+        glow(0.5, (0.0, 0.0, -1.0), (1.0, 1.0, 1.0)),  # large
+        camera=camera,
+    )
+    disc = math.pi * (0.01 * FOCAL / 5.0) ** 2
+    # The projection of a ball off the middle is an ellipse, stretched by 1 / cosine.
+    np.testing.assert_allclose(features.areas, [disc, disc * math.hypot(1.0, *(0.2, 0.2))], rtol=1e-3)
+    np.testing.assert_array_equal(features.radiance, [(5.0, 6.0, 7.0), (1.0, 0.0, 0.0)])
+    np.testing.assert_allclose(features.x, [48.0, 48.0 + FOCAL / 5.0])
+    np.testing.assert_allclose(features.y, [36.0, 36.0 - FOCAL / 5.0])
+
+
+def test_a_hot_spot_is_as_wide_as_its_light_is_near() -> None:
+    camera = rt.Camera((0.0, 5.0, 0.0), BLACK, (0.0, 0.0, 1.0), vertical_fov=40.0)
+    floor = rt.Plane((0.0, 1.0, 0.0), 0.0, rt.Material("lambert", rho=0.5))
+    light = rt.PointLight((0.0, 0.01, 0.0), falloff="inverse_square")
+    features = features_in(floor, lights=(light,), camera=camera)
+    np.testing.assert_allclose(features.areas, [math.pi * (0.01 * FOCAL / 5.0) ** 2])
+    np.testing.assert_allclose(features.radiance, [(0.5 / math.pi / 0.01**2,) * 3])
+    assert not len(features_in(floor, lights=(LIGHT,), camera=camera).areas)
+
+
+MATERIALS = (
+    rt.Material("phong", kd=0.0, ka=0.0, h=1e4),
+    rt.Material("blinn", kd=0.0, ka=0.0, h=1e4),
+    rt.Material("phong_normalized", kd=0.0, h=1e5),
+    rt.Material("blinn_normalized", kd=0.0, h=1e5),
+    rt.Material("strauss", smoothness=1.0 - 1e-4, color=0.6, metalness=1.0),
+    rt.Material("torrance_sparrow", m=0.01, constant="cook"),
+    rt.Material("cook_torrance", m=0.01),
+    rt.Material("ggx", alpha=0.01, fresnel="conductor"),
+    rt.Material("ggx", alpha=0.01, fresnel="dielectric"),
+    rt.Material("beckmann", alpha=0.01),
+    rt.Material("split", alpha=0.01, metalness=1.0),
+)
+
+
+def picture_of(renderer: Renderer, solid: rt.Solid, light: rt.PointLight, samples: int) -> np.ndarray:
+    scene = rt.Scene((solid,), (light,), CAMERA, background=BLACK, ambient=BLACK)
+    return renderer.render(
+        scene, SIZE, Settings(samples=samples, shadows="soft"), geometry=False, estimates=False
+    ).radiance.astype(float)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("material", MATERIALS, ids=lambda material: f"{material.model}-{material.get('fresnel')}")
+def test_a_glint_has_the_light_of_the_picture(renderer: Renderer, material: rt.Material) -> None:
+    ball = rt.Sphere(BLACK, 1.0, material)
+    for place, radius in (((4.0, 4.0, 5.0), 0.0), ((4.0, 4.0, 5.0), 0.5), ((-6.0, 1.0, -1.5), 0.0)):
+        light = rt.PointLight(place, LIGHT.color, radius)
+        features = features_in(ball, lights=(light,))
+        picture = picture_of(renderer, ball, light, 1024)
+        assert len(features.areas) == 1 and features.areas[0] < 0.2
+        row, column = int(features.y[0]), int(features.x[0])
+        part = picture[row - 4 : row + 5, column - 4 : column + 5]
+        ratio = features.areas[0] * features.radiance[0] / part.sum(axis=(0, 1))
+        assert (ratio > 0.7).all() and (ratio < 1.4).all(), (light, ratio)
+
+
+@pytest.mark.gl
+def test_a_glint_on_a_floor_has_the_light_of_the_picture(renderer: Renderer) -> None:
+    floor, light = rt.Plane((0.0, 1.0, 0.0), -0.2, rt.Material("beckmann", alpha=0.003)), rt.PointLight((1.0, 1.0, 1.2))
+    features = features_in(floor, lights=(light,))
+    ratio = features.areas[0] * features.radiance[0] / picture_of(renderer, floor, light, 1024).sum(axis=(0, 1))
+    assert len(features.areas) == 1 and (ratio > 0.8).all() and (ratio < 1.25).all()
+
+
+@pytest.mark.gl
+def test_a_lamps_glint_is_spread_over_the_pixels_of_its_image(renderer: Renderer) -> None:
+    ball, light = rt.Sphere(BLACK, 1.0, MATERIALS[-2]), rt.PointLight((2.0, 2.0, 3.0), radius=1.5)
+    features = features_in(ball, lights=(light,))
+    luminance = picture_of(renderer, ball, light, 4096)[..., 0]
+    # Of equal pixels: (sum x)^2 / sum x^2.
+    assert features.pixels[0] == pytest.approx(luminance.sum() ** 2 / np.square(luminance).sum(), rel=0.5)
+    assert features.pixels[0] > 5.0
+
+
+def features_of(areas: list[float], radiance: list[float], pixels: float = 1.0) -> Features:
+    count = len(areas)
+    places = np.full(count, 0.5)
+    spread = np.maximum(areas, pixels)
+    return Features(places, places, np.array(areas), spread, np.repeat(np.array(radiance)[:, None], 3, axis=1))
+
+
+def test_missed_is_the_light_of_what_few_samples_meet() -> None:
+    one = features_of([0.01], [50.0])
+    assert one.missed(4) == pytest.approx(3 * 0.5**2)
+    assert one.missed(200) == pytest.approx(3 * 0.5**2 / 2.0)
+    assert one.missed(400) == 0.0
+    samples = np.full((2, 2), 400, np.int32)
+    assert one.missed(samples) == 0.0
+    samples[0, 0] = 4
+    assert one.missed(samples) == one.missed(4)
+    assert features_of([0.01], [50.0], 5.0).missed(4) == pytest.approx(3 * 0.5**2 / 5.0)
+    # Of very many some are met, which tell of the others, unless one is brighter.
+    assert features_of([0.01] * 400, [50.0] * 400).missed(4) == 0.0
+    assert features_of([0.01] * 401, [50.0] * 400 + [5e4]).missed(4) == pytest.approx(3 * 500.0**2, rel=0.01)
+    assert features_of([], []).missed(4) == 0.0
+
+
+def test_blocks_with_features_have_all_pixels_around_these() -> None:
+    features = features_of([0.01], [50.0])._replace(x=np.array([8.1]), y=np.array([5.0]))
+    # Columns 7 and 8, and rows 4 and 5 from the top of 10, which are 5 and 4 from below.
+    assert np.argwhere(features.unmet(100, 1e-3, (12, 10), (4, 4))).tolist() == [[1, 1], [1, 2]]
+    assert not features.unmet(400, 1e-3, (12, 10), (4, 4)).any()
+    assert not features.unmet(100, 1.0, (12, 10), (4, 4)).any()
+
+
+def test_scenes_without_narrow_highlights_emitters_and_near_lights_are_not_looked_at(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    looked: list[object] = []
+    monkeypatch.setattr(module, "rotation", lambda *_: looked.append(None))
+    places = np.random.default_rng(1).uniform(-9.0, 9.0, (20000, 3))
+    balls = rt.Instances(rt.Sphere(BLACK, 0.1), places)
+    assert not len(features_in(balls, rt.Plane((0.0, 1.0, 0.0), 0.0), lights=(LIGHT,) * 20).areas)
+    assert not looked
+
+
+def _small_balls() -> list[tuple[float, float, float]]:
+    rng = np.random.default_rng(7)
+    return [(float(x), float(y), 0.0) for x, y in rng.uniform((-2.0, -1.2), (2.0, 1.8), (30, 2))]
+
+
+# Thirty emitters of 0.003 pixels, and thirty balls with glints of 0.001 pixels.
+EMITTERS = [glow(0.0019, place, (100.0, 100.0, 100.0)) for place in _small_balls()]
+BALLS = [rt.Sphere(place, 0.1, rt.Material("beckmann", alpha=0.01)) for place in _small_balls()]
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("objects", [EMITTERS, BALLS], ids=["emitters", "glints"])
+def test_an_error_is_uncertain_until_samples_meet_what_is_bright(renderer: Renderer, objects: list[rt.Solid]) -> None:
+    backdrop = rt.Sphere((0.0, 0.0, -5.0), 3.0, rt.Material("lambert"))
+    scene = rt.Scene((*objects, backdrop), (LIGHT,), CAMERA, background=BLACK, ambient=BLACK)
+    blind = renderer.render(scene, SIZE, Settings(samples=4, max_error=1e-2), geometry=False)
+    assert blind.radiance.max() < 1.0 and blind.estimate
+    assert blind.estimate.uncertain and blind.estimate.reached is False and blind.estimate.unknown == UNSEEN
+    assert blind.estimate.rmse
+    estimate = renderer.render(scene, SIZE, Settings(samples=4096), geometry=False).estimate
+    assert estimate and not estimate.uncertain and estimate.rmse
+    asked = renderer.render(scene, SIZE, Settings(samples=4096, max_error=2.0 * estimate.rmse), geometry=False).estimate
+    assert asked and asked.reached and asked.samples > 100
