@@ -134,6 +134,8 @@ def test_missed_is_the_light_of_what_few_samples_meet() -> None:
     assert one.missed(samples) == 0.0
     samples[0, 0] = 4
     assert one.missed(samples) == one.missed(4)
+    # The square of the most samples is no 32-bit integer.
+    assert features_of([1e-6], [50.0]).missed(np.full((2, 2), 65536, np.int32)) == pytest.approx(3 * 5e-5**2)
     assert features_of([0.01], [50.0], 5.0).missed(4) == pytest.approx(3 * 0.5**2 / 5.0)
     # Of very many some are met, which tell of the others, unless one is brighter.
     assert features_of([0.01] * 400, [50.0] * 400).missed(4) == 0.0
