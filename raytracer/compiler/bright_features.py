@@ -1,9 +1,9 @@
-"""The bright things of a scene that samples of a picture may miss, as they are smaller than the distance of samples.
+"""The small bright features of a scene: samples of a picture may miss them, as they are smaller than the distance of
+samples.
 
-They are emitting spheres, glints (where a surface with a narrow highlight mirrors a light), and hot spots (surfaces
-close to an attenuated light). All are found from the numbers of the scene, and known to a factor of about 2. What is
-hidden by others is among them; what is seen in mirrors, on the inside of spheres, or of lobes of measured materials is
-not.
+Features are emitting spheres, glints (where a surface with a narrow lobe mirrors a light), and hot spots (surfaces
+close to an attenuated light). Their areas and radiance follow from the numbers of the scene, to a factor of about 2.
+Hidden features count. Features in mirrors, on the inside of spheres, or of lobes of measured materials do not.
 """
 
 from __future__ import annotations
@@ -17,16 +17,18 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.features import Features
-from raytracer.compiler.narrow_lobes import diffuse, lobe
+from raytracer.compiler.narrow_lobes import Lobe, diffuse, lobe
+from raytracer.compiler.surfaces import Surfaces
 from raytracer.compiler.view_space import pixel_scale, rotation
 from raytracer.core.validation import MAX_COLOR
 from raytracer.scene.lights import PointLight
 from raytracer.scene.scene_objects import SceneObjects
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
-# Solid angles of highlights above which none is smaller than a pixel, on balls of 15 pixels and more: exponents below
-# 160 to 630, and alpha above 0.056.
+# The solid angle of the widest lobe whose glint may be smaller than a pixel, on balls of 15 pixels and more: exponents
+# from 160 to 630 on, and alpha up to 0.056.
 _NARROW = 0.01
 # Square pixels of the largest feature: two samples meet it four times.
 _LARGEST = 2.0
@@ -37,17 +39,50 @@ _PAIRS = 2**14
 # The least cosine between a normal and a view, so that nothing is infinite.
 _GRAZING = 1e-3
 
+_BLACK = (0.0, 0.0, 0.0)
+_NO_LOBE = Lobe(0.0, 0.0, _BLACK, 0.0, _BLACK)
+
+
+class _Lobes(NamedTuple):
+    """The narrow lobes of N materials, a Lobe each; of size 0 where there is none."""
+
+    sizes: Array  # (N,)
+    widening: Array  # (N,)
+    peaks: Array  # (N, 3)
+    powers: Array  # (N,)
+    f0: Array  # (N, 3)
+
 
 class _Materials(NamedTuple):
-    """What is bright of M materials."""
+    """The light of M materials."""
 
     emission: Array  # (M, 3)
     diffuse: Array  # (M, 3)
-    sizes: Array  # (M,): of narrow lobes, else 0; see Lobe
-    around_mirror: NDArray[np.bool_]  # (M,)
-    peaks: Array  # (M, 3)
-    powers: Array  # (M,)
-    f0: Array  # (M, 3)
+    lobes: _Lobes
+
+
+class _Surfaces(NamedTuple):
+    """Some of a scene's surfaces: B balls, then P planes."""
+
+    centers: Array  # (B, 3)
+    radii: Array  # (B,)
+    normals: Array  # (P, 3)
+    offsets: Array  # (P,)
+    materials: NDArray[np.intp]  # (B + P,): the row of each one's material in _Materials
+
+
+class _Lights(NamedTuple):
+    """K lights."""
+
+    positions: Array  # (K, 3)
+    colors: Array  # (K, 1, 3)
+    radii: Array  # (K, 1)
+    is_attenuated: Mask  # (K, 1, 1)
+
+    def irradiance(self, distances: Array) -> Array:
+        """(K, N, 3): of surfaces that face the lights from `distances` (K, N), as irradiance.glsl has it."""
+        squares = np.square(np.maximum(distances, self.radii))[..., None]
+        return np.where(self.is_attenuated, np.minimum(self.colors / squares, MAX_COLOR), self.colors)
 
 
 class _Eye(NamedTuple):
@@ -58,8 +93,8 @@ class _Eye(NamedTuple):
     focal: float  # in pixels
     size: tuple[int, int]
 
-    def sees(self, centers: Array, radii: Array) -> NDArray[np.bool_]:
-        """(N,): which spheres, not around the camera, may be in the picture."""
+    def sees(self, centers: Array, radii: Array) -> Mask:
+        """(N,): which spheres may be in the picture; none that the camera is in."""
         x, y, z = self.rotation @ (centers - self.position).T
         seen = -z > -radii
         for side, pixels in ((x, self.size[0]), (y, self.size[1])):
@@ -92,135 +127,112 @@ class _Eye(NamedTuple):
         )
 
 
-class _Faces(NamedTuple):
-    """Points of surfaces, N of them for each of K lights."""
-
-    points: Array  # (K, N, 3)
-    normals: Array  # (K, N, 3), or (N, 3): unit, towards the light
-    bend: Array  # (N,): the curvature, 1 / radius
-
-
 def bright_features(compiled: CompiledScene, size: tuple[int, int]) -> Features:
     """The small bright features of a picture of `size` (width, height). They live as long as the scene's objects."""
     objects = compiled.scene.objects
     assert isinstance(objects, SceneObjects)
-    of_objects = compiled.surfaces, compiled.materials
-    materials = objects.derive("bright materials", of_objects, lambda: _materials(compiled))
-    key = *of_objects, compiled.lights, compiled.scene.camera, size
+    key = compiled.surfaces, compiled.materials
+    materials = objects.derive("bright materials", key, lambda: _materials(compiled))
+    key = *key, compiled.lights, compiled.scene.camera, size
     return objects.derive("bright features", key, lambda: _features(compiled, materials, size))
 
 
 def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, int]) -> Features:
     lights = [light for light in compiled.lights if any(light.color)]
     near = [light for light in lights if light.falloff == "inverse_square"]
-    emits, is_narrow = materials.emission.max(axis=1) > 0.0, materials.sizes > 0.0
-    nothing = np.zeros(0)
-    none = Features(nothing, nothing, nothing, nothing, np.zeros((0, 3)))
+    emits, is_narrow = materials.emission.max(axis=1) > 0.0, materials.lobes.sizes > 0.0
+    zeros = np.zeros(0)
+    none = Features(zeros, zeros, zeros, zeros, np.zeros((0, 3)))
     if not (near or emits.any() or (lights and is_narrow.any())):
         return none
     camera, surfaces = compiled.scene.camera, compiled.surfaces
     eye = _Eye(np.array(camera.position), rotation(camera), 0.5 / pixel_scale(camera, size[1]), size)
     rows = np.searchsorted(surfaces.used, surfaces.material)
-    seen = np.append(eye.sees(surfaces.centers, surfaces.radii), np.ones(len(surfaces.planes), bool))
     parts = [none]
-    with np.errstate(all="ignore"):  # what overflows is not chosen
-        emitters = np.flatnonzero((seen & emits[rows])[: surfaces.spheres])
-        parts.append(_emitters(eye, compiled, emitters, materials.emission[rows[emitters]]))
-        narrow = np.flatnonzero(seen & is_narrow[rows])
-        for some in _portions(lights, len(narrow)):
-            parts += _glints(eye, compiled, some, narrow, materials, rows)
-        shown = np.flatnonzero(seen)
-        for some in _portions(near, len(shown)):
-            parts.append(_hot_spots(eye, compiled, some, shown, materials.diffuse[rows[shown]]))
+    with np.errstate(all="ignore"):  # Eye.features() leaves out what overflows
+        balls = eye.sees(surfaces.centers, surfaces.radii)
+        emitters = _choose(surfaces, rows, np.append(balls, np.zeros(len(surfaces.planes), bool)) & emits[rows])
+        parts.append(_emitters(eye, emitters, materials.emission[emitters.materials]))
+        seen = np.append(balls, np.ones(len(surfaces.planes), bool))
+        narrow = _choose(surfaces, rows, seen & is_narrow[rows])
+        lobes = _Lobes(*(each[narrow.materials] for each in materials.lobes))
+        parts += [_glints(eye, some, narrow, lobes) for some in _portions(lights, narrow)]
+        shown = _choose(surfaces, rows, seen)
+        parts += [_hot_spots(eye, some, shown, materials.diffuse[shown.materials]) for some in _portions(near, shown)]
     return Features(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
 
 def _materials(compiled: CompiledScene) -> _Materials:
     used = [compiled.materials[i] for i in compiled.surfaces.used]
-    lobes = [each if each and each.size < _NARROW else None for each in map(lobe, used)]
-    black = (0.0, 0.0, 0.0)
+    lobes = [each if each and each.size < _NARROW else _NO_LOBE for each in map(lobe, used)]
     return _Materials(
-        np.array([material.get("le", black) for material in used], float),
-        np.array([diffuse(material) for material in used], float),
-        np.array([each.size if each else 0.0 for each in lobes]),
-        np.array([each is not None and each.around_mirror for each in lobes]),
-        np.array([each.peak if each else black for each in lobes], float),
-        np.array([each.power if each else 0.0 for each in lobes]),
-        np.array([each.f0 if each else black for each in lobes], float),
+        np.array([material.get("le", _BLACK) for material in used]),
+        np.array([diffuse(material) for material in used]),
+        _Lobes(*map(np.array, zip(*lobes, strict=True))),
     )
 
 
-def _portions(lights: Sequence[PointLight], surfaces: int) -> Iterator[Sequence[PointLight]]:
-    """The lights, so many at a time that the arrays of their pairs with so many surfaces are not too large."""
-    step = max(1, _PAIRS // max(surfaces, 1))
-    yield from (lights[i : i + step] for i in range(0, len(lights) if surfaces else 0, step))
+def _choose(surfaces: Surfaces, rows: NDArray[np.intp], mask: Mask) -> _Surfaces:
+    """The surfaces that are True in `mask` (S + P,), of whose materials `rows` (S + P,) has the rows."""
+    balls, planes = mask[: surfaces.spheres], mask[surfaces.spheres :]
+    return _Surfaces(
+        surfaces.centers[balls], surfaces.radii[balls], surfaces.normals[planes], surfaces.offsets[planes], rows[mask]
+    )
 
 
-def _emitters(eye: _Eye, compiled: CompiledScene, spheres: NDArray[np.intp], radiance: Array) -> Features:
-    centers, radii = compiled.surfaces.centers[spheres], compiled.surfaces.radii[spheres]
-    solid_angles = math.pi * radii**2 / np.square(centers - eye.position).sum(axis=1)
-    return eye.features(centers, solid_angles, solid_angles, radiance)
+def _portions(lights: Sequence[PointLight], surfaces: _Surfaces) -> Iterator[_Lights]:
+    """The lights, so many at a time that the arrays of their pairs with the surfaces are not too large."""
+    count = len(surfaces.materials)
+    step = max(1, _PAIRS // max(count, 1))
+    for i in range(0, len(lights) if count else 0, step):
+        some = lights[i : i + step]
+        yield _Lights(
+            np.array([light.position for light in some]),
+            np.array([light.color for light in some])[:, None],
+            np.array([light.radius for light in some])[:, None],
+            np.array([light.falloff == "inverse_square" for light in some])[:, None, None],
+        )
 
 
-def _glints(
-    eye: _Eye,
-    compiled: CompiledScene,
-    lights: Sequence[PointLight],
-    chosen: NDArray[np.intp],
-    materials: _Materials,
-    rows: NDArray[np.intp],
-) -> Iterator[Features]:
-    """The mirror images of lights in `chosen` surfaces. The material of each surface of all is in `rows`."""
-    surfaces = compiled.surfaces
-    balls, planes = _kinds(compiled, chosen)
-    places = np.array([light.position for light in lights])
-    if len(balls):
-        faces = _mirror_points(eye, places, surfaces.centers[balls], surfaces.radii[balls])
-        yield _images(eye, lights, faces, materials, rows[balls])
-    if len(planes):
-        faces = _plane_mirror_points(eye, places, surfaces.normals[planes], surfaces.offsets[planes])
-        yield _images(eye, lights, faces, materials, rows[planes + surfaces.spheres])
+def _emitters(eye: _Eye, balls: _Surfaces, radiance: Array) -> Features:
+    solid_angles = math.pi * balls.radii**2 / np.square(balls.centers - eye.position).sum(axis=1)
+    return eye.features(balls.centers, solid_angles, solid_angles, radiance)
 
 
-def _kinds(compiled: CompiledScene, chosen: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """The `chosen` surfaces among the spheres, and among the planes."""
-    spheres = compiled.surfaces.spheres
-    return chosen[chosen < spheres], chosen[chosen >= spheres] - spheres
-
-
-def _images(
-    eye: _Eye, lights: Sequence[PointLight], faces: _Faces, materials: _Materials, rows: NDArray[np.intp]
-) -> Features:
-    """The images of lights around the mirror points on N surfaces, whose materials are in `rows` (N,)."""
-    to_eye = eye.position - faces.points
-    to_light = np.array([light.position for light in lights])[:, None] - faces.points
+def _glints(eye: _Eye, lights: _Lights, surfaces: _Surfaces, lobes: _Lobes) -> Features:
+    """The mirror images of K lights in N surfaces with N `lobes`."""
+    on_balls, on_planes = _mirror_points(eye, lights, surfaces), _plane_mirror_points(eye, lights, surfaces)
+    points, normals = (np.concatenate(pair, axis=1) for pair in zip(on_balls, on_planes, strict=True))
+    curvature = np.append(1.0 / surfaces.radii, np.zeros(len(surfaces.offsets)))
+    to_eye, to_light = eye.position - points, lights.positions[:, None] - points
     far, away = _length(to_eye), _length(to_light)
-    cosine = np.minimum(_dot(faces.normals, to_eye) / far, _dot(faces.normals, to_light) / away)
+    cosine = np.minimum(_dot(normals, to_eye) / far, _dot(normals, to_light) / away)
     c = np.clip(cosine, _GRAZING, 1.0)
-    # How fast the normal turns against the halfway vector: in the plane of both directions, and across.
+    # How fast the halfway vector turns along the surface: in the plane of both directions by c times that, and across
+    # by that over c. The normal turns besides, by the curvature.
     turn = 0.5 * (1.0 / far + 1.0 / away)
     # Solid angles that the eye sees, over those of normals.
-    scale = c / (far**2 * (faces.bend + c * turn) * (faces.bend + turn / c))
-    sizes = materials.sizes[rows] / np.where(materials.around_mirror[rows], c, 1.0)
+    scale = c / (far**2 * (curvature + c * turn) * (curvature + turn / c))
+    sizes = lobes.sizes / c**lobes.widening
     # A lamp takes part of the solid angle around the mirror direction, half as wide around the normal.
-    lamps = math.pi / 4.0 * np.square(np.minimum(_radii(lights) / away, 1.0)) / c
-    f0 = materials.f0[rows]
-    fresnel = f0 + (1.0 - f0) * (1.0 - c[..., None]) ** 5
-    peaks = materials.peaks[rows] * fresnel * (c ** materials.powers[rows])[..., None]
-    radiance = _irradiance(lights, away) * peaks * (cosine > 0.0)[..., None]
-    return eye.features(faces.points, scale * sizes, scale * (sizes + lamps), radiance)
+    lamps = math.pi / 4.0 * np.square(np.minimum(lights.radii / away, 1.0)) / c
+    fresnel = lobes.f0 + (1.0 - lobes.f0) * (1.0 - c[..., None]) ** 5
+    peaks = lobes.peaks * fresnel * (c**lobes.powers)[..., None]
+    radiance = lights.irradiance(away) * peaks * (cosine > 0.0)[..., None]
+    return eye.features(points, scale * sizes, scale * (sizes + lamps), radiance)
 
 
-def _mirror_points(eye: _Eye, lights: Array, centers: Array, radii: Array) -> _Faces:
-    """Where balls (N,) mirror lights (K, 3), if neither these nor the eye are inside.
+def _mirror_points(eye: _Eye, lights: _Lights, balls: _Surfaces) -> tuple[Array, Array]:
+    """Where B balls mirror K lights, and the normals there, (K, B, 3) each, if neither lights nor the eye are inside.
 
-    In the plane of both directions from the centre, with the first axis towards the eye, the normal is between them.
-    It is looked for by halving.
+    In the plane of both directions from the centre, with the first axis towards the eye, the normal is between both.
+    Halving the angle between them finds it.
     """
+    centers, radii = balls.centers, balls.radii
     to_eye = eye.position - centers
     distance = _length(to_eye)
     first = to_eye / distance[:, None]
-    to_light = lights[:, None] - centers
+    to_light = lights.positions[:, None] - centers
     a = _dot(to_light, first)
     across = to_light - a[..., None] * first
     b = _length(across)
@@ -237,55 +249,40 @@ def _mirror_points(eye: _Eye, lights: Array, centers: Array, radii: Array) -> _F
         high = np.where(is_high, x, high[0]), np.where(is_high, y, high[1])
     x, y = low
     normals = x[..., None] * first + (y / np.maximum(b, np.finfo(float).tiny))[..., None] * across
-    return _Faces(centers + radii[:, None] * normals, normals, 1.0 / radii)
+    return centers + radii[:, None] * normals, normals
 
 
-def _plane_mirror_points(eye: _Eye, lights: Array, normals: Array, offsets: Array) -> _Faces:
-    """Where planes (N,) mirror lights (K, 3) that are on the eye's side."""
-    height, heights = normals @ eye.position - offsets, lights @ normals.T - offsets
-    sides = np.sign(height)[:, None] * normals
+def _plane_mirror_points(eye: _Eye, lights: _Lights, planes: _Surfaces) -> tuple[Array, Array]:
+    """Where P planes mirror those of K lights that are on the eye's side, and the normals there: (K, P, 3) each."""
+    normals, offsets = planes.normals, planes.offsets
+    height, heights = normals @ eye.position - offsets, lights.positions @ normals.T - offsets
     share = height / (height + heights)
-    foot, feet = eye.position - height[:, None] * normals, lights[:, None] - heights[..., None] * normals
-    return _Faces(foot + share[..., None] * (feet - foot), sides, np.zeros(len(offsets)))
+    foot = eye.position - height[:, None] * normals
+    feet = lights.positions[:, None] - heights[..., None] * normals
+    points = foot + share[..., None] * (feet - foot)
+    return points, np.broadcast_to(np.sign(height)[:, None] * normals, points.shape)
 
 
-def _hot_spots(
-    eye: _Eye, compiled: CompiledScene, lights: Sequence[PointLight], chosen: NDArray[np.intp], diffuse: Array
-) -> Features:
-    """The points of `chosen` surfaces that are nearest to lights, which are as wide as the lights are near."""
-    surfaces = compiled.surfaces
-    balls, planes = _kinds(compiled, chosen)
-    places = np.array([light.position for light in lights])
-    outward = places[:, None] - surfaces.centers[balls]
+def _hot_spots(eye: _Eye, lights: _Lights, surfaces: _Surfaces, diffuse: Array) -> Features:
+    """The points of N surfaces that are nearest to K lights: spots as wide as the lights are near."""
+    balls = len(surfaces.radii)
+    outward = lights.positions[:, None] - surfaces.centers
     distance = _length(outward)
     outward /= distance[..., None]
     # A light in a ball leaves its outside dark.
-    heights = np.where(distance > surfaces.radii[balls], distance - surfaces.radii[balls], np.inf)
-    above = places @ surfaces.normals[planes].T - surfaces.offsets[planes]
-    normals = np.concatenate([outward, np.sign(above)[..., None] * surfaces.normals[planes]], axis=1)
+    heights = np.where(distance > surfaces.radii, distance - surfaces.radii, np.inf)
+    above = lights.positions @ surfaces.normals.T - surfaces.offsets
+    normals = np.concatenate([outward, np.sign(above)[..., None] * surfaces.normals], axis=1)
     heights = np.concatenate([heights, np.abs(above)], axis=1)
+    widths = np.maximum(heights, lights.radii)
     # No wider than the ball.
-    widths = np.maximum(heights, _radii(lights))
-    widths[:, : len(balls)] = np.minimum(widths[:, : len(balls)], surfaces.radii[balls])
-    points = places[:, None] - heights[..., None] * normals
+    widths[:, :balls] = np.minimum(widths[:, :balls], surfaces.radii)
+    points = lights.positions[:, None] - heights[..., None] * normals
     to_eye = eye.position - points
     far = _length(to_eye)
     cosine = _dot(normals, to_eye) / far
     solid_angles = math.pi * np.square(widths / far) * np.maximum(cosine, 0.0)
-    return eye.features(points, solid_angles, solid_angles, _irradiance(lights, heights) * diffuse)
-
-
-def _irradiance(lights: Sequence[PointLight], distances: Array) -> Array:
-    """(K, N, 3): of surfaces that face K lights from `distances` (K, N), as irradiance.glsl has it."""
-    colors = np.array([light.color for light in lights])[:, None]
-    is_attenuated = np.array([light.falloff != "none" for light in lights])[:, None]
-    squares = np.square(np.maximum(distances, _radii(lights)))
-    return np.where(is_attenuated[..., None], np.minimum(colors / squares[..., None], MAX_COLOR), colors)
-
-
-def _radii(lights: Sequence[PointLight]) -> Array:
-    """(K, 1): the radii of K lights."""
-    return np.array([light.radius for light in lights])[:, None]
+    return eye.features(points, solid_angles, solid_angles, lights.irradiance(heights) * diffuse)
 
 
 def _length(vectors: Array) -> Array:
@@ -293,4 +290,4 @@ def _length(vectors: Array) -> Array:
 
 
 def _dot(a: Array, b: Array) -> Array:
-    return np.einsum("...i,...i->...", *np.broadcast_arrays(a, b))
+    return np.einsum("...i,...i->...", a, b)

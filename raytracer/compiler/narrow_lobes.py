@@ -1,4 +1,4 @@
-"""What a material's reflectance is in a few numbers, for estimates of how bright a highlight is: a factor of 2 off."""
+"""A material's reflectance in a few numbers, which tell the light of its highlight to a factor of 2."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import NamedTuple
 from raytracer.core.validation import Vec3
 from raytracer.scene.materials.material import Material
 
-# Of reflectances whose diffuse part is none, or unknown: the middle between black and white.
-_GREY = (0.5 / math.pi,) * 3
+# The diffuse part of materials that have none, or an unknown one: the middle between black and white.
+_GREY = 0.5 / math.pi, 0.5 / math.pi, 0.5 / math.pi
+# The factors of D F G / (N.L N.V) by their names in models.py.
 _CONSTANTS = {"modern": 0.25, "cook": 1.0 / math.pi, "unnormalized": 1.0}
 
 
@@ -18,12 +19,12 @@ class Lobe(NamedTuple):
     """A highlight around the mirror direction.
 
     At the mirror direction, with the cosine c of the angles to the normal, f cos(theta_i) is peak c^power F, F by
-    Schlick with `f0`. Halfway vectors in so much of the solid angle `size` around the normal would have all its light
-    if they all had the peak: of lobes `around_mirror` it is 1/c times `size`.
+    Schlick with `f0`. Halfway vectors in the solid angle size / c^widening around the normal would have all its light
+    if they all had the peak.
     """
 
     size: float
-    around_mirror: bool
+    widening: float
     peak: Vec3
     power: float
     f0: Vec3
@@ -36,11 +37,14 @@ def lobe(material: Material) -> Lobe | None:
 
 
 def diffuse(material: Material) -> Vec3:
-    """About how much of the irradiance a material sends in any direction: f."""
+    """About the share of the irradiance that a material sends in any direction: f."""
     if material.model in ("phong", "blinn"):
         return material.kd
     albedo = next(filter(None, map(material.get, ("kd", "rho", "color"))), None)
-    return tuple(c / math.pi for c in albedo) if albedo and any(albedo) else _GREY  # pyright: ignore[reportReturnType]
+    if not albedo or not any(albedo):
+        return _GREY
+    r, g, b = albedo
+    return r / math.pi, g / math.pi, b / math.pi
 
 
 def _times(factor: float, color: Vec3) -> Vec3:
@@ -48,33 +52,37 @@ def _times(factor: float, color: Vec3) -> Vec3:
     return factor * r, factor * g, factor * b
 
 
-def _power_of_cosine(h: float, peak: Vec3, power: float, *, around_mirror: bool) -> Lobe | None:
-    # A normal that turns by an angle turns the mirror direction by twice the angle.
-    size = (math.pi / 2.0 if around_mirror else 2.0 * math.pi) / h if h else math.inf
-    return Lobe(size, around_mirror, peak, power, (1.0, 1.0, 1.0))
+def _around_normal(h: float, peak: Vec3, power: float) -> Lobe:
+    """The lobe (N.H)^h."""
+    return Lobe(2.0 * math.pi / h if h else math.inf, 0.0, peak, power, (1.0, 1.0, 1.0))
 
 
-def _phong(m: Material) -> Lobe | None:
-    return _power_of_cosine(m.h, m.ks, 0.0, around_mirror=True)
+def _around_mirror_direction(h: float, peak: Vec3, power: float) -> Lobe:
+    """The lobe (R.V)^h. A normal that turns by an angle turns the mirror direction by twice the angle."""
+    return Lobe(math.pi / 2.0 / h if h else math.inf, 1.0, peak, power, (1.0, 1.0, 1.0))
 
 
-def _blinn(m: Material) -> Lobe | None:
-    return _power_of_cosine(m.h, m.ks, 0.0, around_mirror=False)
+def _phong(m: Material) -> Lobe:
+    return _around_mirror_direction(m.h, m.ks, 0.0)
 
 
-def _phong_normalized(m: Material) -> Lobe | None:
-    return _power_of_cosine(m.h, _times((m.h + 2.0) / (2.0 * math.pi), m.ks), 1.0, around_mirror=True)
+def _blinn(m: Material) -> Lobe:
+    return _around_normal(m.h, m.ks, 0.0)
 
 
-def _blinn_normalized(m: Material) -> Lobe | None:
+def _phong_normalized(m: Material) -> Lobe:
+    return _around_mirror_direction(m.h, _times((m.h + 2.0) / (2.0 * math.pi), m.ks), 1.0)
+
+
+def _blinn_normalized(m: Material) -> Lobe:
     constant = (m.h + 2.0) * (m.h + 4.0) / (8.0 * math.pi * (2.0 ** (-m.h / 2.0) + m.h))
-    return _power_of_cosine(m.h, _times(constant, m.ks), 1.0, around_mirror=False)
+    return _around_normal(m.h, _times(constant, m.ks), 1.0)
 
 
-def _strauss(m: Material) -> Lobe | None:
+def _strauss(m: Material) -> Lobe:
     share = m.smoothness**3 * (1.0 - m.transparency)
     r, g, b = (share * (1.0 - m.metalness + m.metalness * c) for c in m.color)
-    return _power_of_cosine(3.0 / (1.0 - m.smoothness), (r, g, b), 0.0, around_mirror=True)
+    return _around_mirror_direction(3.0 / (1.0 - m.smoothness), (r, g, b), 0.0)
 
 
 def _normal_reflectance(m: Material) -> Vec3:
@@ -87,27 +95,27 @@ def _normal_reflectance(m: Material) -> Vec3:
 
 
 def _facets(m: Material) -> Lobe:
-    return _of_width(m.alpha, (0.25, 0.25, 0.25), _normal_reflectance(m))
+    return _facet_lobe(m.alpha, (0.25, 0.25, 0.25), _normal_reflectance(m))
 
 
 def _split(m: Material) -> Lobe:
     r, g, b = ((1.0 - m.metalness) * f + m.metalness * c for f, c in zip(m.f0, m.rho, strict=True))
-    return _of_width(m.alpha, (0.25, 0.25, 0.25), (r, g, b))
+    return _facet_lobe(m.alpha, (0.25, 0.25, 0.25), (r, g, b))
 
 
 def _v_cavities(m: Material) -> Lobe:
-    # D is 1 / (pi m^2) unless it is given.
+    # D has the peak `c`, and 1 / (pi m^2) where that is 0 or missing.
     height = math.pi * m.m**2 * m.get("c", 0.0) or 1.0
-    return _of_width(m.m, _times(_CONSTANTS[m.constant] * height, m.ks), _normal_reflectance(m))
+    return _facet_lobe(m.m, _times(_CONSTANTS[m.constant] * height, m.ks), _normal_reflectance(m))
 
 
-def _of_width(width: float, factor: Vec3, f0: Vec3) -> Lobe:
+def _facet_lobe(width: float, factor: Vec3, f0: Vec3) -> Lobe:
     """The lobe of facets with the solid angle pi width^2."""
     size = math.pi * width**2
-    return Lobe(size, False, _times(1.0 / size, factor), -1.0, f0)
+    return Lobe(size, 0.0, _times(1.0 / size, factor), -1.0, f0)
 
 
-_LOBES: dict[str, Callable[[Material], Lobe | None]] = {
+_LOBES: dict[str, Callable[[Material], Lobe]] = {
     "phong": _phong,
     "blinn": _blinn,
     "phong_normalized": _phong_normalized,
