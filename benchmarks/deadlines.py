@@ -45,9 +45,9 @@ def by_process(name: str, seconds: float) -> Estimate:
         with Pillow.open(path) as image:
             text = image.info
     error = str(text["Error"]).removeprefix("error ")
-    uncertain = error.startswith("at least ")
-    rmse = None if error.startswith("unknown") else float(error.split()[2 if uncertain else 1])
-    return Estimate(float(text["Samples"]), float(text["Seconds"]), rmse, uncertain=uncertain)
+    is_bound = error.startswith("at least ")
+    rmse = None if error.startswith("unknown") else float(error.split()[2 if is_bound else 1])
+    return Estimate(float(text["Samples"]), float(text["Seconds"]), rmse, unknown=error if is_bound else "")
 
 
 def table_row(renderer: Renderer, name: str, seconds: float, runs: int, new: bool) -> str:

@@ -10,7 +10,7 @@ the key and the line. The package imports core and scene alone. Other packages m
     material_library: published, MaterialLibrary, collections, read_collection
     material_schema: materials_schema
     image: Image, Geometry, GeometrySource
-    estimate: Estimate, rests_on_few, FEW_PIXELS, LEAST, UNSEEN, WORST
+    estimate: Estimate, largest, rests_on_few, FEW_PIXELS, LEAST, UNSEEN, WORST
     image_files: FORMATS, load_radiance, read_size
     radiance: row_blocks, check_radiance, MAX_RADIANCE; srgb: encode_srgb8, decode_srgb
     toml_text: parse_toml

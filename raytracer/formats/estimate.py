@@ -3,27 +3,35 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from raytracer.core.record import Record
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 # With fewer equal parts a sum of squares tells little: the root mean square of ten normal errors is off by a fifth.
 _FEW = 10.0
 # Why an error is uncertain that is a mean of few squares, or mostly of few.
 FEW_PIXELS = "few pixels hold most of it"
-# Why it is uncertain where no sample may have met what holds most of it.
-UNSEEN = "small bright things may lie between the samples"
+# Why an error is uncertain where no sample may have met the features that hold most of it.
+UNSEEN = "small bright features may lie between the samples"
 # The share of the root mean square of such an error that is stated as a lower bound (ground_truth/converged.py).
 LEAST = 0.5
 # Standard errors that the worst of many pixels is off by.
 WORST = 3.0
 
 
-def rests_on_few(total: float, fourth: float, few: float = _FEW) -> bool:
-    """Whether less than `few` of the squares that add up to `total` hold most of it.
+def rests_on_few(squares: NDArray[np.floating], few: float = _FEW) -> bool:
+    """Whether less than `few` of the `squares` hold most of their sum."""
+    return float(squares.sum()) ** 2 < few * float((squares**2).sum())
 
-    `fourth` is the sum of the squares of these squares.
-    """
-    return total**2 < few * fourth
+
+def largest(values: NDArray[np.floating]) -> tuple[float, tuple[int, int]]:
+    """The largest of the `values` (rows, columns), and its column and row."""
+    row, column = divmod(int(values.argmax()), values.shape[1])
+    return float(values[row, column]), (column, row)
 
 
 class Estimate(Record, frozen=True):
@@ -31,9 +39,8 @@ class Estimate(Record, frozen=True):
 
     `rmse`: root mean square over pixels and channels, linear radiance; `worst`: the error that the worst pixel may
     have, three times its own; it is in the block of pixels around `worst_at` (x, y), from the top left. All None where
-    nothing can be known. `uncertain`: the samples do not tell the error: `rmse` stays finite, and the error is that or
-    more. `unknown` says why, in both cases, and is "" otherwise. `samples`: how many a pixel got on average. `seconds`:
-    what they took. `max_error`: the error that was asked for, None without.
+    nothing can be known. `unknown` says why, or why the error is `uncertain`, and is "" otherwise. `samples`: the
+    samples of a pixel on average. `seconds`: their time. `max_error`: the error that was asked for, None without.
     """
 
     samples: float
@@ -42,8 +49,12 @@ class Estimate(Record, frozen=True):
     worst: float | None = None
     worst_at: tuple[int, int] | None = None
     unknown: str = ""
-    uncertain: bool = False
     max_error: float | None = None
+
+    @property
+    def uncertain(self) -> bool:
+        """Whether the samples do not tell the error: `rmse` stays finite, and the error is that or more."""
+        return self.rmse is not None and self.unknown != ""
 
     @property
     def reached(self) -> bool | None:
@@ -61,7 +72,7 @@ class Estimate(Record, frozen=True):
 
     @property
     def spacing(self) -> float:
-        """The distance of samples, in pixels: the samples may miss a part or all of a smaller thing."""
+        """The distance of samples, in pixels: the samples may miss a part or all of a smaller feature."""
         return 1.0 / math.sqrt(self.samples)
 
     def __str__(self) -> str:

@@ -34,7 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.core.progress import Progress
-from raytracer.formats.estimate import FEW_PIXELS, LEAST, WORST, Estimate, rests_on_few
+from raytracer.formats.estimate import FEW_PIXELS, LEAST, WORST, Estimate, largest, rests_on_few
 from raytracer.formats.image import Image
 from raytracer.ground_truth import disk_cache
 from raytracer.ground_truth.job import FIRST_SAMPLES, SAMPLES, TOLERANCE, Job, make_job
@@ -86,17 +86,10 @@ def trace_converged(
 def _estimate(error: NDArray[np.float64], samples: float, seconds: float) -> Estimate:
     """The estimate of a picture whose pixels have these standard errors (H, W) and so many `samples` on average."""
     squares = np.square(error)
-    uncertain = rests_on_few(float(squares.sum()), float(np.square(squares).sum()))
-    row, column = np.unravel_index(int(error.argmax()), error.shape)
-    return Estimate(
-        samples,
-        seconds,
-        (LEAST if uncertain else 1.0) * math.sqrt(squares.mean()),
-        WORST * float(error[row, column]),
-        (int(column), int(row)),
-        unknown=FEW_PIXELS if uncertain else "",
-        uncertain=uncertain,
-    )
+    is_uncertain = rests_on_few(squares)
+    rmse = (LEAST if is_uncertain else 1.0) * math.sqrt(squares.mean())
+    worst, worst_at = largest(error)
+    return Estimate(samples, seconds, rmse, WORST * worst, worst_at, FEW_PIXELS if is_uncertain else "")
 
 
 def _trace(job: Job, workers: int | None, progress: Progress | None) -> Image:

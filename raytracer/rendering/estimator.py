@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import BLOCK
-from raytracer.formats.estimate import FEW_PIXELS, LEAST, WORST, Estimate, rests_on_few
+from raytracer.formats.estimate import FEW_PIXELS, LEAST, WORST, Estimate, largest, rests_on_few
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -67,21 +67,18 @@ class BlockStatistics(NamedTuple):
     ) -> Estimate:
         """Estimate the error of a picture of `size` (width, height), which is a `part` of the blocks."""
         squared_errors = self.squared_errors(samples)[part]
-        is_uncertain = rests_on_few(float(squared_errors.sum()), float(np.square(squared_errors).sum()))
-        rmse = self.rmse(samples, part, size[0] * size[1])
+        is_uncertain = rests_on_few(squared_errors)
         # The worst pixel is in the block with the largest variance of a mean.
-        variances = self.most[part] / np.maximum(samples[part], 1)
-        row, column = np.unravel_index(int(variances.argmax()), variances.shape)
-        x, y = int(column) * BLOCK + BLOCK // 2, int(row) * BLOCK + BLOCK // 2
+        _, (column, row) = largest(self.most[part] / np.maximum(samples[part], 1))
+        x, y = (BLOCK * index + BLOCK // 2 for index in (column, row))
         return Estimate(
             mean_samples,
             seconds,
-            LEAST * rmse if is_uncertain else rmse,
+            (LEAST if is_uncertain else 1.0) * self.rmse(samples, part, size[0] * size[1]),
             WORST * math.sqrt(squared_errors[row, column] / 3.0),
             (min(x, size[0] - 1), max(0, size[1] - 1 - y)),
-            unknown=FEW_PIXELS if is_uncertain else "",
-            uncertain=is_uncertain,
-            max_error=max_error,
+            FEW_PIXELS if is_uncertain else "",
+            max_error,
         )
 
 

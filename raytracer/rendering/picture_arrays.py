@@ -42,7 +42,7 @@ class PictureArrays:
         self.deviation = np.empty(shape, np.float32) if features and options.estimates_error else None
         self._features = features
         self._fewest = 0  # samples of a pixel
-        self._measured: replicate.Measurement | None = None
+        self._measurement: replicate.Measurement | None = None
 
     def draw(
         self,
@@ -122,23 +122,23 @@ class PictureArrays:
         """Measure the error of the picture that was read. Yields after each step."""
         spread = self._spread
         if spread:
-            self._measured = yield from replicate.measuring(renderer, tiles, self.radiance, spread)
+            self._measurement = yield from replicate.measure(renderer, tiles, self.radiance, spread)
 
     def estimate(self, seconds: float) -> Estimate:
         """The estimate of the error of the picture, which took `seconds` to draw."""
         samples = float(self._fewest if self.samples is None else self.samples.mean())
         spread, max_error = self._spread, self.options.max_error
-        if spread is None or self._measured is None or self._features is None:
+        if spread is None or self._measurement is None or self._features is None:
             return Estimate(samples, seconds, unknown=self._why_unknown(), max_error=max_error)
         unseen = self._features.missed(spread.samples)
-        return replicate.estimate(self._measured, spread, unseen, samples, seconds, max_error)
+        return replicate.estimate(self._measurement, spread, unseen, samples, seconds, max_error)
 
     def errors(self) -> NDArray[np.float32]:
         """(H, W): the error of each pixel, nan where nothing tells it."""
         spread = self._spread
-        if spread is None or self._measured is None:
+        if spread is None or self._measurement is None:
             return np.full(self.radiance.shape[:2], np.nan, np.float32)
-        return replicate.pixel_errors(self._measured, spread)
+        return replicate.pixel_errors(self._measurement, spread)
 
     def _why_unknown(self) -> str:
         if not SEQUENCES[self.options.sequence].estimates_error:

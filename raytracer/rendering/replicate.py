@@ -17,9 +17,9 @@ means then differ by chance. That is told by the number of blocks of equal weigh
 (sum s)^2 / sum s^2 of the contributions s. With fewer than _FEW the error is uncertain, and a lower bound is stated:
 the sum of the smaller contributions alone, less its own standard error.
 
-What no sample of either meets is in no measurement. The scene tells which small bright things there are
-(compiler/bright_features.py). Where these may add as much as was measured, the error is uncertain, too, and what was
-measured is a lower bound.
+A feature that no sample of either picture meets is in no measurement. The scene tells its small bright features
+(compiler/bright_features.py). Where these may add half as much as was measured, the error is uncertain, too, and the
+measured one is a lower bound.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from raytracer.compiler.direction_cells import BLOCK, CELL
 from raytracer.compiler.draws import SUMMED, replicate_at
 from raytracer.compiler.meshes import PER_CELL, Rectangle
-from raytracer.formats.estimate import FEW_PIXELS, UNSEEN, WORST, Estimate, rests_on_few
+from raytracer.formats.estimate import FEW_PIXELS, UNSEEN, WORST, Estimate, largest, rests_on_few
 from raytracer.rendering.estimator import P
 from raytracer.rendering.tile_renderer import TileRenderer
 
@@ -48,10 +48,10 @@ BLOCKS = 128
 _FEW = 6.0
 # Standard errors by which a lower bound is below the sum of contributions.
 _BELOW = 1.5
-# The least share of the sum that is stated as a lower bound. Where one of both pictures met a bright thing by chance,
+# The least share of the sum that is stated as a lower bound. Where one of both pictures met a bright feature by chance,
 # the error is less than a tenth of the difference if less than 0.1 samples meet it on average: in one of ten cases.
 _LEAST = 0.01
-# The share of a measured squared error that features which samples may miss can have without making it uncertain: with
+# The part of a measured squared error that features which samples may miss can add without making it uncertain: with
 # half as much again the root is off by less than a quarter.
 _UNSEEN = 0.5
 
@@ -62,7 +62,7 @@ class Spread(NamedTuple):
     deviation: NDArray[np.float32]  # the root of the samples' variance, summed over channels
     samples: NDArray[np.int32] | int  # how many samples there are, or of all alike
 
-    def of_means(self) -> NDArray[np.float32]:
+    def relative_errors(self) -> NDArray[np.float32]:
         """(H, W): the errors of the pixels' means, up to a factor that is the same for all."""
         if isinstance(self.samples, int):
             return self.deviation
@@ -75,23 +75,23 @@ class Measurement(NamedTuple):
     total: float
     least: float  # a lower bound
     is_uncertain: bool  # whether the total is worthless
-    scale: float  # a pixel's error over its Spread.of_means()
+    scale: float  # a pixel's error over its Spread.relative_errors()
 
 
-def measuring(
+def measure(
     renderer: TileRenderer, tiles: Sequence[Rectangle], radiance: NDArray[np.float32], spread: Spread
 ) -> Generator[None, None, Measurement]:
     """Measure the error of the picture `radiance` (H, W, 3), the top row first, that `renderer` drew in `tiles`.
 
     Yields after each sample of the replicate. Sums of the tiles' samples stay as they are.
     """
-    deviation = spread.of_means()
-    # In units of the largest deviation, so that no square overflows.
-    unit = float(deviation.max(initial=0.0))
+    errors = spread.relative_errors()
+    # In units of the largest, so that no square overflows.
+    unit = float(errors.max(initial=0.0))
     if not unit:
         return Measurement(0.0, 0.0, False, 0.0)
-    weights = block_sums(np.square(deviation / np.float32(unit)))
-    rows, columns, shares = chosen_blocks(weights, BLOCKS)
+    weights = block_sums(np.square(errors / np.float32(unit)))
+    rows, columns, probabilities = choose_blocks(weights, BLOCKS)
     squares = np.zeros(len(rows))
     for tile in tiles:
         x, y, width, height = tile
@@ -100,7 +100,7 @@ def measuring(
         if inside.any():
             blocks = rows[inside], columns[inside]
             squares[inside] = yield from _squared_differences(renderer, tile, *blocks, radiance, spread)
-    total, least, is_uncertain = squared_error(squares / 2.0, shares)
+    total, least, is_uncertain = squared_error(squares / 2.0, probabilities)
     return Measurement(total, least, is_uncertain, math.sqrt(total / (3.0 * weights.sum())) / unit)
 
 
@@ -114,35 +114,36 @@ def block_sums(values: NDArray[np.float32]) -> Array:
     return in_rows.reshape(len(in_rows), -1, BLOCK).sum(axis=2)[::-1].astype(np.float64)
 
 
-def chosen_blocks(weights: Array, count: int) -> tuple[Ints, Ints, Array]:
-    """The rows and columns of about `count` blocks, and the probability with which each of them is chosen.
+def choose_blocks(weights: Array, count: int) -> tuple[Ints, Ints, Array]:
+    """Choose about `count` blocks: their rows, their columns, and the probability with which each of them is chosen.
 
-    It is proportional to the weight, but at most 1. Of blocks in a row, every so many of their weight is chosen.
+    The probability is proportional to the weight, but at most 1. One block is chosen from each part of the row of all
+    blocks in which the probabilities add up to 1 (systematic sampling, Madow 1949).
     """
     rows, columns = np.nonzero(weights)
     weight = weights[rows, columns]
-    shares = np.ones(len(weight))
+    probabilities = np.ones(len(weight))
     if len(weight) > count:
-        # The largest weights are chosen for sure: k of them, as many as have at least their share of what is left.
+        # The k largest weights are chosen for sure: each has at least an equal part of the sum of all that follow.
         descending = np.sort(weight)[::-1]
         left = np.cumsum(descending[::-1])[::-1][:count]
         k = int(np.argmax(descending[:count] * (count - np.arange(count)) < left))
-        shares = np.minimum(weight * ((count - k) / left[k]), 1.0)
-        sums = np.cumsum(shares)
-        chosen = np.floor(sums + 0.5) > np.floor(sums - shares + 0.5)
-        rows, columns, shares = rows[chosen], columns[chosen], shares[chosen]
-    return rows, columns, shares
+        probabilities = np.minimum(weight * ((count - k) / left[k]), 1.0)
+        sums = np.cumsum(probabilities)
+        chosen = np.floor(sums + 0.5) > np.floor(sums - probabilities + 0.5)
+        rows, columns, probabilities = rows[chosen], columns[chosen], probabilities[chosen]
+    return rows, columns, probabilities
 
 
-def squared_error(squares: Array, shares: Array) -> tuple[float, float, bool]:
-    """The sum of all blocks' squared errors, from the `squares` of some, chosen with probabilities `shares`.
+def squared_error(squares: Array, probabilities: Array) -> tuple[float, float, bool]:
+    """The sum of all blocks' squared errors, from the `squares` of some, chosen with these `probabilities`.
 
     Returns the sum, a lower bound, and whether few blocks hold most of the sum.
     """
-    contributions = np.sort(squares / shares)
+    contributions = np.sort(squares / probabilities)
     sums, fourths = np.cumsum(contributions), np.cumsum(np.square(contributions))
     least = max(_LEAST * float(sums[-1]), float(np.max(sums - _BELOW * np.sqrt(fourths))))
-    return float(sums[-1]), least, rests_on_few(float(sums[-1]), float(fourths[-1]), _FEW)
+    return float(sums[-1]), least, rests_on_few(contributions, _FEW)
 
 
 def _squared_differences(
@@ -196,29 +197,20 @@ def replicate_seconds(renderer: TileRenderer, tile: Rectangle) -> float:
 
 
 def estimate(
-    measured: Measurement, spread: Spread, unseen: float, samples: float, seconds: float, max_error: float | None
+    measurement: Measurement, spread: Spread, unseen: float, samples: float, seconds: float, max_error: float | None
 ) -> Estimate:
-    """The estimate of a picture's error, which got `samples` a pixel on average and was to have `max_error`.
+    """The estimate of the error of a picture that got `samples` a pixel on average and was to have `max_error`.
 
-    `unseen` is the squared error, summed as measured.total, of things that samples may have missed.
+    `unseen` is the squared error, summed as measurement.total, of features that samples may have missed.
     """
-    deviation = spread.of_means()
-    height, width = deviation.shape
-    y, x = np.unravel_index(int(deviation.argmax()), deviation.shape)
-    total = measured.least if measured.is_uncertain else measured.total
-    unknown = FEW_PIXELS if measured.is_uncertain else UNSEEN if unseen > _UNSEEN * total else ""
-    return Estimate(
-        samples,
-        seconds,
-        math.sqrt(total / (3 * width * height)),
-        WORST * measured.scale * float(deviation[y, x]),
-        (int(x), int(y)),
-        unknown=unknown,
-        uncertain=bool(unknown),
-        max_error=max_error,
-    )
+    errors = spread.relative_errors()
+    worst, worst_at = largest(errors)
+    total = measurement.least if measurement.is_uncertain else measurement.total
+    unknown = FEW_PIXELS if measurement.is_uncertain else UNSEEN if unseen > _UNSEEN * total else ""
+    rmse = math.sqrt(total / (3 * errors.size))
+    return Estimate(samples, seconds, rmse, WORST * measurement.scale * worst, worst_at, unknown, max_error)
 
 
-def pixel_errors(measured: Measurement, spread: Spread) -> NDArray[np.float32]:
+def pixel_errors(measurement: Measurement, spread: Spread) -> NDArray[np.float32]:
     """(H, W): the error of each pixel by the spread of its samples, so that all together have the squared error."""
-    return spread.of_means() * np.float32(measured.scale)
+    return spread.relative_errors() * np.float32(measurement.scale)

@@ -40,7 +40,7 @@ from raytracer.app.viewer.events import (
 from raytracer.app.viewer.orbit import turn_camera, turn_light
 from raytracer.app.viewer.overlay import _box, panels
 from raytracer.app.viewer.titles import compiling, compiling_title, title
-from raytracer.formats.estimate import Estimate
+from raytracer.formats.estimate import FEW_PIXELS, Estimate
 from raytracer.formats.scene_file import SceneDocument
 from raytracer.formats.settings_section import SettingsSection
 from raytracer.scene.materials.models import SHADINGS
@@ -237,8 +237,8 @@ def test_the_title_says_how_far_the_picture_is_and_what_is_on() -> None:
     assert title(state, 12, 31.4) == (
         "assignment - 31 ms, 12 of 256 samples, blinn, diluted shadows, light 2 of 2, H for help"
     )
-    for uncertain, says in ((False, "about"), (True, "at least")):
-        estimate = Estimate(64, 1.0, 0.00128, 0.01, (3, 4), uncertain=uncertain)
+    for unknown, says in (("", "about"), (FEW_PIXELS, "at least")):
+        estimate = Estimate(64, 1.0, 0.00128, 0.01, (3, 4), unknown)
         title_text = title(opened(max_error=0.001), 64, 9.0, estimate)
         assert f"64 of 4096 samples, error {says} 0.0013, " in title_text
     assert "phong" in title(opened(), 1, 1.0) and "showing depth" in title(after(opened(), Key("Z")), 1, 1.0)

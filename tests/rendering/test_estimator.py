@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import raytracer as rt
-from raytracer.formats.estimate import Estimate
+from raytracer.formats.estimate import FEW_PIXELS, Estimate
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.estimator import FACTOR
 from raytracer.rendering.renderer import Renderer
@@ -123,7 +123,7 @@ def test_an_error_is_reached_only_where_it_is_known(renderer: Renderer) -> None:
         estimate = renderer.render(scene, (160, 90), Settings(samples=32, max_error=0.5)).estimate
         assert estimate and estimate.rmse and estimate.reached is known
         assert (estimate.samples < 8) == known, "evidence of few pixels ends no picture"
-    assert Estimate(8, 0.0, 0.1, 0.3, (0, 0), uncertain=True, max_error=0.5).reached is False
+    assert Estimate(8, 0.0, 0.1, 0.3, (0, 0), FEW_PIXELS, max_error=0.5).reached is False
     assert Estimate(1, 0.0, unknown="1 sample a pixel", max_error=0.5).reached is False
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from raytracer.rendering.renderer import Renderer
-from raytracer.rendering.replicate import block_sums, chosen_blocks, squared_error
+from raytracer.rendering.replicate import block_sums, choose_blocks, squared_error
 from raytracer.scene.sequences import light_index, replicate_place, sample_place
 from raytracer.scene.settings import Settings
 from tests import scenes
@@ -40,14 +40,14 @@ def test_blocks_are_chosen_in_proportion_to_their_weights() -> None:
     rng = np.random.default_rng(4)
     weights = rng.uniform(0.0, 1.0, (40, 60)) ** 8
     weights[3, 5], weights[7, 9], weights[:, 20:] = 1e3, 2e3, 0.0
-    rows, columns, shares = chosen_blocks(weights, 64)
+    rows, columns, probabilities = choose_blocks(weights, 64)
     assert abs(len(rows) - 64) <= 1 and (weights[rows, columns] > 0.0).all()
     # The two largest are chosen for sure; each other block stands for all of the same weight.
-    assert sorted(weights[rows, columns][shares == 1.0])[-2:] == [1e3, 2e3]
-    assert (weights[rows, columns] / shares).sum() == pytest.approx(weights.sum(), rel=1e-2)
-    least = weights[rows, columns][shares < 1.0] / shares[shares < 1.0]
+    assert sorted(weights[rows, columns][probabilities == 1.0])[-2:] == [1e3, 2e3]
+    assert (weights[rows, columns] / probabilities).sum() == pytest.approx(weights.sum(), rel=1e-2)
+    least = (weights[rows, columns] / probabilities)[probabilities < 1.0]
     np.testing.assert_allclose(least, least[0])
-    few = chosen_blocks(np.eye(5), 64)
+    few = choose_blocks(np.eye(5), 64)
     assert len(few[0]) == 5 and (few[2] == 1.0).all()
 
 

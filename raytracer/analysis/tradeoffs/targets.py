@@ -131,7 +131,7 @@ def _by_gpu(
     a, b = (image.radiance.astype(np.float64) for image in (first, second))
     squares = np.sum((a - b) ** 2, axis=2)
     error = math.sqrt(float(squares.mean()) / 3.0) / 2.0
-    if uncertain := rests_on_few(float(squares.sum()), float(np.square(squares).sum())):
+    if uncertain := rests_on_few(squares):
         error *= LEAST
     if first.estimate and first.estimate.rmse is not None and target.settings.shadows == "soft":
         error = max(error, first.estimate.rmse)

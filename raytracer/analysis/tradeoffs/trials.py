@@ -106,8 +106,7 @@ class Trials:
             return math.nan, False
         squares = np.sum((radiance - self._reference) ** 2, axis=2)
         error = math.sqrt(float(squares.mean()) / 3.0)
-        is_of_few = rests_on_few(float(squares.sum()), float(np.square(squares).sum()))
-        uncertain = is_of_few and error < _RESOLVED * self._doubt(self._reference)
+        uncertain = rests_on_few(squares) and error < _RESOLVED * self._doubt(self._reference)
         # Points on lights are the same whatever the sequence: so much of the reference is the picture's own.
         return error / (1.0 - min(0.5, samples / self.samples)) if self._shared else error, uncertain
 
