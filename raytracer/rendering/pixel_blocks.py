@@ -48,7 +48,8 @@ class Blocks(NamedTuple):
 
     def narrowed(self, active: Mask) -> Blocks:
         """The same with fewer blocks `active`."""
-        return self._replace(active=active, cells=self.by_cell(active), is_whole=bool(active.all()))
+        # Measurements know nothing of a cell in which nothing is seen, such as its sums before.
+        return self._replace(active=active, cells=self.cells & self.by_cell(active), is_whole=bool(active.all()))
 
     def where(self, area: Rectangle, side: int = BLOCK) -> tuple[slice, slice]:
         """Where the blocks of an `area` of whole cells are in the arrays, or where squares of another `side` are.

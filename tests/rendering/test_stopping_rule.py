@@ -74,7 +74,7 @@ def test_by_a_time_the_error_to_be_had_in_it_counts() -> None:
 
 
 def test_blocks_are_values() -> None:
-    blocks = Blocks.all_of((16, 32, 20, 16), np.array([[True, False]]))
+    blocks = Blocks.all_of((16, 32, 20, 16), np.array([[True, True]]))
     some = blocks.active.copy()
     some[:, :4] = False
     narrowed = blocks.sampled(1).narrowed(some).sampled(1)
@@ -88,17 +88,24 @@ def test_blocks_are_values() -> None:
 
 def test_blocks_around_a_tile_decide_until_some_have_stopped() -> None:
     size = 70, 40
-    blocks = Blocks.all_of((0, 0, *size), np.arange(15).reshape(3, 5) != 7).sampled(2)
+    blocks = Blocks.all_of((0, 0, *size), np.arange(15).reshape(3, 5) != 8).sampled(2)
     tile = 32, 16, 16, 16
     around = blocks.around(tile, surrounded(tile, size))
     assert around.area == (16, 0, 48, 40) and around.is_whole and around.active.all() and (around.samples == 2).all()
-    assert around.cells.tolist() == [[True] * 3, [True, False, True], [True] * 3]
+    assert around.cells.tolist() == [[True] * 3, [True, True, False], [True] * 3]
     active = blocks.active.copy()
     active[4, 8] = active[0, 0] = False
     around = blocks.narrowed(active).around(tile, surrounded(tile, size))
     assert not around.is_whole and around.cells.tolist() == [[False] * 3, [False, True, False], [False] * 3]
     np.testing.assert_array_equal(around.active[around.where(tile)], active[blocks.where(tile)])
     assert around.active.sum() == 15
+
+
+def test_a_cell_in_which_nothing_is_seen_is_not_measured_once_some_blocks_have_stopped() -> None:
+    blocks = Blocks.all_of((0, 0, 32, 32), np.array([[True, False], [True, True]]))
+    active = blocks.active.copy()
+    active[0, 0] = False
+    assert blocks.narrowed(active).cells.tolist() == [[True, False], [True, True]]
 
 
 def test_a_tile_is_surrounded_by_whole_cells_within_the_picture() -> None:
