@@ -24,9 +24,6 @@ from raytracer.rendering.tile_sums import Counts, TileSums
 from raytracer.rendering.tiles import place
 from raytracer.scene.options import SamplingOptions
 
-# The time that reading a picture takes is taken longer than it was, as what comes after it takes some, too.
-_READING = 1.25
-
 
 def is_measured(options: SamplingOptions, *, estimates: bool) -> bool:
     """Whether samples need measurements: to choose blocks, or for `estimates` of the error."""
@@ -58,7 +55,7 @@ class Accumulation:
         features: Features | None = None,
         always_estimates: bool = False,
     ) -> None:
-        """`features` are bright things of the whole picture that samples may miss, if there is an error to be met."""
+        """`features` are those of the whole picture, if the options have an error: blocks with missed ones go on."""
         self._renderer, self._measurements, self._options = renderer, measurements, options
         self._part, self._size, self._features = part, size, features
         self._chooses = measurements is not None and stopping_rule.chooses_blocks(options)
@@ -198,23 +195,26 @@ class Accumulation:
         )
         self._spare = choice.spare
         active = choice.active
-        if self._features and options.max_error is not None:
-            # A block in which samples met nothing looks as if it had enough of them.
+        if self._features is not None and options.max_error is not None:
+            # A block whose samples met none of its features looks as if it had enough of them.
             active = active | blocks.active & self._features.unmet(n, options.max_error, self._size, active.shape)
         if not active.any():
             self._is_enough = True
         elif not np.array_equal(active, blocks.active):
             self._blocks = blocks.narrowed(active)
 
-    def can_go_on(self, seconds_left: float) -> bool:
-        """Whether the rule left samples that can be drawn in the `seconds_left`."""
-        return self.samples < self._options.samples and self.drawing_seconds < seconds_left
+    def resume(self, measured: Estimate, seconds_left: float) -> bool:
+        """Whether samples go on: the `measured` error is not the one asked for, and one more fits the `seconds_left`.
 
-    def go_on(self, rmse: float) -> None:
-        """Go on until the error is smaller than `rmse`, which it turned out to be."""
-        estimate = self._rmse()
-        self._correction = max(self._correction, rmse / estimate if estimate else 1.0)
+        From then on the estimate of the error is as large as the measured error, if it was smaller.
+        """
+        is_over = self.samples == self._options.samples or self.drawing_seconds >= seconds_left
+        if measured.reached is not False or is_over:
+            return False
+        rmse = self._rmse()
+        self._correction = max(self._correction, (measured.rmse or 0.0) / rmse if rmse else 1.0)
         self._is_enough = False
+        return True
 
     def _active_tiles(self) -> Iterator[tuple[TileSums, Blocks]]:
         """The tiles with active blocks, one by one in the renderer, with their blocks and those around."""
@@ -250,37 +250,38 @@ class Accumulation:
     @property
     def knows_error(self) -> bool:
         """Whether anything is known of the error (yet)."""
-        return self._statistics is not None and self.samples >= 2
+        return self._known is not None
+
+    @property
+    def _known(self) -> BlockStatistics | None:
+        """The statistics, once they tell an error."""
+        return self._statistics if self.samples >= 2 else None
 
     def _rmse(self) -> float | None:
         """The estimate of the part's root mean square error; None where it is not known (yet)."""
-        if self._statistics is None or self.samples < 2:
-            return None
-        part = self._blocks.part(self._part)
-        return self._statistics.rmse(self._blocks.samples, part, self._part[2] * self._part[3])
+        statistics, blocks, part = self._known, self._blocks, self._part
+        return statistics and statistics.rmse(blocks.samples, blocks.part(part), part[2] * part[3])
 
     def estimate(self, seconds: float) -> Estimate | None:
         """The estimate of the part's error, whose samples took `seconds`; None where it is not known (yet)."""
-        if self._statistics is None or self.samples < 2:
-            return None
-        samples = float(self._blocks.samples_in(self._part).mean()) if self._chooses else float(self.samples)
-        return self._statistics.estimate(
-            self._blocks.samples,
-            self._blocks.part(self._part),
-            self._part[2:],
-            samples,
-            seconds,
-            self._options.max_error,
+        statistics, blocks, part, max_error = self._known, self._blocks, self._part, self._options.max_error
+        samples = float(np.mean(self._samples))
+        return statistics and statistics.estimate(
+            blocks.samples, blocks.part(part), part[2:], samples, seconds, max_error
         )
 
-    def read(self, mean: NDArray[np.float32], deviation: NDArray[np.float32] | None = None) -> NDArray[np.int32] | int:
+    @property
+    def _samples(self) -> Counts:
+        """The number of samples of the part's pixels: (H, W), the top row first, or of all alike."""
+        return self._blocks.samples_in(self._part) if self._chooses else self.samples
+
+    def read(self, mean: NDArray[np.float32], deviation: NDArray[np.float32] | None = None) -> Counts:
         """Read the mean of the samples so far into `mean` (H, W, 3), and the root of their variance, summed over
         channels, into `deviation` (H, W), if there is such an array.
 
         Returns the number of samples: (H, W), or of all alike. Arrays have the top row first.
         """
         x, y, _, height = self._part
-        samples = self._blocks.samples_in(self._part) if self._chooses else self.samples
         is_even = self.samples == 1 or not self._chooses
         for sums in self._sums:
             sums.take_turn()
@@ -293,7 +294,7 @@ class Accumulation:
                 assert self._measurements
                 variance = sums.variance(self._counts(self._around(sums)), self._measurements)
                 deviation[where] = self._deviation(variance, mean[where])
-        return samples
+        return self._samples
 
     def _deviation(self, variance: NDArray[np.float32], mean: NDArray[np.float32]) -> NDArray[np.float32]:
         """(H, W): the root of the `variance` of pixels' samples, unscaled."""
@@ -306,33 +307,3 @@ class Accumulation:
             bound = math.sqrt(self.samples) * np.linalg.norm(mean.astype(np.float64), axis=-1)
             deviation = np.where(np.isfinite(deviation), deviation, np.minimum(bound, np.finfo(np.float32).max))
         return deviation
-
-
-def complete(
-    accumulation: Accumulation,
-    until: float,
-    progress: Callable[[int, int], None],
-    read: Callable[[], None],
-    replicate_seconds: Callable[[], float],
-) -> None:
-    """Draw all samples and `read` them, so that their error can be measured by the time `until`.
-
-    `progress` gets the number of samples so far, and how many there are at most. `replicate_seconds` measures how long
-    a sample of the replicate takes.
-    """
-    reading = replicating = 0.0
-    while True:
-        # A second part of the sum is read besides, and added in float64.
-        end = until - (reading if accumulation.samples < SUMMED else 2.0 * reading)
-        accumulation.step(end - replicating * accumulation.samples - time.perf_counter(), together=until == math.inf)
-        if accumulation.samples == 1 and until < math.inf and not accumulation.is_done(until - time.perf_counter()):
-            begin = time.perf_counter()
-            read()
-            reading = _READING * (time.perf_counter() - begin)
-            replicating = _READING * replicate_seconds()
-            end = until - reading
-        if accumulation.is_done(end - replicating * (accumulation.samples + 1) - time.perf_counter()):
-            break
-        progress(accumulation.samples, accumulation.options.samples)
-    progress(accumulation.options.samples, accumulation.options.samples)
-    read()

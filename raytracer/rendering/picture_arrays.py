@@ -10,18 +10,21 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from raytracer.compiler.draws import SUMMED
 from raytracer.compiler.features import Features
 from raytracer.compiler.meshes import Rectangle
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
 from raytracer.rendering import replicate
-from raytracer.rendering.accumulation import Accumulation, complete
+from raytracer.rendering.accumulation import Accumulation
 from raytracer.rendering.block_measurements import BlockMeasurements
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import place
 from raytracer.scene.options import SamplingOptions
 from raytracer.scene.sequences import SEQUENCES
 
+# The reserve for reading a picture and for its replicate, over the time of a first trial: what follows takes time, too.
+_RESERVE = 1.25
 _WHY_ONE_SAMPLE = "1 sample a pixel"
 _WHY_NO_TIME = "some pixels got 1 sample, for want of time"
 
@@ -29,7 +32,7 @@ _WHY_NO_TIME = "some pixels got 1 sample, for want of time"
 class PictureArrays:
     """The arrays of a picture of `size` (width, height), the top row first.
 
-    `features` are what its samples may miss; None without estimates of its error.
+    `features` are its small bright features; None without estimates of its error.
     """
 
     def __init__(self, size: tuple[int, int], options: SamplingOptions, features: Features | None) -> None:
@@ -39,9 +42,11 @@ class PictureArrays:
         self.radiance = np.empty((*shape, 3), np.float32)
         self.samples = np.empty(shape, np.int32) if options.is_adaptive else None
         # The root of the variance of a pixel's samples, summed over channels.
-        self.deviation = np.empty(shape, np.float32) if features and options.estimates_error else None
+        self.deviation = np.empty(shape, np.float32) if features is not None and options.estimates_error else None
         self._features = features
         self._fewest = 0  # samples of a pixel
+        # With a time: the reserves for reading a sum, and for one sample of the replicate.
+        self._reading_seconds = self._replicate_seconds = 0.0
         self._measurement: replicate.Measurement | None = None
 
     def draw(
@@ -67,7 +72,7 @@ class PictureArrays:
             for i, tile in enumerate(tiles):
                 accumulation = Accumulation(renderer, measurements, self.options, tile, [tile], self.size)
                 self._complete(renderer, accumulation, tile, math.inf, partial(_add, progress, i, len(tiles)))
-            for _ in self.measuring(renderer, tiles):
+            for _ in self.measure(renderer, tiles):
                 pass
         return time.perf_counter() - begin
 
@@ -84,12 +89,10 @@ class PictureArrays:
         accumulation = Accumulation(renderer, measurements, options, whole, tiles, self.size, features=self._features)
         while True:
             self._complete(renderer, accumulation, whole, until, partial(_add, progress, 0, 1))
-            for _ in self.measuring(renderer, tiles):
+            for _ in self.measure(renderer, tiles):
                 pass
-            estimate = self.estimate(0.0)
-            if estimate.reached is not False or not accumulation.can_go_on(until - time.perf_counter()):
+            if not accumulation.resume(self.estimate(0.0), self._seconds_left(accumulation, until)):
                 break
-            accumulation.go_on(estimate.rmse or 0.0)
         renderer.drop_others()
 
     def _complete(
@@ -100,8 +103,29 @@ class PictureArrays:
         until: float,
         progress: Callable[[int, int], None],
     ) -> None:
-        read = partial(self.read, accumulation, part)
-        complete(accumulation, until, progress, read, partial(replicate.replicate_seconds, renderer, part))
+        """Draw all samples of a part and read them, so that their error can be measured by the time `until`.
+
+        `progress` gets the number of samples so far, and how many there are at most.
+        """
+        while True:
+            accumulation.step(self._seconds_left(accumulation, until), together=until == math.inf)
+            if accumulation.samples == 1 and until < math.inf and not accumulation.is_done(until - time.perf_counter()):
+                begin = time.perf_counter()
+                self.read(accumulation, part)
+                self._reading_seconds = _RESERVE * (time.perf_counter() - begin)
+                self._replicate_seconds = _RESERVE * replicate.replicate_seconds(renderer, part)
+            if accumulation.is_done(self._seconds_left(accumulation, until)):
+                break
+            progress(accumulation.samples, self.options.samples)
+        progress(self.options.samples, self.options.samples)
+        self.read(accumulation, part)
+
+    def _seconds_left(self, accumulation: Accumulation, until: float) -> float:
+        """The seconds left for one more sample, if reading and the replicate are done by the time `until`."""
+        # A second part of the sum is read besides, and added in float64.
+        parts = 1 if accumulation.samples < SUMMED else 2
+        reserve = parts * self._reading_seconds + (accumulation.samples + 1) * self._replicate_seconds
+        return until - reserve - time.perf_counter()
 
     def read(self, accumulation: Accumulation, part: Rectangle) -> None:
         """Read the samples of a part."""
@@ -118,7 +142,7 @@ class PictureArrays:
             return None
         return replicate.Spread(self.deviation, self._fewest if self.samples is None else self.samples)
 
-    def measuring(self, renderer: TileRenderer, tiles: Sequence[Rectangle]) -> Iterator[None]:
+    def measure(self, renderer: TileRenderer, tiles: Sequence[Rectangle]) -> Iterator[None]:
         """Measure the error of the picture that was read. Yields after each step."""
         spread = self._spread
         if spread:

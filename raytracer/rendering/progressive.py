@@ -134,9 +134,10 @@ class ProgressivePicture:
             measurements = self._measurements = self._measurements or BlockMeasurements(
                 self._device, tiles.player, size
             )
+        features = bright_features(compiled, drawn_size) if measurements and options.max_error is not None else None
         whole = 0, 0, *drawn_size
         self._accumulation = Accumulation(
-            tiles, measurements, options, whole, [whole], drawn_size, always_estimates=True
+            tiles, measurements, options, whole, [whole], drawn_size, features=features, always_estimates=True
         )
 
     def _tiles_for(self, size: tuple[int, int], *, geometry: bool) -> TileRenderer:
@@ -197,15 +198,13 @@ class ProgressivePicture:
         if self._arrays is None or self._measuring is None:
             self._arrays = PictureArrays(self.size, accumulation.options, bright_features(self._compiled, self.size))
             self._arrays.read(accumulation, whole)
-            self._measuring = self._arrays.measuring(self._tiles, [whole])
+            self._measuring = self._arrays.measure(self._tiles, [whole])
         for _ in self._measuring:
             if time.perf_counter() > end:
                 return
         estimate = self._arrays.estimate(self._seconds)
         self._arrays = self._measuring = None
-        if estimate.reached is False and accumulation.can_go_on(self._seconds_left()):
-            accumulation.go_on(estimate.rmse or 0.0)
-        else:
+        if not accumulation.resume(estimate, self._seconds_left()):
             self._estimate = estimate
 
     @property

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import raytracer as rt
 from raytracer.formats.estimate import FEW_PIXELS, Estimate
 from raytracer.ground_truth import ray_tracer
+from raytracer.rendering import replicate
 from raytracer.rendering.estimator import FACTOR
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.options import Shadows
@@ -227,6 +228,17 @@ def test_pictures_smaller_than_a_cell_may_have_a_time(renderer: Renderer, size: 
     plain = renderer.render(scenes.assignment(), size, Settings(samples=4))
     np.testing.assert_array_equal(asked.radiance, plain.radiance)
     assert asked.error is not None and np.isfinite(asked.error).all()
+
+
+@pytest.mark.gl
+def test_samples_that_go_on_after_a_measurement_leave_time_for_the_next(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(replicate, "replicate_seconds", lambda *_: 100.0)
+    settings = Settings(samples=64, max_error=0.5, time=1000.0)
+    # The first measurement is at 2 samples, and does not tell the error.
+    estimate = renderer.render(scenes.glint(), (160, 90), settings).estimate
+    assert estimate and estimate.reached is False and 2 < estimate.samples < 10
 
 
 @pytest.mark.gl

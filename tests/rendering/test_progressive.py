@@ -108,6 +108,16 @@ def test_a_still_picture_stops_at_the_error_or_time_that_is_asked_for(live: Live
         assert live.samples == 64
 
 
+def test_blocks_with_features_that_samples_may_miss_go_on_as_those_of_render_do(live: Live, renderer: Renderer) -> None:
+    settings = Settings(samples=128, max_error=0.01)
+    image = renderer.render(scenes.glint(), SIZE, settings, geometry=False)
+    with renderer.device.context:
+        refined(live, scenes.glint(), settings)
+        estimate = live.estimate()
+    assert estimate and image.estimate and estimate.samples == image.estimate.samples
+    assert estimate.reached is image.estimate.reached is False
+
+
 def test_a_picture_that_moves_or_shows_something_else_is_not_looked_at(renderer: Renderer) -> None:
     live, settings, scene = Live(renderer, 1e-9), Settings(samples=16), scenes.assignment()
     centers = renderer.render(scene, SIZE, Settings(), geometry=False).radiance
