@@ -1,4 +1,4 @@
-"""How well pictures know their error: what they state against the truth, on ordinary and on hard random scenes.
+"""How well pictures know their error: the stated against the true one, on ordinary and on hard random scenes.
 
 python -m benchmarks.estimates [--scenes N] [--first SEED] [-o FOLDER]
 
@@ -31,8 +31,8 @@ from raytracer.scene.settings_patch import ASKED_SAMPLES
 SAMPLES = 4, 16, 64, 256
 # A quarter of the pixels of unseen.SIZE: thin features are thinner, and fewer pixels hold the error.
 SIZE = (240, 135)
-# What was asked: certain estimates within 25 % of the true error, uncertain ones at most 1.25 times the true error, of
-# 95 %; errors at most 1.1 times those asked for, or status 1, of 98 %.
+# The goal: 95 % of the estimates are within 25 % of the true error, or uncertain and at most 1.25 times the true error;
+# 98 % of the pictures have at most 1.1 times the error asked for, or status 1.
 WITHIN, BOUND, SHARE = 0.25, 1.25, 0.95
 MOST, MET = 1.1, 0.98
 # The most that may be marked as uncertain: of the ordinary scenes with any number of samples, of the hard ones with 64.
@@ -44,7 +44,7 @@ SETS: dict[str, Callable[[int], tuple[rt.Scene, Shadows, str]]] = {
     "hard": hard_scene,
 }
 COLUMNS = ["set", "seed", "kind", "shadows"]
-COLUMNS += [f"{what} {n}" for n in SAMPLES for what in ("stated", "true", "uncertain")]
+COLUMNS += [f"{kind} {n}" for n in SAMPLES for kind in ("stated", "true", "uncertain")]
 COLUMNS += ["asked", "true", "stated", "reached", "samples", "truth", "seconds"]
 
 
@@ -122,7 +122,7 @@ def _table(name: str, rows: list[dict[str, str]]) -> list[str]:
     ]
     for n in SAMPLES:
         stated, true, uncertain = (
-            np.array([float(row[f"{what} {n}"]) for row in rows]) for what in ("stated", "true", "uncertain")
+            np.array([float(row[f"{kind} {n}"]) for row in rows]) for kind in ("stated", "true", "uncertain")
         )
         right = [is_right(s, t, is_uncertain=bool(u)) for s, t, u in zip(stated, true, uncertain, strict=True)]
         ratios = (stated / np.maximum(true, 1e-300))[(true > 0) & (uncertain == 0)]
@@ -171,9 +171,9 @@ def main() -> None:
     if path.exists():
         with path.open(newline="") as file:
             rows = list(csv.DictReader(file))
-    have = {(row["set"], int(row["seed"])) for row in rows}
+    measured = {(row["set"], int(row["seed"])) for row in rows}
     seeds = range(options.first, options.first + options.scenes)
-    missing = [(name, seed) for seed in seeds for name in SETS if (name, seed) not in have]
+    missing = [(name, seed) for seed in seeds for name in SETS if (name, seed) not in measured]
     for name, seed in track(missing, "scenes"):
         row = measure_scene(name, seed)
         rows.append({key: str(row[key]) for key in COLUMNS})

@@ -18,12 +18,12 @@ from raytracer.core.validation import MAX_COLOR, MIN_RADIUS
 from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.models import MODELS
 
-# Light between 2^-NEAR and 2^NEAR, a billion, stays as it is. Squares of 2^-24 of the darkest, what float32 rounds to,
-# are then normal numbers of float32. Sums of squares of 2^25 times the brightest do not overflow (sums.glsl).
+# Light between 2^-_NEAR and 2^_NEAR, a billion, stays as it is. Squares of float32's rounding of the darkest, 2^-24 of
+# it, are then normal numbers of float32. Sums of squares of 2^25 times the brightest do not overflow (sums.glsl).
 _NEAR = 30
-# A reflectance is at most 2^PEAK, 1e12, times the material's largest colour: the peak of a lobe may be as high.
+# A reflectance is at most 2^_PEAK, 1e12, times the material's largest colour: the peak of a lobe may be as high.
 _PEAK = 40
-# Sums of 256 samples of light below 2^LARGEST do not overflow.
+# Sums of 256 samples of light below 2^_LARGEST do not overflow.
 _LARGEST = 119
 
 
@@ -39,7 +39,7 @@ def light_scale(frame: Frame, brightest: float) -> float:
 
 
 def _most_light(frame: Frame) -> float:
-    """A number that no light of a picture is above."""
+    """An upper bound of all light of a picture."""
     scene, materials = frame.compiled.scene, frame.compiled.materials.values()
     lights = [_most_irradiance(light) for light in frame.compiled.lights]
     factors = [

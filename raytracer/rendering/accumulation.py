@@ -260,15 +260,17 @@ class Accumulation:
     def _rmse(self) -> float | None:
         """The estimate of the part's root mean square error; None where it is not known (yet)."""
         statistics, blocks, part = self._known, self._blocks, self._part
-        return statistics and statistics.rmse(blocks.samples, blocks.part(part), part[2] * part[3])
+        if statistics is None:
+            return None
+        return statistics.rmse(blocks.samples, blocks.part(part), part[2] * part[3])
 
     def estimate(self, seconds: float) -> Estimate | None:
         """The estimate of the part's error, whose samples took `seconds`; None where it is not known (yet)."""
         statistics, blocks, part, max_error = self._known, self._blocks, self._part, self._options.max_error
+        if statistics is None:
+            return None
         samples = float(np.mean(self._samples))
-        return statistics and statistics.estimate(
-            blocks.samples, blocks.part(part), part[2:], samples, seconds, max_error
-        )
+        return statistics.estimate(blocks.samples, blocks.part(part), part[2:], samples, seconds, max_error)
 
     @property
     def _samples(self) -> Counts:

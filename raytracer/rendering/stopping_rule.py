@@ -49,7 +49,8 @@ APRON = 1
 _LEFT = 0.05
 # Times this share the blocks may hold now that could have done with half the samples.
 _MISJUDGED = 2.0
-# The factors by which an estimate must be below `max_error`, from 8 samples on and with fewer: so far off it may be.
+# The factors by which an estimate must be below `max_error`, from _SURE_FROM samples on and with fewer: an estimate may
+# be as far off.
 _SURE, _LESS_SURE, _SURE_FROM = 1.05, 1.4, 8
 
 
@@ -97,7 +98,7 @@ def choose_blocks(
         goal = max(goal, options.max_error**2 * 3 * pixels)
     now = _surest(active, errors, squared_errors, _LEFT * goal)
     if spare is None or squared_errors[spare & active].sum() > _MISJUDGED * _LEFT * goal:
-        # There are things that so many samples often miss.
+        # There are features that so many samples often miss.
         return Choice(active, now)
     return Choice(active & ~(spare & now), now)
 

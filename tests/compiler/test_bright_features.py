@@ -1,4 +1,4 @@
-"""Small bright features: their areas and light against closed forms and pictures, and what pictures make of them."""
+"""Small bright features: their areas and light against closed forms and pictures, and the estimates that need them."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_an_emitter_has_the_area_of_its_disc_in_the_pixel_that_it_is_in() -> Non
     )
     disc = math.pi * (0.01 * FOCAL / 5.0) ** 2
     # The projection of a ball off the middle is an ellipse, stretched by 1 / cosine.
-    np.testing.assert_allclose(features.areas, [disc, disc * math.hypot(1.0, *(0.2, 0.2))], rtol=1e-3)
+    np.testing.assert_allclose(features.areas, [disc, disc * math.hypot(1.0, 0.2, 0.2)], rtol=1e-3)
     np.testing.assert_array_equal(features.radiance, [(5.0, 6.0, 7.0), (1.0, 0.0, 0.0)])
     np.testing.assert_allclose(features.x, [48.0, 48.0 + FOCAL / 5.0])
     np.testing.assert_allclose(features.y, [36.0, 36.0 - FOCAL / 5.0])
@@ -78,7 +78,7 @@ MATERIALS = (
 )
 
 
-def picture_of(renderer: Renderer, solid: rt.Solid, light: rt.PointLight, samples: int) -> np.ndarray:
+def radiance(renderer: Renderer, solid: rt.Solid, light: rt.PointLight, samples: int) -> np.ndarray:
     scene = rt.Scene((solid,), (light,), CAMERA, background=BLACK, ambient=BLACK)
     return renderer.render(
         scene, SIZE, Settings(samples=samples, shadows="soft"), geometry=False, estimates=False
@@ -92,7 +92,7 @@ def test_a_glint_has_the_light_of_the_picture(renderer: Renderer, material: rt.M
     for place, radius in (((4.0, 4.0, 5.0), 0.0), ((4.0, 4.0, 5.0), 0.5), ((-6.0, 1.0, -1.5), 0.0)):
         light = rt.PointLight(place, LIGHT.color, radius)
         features = features_in(ball, lights=(light,))
-        picture = picture_of(renderer, ball, light, 1024)
+        picture = radiance(renderer, ball, light, 1024)
         assert len(features.areas) == 1 and features.areas[0] < 0.2
         row, column = int(features.y[0]), int(features.x[0])
         part = picture[row - 4 : row + 5, column - 4 : column + 5]
@@ -104,7 +104,7 @@ def test_a_glint_has_the_light_of_the_picture(renderer: Renderer, material: rt.M
 def test_a_glint_on_a_floor_has_the_light_of_the_picture(renderer: Renderer) -> None:
     floor, light = rt.Plane((0.0, 1.0, 0.0), -0.2, rt.Material("beckmann", alpha=0.003)), rt.PointLight((1.0, 1.0, 1.2))
     features = features_in(floor, lights=(light,))
-    ratio = features.areas[0] * features.radiance[0] / picture_of(renderer, floor, light, 1024).sum(axis=(0, 1))
+    ratio = features.areas[0] * features.radiance[0] / radiance(renderer, floor, light, 1024).sum(axis=(0, 1))
     assert len(features.areas) == 1 and (ratio > 0.8).all() and (ratio < 1.25).all()
 
 
@@ -112,21 +112,21 @@ def test_a_glint_on_a_floor_has_the_light_of_the_picture(renderer: Renderer) -> 
 def test_a_lamps_glint_is_spread_over_the_pixels_of_its_image(renderer: Renderer) -> None:
     ball, light = rt.Sphere(BLACK, 1.0, MATERIALS[-2]), rt.PointLight((2.0, 2.0, 3.0), radius=1.5)
     features = features_in(ball, lights=(light,))
-    luminance = picture_of(renderer, ball, light, 4096)[..., 0]
+    luminance = radiance(renderer, ball, light, 4096)[..., 0]
     # Of equal pixels: (sum x)^2 / sum x^2.
     assert features.pixels[0] == pytest.approx(luminance.sum() ** 2 / np.square(luminance).sum(), rel=0.5)
     assert features.pixels[0] > 5.0
 
 
-def features_of(areas: list[float], radiance: list[float], pixels: float = 1.0) -> Features:
+def features_at_one_place(areas: list[float], radiance: list[float], pixels: float = 1.0) -> Features:
     count = len(areas)
     places = np.full(count, 0.5)
     spread = np.maximum(areas, pixels)
     return Features(places, places, np.array(areas), spread, np.repeat(np.array(radiance)[:, None], 3, axis=1))
 
 
-def test_missed_is_the_light_of_what_few_samples_meet() -> None:
-    one = features_of([0.01], [50.0])
+def test_missed_is_the_squared_light_of_features_that_few_samples_meet() -> None:
+    one = features_at_one_place([0.01], [50.0])
     assert one.missed(4) == pytest.approx(3 * 0.5**2)
     assert one.missed(200) == pytest.approx(3 * 0.5**2 / 2.0)
     assert one.missed(400) == 0.0
@@ -135,31 +135,31 @@ def test_missed_is_the_light_of_what_few_samples_meet() -> None:
     samples[0, 0] = 4
     assert one.missed(samples) == one.missed(4)
     # The square of the most samples is no 32-bit integer.
-    assert features_of([1e-6], [50.0]).missed(np.full((2, 2), 65536, np.int32)) == pytest.approx(3 * 5e-5**2)
-    assert features_of([0.01], [50.0], 5.0).missed(4) == pytest.approx(3 * 0.5**2 / 5.0)
+    assert features_at_one_place([1e-6], [50.0]).missed(np.full((2, 2), 65536, np.int32)) == pytest.approx(3 * 5e-5**2)
+    assert features_at_one_place([0.01], [50.0], 5.0).missed(4) == pytest.approx(3 * 0.5**2 / 5.0)
     # Of very many some are met, which tell of the others, unless one is brighter.
-    assert features_of([0.01] * 400, [50.0] * 400).missed(4) == 0.0
-    assert features_of([0.01] * 401, [50.0] * 400 + [5e4]).missed(4) == pytest.approx(3 * 500.0**2, rel=0.01)
-    assert features_of([], []).missed(4) == 0.0
+    assert features_at_one_place([0.01] * 400, [50.0] * 400).missed(4) == 0.0
+    assert features_at_one_place([0.01] * 401, [50.0] * 400 + [5e4]).missed(4) == pytest.approx(3 * 500.0**2, rel=0.01)
+    assert features_at_one_place([], []).missed(4) == 0.0
 
 
 def test_blocks_with_features_have_all_pixels_around_these() -> None:
-    features = features_of([0.01], [50.0])._replace(x=np.array([8.1]), y=np.array([5.0]))
+    features = features_at_one_place([0.01], [50.0])._replace(x=np.array([8.1]), y=np.array([5.0]))
     # Columns 7 and 8, and rows 4 and 5 from the top of 10, which are 5 and 4 from below.
     assert np.argwhere(features.unmet(100, 1e-3, (12, 10), (4, 4))).tolist() == [[1, 1], [1, 2]]
     assert not features.unmet(400, 1e-3, (12, 10), (4, 4)).any()
     assert not features.unmet(100, 1.0, (12, 10), (4, 4)).any()
 
 
-def test_scenes_without_narrow_highlights_emitters_and_near_lights_are_not_looked_at(
+def test_scenes_without_narrow_highlights_emitters_and_near_lights_are_not_searched(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    looked: list[object] = []
-    monkeypatch.setattr(module, "rotation", lambda *_: looked.append(None))
+    searches: list[object] = []
+    monkeypatch.setattr(module, "rotation", lambda *_: searches.append(None))
     places = np.random.default_rng(1).uniform(-9.0, 9.0, (20000, 3))
     balls = rt.Instances(rt.Sphere(BLACK, 0.1), places)
     assert not len(features_in(balls, rt.Plane((0.0, 1.0, 0.0), 0.0), lights=(LIGHT,) * 20).areas)
-    assert not looked
+    assert not searches
 
 
 def _small_balls() -> list[tuple[float, float, float]]:
@@ -174,7 +174,7 @@ BALLS = [rt.Sphere(place, 0.1, rt.Material("beckmann", alpha=0.01)) for place in
 
 @pytest.mark.gl
 @pytest.mark.parametrize("objects", [EMITTERS, BALLS], ids=["emitters", "glints"])
-def test_an_error_is_uncertain_until_samples_meet_what_is_bright(renderer: Renderer, objects: list[rt.Solid]) -> None:
+def test_an_error_is_uncertain_until_samples_meet_the_features(renderer: Renderer, objects: list[rt.Solid]) -> None:
     backdrop = rt.Sphere((0.0, 0.0, -5.0), 3.0, rt.Material("lambert"))
     scene = rt.Scene((*objects, backdrop), (LIGHT,), CAMERA, background=BLACK, ambient=BLACK)
     blind = renderer.render(scene, SIZE, Settings(samples=4, max_error=1e-2), geometry=False)
