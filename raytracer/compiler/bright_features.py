@@ -149,7 +149,7 @@ def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, i
     eye = _Eye(np.array(camera.position), rotation(camera), 0.5 / pixel_scale(camera, size[1]), size)
     rows = np.searchsorted(surfaces.used, surfaces.material)
     parts = [none]
-    with np.errstate(all="ignore"):  # Eye.features() leaves out what overflows
+    with np.errstate(all="ignore"):  # _Eye.features() leaves out what overflows
         balls = eye.sees(surfaces.centers, surfaces.radii)
         emitters = _choose(surfaces, rows, np.append(balls, np.zeros(len(surfaces.planes), bool)) & emits[rows])
         parts.append(_emitters(eye, emitters, materials.emission[emitters.materials]))
