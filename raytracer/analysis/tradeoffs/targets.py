@@ -13,7 +13,7 @@ from raytracer.analysis.tradeoffs.configurations import Target
 from raytracer.compiler.compiled_scene import compile
 from raytracer.core.progress import Progress
 from raytracer.core.validation import InputError
-from raytracer.formats.estimate import LEAST, rests_on_few
+from raytracer.formats.estimate import LEAST, UNSEEN, rests_on_few
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.scene import Scene
 from raytracer.scene.solids import leaves
@@ -131,12 +131,14 @@ def _by_gpu(
     a, b = (image.radiance.astype(np.float64) for image in (first, second))
     squares = np.sum((a - b) ** 2, axis=2)
     error = math.sqrt(float(squares.mean()) / 3.0) / 2.0
-    if uncertain := rests_on_few(squares):
+    if few := rests_on_few(squares):
         error *= LEAST
-    if first.estimate and first.estimate.rmse is not None and target.settings.shadows == "soft":
-        error = max(error, first.estimate.rmse)
+    estimate = first.estimate
+    assert estimate
+    if estimate.rmse is not None and target.settings.shadows == "soft":
+        error = max(error, estimate.rmse)
     kind = f"GPU, {settings.precision} bits, 2 x {samples} samples a pixel"
-    return Reference((a + b) / 2.0, error, kind, uncertain)
+    return Reference((a + b) / 2.0, error, kind, few or estimate.unknown == UNSEEN)
 
 
 def _half(progress: Progress | None, part: int) -> Progress | None:
