@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from raytracer.core.validation import Vec3
 from raytracer.scene.materials.material import Material
+from raytracer.scene.materials.models import MODELS
 
 # The diffuse part of materials that have none, or an unknown one: the middle between black and white.
 _GREY = 0.5 / math.pi, 0.5 / math.pi, 0.5 / math.pi
@@ -34,6 +35,18 @@ def lobe(material: Material) -> Lobe | None:
     """The highlight of a material; None of models without one, and of lafortune, he and merl."""
     make = _LOBES.get(material.model)
     return make(material) if make else None
+
+
+def mirrored(material: Material) -> Vec3:
+    """About the share of the light that a material mirrors as a flat mirror does."""
+    if not MODELS[material.model].mirrors:
+        return 0.0, 0.0, 0.0
+    r, g, b = _normal_reflectance(material)
+    if material.model == "he":  # roughness scatters the rest
+        phases = (4.0 * math.pi * material.sigma0 / length for length in material.wavelength)
+        x, y, z = (k * math.exp(-(p**2)) for k, p in zip(material.ks, phases, strict=True))
+        return x * r, y * g, z * b
+    return r, g, b
 
 
 def diffuse(material: Material) -> Vec3:

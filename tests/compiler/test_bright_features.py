@@ -100,6 +100,37 @@ def test_a_glint_has_the_light_of_the_picture(renderer: Renderer, material: rt.M
         assert (ratio > 0.7).all() and (ratio < 1.4).all(), (light, ratio)
 
 
+MIRROR = rt.Material("mirror", f0=0.9)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(
+    "mirror",
+    [rt.Plane((0.2, 0.1, 1.0), -2.0, MIRROR), rt.Sphere((0.0, 0.0, -2.0), 1.5, MIRROR)],
+    ids=["flat", "ball"],
+)
+def test_an_emitter_in_a_mirror_has_the_light_of_the_picture(renderer: Renderer, mirror: rt.Solid) -> None:
+    emitter = glow(0.05, (2.5, 1.0, 6.5), (50.0, 40.0, 30.0))  # behind the camera
+    features = features_in(mirror, emitter)
+    scene = rt.Scene((mirror, emitter), (), CAMERA, background=BLACK, ambient=BLACK)
+    picture = renderer.render(scene, SIZE, Settings(samples=4096), geometry=False, estimates=False).radiance
+    row, column = np.unravel_index(int(picture[..., 0].argmax()), picture.shape[:2])
+    assert len(features.areas) == 1
+    assert abs(features.x[0] - 0.5 - column) < 1.0 and abs(features.y[0] - 0.5 - row) < 1.0
+    ratio = features.areas[0] * features.radiance[0] / picture.sum(axis=(0, 1))
+    assert (ratio > 0.8).all() and (ratio < 1.25).all()
+
+
+def test_mirrors_that_face_each_other_show_an_emitter_once_a_bounce() -> None:
+    emitter = glow(0.01, (0.1, 0.2, 0.0), (50.0, 50.0, 50.0))
+    walls = rt.Plane((0.0, 0.0, 1.0), -2.0, MIRROR), rt.Plane((0.0, 0.0, -1.0), -8.0, MIRROR)
+    scene = rt.Scene((*walls, emitter), (), CAMERA, background=BLACK, ambient=BLACK)
+    for bounces, images in ((0, 1), (1, 2), (2, 3)):  # the wall behind the camera shows the images in the other wall
+        features = bright_features(compile(scene, CompileOptions(bounces=bounces)), SIZE)
+        assert len(features.areas) == images
+        np.testing.assert_allclose(features.radiance[:, 0], [50.0 * 0.9**k for k in range(images)])
+
+
 @pytest.mark.gl
 def test_a_glint_on_a_floor_has_the_light_of_the_picture(renderer: Renderer) -> None:
     floor, light = rt.Plane((0.0, 1.0, 0.0), -0.2, rt.Material("beckmann", alpha=0.003)), rt.PointLight((1.0, 1.0, 1.2))
@@ -155,11 +186,20 @@ def test_scenes_without_narrow_highlights_emitters_and_near_lights_are_not_searc
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     searches: list[object] = []
-    monkeypatch.setattr(module, "rotation", lambda *_: searches.append(None))
+    monkeypatch.setattr(module, "eyes", lambda *_: searches.append(None))
     places = np.random.default_rng(1).uniform(-9.0, 9.0, (20000, 3))
     balls = rt.Instances(rt.Sphere(BLACK, 0.1), places)
     assert not len(features_in(balls, rt.Plane((0.0, 1.0, 0.0), 0.0), lights=(LIGHT,) * 20).areas)
     assert not searches
+
+
+def test_very_many_pairs_of_emitters_and_mirrors_are_thinned_out() -> None:
+    places = np.random.default_rng(1).uniform(-1.0, 1.0, (2000, 3))
+    emitters, balls = (
+        rt.Instances(glow(1e-4, BLACK, (1.0, 1.0, 1.0)), places),
+        rt.Instances(rt.Sphere(BLACK, 0.01, MIRROR), places),
+    )
+    assert 1e4 < len(features_in(emitters, balls).areas) < 3e5
 
 
 def _small_balls() -> list[tuple[float, float, float]]:

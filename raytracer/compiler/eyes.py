@@ -1,0 +1,109 @@
+"""The eyes from which a picture is seen: the camera, and its images in flat mirrors.
+
+What a flat mirror shows is what the image of the camera sees, the other way around.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler.features import Features
+from raytracer.compiler.view_space import pixel_scale, rotation
+from raytracer.scene.camera import Camera
+
+Array = NDArray[np.float64]
+
+# Square pixels of the largest feature: two samples meet it four times.
+_LARGEST = 2.0
+# The most eyes of a picture: a room of six flat mirrors has seven with one bounce, and two facing mirrors as many with
+# three.
+MOST_EYES = 8
+
+
+class Mirror(NamedTuple):
+    """A plane dot(normal, x) = offset that mirrors, and the factor of the light in it."""
+
+    normal: Array  # (3,), unit
+    offset: float
+    factor: Array  # (3,)
+
+
+class Eye(NamedTuple):
+    """A camera and its picture, or the image of a camera in the flat mirror `behind`."""
+
+    position: Array
+    rotation: Array
+    focal: float  # in pixels
+    size: tuple[int, int]
+    factor: Array  # (3,): of all light that the eye sees
+    behind: Mirror | None = None
+
+    def image(self, mirror: Mirror) -> Eye:
+        """The eye's image in `mirror`."""
+        normal = mirror.normal
+        return self._replace(
+            position=self.position - 2.0 * (normal @ self.position - mirror.offset) * normal,
+            rotation=self.rotation - 2.0 * np.outer(self.rotation @ normal, normal),
+            factor=self.factor * mirror.factor,
+            behind=mirror,
+        )
+
+    def _is_before(self, points: Array, margins: Array | float) -> NDArray[np.bool_]:
+        """(N,): which points (N, 3) are on the other side of the mirror than the eye's image, or within the margins."""
+        if self.behind is None:
+            return np.ones(len(points), bool)
+        normal, offset, _ = self.behind
+        return np.sign(offset - normal @ self.position) * (points @ normal - offset) > -margins
+
+    def sees(self, centers: Array, radii: Array) -> NDArray[np.bool_]:
+        """(N,): which spheres, not around the camera, may be in the picture."""
+        x, y, z = self.rotation @ (centers - self.position).T
+        seen = -z > -radii
+        for side, pixels in ((x, self.size[0]), (y, self.size[1])):
+            slope = pixels / (2.0 * self.focal)
+            seen &= np.abs(side) <= slope * -z + radii * math.hypot(1.0, slope)
+        return seen & (x * x + y * y + z * z > radii * radii) & self._is_before(centers, radii)
+
+    def features(self, points: Array, solid_angles: Array, images: Array, radiance: Array) -> Features:
+        """The features at `points` (..., 3), with `radiance` (..., 3), that are in the picture and small.
+
+        `solid_angles` and `images` (...) become areas and pixels.
+        """
+        lit = (solid_angles > 0.0) & radiance.any(axis=-1)
+        points, solid_angles, images, radiance = points[lit], solid_angles[lit], images[lit], radiance[lit]
+        x, y, z = self.rotation @ (points - self.position).T
+        depth = -z
+        columns = self.size[0] / 2.0 + self.focal * x / depth
+        rows = self.size[1] / 2.0 - self.focal * y / depth
+        # A pixel off the middle takes less of the solid angle.
+        scale = self.focal**2 * np.power(1.0 + (x * x + y * y) / (depth * depth), 1.5)
+        areas = scale * solid_angles
+        chosen = (depth > 0.0) & (columns >= 0) & (rows >= 0) & (columns < self.size[0]) & (rows < self.size[1])
+        chosen &= (areas < _LARGEST) & self._is_before(points, 0.0)
+        return Features(
+            columns[chosen],
+            rows[chosen],
+            areas[chosen],
+            np.maximum((scale * images)[chosen], 1.0),
+            self.factor * radiance[chosen],
+        )
+
+
+def eyes(camera: Camera, size: tuple[int, int], mirrors: Sequence[Mirror], bounces: int) -> list[Eye]:
+    """The camera of a picture of `size` (width, height) and its images in `mirrors`, after up to so many bounces.
+
+    At most MOST_EYES, those with the fewest bounces.
+    """
+    focal = 0.5 / pixel_scale(camera, size[1])
+    made = latest = [Eye(np.array(camera.position), rotation(camera), focal, size, np.ones(3))]
+    for _ in range(bounces if mirrors else 0):
+        latest = [eye.image(mirror) for eye in latest for mirror in mirrors if mirror is not eye.behind]
+        made = [*made, *latest][:MOST_EYES]
+        if not latest or len(made) == MOST_EYES:
+            break
+    return made
