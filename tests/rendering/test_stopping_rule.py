@@ -20,7 +20,7 @@ ALL = np.ones((2, 3), bool)
 
 def test_what_is_surely_below_is_further_below_with_few_samples() -> None:
     assert is_surely_below(1.0, 0.9, 8) and not is_surely_below(1.0, 0.9, 4)
-    assert is_surely_below(1.0, 0.7, 2) and not is_surely_below(1.0, 0.7, 1)
+    assert is_surely_below(1.0, 0.7, 4) and not is_surely_below(1.0, 0.1, 2)
     assert not is_surely_below(1.0, 0.1, 7) and is_surely_below(1.0, 0.1, 12)
 
 
