@@ -34,9 +34,9 @@ Ints = NDArray[np.intp]
 _NARROW = 0.01
 # Halvings of the angle in which a mirror point is: its 2000th part is at most half a pixel on balls of 400 pixels.
 _HALVINGS = 11
-# Pairs of a surface and a light that are looked at together: their arrays fit a processor's cache.
+# Pairs of a surface and a light in one array: arrays of this size fit a processor's cache.
 _PAIRS = 2**14
-# Pairs of each kind that are looked at for one eye: they take a tenth of a second, and stand for the others.
+# The most pairs of a surface and a light for one eye. They take a tenth of a second; of more pairs, some stand for all.
 _MOST_PAIRS = 2**18
 # The least cosine between a normal and a view, so that nothing is infinite.
 _GRAZING = 1e-3
@@ -94,7 +94,7 @@ class _Reflections(NamedTuple):
     is_lit: Mask  # (K, N): whether the eye and the light are before the surface
     cosine: Array  # (K, N): of the angles to the normal, at least _GRAZING
     away: Array  # (K, N): the light's distance
-    scale: Array  # (K, N): solid angles that the eye sees, over those of normals
+    scale: Array  # (K, N): the solid angle of a patch as the eye sees it, over the solid angle of the patch's normals
 
     def images(self, radii: Array) -> Array:
         """(K, N): the solid angles of the mirror images of lights with `radii` (K, 1)."""
@@ -229,8 +229,8 @@ def _reflections(eye: Eye, lights: Array, points: Array, normals: Array, curvatu
     far, away = _length(to_eye), _length(to_light)
     cosine = np.minimum(_dot(normals, to_eye) / far, _dot(normals, to_light) / away)
     c = np.clip(cosine, _GRAZING, 1.0)
-    # How fast the halfway vector turns along the surface: in the plane of both directions by c times that, and across
-    # by that over c. The normal turns besides, by the curvature.
+    # Along the surface the halfway vector turns by c * turn in the plane of both directions, and by turn / c across it.
+    # The normal turns by the curvature.
     turn = 0.5 * (1.0 / far + 1.0 / away)
     scale = c / (far**2 * (curvature + c * turn) * (curvature + turn / c))
     return _Reflections(cosine > 0.0, c, away, scale)

@@ -1,6 +1,6 @@
 """The eyes from which a picture is seen: the camera, and its images in flat mirrors.
 
-What a flat mirror shows is what the image of the camera sees, the other way around.
+A flat mirror shows the view of the camera's image behind it, the other way around.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ class Eye(NamedTuple):
 def eyes(camera: Camera, size: tuple[int, int], mirrors: Sequence[Mirror], bounces: int) -> list[Eye]:
     """The camera of a picture of `size` (width, height) and its images in `mirrors`, after up to so many bounces.
 
-    At most MOST_EYES, those with the fewest bounces.
+    MOST_EYES at most: the eyes with the fewest bounces.
     """
     focal = 0.5 / pixel_scale(camera, size[1])
     made = latest = [Eye(np.array(camera.position), rotation(camera), focal, size, np.ones(3))]

@@ -40,7 +40,7 @@ class Estimate(Record, frozen=True):
     `rmse`: root mean square over pixels and channels, linear radiance; `worst`: the error that the worst pixel may
     have, three times its own; it is in the block of pixels around `worst_at` (x, y), from the top left. All None where
     nothing can be known. `unknown` says why, or why the error is `uncertain`, and is "" otherwise. `samples`: the
-    samples of a pixel on average. `seconds`: their time. `max_error`: the error that was asked for, None without.
+    samples of a pixel on average. `seconds`: their time. `max_error`: the requested error, None without a request.
     """
 
     samples: float

@@ -55,7 +55,10 @@ class Accumulation:
         features: Features | None = None,
         always_estimates: bool = False,
     ) -> None:
-        """`features` are those of the whole picture, if the options have an error: blocks with missed ones go on."""
+        """`features`: the bright features of the whole picture, if the options have `max_error`.
+
+        Blocks with features that samples may have missed go on.
+        """
         self._renderer, self._measurements, self._options = renderer, measurements, options
         self._part, self._size, self._features = part, size, features
         self._chooses = measurements is not None and stopping_rule.chooses_blocks(options)

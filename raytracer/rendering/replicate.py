@@ -124,7 +124,7 @@ def choose_blocks(weights: Array, count: int) -> tuple[Ints, Ints, Array]:
     weight = weights[rows, columns]
     probabilities = np.ones(len(weight))
     if len(weight) > count:
-        # The k largest weights are chosen for sure: each has at least an equal part of the sum of all that follow.
+        # The k largest weights are chosen for sure: each has at least an equal part of the sum of the smaller weights.
         descending = np.sort(weight)[::-1]
         left = np.cumsum(descending[::-1])[::-1][:count]
         k = int(np.argmax(descending[:count] * (count - np.arange(count)) < left))

@@ -144,7 +144,7 @@ def test_a_lamps_glint_is_spread_over_the_pixels_of_its_image(renderer: Renderer
     ball, light = rt.Sphere(BLACK, 1.0, MATERIALS[-2]), rt.PointLight((2.0, 2.0, 3.0), radius=1.5)
     features = features_in(ball, lights=(light,))
     luminance = radiance(renderer, ball, light, 4096)[..., 0]
-    # Of equal pixels: (sum x)^2 / sum x^2.
+    # The number of equal pixels: (sum x)^2 / sum x^2.
     assert features.pixels[0] == pytest.approx(luminance.sum() ** 2 / np.square(luminance).sum(), rel=0.5)
     assert features.pixels[0] > 5.0
 
@@ -168,7 +168,7 @@ def test_missed_is_the_squared_light_of_features_that_few_samples_meet() -> None
     # The square of the most samples is no 32-bit integer.
     assert features_at_one_place([1e-6], [50.0]).missed(np.full((2, 2), 65536, np.int32)) == pytest.approx(3 * 5e-5**2)
     assert features_at_one_place([0.01], [50.0], 5.0).missed(4) == pytest.approx(3 * 0.5**2 / 5.0)
-    # Of very many some are met, which tell of the others, unless one is brighter.
+    # Samples meet some of very many features, which stand for the others unless one is brighter.
     assert features_at_one_place([0.01] * 400, [50.0] * 400).missed(4) == 0.0
     assert features_at_one_place([0.01] * 401, [50.0] * 400 + [5e4]).missed(4) == pytest.approx(3 * 500.0**2, rel=0.01)
     assert features_at_one_place([], []).missed(4) == 0.0

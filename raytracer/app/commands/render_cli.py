@@ -118,7 +118,8 @@ def _missed(image: Image, settings: Settings) -> str:
     if settings.time is not None and image.samples is not None and image.samples.max() < settings.samples:
         remedy = f"{settings.time:g} s were not enough: try more --time"
     else:
-        remedy = f"{settings.samples} samples were not enough: try more --samples"
+        samples = f"{settings.samples} samples were" if settings.samples > 1 else "1 sample was"
+        remedy = f"{samples} not enough: try more --samples"
     return f"{error} and was to be at most {settings.max_error:g}; {remedy}"
 
 
