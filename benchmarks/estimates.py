@@ -1,4 +1,4 @@
-"""How well pictures know their error: the stated against the true one, on ordinary and on hard random scenes.
+"""The accuracy of stated errors, against true errors, on ordinary and on hard random scenes.
 
 python -m benchmarks.estimates [--scenes N] [--first SEED] [-o FOLDER]
 

@@ -1,4 +1,4 @@
-"""What each quality costs, how wrong its pictures are and how wrong they say they are.
+"""The time, the true error and the stated error of each quality.
 
 python -m benchmarks.quality [--rounds N] [--only SCENE ...] [--truths FOLDER] [-o FOLDER] [--readme]
 
@@ -30,7 +30,7 @@ from raytracer.scene.settings_patch import QUALITIES, flags
 
 
 class _Case(NamedTuple):
-    """How a scene is rendered."""
+    """The shadows and the size of a scene's pictures."""
 
     shadows: Shadows
     size: tuple[int, int]
@@ -41,7 +41,7 @@ SCENES = {
     "many": _Case("hard", (1280, 720)),
     "materials": _Case("soft", (640, 360)),
 }
-# Samples of a reference: eight times those of the quality `reference`, which takes minutes.
+# Samples of a reference: eight times as many as the quality `reference` has. They take minutes.
 _REFERENCE = 8192
 # A picture that takes longer is rendered once.
 _LONG = 10.0

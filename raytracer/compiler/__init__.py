@@ -9,7 +9,7 @@ May import: core, scene. Other packages may use:
 
 - compiled_scene: compile, CompiledScene
 - frame: make_frame, Frame
-- bright_features: bright_features; features: Features
+- bright_features: bright_features; features: Features, NO_FEATURES
 - light_scale: light_scale, in_light
 - limits: DriverLimits, MAX_ROTH_LOOPS, MAX_PRIMITIVES
 - glsl.shaders: program_sources, plain_vertex_source, ProgramSource, Show

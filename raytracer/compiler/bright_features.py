@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.eyes import MOST_EYES, Eye, Mirror, eyes
-from raytracer.compiler.features import Features
+from raytracer.compiler.features import NO_FEATURES, Features
 from raytracer.compiler.narrow_lobes import Lobe, diffuse, lobe, mirrored
 from raytracer.compiler.surfaces import Surfaces
 from raytracer.core.validation import MAX_COLOR
@@ -117,16 +117,15 @@ def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, i
     lights = [light for light in compiled.lights if any(light.color)]
     near = [light for light in lights if light.falloff == "inverse_square"]
     emits, is_narrow = materials.emission.max(axis=1) > 0.0, materials.lobes.sizes > 0.0
-    zeros = np.zeros(0)
-    parts = [Features(zeros, zeros, zeros, zeros, np.zeros((0, 3)))]
     if not (near or emits.any() or (lights and is_narrow.any())):
-        return parts[0]
+        return NO_FEATURES
     rows = np.searchsorted(surfaces.used, surfaces.material)
     emits, is_narrow = emits[rows], is_narrow[rows]
     emits[surfaces.spheres :] = False
     is_mirror = np.any(materials.mirrored, axis=1)[rows] & compiled.has_mirrors
     emitters = _choose(surfaces, rows, emits, 1)
     flat = _flat_mirrors(_choose(surfaces, rows, is_mirror, 1), materials.mirrored)
+    parts = [NO_FEATURES]
     with np.errstate(all="ignore"):  # Eye.features() leaves out what overflows
         for eye in eyes(compiled.scene.camera, size, flat, compiled.options.bounces):
             balls = eye.sees(surfaces.centers, surfaces.radii)

@@ -73,3 +73,7 @@ class Features(NamedTuple):
             for place, end in ((self.y, shape[0]), (self.x, shape[1]))
         )
         return np.stack([top, top, bottom, bottom]), np.stack([left, right, left, right])
+
+
+_NONE = np.zeros(0)
+NO_FEATURES = Features(_NONE, _NONE, _NONE, _NONE, np.zeros((0, 3)))

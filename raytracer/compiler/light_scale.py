@@ -18,8 +18,8 @@ from raytracer.core.validation import MAX_COLOR, MIN_RADIUS
 from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.models import MODELS
 
-# Light between 2^-_NEAR and 2^_NEAR, a billion, stays as it is. Squares of float32's rounding of the darkest, 2^-24 of
-# it, are then normal numbers of float32. Sums of squares of 2^25 times the brightest do not overflow (sums.glsl).
+# Light from 2^-_NEAR to 2^_NEAR, a billion, is not scaled. Float32 rounds the darkest by 2^-24: squares of the rounding
+# are then normal numbers of float32. Sums of squares of 2^25 times the brightest do not overflow (sums.glsl).
 _NEAR = 30
 # A reflectance is at most 2^_PEAK, 1e12, times the material's largest colour: the peak of a lobe may be as high.
 _PEAK = 40

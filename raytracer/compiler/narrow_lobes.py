@@ -7,6 +7,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from raytracer.core.validation import Vec3
+from raytracer.core.vectors import scaled
+from raytracer.scene.materials.convert import WITHOUT_PI, normal_reflectance
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 
@@ -39,14 +41,15 @@ def lobe(material: Material) -> Lobe | None:
 
 def mirrored(material: Material) -> Vec3:
     """About the share of the light that a material mirrors as a flat mirror does."""
-    if not MODELS[material.model].mirrors:
+    f0 = normal_reflectance(material)
+    if f0 is None or not MODELS[material.model].mirrors:
         return 0.0, 0.0, 0.0
-    r, g, b = _normal_reflectance(material)
+    r, g, b = f0
     if material.model == "he":  # roughness scatters the rest
         phases = (4.0 * math.pi * material.sigma0 / length for length in material.wavelength)
         x, y, z = (k * math.exp(-(p**2)) for k, p in zip(material.ks, phases, strict=True))
         return x * r, y * g, z * b
-    return r, g, b
+    return f0
 
 
 def diffuse(material: Material) -> Vec3:
@@ -56,13 +59,7 @@ def diffuse(material: Material) -> Vec3:
     albedo = next(filter(None, map(material.get, ("kd", "rho", "color"))), None)
     if not albedo or not any(albedo):
         return _GREY
-    r, g, b = albedo
-    return r / math.pi, g / math.pi, b / math.pi
-
-
-def _times(factor: float, color: Vec3) -> Vec3:
-    r, g, b = color
-    return factor * r, factor * g, factor * b
+    return albedo if material.model in WITHOUT_PI else scaled(albedo, 1.0 / math.pi)
 
 
 def _around_normal(h: float, peak: Vec3, power: float) -> Lobe:
@@ -84,12 +81,12 @@ def _blinn(m: Material) -> Lobe:
 
 
 def _phong_normalized(m: Material) -> Lobe:
-    return _around_mirror_direction(m.h, _times((m.h + 2.0) / (2.0 * math.pi), m.ks), 1.0)
+    return _around_mirror_direction(m.h, scaled(m.ks, (m.h + 2.0) / (2.0 * math.pi)), 1.0)
 
 
 def _blinn_normalized(m: Material) -> Lobe:
     constant = (m.h + 2.0) * (m.h + 4.0) / (8.0 * math.pi * (2.0 ** (-m.h / 2.0) + m.h))
-    return _around_normal(m.h, _times(constant, m.ks), 1.0)
+    return _around_normal(m.h, scaled(m.ks, constant), 1.0)
 
 
 def _strauss(m: Material) -> Lobe:
@@ -98,17 +95,8 @@ def _strauss(m: Material) -> Lobe:
     return _around_mirror_direction(3.0 / (1.0 - m.smoothness), (r, g, b), 0.0)
 
 
-def _normal_reflectance(m: Material) -> Vec3:
-    """F at normal incidence."""
-    if m.fresnel == "schlick":
-        return m.f0
-    index = zip(m.n, m.k, strict=True) if m.fresnel == "conductor" else ((m.ior, 0.0),) * 3
-    r, g, b = (((n - 1.0) ** 2 + k**2) / ((n + 1.0) ** 2 + k**2) for n, k in index)
-    return r, g, b
-
-
 def _facets(m: Material) -> Lobe:
-    return _facet_lobe(m.alpha, (0.25, 0.25, 0.25), _normal_reflectance(m))
+    return _facet_lobe(m.alpha, (0.25, 0.25, 0.25), normal_reflectance(m))
 
 
 def _split(m: Material) -> Lobe:
@@ -119,13 +107,14 @@ def _split(m: Material) -> Lobe:
 def _v_cavities(m: Material) -> Lobe:
     # D has the peak `c`, and 1 / (pi m^2) where that is 0 or missing.
     height = math.pi * m.m**2 * m.get("c", 0.0) or 1.0
-    return _facet_lobe(m.m, _times(_CONSTANTS[m.constant] * height, m.ks), _normal_reflectance(m))
+    return _facet_lobe(m.m, scaled(m.ks, _CONSTANTS[m.constant] * height), normal_reflectance(m))
 
 
-def _facet_lobe(width: float, factor: Vec3, f0: Vec3) -> Lobe:
+def _facet_lobe(width: float, factor: Vec3, f0: Vec3 | None) -> Lobe:
     """The lobe of facets with the solid angle pi width^2."""
+    assert f0  # models of facets have a Fresnel factor
     size = math.pi * width**2
-    return Lobe(size, 0.0, _times(1.0 / size, factor), -1.0, f0)
+    return Lobe(size, 0.0, scaled(factor, 1.0 / size), -1.0, f0)
 
 
 _LOBES: dict[str, Callable[[Material], Lobe]] = {

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from raytracer.compiler.bright_features import bright_features
 from raytracer.compiler.compiled_scene import CompiledScene, compile
 from raytracer.compiler.draws import TOGETHER
+from raytracer.compiler.features import NO_FEATURES
 from raytracer.compiler.frame import Frame, make_frame
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate
@@ -111,7 +112,11 @@ class Renderer:
         compiled = compile(scene, settings.compile_options, kept.frame.compiled if kept else None)
         self.device.limits.check(compiled)
         tile = min(tile, self.device.limits.target - 2 * margin(options))
-        arrays = PictureArrays(size, options, bright_features(compiled, size) if estimates else None)
+        features = None
+        if estimates:
+            # An error that the samples do not tell needs no features.
+            features = bright_features(compiled, size) if options.estimates_error else NO_FEATURES
+        arrays = PictureArrays(size, options, features)
         # Plane-only cells have programs of their own where those save more than their compilation takes.
         plane_only = not single_picture or width * height * options.samples >= _WORTH_PLANE_ONLY
         # Within a time, samples are drawn one by one.

@@ -12,7 +12,9 @@ from raytracer.compiler import bright_features as module
 from raytracer.compiler.bright_features import bright_features
 from raytracer.compiler.compiled_scene import compile
 from raytracer.compiler.features import Features
+from raytracer.compiler.narrow_lobes import diffuse
 from raytracer.formats.estimate import UNSEEN
+from raytracer.ground_truth.reflectance import reflected
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.options import CompileOptions
 from raytracer.scene.settings import Settings
@@ -61,6 +63,21 @@ def test_a_hot_spot_is_as_wide_as_its_light_is_near() -> None:
     np.testing.assert_allclose(features.areas, [math.pi * (0.01 * FOCAL / 5.0) ** 2])
     np.testing.assert_allclose(features.radiance, [(0.5 / math.pi / 0.01**2,) * 3])
     assert not len(features_in(floor, lights=(LIGHT,), camera=camera).areas)
+
+
+@pytest.mark.parametrize(
+    "material",
+    [
+        rt.Material("phong", kd=0.6, ks=0.0),
+        rt.Material("lambert", rho=0.6),
+        rt.Material("strauss", color=0.6, smoothness=0.0),
+    ],
+    ids=lambda material: material.model,
+)
+def test_the_diffuse_part_of_a_matt_material_is_its_reflectance(material: rt.Material) -> None:
+    up, slanted = np.array([[0.0, 0.0, 1.0]]), np.array([[0.6, 0.0, 0.8]])
+    # A matt Strauss material has a highlight of 0.2 % left.
+    np.testing.assert_allclose(diffuse(material), reflected(material, up, slanted, up)[0] / 0.8, rtol=2e-3)
 
 
 MATERIALS = (

@@ -218,7 +218,7 @@ def test_light_near_a_lamp_is_at_most_1e12_at_any_scale(renderer: Renderer) -> N
 @pytest.mark.gl
 def test_the_window_says_the_same(renderer: Renderer) -> None:
     scene = DIM["few"]
-    found: list[tuple[np.ndarray, float]] = []
+    pictures: list[tuple[np.ndarray, float]] = []
     picture = ProgressivePicture(renderer.device, 1e9)
     with renderer.device.turn():
         for power in (0, -60, 0):
@@ -227,11 +227,11 @@ def test_the_window_says_the_same(renderer: Renderer) -> None:
                 picture.step()
             estimate = picture.estimate()
             assert estimate and estimate.rmse
-            found.append((picture.image({}).radiance / np.float32(2.0**power), estimate.rmse / 2.0**power))
+            pictures.append((picture.image({}).radiance / np.float32(2.0**power), estimate.rmse / 2.0**power))
         picture.close()
-    for radiance, rmse in found[1:]:
-        np.testing.assert_array_equal(radiance, found[0][0])
-        assert rmse == found[0][1] > 0.0
+    for radiance, rmse in pictures[1:]:
+        np.testing.assert_array_equal(radiance, pictures[0][0])
+        assert rmse == pictures[0][1] > 0.0
 
 
 @pytest.mark.gl

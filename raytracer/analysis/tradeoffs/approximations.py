@@ -15,7 +15,7 @@ from raytracer.analysis.tradeoffs.configurations import MAIN, Configuration, Ext
 from raytracer.core.validation import InputError
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.instances import Instances
-from raytracer.scene.materials.convert import translated
+from raytracer.scene.materials.convert import normal_reflectance, translated
 from raytracer.scene.materials.material import Material
 from raytracer.scene.scene import Scene
 from raytracer.scene.solids import Solid, with_leaves
@@ -79,8 +79,8 @@ def _series(extent: Extent, renderer: Renderer) -> Iterator[_Series]:
         (("Schlick", lambda _: Material("ggx", f0=((_IOR - 1.0) / (_IOR + 1.0)) ** 2)),),
     )
     gold = Material("ggx", fresnel="conductor")
-    f0 = tuple(((n - 1.0) ** 2 + k**2) / ((n + 1.0) ** 2 + k**2) for n, k in zip(gold.n, gold.k, strict=True))
-    yield _Series("Fresnel factor of gold", ("exact", lambda _: gold), (("Schlick", lambda _: Material("ggx", f0=f0)),))
+    schlick = Material("ggx", f0=normal_reflectance(gold))
+    yield _Series("Fresnel factor of gold", ("exact", lambda _: gold), (("Schlick", lambda _: schlick),))
     yield _rough(extent)
     yield _Series(
         "quadrature nodes",

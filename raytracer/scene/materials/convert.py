@@ -10,6 +10,7 @@ import math
 from typing import Any
 
 from raytracer.core.validation import MAX_EXPONENT, InputError, Vec3
+from raytracer.core.vectors import add, scaled
 from raytracer.scene.materials.lobe import Lobe
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
@@ -72,9 +73,9 @@ def _colors(material: Material, model: str) -> dict[str, Any]:
     diffuse, specular = _reflected(material)
     # The lecture's diffuse factor is an albedo over pi, which others may not have above 1: then as bright as can be.
     if material.model in WITHOUT_PI and model not in WITHOUT_PI:
-        diffuse = _times(diffuse, min(math.pi, 1.0 / max(*diffuse, 1.0 / math.pi)))
+        diffuse = scaled(diffuse, min(math.pi, 1.0 / max(*diffuse, 1.0 / math.pi)))
     elif model in WITHOUT_PI and material.model not in WITHOUT_PI:
-        diffuse = _times(diffuse, 1.0 / math.pi)
+        diffuse = scaled(diffuse, 1.0 / math.pi)
     if not wanted & {*_DIFFUSE}:
         # A model of mirror facets only: of what has no such facets itself, they get the whole colour.
         specular = specular if "fresnel" in material.parameters or not any(diffuse) else diffuse
@@ -93,7 +94,7 @@ def _reflected(material: Material) -> tuple[Vec3, Vec3]:
         r, g, b = (math.pi * float(median(table.values[..., k].ravel()[::1001])) for k in range(3))
         return (r, g, b), _BLACK
     diffuse = next((c for n in _DIFFUSE if (c := material.get(n))), _BLACK)
-    specular = _fresnel(material)
+    specular = normal_reflectance(material)
     if lobes := material.get("lobes"):
         specular = lobes[0].scale
     elif specular is None:
@@ -101,12 +102,12 @@ def _reflected(material: Material) -> tuple[Vec3, Vec3]:
     elif ks := material.get("ks"):
         specular = _product(specular, ks)
     metalness = material.get("metalness", 0.0) if material.model == "split" else 0.0
-    specular = _sum(_times(specular, 1.0 - metalness), _times(diffuse, metalness))
-    return _times(diffuse, 1.0 - metalness), specular
+    specular = add(scaled(specular, 1.0 - metalness), scaled(diffuse, metalness))
+    return scaled(diffuse, 1.0 - metalness), specular
 
 
-def _fresnel(material: Material) -> Vec3 | None:
-    """The Fresnel factor at normal incidence; None if it has none."""
+def normal_reflectance(material: Material) -> Vec3 | None:
+    """The Fresnel factor of a material at normal incidence; None of a model without one."""
     if (ior := material.get("ior")) is not None:
         return (((ior - 1.0) / (ior + 1.0)) ** 2,) * 3
     if (n := material.get("n")) is not None:
@@ -115,16 +116,8 @@ def _fresnel(material: Material) -> Vec3 | None:
     return material.get("f0")
 
 
-def _times(color: Vec3, factor: float) -> Vec3:
-    return _product(color, (factor, factor, factor))
-
-
 def _product(a: Vec3, b: Vec3) -> Vec3:
     return a[0] * b[0], a[1] * b[1], a[2] * b[2]
-
-
-def _sum(a: Vec3, b: Vec3) -> Vec3:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 def _exponent(material: Material) -> float:
