@@ -9,7 +9,7 @@ TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 libatomic1 xvfb xdotool
 # The tests that make test runs again on OSMesa: of OpenGL itself, and of pictures.
 ON_OSMESA := tests/gpu tests/rendering/test_picture.py
 # The tests that make check does not run again on OSMesa: of values that shaders compute, however OpenGL is reached.
-ONCE := analysis ground_truth scene/test_merl.py compiler/test_soft_cells.py \
+ONCE := test_pages.py analysis ground_truth scene/test_merl.py compiler/test_soft_cells.py \
 	$(patsubst %,rendering/test_%.py,article brdf brdf_rough estimator mirrors peers soft)
 
 .PHONY: demo test view check extremes bench clean help

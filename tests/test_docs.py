@@ -1,15 +1,22 @@
-"""The pages about the code: each path that they name is there, and the table of packages is the contract of imports."""
+"""The pages of the documentation agree with the code: paths, links, packages, options, keys of the window."""
 
+import argparse
+import itertools
 import re
 import tomllib
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
+from raytracer.app.cli import _parser
+from raytracer.app.viewer.events import CONTROLS
+from raytracer.scene.materials.models import MODELS
+from raytracer.scene.settings import Settings
+from tests.pages import PAGES, anchors, links, pictures, sentences, target, text_of, tokens
+
 from .scenes import CHECKOUT
 
-DOCS = ("architecture", "choosing", "glossary", "performance")
-PAGES = ["README.md", "shaders/README.md", *(f"docs/{name}.md" for name in DOCS)]
 FOLDERS = ("raytracer", "shaders", "tests", "docs", "assets", "benchmarks", "tools")
 ARCHITECTURE, GLOSSARY = ((CHECKOUT / "docs" / name).read_text() for name in ("architecture.md", "glossary.md"))
 # A row of the table of packages: name, purpose, imports.
@@ -37,7 +44,7 @@ def may_import(contracts: list[dict[str, Any]]) -> dict[str, set[str]]:
 
 @pytest.mark.parametrize("page", PAGES)
 def test_each_path_in_backquotes_is_there(page: str) -> None:
-    names = re.findall(r"`([\w./-]+)`", (CHECKOUT / page).read_text())
+    names = re.findall(r"`([\w./-]+)`", text_of(page))
     paths = {name for name in names if name.startswith(tuple(f"{folder}/" for folder in FOLDERS))}
     assert not {path for path in paths if not (CHECKOUT / path).exists()}
 
@@ -74,3 +81,99 @@ def test_the_shaders_readme_prints_the_text_of_a_program(capsys: pytest.CaptureF
     exec(script, {})
     text = capsys.readouterr().out
     assert text.startswith("#version") and "#define MAX_HITS" in text and text.rstrip().endswith("}")
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_each_link_leads_to_a_file_and_a_heading_that_are_there(page: str) -> None:
+    for link in links(page):
+        if not link.startswith(("https://", "http://")):
+            path, anchor = target(page, link)
+            assert path.exists(), link
+            if anchor:
+                assert anchor in anchors(path.relative_to(CHECKOUT).as_posix()), link
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_each_picture_is_there_and_has_an_alternative_text(page: str) -> None:
+    for source, alternative in pictures(page):
+        assert target(page, source)[0].is_file(), source
+        assert len(alternative.split()) > 1, source
+    assert "<img" not in text_of(page)
+
+
+def test_each_picture_of_the_documentation_is_on_a_page() -> None:
+    used = {target(page, source)[0] for page in PAGES for source, _ in pictures(page)}
+    files = {path for folder in ("docs/pictures", "docs/choosing") for path in (CHECKOUT / folder).iterdir()}
+    assert {path.name for path in files - used if path.suffix in (".png", ".svg")} == set()
+
+
+def test_each_page_of_the_documentation_can_be_reached_from_the_readme() -> None:
+    reached, queue = {"README.md"}, ["README.md"]
+    while queue:
+        page = queue.pop()
+        linked = {target(page, link)[0] for link in links(page) if "://" not in link}
+        new = {path.relative_to(CHECKOUT).as_posix() for path in linked if path.suffix == ".md"} & {*PAGES} - reached
+        reached |= new
+        queue += new
+    assert reached == {*PAGES}
+
+
+def test_the_readme_is_short_and_so_are_its_sentences() -> None:
+    assert len(text_of("README.md").splitlines()) <= 150
+    assert [sentence for sentence in sentences("README.md") if len(sentence.split()) > 25] == []
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_no_heading_is_repeated_or_deeper_than_needed(page: str) -> None:
+    levels = [int(token.tag[1]) for token in tokens(page) if token.type == "heading_open"]
+    assert levels[0] == 1 and levels.count(1) == 1
+    assert all(after <= before + 1 for before, after in itertools.pairwise(levels))
+
+
+def commands(parser: argparse.ArgumentParser, name: str = "") -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """Yield each command of the command line, with the parser that has its arguments."""
+    subparsers = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    for action in subparsers:
+        for command, child in action.choices.items():
+            arguments = getattr(child, "_arguments", None)
+            if arguments:
+                arguments(child)
+            yield from commands(child, f"{name} {command}".strip())
+    if not subparsers:
+        yield name, parser
+
+
+COMMANDS = dict(commands(_parser()))
+# The page that has the options of a command, by the first word of the command.
+PAGE_OF = {"view": "docs/window.md", "brdf": "docs/reflectance.md"}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_page_of_a_command_has_all_its_options(command: str) -> None:
+    text = text_of(PAGE_OF.get(command.split()[0], "docs/command-line.md"))
+    options = {option for option in COMMANDS[command]._option_string_actions if option.startswith("--")} - {"--help"}
+    assert f"raytracer {command}" in text
+    assert {option for option in options if not re.search(rf"{option}\b", text)} == set()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_help_of_a_command_has_an_example_and_a_page_to_read_on(command: str) -> None:
+    text = COMMANDS[command].format_help()
+    assert f"raytracer {command} " in text.partition("xamples:\n")[2] or command == "doctor"
+    pages = re.findall(r"docs/[\w-]+\.md", text)
+    assert pages and all((CHECKOUT / page).is_file() for page in pages)
+    assert max(len(line) for line in text.splitlines()) <= 120
+
+
+def test_the_page_of_the_window_has_all_its_keys() -> None:
+    keys = re.findall(r"^\| ([^|]+?) \|", text_of("docs/window.md"), re.M)
+    assert {control.key for control in CONTROLS} <= {key.strip("`") for key in keys}
+
+
+def test_the_page_of_the_scene_file_has_all_settings() -> None:
+    text = text_of("docs/scene-file.md")
+    assert {name for name in Settings.__struct_fields__ if not re.search(rf"\b{name}\b", text)} == {"geometry"}
+
+
+def test_the_page_of_the_models_has_all_models() -> None:
+    assert {*MODELS} <= anchors("docs/models.md")
