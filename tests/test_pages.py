@@ -6,11 +6,10 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from tests.pages import NOT_RUN, PAGES, Block, blocks
+from tests.pages import NOT_RUN, PAGES, blocks
 from tests.processes import finished
 from tests.scenes import CHECKOUT
 
@@ -28,36 +27,45 @@ def variables(folder: Path) -> dict[str, str]:
     return dict(os.environ) | own
 
 
-def paste(block: Block, page: str, namespace: dict[str, Any], environment: dict[str, str]) -> None:
-    """Do what a reader does with a block: save it, paste it into a shell, or paste it into Python."""
-    if block.file:
-        Path(block.file).write_text(block.text)
-    elif block.language == "bash":
-        done = finished("bash", "-euo", "pipefail", "-c", block.text, env=environment)
-        assert done.returncode == 0, f"{page}:{block.line}: status {done.returncode}\n{done.stdout}{done.stderr}"
-        assert "Traceback" not in done.stderr
-    elif block.language == "python":
-        # Empty lines before the code make the lines of an error the lines of the page.
-        exec(compile("\n" * block.line + block.text, page, "exec"), namespace)
-    else:
-        assert block.language not in ("toml", "glsl"), f"{page}:{block.line}: no name of a file, and no fragment"
+def run(place: str, folder: Path, environment: dict[str, str], *command: str) -> None:
+    """Run a command in the reader's folder; it must end with status 0 and without a traceback."""
+    done = finished(*command, cwd=folder, env=environment)
+    assert done.returncode == 0, f"{place}: status {done.returncode}\n{done.stdout}{done.stderr}"
+    assert "Traceback" not in done.stderr, place
+
+
+def read(page: str, folder: Path, environment: dict[str, str]) -> None:
+    """Do what a reader does with the blocks of a page, in order: save it, or paste it into a shell or a script.
+
+    The reader has one script for all Python of the page, and runs it before the next command and at the end. Empty
+    lines give the code in the script the line numbers of the page.
+    """
+    script: list[str] = []
+    is_new = False
+    to_do = [block for block in blocks(page) if not block.not_run]
+    for block, following in zip(to_do, [*to_do[1:], None], strict=True):
+        place = f"{page}:{block.line}"
+        if block.file:
+            (folder / block.file).write_text(block.text)
+        elif block.language == "bash":
+            run(place, folder, environment, "bash", "-euo", "pipefail", "-c", block.text)
+        elif block.language == "python":
+            script += [""] * (block.line - len(script)) + block.text.splitlines()
+            is_new = True
+        else:
+            assert block.language in ("text", "json"), f"{place}: neither a file nor a fragment"
+        if is_new and (following is None or following.language != "python"):
+            (folder / "page.py").write_text("\n".join(script) + "\n")
+            run(place, folder, environment, sys.executable, "-W", "error", "page.py")
+            is_new = False
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize(
     "page", [pytest.param(page, marks=[] if page == FIRST else pytest.mark.slow) for page in WITH_CODE]
 )
-def test_every_block_runs_as_a_reader_pastes_it(
-    page: str, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    environment = variables(tmp_path_factory.mktemp("cache"))
-    for name in ("RAYTRACER_CACHE", "MPLBACKEND"):
-        monkeypatch.setenv(name, environment[name])
-    monkeypatch.chdir(tmp_path_factory.mktemp("reader"))
-    namespace: dict[str, Any] = {"__name__": "__main__"}
-    for block in blocks(page):
-        if not block.not_run:
-            paste(block, page, namespace, environment)
+def test_every_block_runs_as_a_reader_pastes_it(page: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+    read(page, tmp_path_factory.mktemp("reader"), variables(tmp_path_factory.mktemp("cache")))
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -70,13 +78,10 @@ def test_every_block_has_a_language_and_a_known_reason_not_to_run(page: str) -> 
 @pytest.mark.gl
 @pytest.mark.slow
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.name)
-def test_every_cell_of_a_notebook_runs(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, value in variables(tmp_path / "cache").items():
-        monkeypatch.setenv(name, value)
-    monkeypatch.chdir(tmp_path)
+def test_every_cell_of_a_notebook_runs(path: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
     cells = json.loads(path.read_text())["cells"]
-    namespace: dict[str, Any] = {"__name__": "__main__"}
     code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
     assert code
-    for number, text in enumerate(code, 1):
-        exec(compile(text, f"{path.name}, cell {number}", "exec"), namespace)
+    folder = tmp_path_factory.mktemp("reader")
+    (folder / "cells.py").write_text("\n\n".join(code) + "\n")
+    run(path.name, folder, variables(tmp_path_factory.mktemp("cache")), sys.executable, "-W", "error", "cells.py")
