@@ -51,9 +51,9 @@ extremes: .venv/core ## measure how wrong pictures are at the extremes, into ben
 	@tools/system-packages $(GL_PACKAGES)
 	$(BIN)/raytracer extremes -o benchmarks/results
 
-bench: .venv/core ## measure how fast it is, and against POV-Ray, into benchmarks/results and the README
+bench: .venv/core ## measure the speed, also against POV-Ray, into benchmarks/results and docs/performance.md
 	@tools/system-packages $(GL_PACKAGES) '?povray'
-	$(BIN)/python -m benchmarks.speed -o benchmarks/results --readme
+	$(BIN)/python -m benchmarks.speed -o benchmarks/results --docs
 
 clean: ## remove everything that make made
 	rm -rf .venv build dist .pytest_cache .ruff_cache assignment.png

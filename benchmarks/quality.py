@@ -1,11 +1,11 @@
 """The time, the true error and the stated error of each quality.
 
-python -m benchmarks.quality [--rounds N] [--only SCENE ...] [--truths FOLDER] [-o FOLDER] [--readme]
+python -m benchmarks.quality [--rounds N] [--only SCENE ...] [--truths FOLDER] [-o FOLDER] [--docs]
 
 Pictures of all qualities are rendered in turns. They are compared with a reference of 8192 samples, which takes
 minutes: FOLDER keeps it for the next run. A picture's samples are the first of the reference's, so the error of a
-picture with 1024 samples is measured up to an eighth too small. --readme puts the table into README.md, too. The last
-results of scenes that are not among --only are kept.
+picture with 1024 samples is measured up to an eighth too small. --docs also writes the table into docs/accuracy.md.
+The last results of scenes that are not among --only are kept.
 """
 
 import argparse
@@ -146,7 +146,7 @@ def main() -> None:
     parser.add_argument("--only", nargs="+", default=list(SCENES), choices=list(SCENES))
     parser.add_argument("--truths", type=Path)
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
-    parser.add_argument("--readme", action="store_true")
+    parser.add_argument("--docs", action="store_true", help="also write the table into docs/accuracy.md")
     options = parser.parse_args()
     renderer = Renderer(shared_device())
     start = time.perf_counter()
@@ -175,8 +175,8 @@ def main() -> None:
     file = io.StringIO()
     csv.writer(file).writerows([QualityRow._fields, *all_rows])
     (options.output / "quality.csv").write_text(file.getvalue())
-    if options.readme:
-        fill(Path("README.md"), "quality", table(all_rows))
+    if options.docs:
+        fill(Path("docs/accuracy.md"), "quality", table(all_rows))
     print(f"wrote {options.output / 'quality.md'} in {time.perf_counter() - start:.0f} s")
 
 

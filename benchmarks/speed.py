@@ -12,7 +12,7 @@ from statistics import median
 from benchmarks.bench import CALLS, Bench
 from benchmarks.pages import fill, machine_lines
 from benchmarks.povray import UnavailableError
-from benchmarks.speed_page import TimedRow, as_csv, as_markdown, readme_table, stem_of
+from benchmarks.speed_page import TimedRow, as_csv, as_markdown, calls_table, stem_of
 from benchmarks.speed_rows import ROWS, SCENES
 from raytracer import InputError, Settings, ShaderError
 from raytracer.core.output import check_folder, written_whole
@@ -27,7 +27,7 @@ _EXAMPLES = """\
 examples:
   python -m benchmarks.speed
   python -m benchmarks.speed --rows assignment literal --rounds 9
-  python -m benchmarks.speed -o benchmarks/results --readme
+  python -m benchmarks.speed -o benchmarks/results --docs
 """
 
 
@@ -37,8 +37,8 @@ def main() -> int:
     options = parser.parse_args()
     if options.rounds < 1:
         parser.error(f"argument --rounds: expected at least 1, got {options.rounds}")
-    if options.readme and options.rows:
-        parser.error("argument --readme: not allowed with --rows, as the README has rows of several groups")
+    if options.docs and options.rows:
+        parser.error("argument --docs: not allowed with --rows, because docs/performance.md has rows of several groups")
     folder = Path(options.output)
     check_folder(folder)
     bench = Bench(shared_device(), _SIZE, options.rounds)
@@ -60,8 +60,8 @@ def main() -> int:
         with written_whole(path) as file:
             file.write(content.encode())
     print(f"{text}\nwrote {folder / stem}.md and .csv")
-    if options.readme:
-        fill(Path("README.md"), "speed", readme_table(results))
+    if options.docs:
+        fill(Path("docs/performance.md"), "speed", calls_table(results))
     agreements = [timing.agreement for _, timing in results if not isinstance(timing, str)]
     return 0 if all(agreement is None or agreement.right for agreement in agreements) else 1
 
@@ -107,7 +107,9 @@ def _parser() -> argparse.ArgumentParser:
         help="gets speed.md and speed.csv, or with a GPU speed-NAME.md and .csv, over those that are there "
         "(default: here)",
     )
-    parser.add_argument("--readme", action="store_true", help="also put rows into the README's table")
+    parser.add_argument(
+        "--docs", action="store_true", help="also write the rows of users' calls into docs/performance.md"
+    )
     return parser
 
 

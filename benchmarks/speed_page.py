@@ -59,10 +59,10 @@ def as_markdown(results: Sequence[TimedRow], rates: Sequence[tuple[str, ...]], o
     return "\n".join(lines) + "\n"
 
 
-def readme_table(results: Sequence[TimedRow]) -> str:
-    """The rows of users' calls with the README's columns."""
+def calls_table(results: Sequence[TimedRow]) -> str:
+    """Format the rows of users' calls, with the columns of docs/performance.md."""
     lines = ["| call | against | ours, ms | theirs, ms | ratio | goal |", "| --- | --- | --- | --- | --- | --- |"]
-    rows = [_cells(row, timing) for row, timing in results if row.is_in_readme and not isinstance(timing, str)]
+    rows = [_cells(row, timing) for row, timing in results if row.is_in_docs and not isinstance(timing, str)]
     return "\n".join((*lines, *(f"| {' | '.join(cells[:6])} |" for cells in rows)))
 
 

@@ -70,8 +70,8 @@ class SpeedRow:
     at_most: bool = False
 
     @property
-    def is_in_readme(self) -> bool:
-        """Whether the README's table has the row: a user's call, or a frame of the window."""
+    def is_in_docs(self) -> bool:
+        """Whether docs/performance.md repeats the row: a user's call, or a frame of the window."""
         return self.group in ("assignment", "many", "holes", "first", "samples", "geometry", "window")
 
     def ratio(self, timing: Timing) -> float:

@@ -1,4 +1,4 @@
-"""Patches of settings: how they merge, the qualities that the README has, and the command line's flags."""
+"""Patches of settings: how they merge, the qualities that docs/accuracy.md has, and the command line's flags."""
 
 import functools
 import itertools
@@ -16,13 +16,13 @@ from raytracer.scene.settings_patch import SettingsPatch as Patch
 from tests import scenes
 
 
-def test_the_readme_has_exactly_the_qualities_there_are() -> None:
-    readme = (scenes.CHECKOUT / "README.md").read_text()
-    table = re.findall(r"<!-- quality -->\n(.*?)<!-- end of quality -->", readme, re.DOTALL)
+def test_the_docs_list_exactly_the_existing_qualities() -> None:
+    page = (scenes.CHECKOUT / "docs/accuracy.md").read_text()
+    table = re.findall(r"<!-- quality -->\n(.*?)<!-- end of quality -->", page, re.DOTALL)
     assert len(table) == 1
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table[0].splitlines()[2:]]
     wanted = [[f"`{name}`", f"`{flags(patch)}`"] for name, patch in QUALITIES.items()]
-    assert [row[:2] for row in rows] == wanted, "to be written by python -m benchmarks.quality --readme"
+    assert [row[:2] for row in rows] == wanted, "to be written by python -m benchmarks.quality --docs"
     assert all(re.match(r"[0-9.e+]+ s, [0-9.e+]+ samples?, [0-9.e-]+ \(", cell) for row in rows for cell in row[2:])
 
 
