@@ -124,11 +124,11 @@ def as_markdown(rows: list[TuningRow], renderer: Renderer, size: tuple[int, int]
         )
     lines += [
         "",
-        "*Of*: the number of candidates. *Ratio*: of the median times. *Shortest*: of the shortest times. Bold: above the goal.",
+        "*Of*: the candidates. *Ratio*: of the median times. *Shortest*: of the shortest times. Bold: above the goal.",
         f"Goal: tune's pick takes at most {GOAL} times the time of the sweep's best candidate. It is reached on "
         f"{by_median} of {len(rows)} scenes by medians, and on {by_least} by the shortest times, which other work on "
-        "the machine does not lengthen. A ratio below 1 is noise, or a pick that the sweep does not have. The sweep's best is the "
-        "candidate with the shortest time of several, which favours the sweep.",
+        "the machine does not lengthen. A ratio below 1 is noise, or a pick that the sweep lacks. The sweep's best "
+        "is the candidate with the shortest time of several, which favours the sweep.",
     ]
     return "\n".join(lines) + "\n"
 
