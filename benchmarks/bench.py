@@ -58,7 +58,7 @@ def seconds(act: Callable[[], object]) -> float:
 
 
 def in_turns(
-    rounds: int, ours: Callable[[], float], theirs: Callable[[], float], each: int = CALLS
+    rounds: int, ours: Callable[[], float], theirs: Callable[[], float], peer_calls: int = CALLS
 ) -> tuple[float, float]:
     """Return the medians of the seconds that two functions return.
 
@@ -68,13 +68,13 @@ def in_turns(
         rounds: The number of rounds.
         ours: Returns the seconds of our call. Called CALLS times in each round.
         theirs: Returns the seconds of the peer's call.
-        each: Calls of `theirs` in each round.
+        peer_calls: Calls of `theirs` in each round.
     """
     ours()  # compiles
     times: tuple[list[float], list[float]] = [], []
     for _ in range(rounds):
         times[0].extend(ours() for _ in range(CALLS))
-        times[1].extend(theirs() for _ in range(each))
+        times[1].extend(theirs() for _ in range(peer_calls))
     return median(times[0]), median(times[1])
 
 

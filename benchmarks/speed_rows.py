@@ -97,7 +97,7 @@ def _against_povray(make: Callable[[], rt.Scene], bench: Bench, samples: int = 1
         bench.rounds,
         lambda: bench.call(scene, settings),
         lambda: bench.traced(scene, samples, again=not once)[1],
-        each=1,
+        peer_calls=1,
     )
     return Timing(ours, theirs, bench.agreement(scene, samples))
 
@@ -115,7 +115,7 @@ def _first_against_povray(make: Callable[[], rt.Scene], bench: Bench) -> Timing:
         bench.rounds,
         call,
         lambda: bench.traced(make(), again=True)[1],
-        each=1,
+        peer_calls=1,
     )
     return Timing(ours, theirs, bench.agreement(make()))
 

@@ -45,7 +45,9 @@ class FakeContext:
         FakeContext.current = None
 
     def release(self) -> None:
-        assert FakeContext.current is not self, "a released context that is current keeps the next from opening"
+        assert FakeContext.current is not self, (
+            "a context must not be current when it is released, or the next context does not open"
+        )
         self.released = True
 
 

@@ -203,7 +203,7 @@ def test_the_first_limit_of_error_time_and_samples_ends_the_picture(renderer: Re
     scene, size = scenes.assignment(), (160, 90)
     settings = Settings(samples=4096, max_error=1e-9, time=0.05)
     image = renderer.render(scene, size, settings)
-    assert image.estimate and image.estimate.samples < 4096  # as many as a busy machine allows
+    assert image.estimate and image.estimate.samples < 4096  # the number depends on how busy the machine is
     image = renderer.render(scene, size, msgspec.structs.replace(settings, samples=6, time=60.0))
     assert image.samples is not None and set(np.unique(image.samples)) == {6}
     image = renderer.render(scene, size, msgspec.structs.replace(settings, max_error=0.05, time=60.0))

@@ -338,7 +338,7 @@ def test_a_forked_process_gets_the_same_geometry(renderer: Renderer, expected: l
     assert isinstance(in_child, list), in_child
     assert_same(in_child, expected)
     assert_same(arrays(image), expected)
-    in_second_child = in_fork(lambda: arrays(image), "child of one that knows")
+    in_second_child = in_fork(lambda: arrays(image), "child of a process with drawn geometry")
     assert_same(in_second_child, expected)
 
 
@@ -360,7 +360,7 @@ def test_a_fork_while_other_threads_draw_gets_the_same_geometry(renderer: Render
     assert inside.wait(30)
     waiting.start()
     try:
-        in_child = in_fork(lambda: arrays(image), "child of one that draws")
+        in_child = in_fork(lambda: arrays(image), "child of a process that draws")
     finally:
         forked.set()
         drawing.join(30)

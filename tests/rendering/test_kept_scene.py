@@ -1,4 +1,4 @@
-"""The cache of the scene drawn last: it saves preparations, and its pictures equal those of a new renderer."""
+"""The cache of the scene drawn last: it saves preparations, and its pictures equal the pictures of a new renderer."""
 
 from __future__ import annotations
 

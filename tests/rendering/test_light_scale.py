@@ -92,7 +92,7 @@ def test_the_scale_of_a_dark_scene_causes_no_overflow(brightest: float) -> None:
 
 
 def assert_times(image: rt.Image, other: rt.Image, power: int) -> None:
-    """Check that radiance and errors of `other` are exactly 2^power times those of `image`, with the same samples."""
+    """Check that `other` has exactly 2^power times the radiance and the errors of `image`, with the same samples."""
     times = 2.0**power
     np.testing.assert_array_equal(other.radiance, image.radiance * np.float32(times))
     assert (other.samples is None) == (image.samples is None)

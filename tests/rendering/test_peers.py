@@ -59,7 +59,7 @@ RGB_N, RGB_K = ({"type": "rgb", "value": list(value)} for value in (N, K))
 def test_mitsuba_agrees_to_1e_5(mi: Any, renderer: Renderer, bsdf: dict[str, Any], material: rt.Material) -> None:
     mi.set_variant("scalar_rgb")
     peer, context = mi.load_dict(bsdf), mi.BSDFContext()
-    # More grazing directions are left out, because Mitsuba's float32 is inaccurate there, as it is for narrower lobes.
+    # No more grazing directions and no narrower lobes, because Mitsuba's float32 is inaccurate for them.
     wi, wo = pairs(1000, least=0.05)
 
     def peer_values(i: np.ndarray, o: np.ndarray) -> np.ndarray:

@@ -84,7 +84,7 @@ def test_points_of_different_pixels_lights_and_samples_are_uncorrelated(renderer
             for i, j in np.ndindex(2, 2):
                 assert abs(np.corrcoef(grid[..., i].ravel(), other[..., j].ravel())[0, 1]) < most
         assert abs(np.corrcoef(grid[..., 0].ravel(), grid[..., 1].ravel())[0, 1]) < most
-    # The correlation of a pixel's 64 points with its 64 sample places, as a mean over 400 pixels, is that of
+    # The correlation of a pixel's 64 points with its 64 sample places, averaged over 400 pixels, is as small as for
     # independent numbers.
     places = np.array([sample_place(k) for k in range(64)]) * 2.0**-24 - 0.5
     pixel_of_point = np.repeat(pixels[:400], 64, axis=0)
