@@ -6,9 +6,9 @@ GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
 # libatomic1: Dr.Jit, on which Mitsuba is built, loads it.
 TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 libatomic1 xvfb xdotool ?povray
 
-# The tests that make test runs again on OSMesa: of OpenGL itself, and of pictures.
+# `make test` runs these tests again on OSMesa: tests of OpenGL itself, and of pictures.
 ON_OSMESA := tests/gpu tests/rendering/test_picture.py
-# The tests that make check does not run again on OSMesa: of values that shaders compute, however OpenGL is reached.
+# `make check` does not run these tests again on OSMesa: they test values of shaders, which do not depend on the backend.
 ONCE := test_pages.py analysis ground_truth scene/test_merl.py compiler/test_soft_cells.py \
 	$(patsubst %,rendering/test_%.py,article brdf brdf_rough estimator mirrors peers soft)
 
@@ -20,7 +20,7 @@ demo: .venv/core ## render the assignment to assignment.png (the default)
 	@tools/system-packages $(GL_PACKAGES)
 	$(BIN)/raytracer render $(SCENE) -o assignment.png --samples 16
 
-test: .venv/dev ## run all tests but the slow ones on EGL, then some again on OSMesa
+test: .venv/dev ## run all tests except slow ones on EGL, then some again on OSMesa
 	$(call run_tests,-m 'not slow',-m 'gl and not slow' $(ON_OSMESA))
 
 # $(call run_tests,SELECTION ON EGL,SELECTION ON OSMESA)
@@ -31,7 +31,7 @@ define run_tests
 		RAYTRACER_BACKEND=egl $(BIN)/python -m pytest $(1); \
 		RAYTRACER_BACKEND=osmesa $(BIN)/python -m pytest $(2); \
 	else \
-		echo 'There is no package libosmesa6 here: the OpenGL tests are not run again on OSMesa.'; \
+		echo 'The package libosmesa6 is not available: the OpenGL tests do not run again on OSMesa.'; \
 		RAYTRACER_TEST_BACKENDS='egl window' RAYTRACER_BACKEND=egl $(BIN)/python -m pytest $(1); \
 	fi
 endef
@@ -40,29 +40,29 @@ view: .venv/core ## open the assignment in a window
 	@tools/system-packages $(GL_PACKAGES) libglx-mesa0
 	$(BIN)/raytracer view $(SCENE)
 
-check: .venv/dev ## lint, formatting, types, directions of imports, then all tests on EGL, many again on OSMesa
+check: .venv/dev ## check style, formatting, types and import rules, then run all tests on EGL, and many again on OSMesa
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
 	$(BIN)/lint-imports
 	$(call run_tests,,-m 'gl and not slow' $(addprefix --ignore tests/,$(ONCE)))
 
-extremes: .venv/core ## measure how wrong pictures are at the extremes, into benchmarks/results
+extremes: .venv/core ## measure errors at the extremes of all inputs, into benchmarks/results
 	@tools/system-packages $(GL_PACKAGES)
 	$(BIN)/raytracer extremes -o benchmarks/results
 
-bench: .venv/core ## measure how fast it is, and against POV-Ray, into benchmarks/results and the README
+bench: .venv/core ## measure the speed, also against POV-Ray, into benchmarks/results and docs/performance.md
 	@tools/system-packages $(GL_PACKAGES) '?povray'
-	$(BIN)/python -m benchmarks.speed -o benchmarks/results --readme
+	$(BIN)/python -m benchmarks.speed -o benchmarks/results --docs
 
-clean: ## remove everything that make made
+clean: ## remove all generated files
 	rm -rf .venv build dist .pytest_cache .ruff_cache assignment.png
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 8
 
-# A stamp for what is installed: a repeated run installs nothing, a changed pyproject.toml installs again.
+# Stamp files of the installed packages: a repeated run installs nothing, a changed pyproject.toml installs again.
 .venv/core: pyproject.toml | .venv/bin/pip
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
 	@touch $@
@@ -71,8 +71,8 @@ help: ## list the targets
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,plots,peers,flip]'
 	@touch .venv/core $@
 
-# Debian keeps what makes a virtual environment in a package of its own for each Python. What demo needs
-# besides is asked for at once, so that who is not root is told one command, not two.
+# Debian has a separate package for virtual environments of each Python. The packages of `make demo` are requested
+# together with it, so that users who are not root have to run one command, not two.
 .venv/bin/pip:
 	@command -v $(PYTHON) >/dev/null || tools/system-packages python3
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("$(PYTHON) is Python %d.%d, \

@@ -1,4 +1,4 @@
-"""How far the GPU's pictures are from the float64 reference's: a table of the README.
+"""Differences between the GPU's pictures and the float64 reference, the first table of docs/accuracy.md.
 
 python -m benchmarks.agreement
 """
@@ -20,18 +20,22 @@ SIZE = (1280, 720)
 
 
 def differences(renderer: Renderer, scene: rt.Scene, size: tuple[int, int]) -> tuple[float, float, float, int, int]:
-    """Largest relative depth error, it and the normal's over their bounds, wrong pixels, doubtful pixels."""
+    """Compare a picture with the reference at its pixels that are not doubtful.
+
+    Return the largest relative error of the depth, the largest errors of depth and normal as shares of their bounds,
+    and the numbers of wrong and of doubtful pixels.
+    """
     image, truth = renderer.render(scene, size, Settings()), ray_tracer.trace(scene, size, Settings(shadows="off"))
     assert image.depth is not None and image.normal is not None
     assert truth.depth is not None and truth.normal is not None
-    resolved = find_pixel_doubt(scene, size)
-    right = image.material == truth.material
-    sure = ~resolved.doubtful & right & np.isfinite(truth.depth)
+    doubt = find_pixel_doubt(scene, size)
+    is_right = image.material == truth.material
+    sure = ~doubt.doubtful & is_right & np.isfinite(truth.depth)
     depth = np.abs(image.depth[sure] - truth.depth[sure])
     normal = np.linalg.norm(image.normal[sure] - truth.normal[sure], axis=1)
-    shares = (depth / resolved.depth[sure]).max(initial=0), (normal / resolved.normal[sure]).max(initial=0)
+    shares = (depth / doubt.depth[sure]).max(initial=0), (normal / doubt.normal[sure]).max(initial=0)
     relative = (depth / truth.depth[sure]).max(initial=0)
-    return float(relative), *shares, int((~right & ~resolved.doubtful).sum()), int(resolved.doubtful.sum())
+    return float(relative), *shares, int((~is_right & ~doubt.doubtful).sum()), int(doubt.doubtful.sum())
 
 
 def _worst(rows: list[tuple[float, float, float, int, int]]) -> str:
@@ -41,7 +45,7 @@ def _worst(rows: list[tuple[float, float, float, int, int]]) -> str:
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure the differences, and print them."""
     renderer = Renderer(shared_device())
     print(f"{renderer.device.limits.driver}, {renderer.device.context.info['GL_VERSION']}, {platform.machine()}\n")
     assignment = scenes.assignment()

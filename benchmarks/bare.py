@@ -1,4 +1,4 @@
-"""The bare draws of a picture or a frame: the calls that draw and read back, made again without all between them."""
+"""Bare draws: the draws and read-backs of a picture or a frame, repeated without the preparation between them."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -19,7 +19,7 @@ from raytracer.rendering.renderer import Renderer
 
 
 class Recorded(NamedTuple):
-    """A call that draws or reads, which `again` repeats. `values` are the values that a call has read."""
+    """A recorded call that draws or reads. `again` repeats the call; `values` holds the result of a reading call."""
 
     again: Callable[[], Any]
     values: NDArray[Any] | None = None
@@ -28,7 +28,7 @@ class Recorded(NamedTuple):
 
 @contextmanager
 def recorded() -> Iterator[list[Recorded]]:
-    """Collect the calls of a block that play lists of draws, bind a scene's numbers for them, and read textures."""
+    """Record the calls of the block that play lists of draws, bind the scene's buffers, and read textures."""
     calls: list[Recorded] = []
     play, read, bind = DrawPlayer.play, DrawPlayer.read, SceneBuffers.bind
     read_top_first = DrawPlayer.read_top_first
@@ -50,7 +50,8 @@ def recorded() -> Iterator[list[Recorded]]:
             return values
 
         read_top_first(player, name, area, out)
-        calls.append(Recorded(again, out.copy()))  # the call divides `out` afterwards
+        # A copy, because the caller of the recorded call divides `out` afterwards.
+        calls.append(Recorded(again, out.copy()))
 
     def record_bind(buffers: SceneBuffers) -> None:
         calls.append(Recorded(partial(bind, buffers)))
@@ -66,10 +67,11 @@ def recorded() -> Iterator[list[Recorded]]:
 
 
 class BareDraws:
-    """The draws and read-backs of a picture, for a scene that is on the GPU until closed.
+    """The draws and read-backs of a picture. The scene stays on the GPU until close().
 
-    The constructor renders the picture, and so compiles. Decisions on the way are not made again. Without `estimates`
-    there are neither draws nor read-backs for the estimate of the error.
+    The constructor renders the picture, which also compiles the programs. Repeated draws follow the decisions of that
+    picture, for example its numbers of samples. Without `estimates` the picture has no draws and read-backs for the
+    error estimate.
     """
 
     def __init__(
@@ -88,24 +90,24 @@ class BareDraws:
             self.image = render()
 
     def draw(self) -> None:
-        """Draw the picture again."""
+        """Repeat the draws without the read-backs."""
         with self._device.turn():
             for call in self._calls:
                 if call.values is None:
                     call.again()
 
     def draw_and_read(self) -> list[NDArray[Any]]:
-        """Draw the picture again, and read again: the values of each reading."""
+        """Repeat the draws and the read-backs, and return the values of each read-back."""
         with self._device.turn():
             values = [call.again() for call in self._calls]
-        return [each for each in values if each is not None]
+        return [array for array in values if array is not None]
 
     def is_same(self) -> bool:
-        """Whether the picture's draws give the same values again."""
+        """Repeat the picture, and return whether all read-backs have the same values."""
         before = [call.values for call in self._calls if call.values is not None]
         return all(map(np.array_equal, self.draw_and_read(), before))
 
     def close(self) -> None:
-        """Give back everything on the GPU but the device's programs."""
+        """Release everything on the GPU except the programs, which the device owns."""
         with self._device.turn():
             self._renderer.close()

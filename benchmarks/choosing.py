@@ -1,9 +1,9 @@
-"""The plots and tables of docs/choosing.md: what `raytracer trade` measures of the assignment.
+"""The plots and tables of docs/choosing.md, from measurements of `raytracer trade` on the assignment.
 
 python -m benchmarks.choosing [--scene SCENE] [--size W H] [--rounds N] [--quick] [--results] [--docs FOLDER]
 
-It takes a quarter of an hour. Tables are put between the page's marks, those of benchmarks/results among them, and
-plots into its folder choosing/.
+A run takes a quarter of an hour. It writes the tables between the markers of the page, including tables from
+benchmarks/results, and the plots into the page's folder choosing/.
 """
 
 import argparse
@@ -27,7 +27,7 @@ from raytracer.rendering.renderer import Renderer
 from raytracer.scene.sequences import SEQUENCES, sample_points
 from raytracer.scene.settings_patch import fewest, flags
 
-# Of discs and lines, in spacings of samples.
+# Widths of discs and lines in the table `blind`, in multiples of the distance between samples.
 _WIDTHS = (0.25, 0.5, 1.0, 1.5, 2.0)
 
 
@@ -48,7 +48,7 @@ def _error(result: Result) -> str:
 
 
 def front(trade: Tradeoffs) -> str:
-    """What nothing beats."""
+    """Format the Pareto front: all configurations that no other beats in both time and error."""
     results = sorted(
         (result for result in trade.of(MAIN) if result.beaten_by is None), key=lambda result: result.median
     )
@@ -63,7 +63,7 @@ def front(trade: Tradeoffs) -> str:
 
 
 def sequences(trade: Tradeoffs) -> str:
-    """Errors of each, and slopes, on edges and under soft shadows."""
+    """Format the errors of each sample sequence, and the slopes of its error with hard and with soft shadows."""
     numbers = [4, 16, 64, 256]
     hard, soft = (slopes(trade, knob) for knob in ("sequence", "sequence, soft shadows"))
     rows = []
@@ -75,55 +75,59 @@ def sequences(trade: Tradeoffs) -> str:
         }
         fits = [f"{fit[0]:.2f}" if fit else "" for fit in (hard.get(sequence), soft.get(sequence))]
         rows.append([f"`{sequence}`", *(_error(own[n]) if n in own else "" for n in numbers), *fits])
-    return _table(["sequence", *(f"{n} samples" for n in numbers), "n^-p: p", "p, soft shadows"], rows)
+    return _table(
+        ["sequence", *(f"{n} samples" for n in numbers), "slope p (error ~ n^-p)", "slope p, soft shadows"], rows
+    )
 
 
 def shadows(trade: Tradeoffs) -> str:
-    """Time and error of each kind, and how far it is from soft ones."""
-    apart = shadow_differences(trade)
+    """Format the time and the error of each kind of shadows, and its difference from soft shadows."""
+    differences = shadow_differences(trade)
     rows = []
     for kind in ("off", "hard", "diluted", "soft"):
         target = f"{kind} shadows"
         own = {result.configuration.settings.samples: result for result in trade.of_knob("shadows", target)}
         cells = [f"{_ms(own[n])} ms, {_error(own[n])}" if n in own else "" for n in (1, 4, 16, 64)]
-        rows.append([f"`{kind}`", *cells, f"{apart[target]:.1e}" if target in apart else ""])
-    return _table(["shadows", "1 sample", *(f"{n} samples" for n in (4, 16, 64)), "from soft ones"], rows)
+        rows.append([f"`{kind}`", *cells, f"{differences[target]:.1e}" if target in differences else ""])
+    return _table(["shadows", "1 sample", *(f"{n} samples" for n in (4, 16, 64)), "difference from soft"], rows)
 
 
 def exact(trade: Tradeoffs) -> str:
-    """Precision and evaluators."""
+    """Format the time and the error of each precision and each evaluator."""
     results = [*trade.of_knob("precision"), *trade.of_knob("evaluator")]
     own = {result.configuration.label: result for result in results}
     return _table(
         ["16 samples", "ms", "error"],
         [
-            [f"`{flags(fewest(result.configuration.settings)) or 'as it is'}`", _ms(result), _error(result)]
+            [f"`{flags(fewest(result.configuration.settings)) or 'default'}`", _ms(result), _error(result)]
             for result in own.values()
         ],
     )
 
 
 def approximations(trade: Tradeoffs) -> str:
-    """What is nearly as good, and what it saves."""
+    """Format the error of each approximation, with its time and the time of the exact model."""
     rows = []
     for name, target in trade.plan.targets.items():
         if target.same_samples and trade.of(name):
-            right = next(result for result in trade.of(name) if result.error and result.error.rmse == 0.0)
+            exact_result = next(result for result in trade.of(name) if result.error and result.error.rmse == 0.0)
             for result in trade.of(name):
-                if result is not right:
+                if result is not exact_result:
                     assert result.error
                     largest = f"{result.error.largest:.1e}"
-                    rows.append([name, result.configuration.label, _ms(result), _ms(right), _error(result), largest])
-    return _table(["what is approximated", "by", "ms", "exact: ms", "error", "largest"], rows)
+                    rows.append(
+                        [name, result.configuration.label, _ms(result), _ms(exact_result), _error(result), largest]
+                    )
+    return _table(["exact model", "approximation", "ms", "ms, exact model", "error", "largest error"], rows)
 
 
 def blind() -> str:
-    """Of discs and of lines of ten pixels, anywhere, the share that no sample meets, by their width."""
+    """Format the shares of randomly placed discs and lines that no sample hits, by their width."""
     rows = []
     for shape, length, n in (("discs", 0, 4), ("discs", 0, 16), ("discs", 0, 64), ("lines, 10 pixels long", 10, 16)):
         missed = [_missed(width / math.sqrt(n), length, n) for width in _WIDTHS]
         rows.append([shape, str(n), f"{1.0 / math.sqrt(n):g}", *(f"{share:.0%}" for share in missed)])
-    return _table(["", "samples", "spacing, pixels", *(f"{width:g} of it wide" for width in _WIDTHS)], rows)
+    return _table(["shape", "samples", "spacing, pixels", *(f"width {width:g} spacings" for width in _WIDTHS)], rows)
 
 
 def _missed(width: float, length: float, n: int) -> float:
@@ -132,19 +136,19 @@ def _missed(width: float, length: float, n: int) -> float:
     angle = rng.uniform(0.0, math.pi, len(centers))
     along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     corner = centers.astype(int)
-    met = np.zeros(len(centers), bool)
+    hit = np.zeros(len(centers), bool)
     reach = math.ceil(length / 2.0 + width / 2.0)
     for k in range(n):
         points = sample_points(k, (64, 64), samples=n) + np.stack(np.meshgrid(np.arange(64), np.arange(64)), axis=-1)
         for dx, dy in np.ndindex(2 * reach + 1, 2 * reach + 1):
-            away = points[corner[:, 1] + dy - reach, corner[:, 0] + dx - reach] - centers
-            t = np.clip((away * along).sum(axis=1), -length / 2.0, length / 2.0)
-            met |= np.linalg.norm(away - t[:, None] * along, axis=1) < width / 2.0
-    return 1.0 - float(met.mean())
+            offset = points[corner[:, 1] + dy - reach, corner[:, 0] + dx - reach] - centers
+            t = np.clip((offset * along).sum(axis=1), -length / 2.0, length / 2.0)
+            hit |= np.linalg.norm(offset - t[:, None] * along, axis=1) < width / 2.0
+    return 1.0 - float(hit.mean())
 
 
 def results() -> dict[str, str]:
-    """What other benchmarks measured."""
+    """Return the tables that other benchmarks wrote into benchmarks/results."""
     folder = Path(__file__).parent / "results"
     texts = {name: (folder / f"{name}.md").read_text().rstrip() for name in ("estimates", "deadlines", "tuning")}
     return {
@@ -155,7 +159,7 @@ def results() -> dict[str, str]:
 
 
 def measure_tables(name: str, size: tuple[int, int], rounds: int, extent: Extent, folder: Path) -> dict[str, str]:
-    """The other tables; plots and all that was tried go into a folder."""
+    """Measure the trade-offs and return their tables. Write the plots and all measurements into the folder."""
     scene, renderer = rt.load(name), Renderer(shared_device())
     planned = plan(scene, extent)
     add_approximations(planned, scene, extent, renderer)
@@ -169,19 +173,21 @@ def measure_tables(name: str, size: tuple[int, int], rounds: int, extent: Extent
     }
     for plot, svg in drawn.items():
         (folder / f"{plot}.svg").write_text(svg.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1))
-    tables = {each.__name__: each(trade) for each in (front, sequences, shadows, exact, approximations)}
+    tables = {table.__name__: table(trade) for table in (front, sequences, shadows, exact, approximations)}
     machine = "; ".join(f"{key}: {value}" for key, value in trade.machine.items())
     return tables | {"blind": blind(), "machine": f"{size[0]}x{size[1]}; {machine}"}
 
 
 def main() -> None:
-    """Measure, and write the page's plots and tables."""
+    """Measure, and write the plots and tables of the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scene", default="assignment")
     parser.add_argument("--size", type=int, nargs=2, metavar=("W", "H"), default=(320, 180))
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--quick", action="store_true", help="little of it, to see that it works")
-    parser.add_argument("--results", action="store_true", help="measure nothing: only what benchmarks/results has")
+    parser.add_argument("--quick", action="store_true", help="measure a few configurations only, as a trial run")
+    parser.add_argument(
+        "--results", action="store_true", help="measure nothing, and fill only the tables from benchmarks/results"
+    )
     parser.add_argument("--docs", type=Path, default=Path("docs"))
     options = parser.parse_args()
     tables = results()

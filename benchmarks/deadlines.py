@@ -1,4 +1,4 @@
-"""Whether pictures with a time end in time: `--time T` on the examples, by processes of their own and in one.
+"""Adherence of `--time T` to the time limit, on the examples: in new processes, and within one process.
 
 python -m benchmarks.deadlines [--runs N] [-o FOLDER]
 """
@@ -23,12 +23,12 @@ from tests.processes import output_of
 SIZE = (1280, 720)
 SCENES = "assignment", "many"
 TIMES = 0.1, 0.25, 0.5, 1.0
-# Of processes of their own, which take a second or two to start.
+# Time limits for pictures by new processes. Few, because each process takes a second or two to start.
 NEW_TIMES = 0.25, 1.0
 
 
 def in_process(renderer: Renderer, name: str, seconds: float | None) -> Estimate:
-    """What a picture says of itself: one with a time, or of 1 sample, which is a pass."""
+    """Render a picture with a time limit, or for None with 1 sample, which takes one pass. Return its estimate."""
     settings = Settings() if seconds is None else Settings(samples=ASKED_SAMPLES, time=seconds)
     estimate = renderer.render(rt.load(name), SIZE, settings, geometry=False).estimate
     assert estimate
@@ -36,7 +36,7 @@ def in_process(renderer: Renderer, name: str, seconds: float | None) -> Estimate
 
 
 def by_process(name: str, seconds: float) -> Estimate:
-    """What the file of a picture by `raytracer render` says."""
+    """Render by `raytracer render` in a new process, and return the estimate that the written file states."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "out.png"
         command = [sys.executable, "-m", "raytracer", "render", name, "-o", str(path)]
@@ -51,7 +51,7 @@ def by_process(name: str, seconds: float) -> Estimate:
 
 
 def table_row(renderer: Renderer, name: str, seconds: float, runs: int, new: bool) -> str:
-    """A line of the table."""
+    """Measure a scene with a time limit, and format the line of the table."""
     kept = 0
     estimates: list[Estimate] = []
     passes: list[float] = []
@@ -59,34 +59,34 @@ def table_row(renderer: Renderer, name: str, seconds: float, runs: int, new: boo
         passes.append(in_process(renderer, name, None).seconds)
         estimates.append(by_process(name, seconds) if new else in_process(renderer, name, seconds))
         kept += estimates[-1].seconds <= seconds + passes[-1]
-    took = [each.seconds for each in estimates]
-    errors = [each.rmse for each in estimates if each.rmse is not None]
+    took = [estimate.seconds for estimate in estimates]
+    errors = [estimate.rmse for estimate in estimates if estimate.rmse is not None]
     error = f"{median(errors):.2g}" if errors else "unknown"
     if 0 < len(errors) < runs:
-        error += f", unknown of {runs - len(errors)}"
-    if bounds := sum(each.uncertain for each in estimates):
-        error += f", a lower bound of {bounds}"
+        error += f", unknown in {runs - len(errors)}"
+    if bounds := sum(estimate.uncertain for estimate in estimates):
+        error += f", a lower bound in {bounds}"
     return (
-        f"| {name}{', new' if new else ''} | {seconds:g} s | {median(passes):.3f} s | {median(took):.3f} s "
-        f"| {max(took):.3f} s | {kept} of {runs} | {median(each.samples for each in estimates):.1f} | {error} |"
+        f"| {name}{', new process' if new else ''} | {seconds:g} s | {median(passes):.3f} s | {median(took):.3f} s "
+        f"| {max(took):.3f} s | {kept} of {runs} | {median(estimate.samples for estimate in estimates):.1f} | {error} |"
     )
 
 
 def main() -> None:
-    """Measure, print and write deadlines.md."""
+    """Measure all cases, print the table, and write deadlines.md."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=20)
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
     options = parser.parse_args()
     renderer = Renderer(shared_device())
     lines = [
-        "# Whether pictures with a time end in time",
+        "# Adherence to the time limit",
         "",
         f"Written by `python -m benchmarks.deadlines`: {SIZE[0]}x{SIZE[1]}, {options.runs} runs of each, in turns",
-        "with a picture of 1 sample: a pass. The seconds are those that the picture says of itself, which begin when",
-        "programs are compiled. *New*: by a process of its own, `raytracer render --time`; the others in one process.",
+        "with a picture of 1 sample, which takes one pass. The seconds are the picture's own, which begin when all",
+        "programs are compiled. *New process*: `raytracer render --time`. The other rows: renderings in one process.",
         "",
-        "| scene | time asked for | a pass | median | longest | within the time and a pass | samples | error |",
+        "| scene | time limit | one pass | median | longest | within the limit + one pass | samples | error |",
         "|---|---|---|---|---|---|---|---|",
     ]
     times = (True, NEW_TIMES), (False, TIMES)

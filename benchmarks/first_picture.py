@@ -1,7 +1,9 @@
-"""The time until the first picture of a scene, and of a scene after it: `python -m benchmarks.first_picture`.
+"""Times of the first picture of a new scene, of later pictures, and of the command line.
 
-Scenes have 1, 1,000 and 10,000 objects, pictures have 1 sample a pixel and no geometry. The floor of a first picture is
-the same picture again, and the floor of a command is a bare process with an empty picture.
+python -m benchmarks.first_picture [--rounds N]
+
+Scenes have 1, 1,000 and 10,000 objects. Pictures have 1 sample a pixel and no geometry. The floor of a first picture is
+the time of rendering the picture again. The floor of a command is a bare process that clears an empty picture.
 """
 
 import argparse
@@ -24,22 +26,22 @@ _SIZE = 1280, 720
 
 
 def seconds(work: Callable[[], object]) -> float:
-    """The seconds that `work` takes."""
+    """Return the seconds that `work` takes."""
     begin = time.perf_counter()
     work()
     return time.perf_counter() - begin
 
 
 def medians(rounds: int, works: Mapping[str, Callable[[], float]]) -> dict[str, float]:
-    """The median of what each work returns, by its name. The works take turns."""
+    """Return the median of the seconds that each function returns, by its name. The functions take turns."""
     for work in works.values():  # compiles, and fills the caches of the driver and the disk
         work()
     times = [{name: work() for name, work in works.items()} for _ in range(rounds)]
-    return {name: median(each[name] for each in times) for name in works}
+    return {name: median(values[name] for values in times) for name in works}
 
 
 def scene_text(scene: rt.Scene) -> str:
-    """A scene of spheres and half-spaces as a scene file, with numbers of 7 digits."""
+    """Format a scene of spheres and half-spaces as a scene file, with numbers of 7 digits."""
     camera, materials = scene.camera, {material: f"m{i}" for i, material in enumerate(scene.materials)}
     lines = [f"[camera]\nposition = {_list(camera.position)}\nlook_at = {_list(camera.look_at)}"]
     lines += [f"[[lights]]\nposition = {_list(light.position)}" for light in scene.lights]
@@ -69,10 +71,13 @@ def _list(values: tuple[float, ...]) -> str:
 
 
 def in_process(scene: rt.Scene, rounds: int) -> dict[str, float]:
-    """The medians of a process that draws: a scene, the first picture of a new one, and the same scene again."""
+    """Measure within this process: making a scene, and the first, a moved and a repeated picture.
+
+    Return the medians.
+    """
 
     def made() -> rt.Scene:
-        # A list makes the scene list its trees anew: a scene takes the objects of another scene as they are.
+        # A list, because rt.Scene would share the prepared objects of the other scene, and prepare nothing.
         return rt.Scene(list(scene.objects), scene.lights, scene.camera)
 
     def rendered(scene: rt.Scene) -> float:
@@ -85,7 +90,7 @@ def in_process(scene: rt.Scene, rounds: int) -> dict[str, float]:
     kept, other = made(), scenes.many(2)
 
     def first() -> float:
-        # The renderer keeps the scene drawn last, also for a new scene of equal solids.
+        # A picture of another scene first: the renderer keeps the last scene, also for a new scene of equal solids.
         rt.render(other, _SIZE, geometry=False)
         return rendered(made())
 
@@ -101,7 +106,7 @@ def in_process(scene: rt.Scene, rounds: int) -> dict[str, float]:
 
 
 def in_processes(scene: rt.Scene, rounds: int) -> dict[str, float]:
-    """The medians of `raytracer render` of a file, and of a bare process, each a process of its own."""
+    """Measure loading a scene file, `raytracer render` in a new process, and a bare process. Return the medians."""
     with tempfile.TemporaryDirectory() as folder:
         file, output = Path(folder, "scene.toml"), Path(folder, "picture.png")
         file.write_text(scene_text(scene))
@@ -119,9 +124,9 @@ def in_processes(scene: rt.Scene, rounds: int) -> dict[str, float]:
 
 
 def main() -> int:
-    """Print a table."""
+    """Measure, and print the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.first_picture", description=__doc__)
-    parser.add_argument("--rounds", type=int, default=9, metavar="N", help="rounds of all works (default: 9)")
+    parser.add_argument("--rounds", type=int, default=9, metavar="N", help="rounds of all measurements (default: 9)")
     rounds = parser.parse_args().rounds
     print("| objects | work | time | floor | times the floor |\n|---|---|---|---|---|")
     for count in _COUNTS:

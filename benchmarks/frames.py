@@ -2,10 +2,10 @@
 
 python -m benchmarks.frames [SCENE ...] [--csv]
 
-Opens windows of 1280x720 on the display that there is, or on an Xvfb of its own. All times of a scene are measured in
-one run in turns, at one sample a frame and full resolution. The user waits for the whole frame: from a movement of the
-mouse to the picture on the display. The frame's draws, played again, leave out what prepares them. The bare
-passes leave out the draws of the canvas, too: the window is only cleared.
+The windows open at 1280x720 on the current display, or without a display on an Xvfb that the benchmark starts. All
+times of a scene are measured in turns within one run, at one sample a frame and full resolution. A whole frame lasts
+from a movement of the mouse to the picture on the display. Replayed draws leave out the preparation of the draws. Bare
+passes leave out the draws of the canvas as well: the window is only cleared.
 """
 
 import argparse
@@ -30,14 +30,14 @@ SIZE = (1280, 720)
 SCENES = "assignment", "many", "materials"
 MOVEMENTS: dict[str, Button] = {"light": "left", "camera": "right"}
 ROUNDS, FRAMES = 10, 5
-# More than one, as a user has: then a moving picture gets one sample, and a still one begins anew.
+# More than one, as users have: a moving picture then gets one sample, and a picture at rest starts anew.
 SAMPLES = 2
 # The movement of the mouse from frame to frame, in heights of the window.
 _STEP = 0.002
 
 
 class FrameTimes(NamedTuple):
-    """Medians of the seconds of a scene's frames while something moves."""
+    """Median seconds of a scene's frames while the light or the camera moves."""
 
     scene: str
     movement: str
@@ -47,7 +47,7 @@ class FrameTimes(NamedTuple):
 
 
 def measure_frames(viewer: Viewer, movement: str) -> FrameTimes:
-    """The times of a window whose vertical synchronisation is off."""
+    """Measure the frames of a window during a movement. Vertical synchronisation must be off."""
     x = 0.0
 
     def move() -> None:
@@ -58,7 +58,7 @@ def measure_frames(viewer: Viewer, movement: str) -> FrameTimes:
         viewer.frame()
 
     def play_again(*, whole: bool) -> None:
-        if not whole:  # else the swap has nothing to bring to the display
+        if not whole:  # so that the swap has a picture to show
             viewer.context.screen.clear()
         for call in calls:
             if whole or not call.is_for_screen:
@@ -74,14 +74,14 @@ def measure_frames(viewer: Viewer, movement: str) -> FrameTimes:
     for k in range(ROUNDS + 1):
         for act, taken in zip(acts, times, strict=True):
             measured = [seconds(act) for _ in range(FRAMES)]
-            if k:  # the first round compiles
+            if k:  # the first round compiles, and does not count
                 taken += measured
     viewer.handle(Release(MOVEMENTS[movement]))
     return FrameTimes(viewer.state.scene.name, movement, *map(median, times))
 
 
 def measure_scene(name: str) -> list[FrameTimes]:
-    """The times of a scene while each thing moves."""
+    """Measure the frames of a scene while the light moves, and while the camera moves."""
     with opened(name, SettingsPatch(samples=SAMPLES), SIZE, budget=1e9) as viewer:
         glfw.swap_interval(0)
         viewer.frame()
@@ -89,10 +89,10 @@ def measure_scene(name: str) -> list[FrameTimes]:
 
 
 def main() -> None:
-    """Measure and print, where there is a display; or else again where there is one."""
+    """Measure, and print the table. Without a display, run this program again on an Xvfb."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", metavar="SCENE", nargs="*", default=SCENES)
-    parser.add_argument("--csv", action="store_true", help="print seconds for another program")
+    parser.add_argument("--csv", action="store_true", help="print the seconds as CSV, for another program")
     options = parser.parse_args()
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         with x_server(*SIZE) as display:
@@ -103,11 +103,11 @@ def main() -> None:
     if options.csv:
         csv.writer(sys.stdout).writerows([FrameTimes._fields, *rows])
         return
-    print(f"{platform.machine()}, {os.cpu_count()} cores, {SIZE[0]}x{SIZE[1]}, {ROUNDS * FRAMES} frames each\n")
+    print(f"{platform.machine()}, {os.cpu_count()} cores, {SIZE[0]}x{SIZE[1]}, medians of {ROUNDS * FRAMES} frames\n")
     print("| scene | moves | whole frame, ms | draws again and swap, ms | ratio | bare passes and swap, ms | ratio |")
     print("|---|---|---|---|---|---|---|")
     for row in rows:
-        whole, draws, passes = (1000.0 * each for each in row[2:])
+        whole, draws, passes = (1000.0 * value for value in row[2:])
         print(
             f"| {row.scene} | {row.movement} | {whole:.1f} | {draws:.1f} | {whole / draws:.2f} "
             f"| {passes:.1f} | {whole / passes:.2f} |"

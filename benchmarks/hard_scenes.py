@@ -1,5 +1,7 @@
-"""Random scenes that are hard to sample: thin shells, needles, glints, lamps, near lights, emitters, facing mirrors,
-and scenes that are nearly black or very bright.
+"""Random scenes that are hard to sample, for benchmarks of the error estimate.
+
+They have thin shells, needles, glints, lamps, lights close to surfaces, emitters, or facing mirrors, or are nearly
+black or very bright.
 """
 
 from __future__ import annotations
@@ -32,7 +34,7 @@ _PIXEL = 2 * 8.0 * math.tan(math.radians(19.0)) / SIZE[1]
 
 
 def hard_scene(seed: int) -> tuple[rt.Scene, Shadows, str]:
-    """Scene `seed`, its shadows, and its kind, one of KINDS."""
+    """Return the scene of a seed, its shadows, and its kind, one of KINDS."""
     rng = np.random.default_rng([11, seed])
     kind = KINDS[seed % len(KINDS)]
     kinds = get_args(Shadows)
@@ -59,22 +61,22 @@ def hard_scene(seed: int) -> tuple[rt.Scene, Shadows, str]:
 
 
 def _wall(rng: np.random.Generator, material: rt.Material) -> rt.Solid:
-    """A wall that faces the camera's side."""
+    """Return a wall that faces the camera's side of the scene."""
     angle = float(rng.uniform(0.5, 1.2))
     return rt.Plane((math.sin(angle), 0.0, math.cos(angle)), -3.0, material)
 
 
 def _object(rng: np.random.Generator, kind: str) -> rt.Solid | rt.Instances:
-    """An object near the origin, on or above the floor."""
+    """Return a random object near the origin, on or above the floor."""
     radius = float(rng.uniform(0.3, 1.0))
     x, y, z = float(rng.uniform(-2.5, 2.5)), radius * float(rng.uniform(0.7, 1.6)), float(rng.uniform(-1.5, 1.5))
     material = _glossy(rng, kind)
     ball = rt.Sphere((x, y, z), radius, material)
-    if kind == "shells":  # a wall of 1e-3 to 1 pixels, cut open
+    if kind == "shells":  # a hollow ball, cut open, whose wall is 1e-3 to 1 pixels thick
         inner = rt.Sphere((x, y, z), radius - _PIXEL * float(10 ** rng.uniform(-3, 0)), _glossy(rng, kind))
         n = random_direction(rng)
         return (ball - inner) & rt.Plane(n, float(np.dot(n, (x, y, z))) + 0.3 * radius, material)
-    if kind == "needles":  # of 0.02 to 1 pixels
+    if kind == "needles":  # a ball cut down to a thickness of 0.02 to 1 pixels along one or two axes
         solid: rt.Solid = ball
         axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         for axis in axes[: rng.integers(1, 3)]:
@@ -93,7 +95,7 @@ def _object(rng: np.random.Generator, kind: str) -> rt.Solid | rt.Instances:
 
 
 def _glossy(rng: np.random.Generator, kind: str) -> rt.Material:
-    """A material: of the kinds "shiny" and "polished" one with narrow highlights."""
+    """Return a random material. The kinds "shiny" and "polished" get materials with narrow highlights."""
     if kind == "shiny":
         model = ("phong", "blinn", "phong_normalized", "blinn_normalized")[rng.integers(4)]
         return rt.Material(model, kd=random_color(rng, 0.0, 0.6), ks=0.4, h=float(10 ** rng.uniform(3, 6)))
@@ -137,7 +139,7 @@ def _lights(rng: np.random.Generator, kind: str) -> list[rt.PointLight]:
 
 
 def _scaled(scene: rt.Scene, factor: float) -> rt.Scene:
-    """The scene with all its light times `factor`."""
+    """Return the scene with lights, background and ambient light multiplied by the factor."""
     lights = [
         rt.PointLight(light.position, tuple(factor * c for c in light.color), light.radius, light.falloff)  # pyright: ignore[reportArgumentType]
         for light in scene.lights

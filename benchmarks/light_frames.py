@@ -1,9 +1,9 @@
-"""Milliseconds for the numbers of a frame of many primitives, with many lights on one of them, and with one light.
+"""Times to prepare a frame of a scene with many primitives, with many lights and with one light.
 
 python -m benchmarks.light_frames [PRIMITIVES [LIGHTS]]
 
-No OpenGL is needed: a window calls compile() and make_frame() for each frame, and these are measured. In the
-first frame of a scene, all is changed.
+The lights lie on one of the primitives, the floor. The benchmark measures compile() and make_frame(), which a window
+calls for each frame and which need no OpenGL. In the first frame of a scene everything is prepared ("all").
 """
 
 import sys
@@ -24,7 +24,7 @@ LIMITS = DriverLimits("none", 450, 2**14, 128, 2**16, 2**27, 2**11)
 
 
 def crowd(primitives: int, lights: int) -> rt.Scene:
-    """Small spheres above a floor, and lights on the floor."""
+    """Return a scene of small spheres above a floor, with lights on the floor."""
     rng = np.random.default_rng(1)
     spheres = rt.Instances(rt.Sphere((0, 0, 0), 0.02, RED), rng.uniform((-9, 0.1, -9), (9, 6, 9), (primitives - 1, 3)))
     places = rng.uniform((-9, 0, -9), (9, 0, 9), (lights, 3)).tolist()
@@ -33,7 +33,7 @@ def crowd(primitives: int, lights: int) -> rt.Scene:
 
 
 def changed(scene: rt.Scene, change: str, k: int) -> rt.Scene:
-    """The scene of frame k."""
+    """Return the scene of frame k, in which the named part differs from the other frames."""
     first, *others = scene.lights
     if change == "a light's color":
         first = msgspec.structs.replace(first, color=(0.5, 0.5, 1.0 / (2 + k)))
@@ -46,7 +46,7 @@ def changed(scene: rt.Scene, change: str, k: int) -> rt.Scene:
 
 
 class Frames:
-    """Frames one after the other, of one crowd under some lights."""
+    """Successive frames of crowd(), with a constant number of lights."""
 
     def __init__(self, primitives: int, lights: int, settings: rt.Settings) -> None:
         self._primitives, self._lights, self._settings = primitives, lights, settings
@@ -54,7 +54,7 @@ class Frames:
         self._frame: Frame | None = None
 
     def milliseconds(self, change: str, k: int) -> float:
-        """The time for frame k, which differs from the one before by one change, or is the first of a new scene."""
+        """Return the time to prepare frame k after one change. The change "all" starts a new scene."""
         if change == "all":
             self._scene, self._frame = crowd(self._primitives, self._lights), None
         scene, before = changed(self._scene, change, k), self._frame
@@ -65,14 +65,14 @@ class Frames:
 
 
 def main() -> None:
-    """Print the table."""
+    """Measure, and print the table."""
     primitives, lights = (int(argument) for argument in (*sys.argv[1:], *("20001", "20")[len(sys.argv) - 1 :]))
     print(f"{primitives} primitives, 1 and {lights} lights on one of them, {SIZE[0]}x{SIZE[1]}, ms a frame\n")
     print(f"| changed | shadows | 1 light | {lights} lights | times |\n|---|---|---|---|---|")
     for shadows in ("off", "hard"):
         both = [Frames(primitives, count, rt.Settings(shadows=shadows)) for count in (1, lights)]
         for change in ("all", "nothing", "a light's color", "a light's place", "the camera's place"):
-            # In turns, so that what else the machine does slows down both. The first round is not measured.
+            # In turns, so that other work on the machine slows down both. The first round does not count.
             times = np.array([[frames.milliseconds(change, k) for frames in both] for k in range(ROUNDS + 1)])
             one, many = np.median(times[1:], axis=0)
             print(f"| {change} | {shadows} | {one:.2f} | {many:.2f} | {many / one:.2f} |", flush=True)

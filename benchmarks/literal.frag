@@ -1,5 +1,5 @@
-// The assignment written down literally, to be measured against: Roth diagrams by value with the normals in
-// every hit, toggles that are uniforms, and a loop over a pixel's samples. Nothing here is to be used.
+// The assignment written down literally, as a peer for benchmarks only: Roth diagrams by value with a normal
+// in every hit, toggles as uniforms, and a loop over the samples of a pixel.
 #version 330
 
 struct Hit {
@@ -22,11 +22,11 @@ uniform vec2 resolution;
 uniform vec3 lightPosition, lightColor, ambient, background;
 uniform Material materials[4];
 uniform bool blinn, shadows;
-uniform int grid;  // samples along a side of a pixel
+uniform int grid;  // number of samples along a side of a pixel
 out vec4 color;
 
 const float FAR = 1e30;
-const float BIAS = 1e-3;  // of a shadow ray's start
+const float BIAS = 1e-3;  // offset of the origin of a shadow ray
 
 Roth raySphere(vec3 ro, vec3 rd, vec3 center, float radius, int mat) {
     Roth r;
@@ -42,7 +42,7 @@ Roth raySphere(vec3 ro, vec3 rd, vec3 center, float radius, int mat) {
     return r;
 }
 
-// Walks over the hits of both in order of t, and keeps those at which the inside count crosses `level`.
+// Merges the hits of two diagrams in order of t, and keeps the hits at which the inside count crosses `level`.
 Roth filterCSG(Roth r1, Roth r2, int level) {
     Roth r;
     r.n = 0;
@@ -146,7 +146,7 @@ void main() {
     for (int y = 0; y < grid; y++) {
         for (int x = 0; x < grid; x++) {
             vec2 at = gl_FragCoord.xy - 0.5 + (vec2(x, y) + 0.5) / float(grid);
-            vec2 p = (2.0 * at - resolution) / resolution.y * 0.5;  // the half-angle's tangent
+            vec2 p = (2.0 * at - resolution) / resolution.y * 0.5;  // the factor is the tangent of half the angle of view
             sum += shade(ro, normalize(forward + p.x * right + p.y * up));
         }
     }

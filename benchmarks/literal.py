@@ -1,4 +1,4 @@
-"""The assignment's shader written down literally, `literal.frag`, drawn by the device of our own pictures."""
+"""The assignment's shader written down literally (`literal.frag`), as a peer of our own draws."""
 
 from pathlib import Path
 from typing import Self
@@ -15,7 +15,7 @@ from raytracer.gpu.gl import release, set_uniforms
 
 
 class Literal:
-    """One sample of the assignment's `scene`, into floats as ours."""
+    """Draws of the assignment by the literal shader, with one sample a pixel, into the float format of our pictures."""
 
     def __init__(self, device: Device, scene: rt.Scene, size: Size) -> None:
         self._device, self._context, self._size = device, device.context, size
@@ -48,14 +48,14 @@ class Literal:
         self._target = context.framebuffer([self._texture])
 
     def draw(self) -> None:
-        """Draw the picture, and wait for it."""
+        """Draw the picture, and wait until the GPU has finished."""
         with self._device.turn():
             self._target.use()
             self._array.render(moderngl.TRIANGLES, 3)
             self._context.finish()
 
     def picture(self) -> Picture:
-        """Read the picture, in sRGB."""
+        """Read the picture back, and convert it to sRGB (H, W, 3)."""
         with self._device.turn():
             data = np.frombuffer(self._target.read(components=3, dtype="f4"), np.float32)
         return encode_srgb8(data.reshape(self._size[1], self._size[0], 3)[::-1])

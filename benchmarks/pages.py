@@ -1,4 +1,4 @@
-"""Parts of the pages that benchmarks write: the machine, and a table in a page that is there."""
+"""Parts of the pages that benchmarks write: the description of the machine, and tables between markers."""
 
 import datetime
 import os
@@ -13,7 +13,7 @@ from raytracer.version import __version__
 
 
 def machine_lines(device: Device) -> str:
-    """List in Markdown the processor, the driver, versions and the date: times depend on them."""
+    """List the processor, the driver, all versions and the date in Markdown, because times depend on them."""
     info = device.context.info
     lines = {
         "processor": f"{_processor()}, {os.cpu_count()} cores, {platform.machine()}",
@@ -35,10 +35,13 @@ def _processor() -> str:
 
 
 def fill(page: Path, name: str, text: str) -> None:
-    """Put a table between the marks of that name in a page."""
-    marks = f"<!-- {name} -->", f"<!-- end of {name} -->"
+    """Replace the text between the markers of this name in an existing page."""
+    markers = f"<!-- {name} -->", f"<!-- end of {name} -->"
     filled, count = re.subn(
-        f"{marks[0]}.*?{marks[1]}", lambda _: f"{marks[0]}\n{text}\n{marks[1]}", page.read_text(), flags=re.DOTALL
+        f"{markers[0]}.*?{markers[1]}",
+        lambda _: f"{markers[0]}\n{text}\n{markers[1]}",
+        page.read_text(),
+        flags=re.DOTALL,
     )
-    assert count == 1, f"{page}: expected one place for {name}, found {count}"
+    assert count == 1, f"{page}: expected one pair of markers for {name}, got {count}"
     page.write_text(filled)

@@ -1,4 +1,4 @@
-"""The same scene for POV-Ray: a Scene as its scene language, and a run of it that says how long it traced."""
+"""POV-Ray as a peer: scenes in its scene language, and runs that measure its trace time."""
 
 import math
 import re
@@ -15,20 +15,20 @@ import raytracer as rt
 from raytracer.scene.solids import postfix
 from tests.processes import finished
 
-# The side of the grid of rays that POV-Ray shoots through a pixel, by samples. Method 1 with a threshold of 0
-# and more than one level shoots them through every pixel, besides one through its centre.
+# The side of POV-Ray's grid of rays in a pixel, by our number of samples. With antialiasing method 1, a threshold of 0
+# and more than one level, POV-Ray shoots this grid antialiasing every pixel, and one more ray antialiasing the centre.
 _GRID = {4: 2, 16: 4}
-# Seconds. Its slowest scenes take minutes.
+# The timeout of a run in seconds. The slowest scenes take minutes.
 _LONGEST = 1800.0
 _TRACE_TIME = re.compile(r"Trace Time:.*\(([0-9.]+) seconds\)")
 
 
 class UnavailableError(Exception):
-    """What is to be measured cannot be, here or yet."""
+    """A measurement is not available, for example because POV-Ray is not installed."""
 
 
 def version() -> str | None:
-    """The version of the POV-Ray that is installed, or None."""
+    """Return the version of the installed POV-Ray, or None."""
     if not shutil.which("povray"):
         return None
     done = finished("povray", "--version")
@@ -37,18 +37,19 @@ def version() -> str | None:
 
 
 def run(text: str, size: tuple[int, int], samples: int) -> tuple[NDArray[np.uint8], float]:
-    """The picture (H, W, 3) of a scene in its language, in sRGB, and the seconds that two threads traced it.
+    """Render a scene in POV-Ray's language by two threads.
 
-    What it takes to start, to parse and to write the file is not counted. Raises UnavailableError.
+    Return the sRGB picture (H, W, 3) and the trace time in seconds. The trace time excludes the start, the parsing, and
+    writing the file. Raises UnavailableError.
     """
     if not shutil.which("povray"):
         raise UnavailableError("povray is not installed")
-    through = ("-A",) if samples == 1 else ("+AM1", "+A0.0", f"+R{_GRID[samples]}", "-J")
+    antialiasing = ("-A",) if samples == 1 else ("+AM1", "+A0.0", f"+R{_GRID[samples]}", "-J")
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder, "picture.png")
         Path(folder, "scene.pov").write_text(text)
         options = ("+Iscene.pov", f"+O{output.name}", f"+W{size[0]}", f"+H{size[1]}", "+WT2", "+FN", "-D", "-V")
-        done = finished("povray", *options, *through, cwd=folder, timeout=_LONGEST)
+        done = finished("povray", *options, *antialiasing, cwd=folder, timeout=_LONGEST)
         seconds = _TRACE_TIME.search(done.stderr)
         if done.returncode or not seconds:
             raise UnavailableError(f"povray failed: {done.stderr.strip()[-200:]}")
@@ -57,9 +58,9 @@ def run(text: str, size: tuple[int, int], samples: int) -> tuple[NDArray[np.uint
 
 
 def source(scene: rt.Scene, size: tuple[int, int], settings: rt.Settings) -> str:
-    """`scene` in POV-Ray's scene language.
+    """Translate a scene into POV-Ray's scene language.
 
-    Its space is left-handed, so z changes its sign. Raises UnavailableError for what it cannot say.
+    POV-Ray's space is left-handed, so z changes its sign. Raises UnavailableError for features that POV-Ray lacks.
     """
     if settings.shadows not in ("off", "hard") or any(light.falloff != "none" for light in scene.lights):
         raise UnavailableError("POV-Ray has no diluted shadows, no sphere lights and no inverse-square falloff")
@@ -71,7 +72,7 @@ def source(scene: rt.Scene, size: tuple[int, int], settings: rt.Settings) -> str
         "#version 3.7;",
         f"global_settings {{ assumed_gamma 1 ambient_light rgb {_vector(scene.ambient)} max_trace_level 1 }}",
         f"background {{ rgb {_vector(scene.background)} }}",
-        # In this order: `angle` and `look_at` change what comes before them.
+        # The order matters: `angle` and `look_at` change the parameters before them.
         f"camera {{ location {_point(camera.position)} sky {_point(camera.up)} up y right x*{size[0]}/{size[1]} "
         f"angle {math.degrees(2.0 * math.atan(tangent)):.17g} look_at {_point(camera.look_at)} }}",
         *(f"light_source {{ {_point(l.position)} rgb {_vector(l.color)}{shadowless} }}" for l in scene.lights),
@@ -82,13 +83,13 @@ def source(scene: rt.Scene, size: tuple[int, int], settings: rt.Settings) -> str
 
 
 def _texture(material: rt.Material) -> str:
-    """Ambient and diffuse light are both tinted by the pigment there, and highlights are white."""
+    """Translate a material. POV-Ray tints ambient and diffuse light by the pigment, and its highlights are white."""
     ks = material.ks[0]
     if material.model != "phong":
-        raise UnavailableError("of the highlights, only Phong's are POV-Ray's too")
+        raise UnavailableError("POV-Ray has only the highlights of the model phong")
     if material.ks != (ks, ks, ks) or any(a > 0.0 and d == 0.0 for a, d in zip(material.ka, material.kd, strict=True)):
         raise UnavailableError(
-            "POV-Ray has no coloured highlights, and no ambient light of a colour that is not diffuse"
+            "POV-Ray has neither coloured highlights nor ambient light in a channel without diffuse reflection"
         )
     ambient = tuple(a / d if d else 0.0 for a, d in zip(material.ka, material.kd, strict=True))
     return (
@@ -98,11 +99,12 @@ def _texture(material: rt.Material) -> str:
 
 
 def _solid(solid: rt.Solid, textures: dict[rt.Material, str]) -> str:
-    """A tree, with chains of one operator as one list: a - b - c and a - (b | c) are both difference { a b c }.
+    """Translate a CSG tree. A chain of one operator becomes one list.
 
-    Nested as deep as it is written, a chain would be slow to trace, and too deep to parse.
+    Both a - b - c and a - (b | c) become difference { a b c }. A nested chain would be slow to trace, and too deep for
+    POV-Ray's parser.
     """
-    stack: list[tuple[str, list[str]]] = []  # an operator and its operands; no operator and one solid
+    stack: list[tuple[str, list[str]]] = []  # an operator and its operands, or "" and one solid
 
     def operands(operator: str, node: tuple[str, list[str]]) -> list[str]:
         return node[1] if node[0] == operator else [_text(*node)]
@@ -121,7 +123,7 @@ def _solid(solid: rt.Solid, textures: dict[rt.Material, str]) -> str:
                 b, a = stack.pop(), stack.pop()
                 operator = type(node).__name__.lower()
                 others = "union" if operator == "difference" else operator
-                # In place: a chain of a thousand is not copied a thousand times.
+                # In place, so that a chain of a thousand operands is not copied a thousand times.
                 first = operands(operator, a)
                 first += operands(others, b)
                 stack.append((operator, first))

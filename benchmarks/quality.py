@@ -1,11 +1,11 @@
-"""The time, the true error and the stated error of each quality.
+"""Time, true error and stated error of each quality preset.
 
-python -m benchmarks.quality [--rounds N] [--only SCENE ...] [--truths FOLDER] [-o FOLDER] [--readme]
+python -m benchmarks.quality [--rounds N] [--only SCENE ...] [--references FOLDER] [-o FOLDER] [--docs]
 
-Pictures of all qualities are rendered in turns. They are compared with a reference of 8192 samples, which takes
-minutes: FOLDER keeps it for the next run. A picture's samples are the first of the reference's, so the error of a
-picture with 1024 samples is measured up to an eighth too small. --readme puts the table into README.md, too. The last
-results of scenes that are not among --only are kept.
+Pictures of all qualities are rendered in turns, and compared with a reference of 8192 samples. The reference takes
+minutes, so the folder of --references keeps it for the next run. The first samples of the reference are the picture's
+samples, so the error of a picture with 1024 samples is measured up to an eighth too small. --docs also writes the table
+into docs/accuracy.md. Scenes that are not among --only keep their last results.
 """
 
 import argparse
@@ -30,7 +30,7 @@ from raytracer.scene.settings_patch import QUALITIES, flags
 
 
 class _Case(NamedTuple):
-    """The shadows and the size of a scene's pictures."""
+    """The shadows and the picture size of a scene."""
 
     shadows: Shadows
     size: tuple[int, int]
@@ -41,14 +41,14 @@ SCENES = {
     "many": _Case("hard", (1280, 720)),
     "materials": _Case("soft", (640, 360)),
 }
-# Samples of a reference: eight times as many as the quality `reference` has. They take minutes.
+# Samples of a reference: eight times the samples of the quality `reference`.
 _REFERENCE = 8192
-# A picture that takes longer is rendered once.
+# Seconds. A picture that takes longer is rendered only once.
 _LONG = 10.0
 
 
 class QualityRow(NamedTuple):
-    """A quality on a scene."""
+    """The measurements of a quality on a scene."""
 
     scene: str
     quality: str
@@ -60,7 +60,7 @@ class QualityRow(NamedTuple):
 
 
 def reference(renderer: Renderer, name: str, folder: Path | None) -> NDArray[np.float32]:
-    """The radiance of a scene's picture that has converged, as far as it has."""
+    """Return the radiance of a scene's reference, from the folder if it is there, else rendered."""
     shadows, size = SCENES[name]
     file = folder / f"{name}-{_REFERENCE}.npy" if folder else None
     if file and file.exists():
@@ -72,27 +72,27 @@ def reference(renderer: Renderer, name: str, folder: Path | None) -> NDArray[np.
     return radiance
 
 
-def rows(renderer: Renderer, name: str, rounds: int, right: NDArray[np.float32]) -> list[QualityRow]:
-    """All qualities on one scene, in turns."""
+def rows(renderer: Renderer, name: str, rounds: int, converged: NDArray[np.float32]) -> list[QualityRow]:
+    """Measure all qualities on one scene, in turns."""
     scene = rt.load(name)
     shadows = SCENES[name].shadows
     settings = {quality: patch.replace(shadows=shadows).resolve() for quality, patch in QUALITIES.items()}
     pictures: dict[str, tuple[rt.Image, list[float]]] = {}
     for k in range(rounds):
-        for quality, each in settings.items():
+        for quality, chosen in settings.items():
             if k and pictures[quality][1][0] > _LONG:
                 continue
             if not k:  # compiles
-                few = msgspec.structs.replace(each, samples=min(each.samples, 16))
+                few = msgspec.structs.replace(chosen, samples=min(chosen.samples, 16))
                 renderer.render(scene, SCENES[name].size, few, geometry=False)
             begin = time.perf_counter()
-            image = renderer.render(scene, SCENES[name].size, each, geometry=False)
+            image = renderer.render(scene, SCENES[name].size, chosen, geometry=False)
             pictures.setdefault(quality, (image, []))[1].append(time.perf_counter() - begin)
     result = []
     for quality, (image, times) in pictures.items():
         own = image.estimate
         assert own
-        error = float(np.sqrt(np.mean((image.radiance - right) ** 2, dtype=float)))
+        error = float(np.sqrt(np.mean((image.radiance - converged) ** 2, dtype=float)))
         row = QualityRow(name, quality, median(times), own.samples, own.rmse, error, own.uncertain)
         print(*row, len(times), sep=", ", flush=True)
         result.append(row)
@@ -100,7 +100,7 @@ def rows(renderer: Renderer, name: str, rounds: int, right: NDArray[np.float32])
 
 
 def last_rows(path: Path, name: str) -> list[QualityRow]:
-    """The rows of a scene in the last results."""
+    """Read the rows of a scene from the last results."""
     with path.open(newline="") as file:
         return [
             QualityRow(
@@ -118,17 +118,17 @@ def last_rows(path: Path, name: str) -> list[QualityRow]:
 
 
 def table(rows: list[QualityRow]) -> str:
-    """Markdown: a row for each quality, with time, samples, estimate and error on each scene."""
+    """Format a Markdown table: a row for each quality, with time, samples, error and estimate on each scene."""
     names = list(dict.fromkeys(row.scene for row in rows))
-    head = " | ".join(f"`{name}`, {_says(SCENES[name])}" for name in names)
-    lines = [f"| quality | the same as | {head} |", "|---|---|" + "---|" * len(names)]
+    head = " | ".join(f"`{name}`, {_case_text(SCENES[name])}" for name in names)
+    lines = [f"| quality | settings | {head} |", "|---|---|" + "---|" * len(names)]
     for quality, patch in QUALITIES.items():
         by_scene = {row.scene: row for row in rows if row.quality == quality}
         lines.append(f"| `{quality}` | `{flags(patch)}` | {' | '.join(_cell(by_scene[name]) for name in names)} |")
     return "\n".join(lines)
 
 
-def _says(case: _Case) -> str:
+def _case_text(case: _Case) -> str:
     return f"{case.size[0]}x{case.size[1]}{', soft shadows' if case.shadows == 'soft' else ''}"
 
 
@@ -140,30 +140,30 @@ def _cell(row: QualityRow) -> str:
 
 
 def main() -> None:
-    """Measure, print and write quality.md and quality.csv."""
+    """Measure all qualities, print the table, and write quality.md and quality.csv."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--only", nargs="+", default=list(SCENES), choices=list(SCENES))
-    parser.add_argument("--truths", type=Path)
+    parser.add_argument("--references", type=Path)
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
-    parser.add_argument("--readme", action="store_true")
+    parser.add_argument("--docs", action="store_true", help="also write the table into docs/accuracy.md")
     options = parser.parse_args()
     renderer = Renderer(shared_device())
     start = time.perf_counter()
     all_rows: list[QualityRow] = []
     for name in SCENES:
         if name in options.only:
-            all_rows += rows(renderer, name, options.rounds, reference(renderer, name, options.truths))
+            all_rows += rows(renderer, name, options.rounds, reference(renderer, name, options.references))
         else:
             all_rows += last_rows(options.output / "quality.csv", name)
     lines = [
-        "# What a quality costs",
+        "# Cost and accuracy of each quality",
         "",
-        "Written by `python -m benchmarks.quality`: errors in linear radiance. Seconds are",
-        f"medians of {options.rounds} pictures, in turns, without compilation, geometry and the file's writing; one",
-        f"picture where it takes more than {_LONG:.0f} s. Samples a pixel are means. The error is the root mean square",
-        f"difference to a picture of {_REFERENCE} samples, whose first samples are the picture's. The picture's own",
-        "estimate is in parentheses.",
+        "Written by `python -m benchmarks.quality`. Seconds are",
+        f"medians of {options.rounds} pictures, in turns, without compilation, geometry and writing the file.",
+        f"A picture that takes more than {_LONG:.0f} s is rendered once. Samples are means per pixel. The error, in",
+        f"linear radiance, is the root mean square difference to a picture of {_REFERENCE} samples, whose first",
+        "samples are the picture's. The picture's own estimate is in parentheses.",
         "",
         machine_lines(renderer.device),
         "",
@@ -175,8 +175,8 @@ def main() -> None:
     file = io.StringIO()
     csv.writer(file).writerows([QualityRow._fields, *all_rows])
     (options.output / "quality.csv").write_text(file.getvalue())
-    if options.readme:
-        fill(Path("README.md"), "quality", table(all_rows))
+    if options.docs:
+        fill(Path("docs/accuracy.md"), "quality", table(all_rows))
     print(f"wrote {options.output / 'quality.md'} in {time.perf_counter() - start:.0f} s")
 
 

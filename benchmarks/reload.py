@@ -1,9 +1,9 @@
-"""How long it takes from saving a file until the window shows what is new in it.
+"""Time from saving a scene file or a shader until the window shows the change.
 
 python -m benchmarks.reload
 
-On an Xvfb of its own, with a copy of the project, the assignment at 1280x720. What is changed is a
-number of the scene, and a number in shade.frag, which has to be compiled.
+The benchmark opens the assignment at 1280x720, in a copy of the project and on an Xvfb that it starts. It changes a
+number in the scene file, and a number in a shader, which the window has to compile.
 """
 
 import os
@@ -19,8 +19,8 @@ ROUNDS = 10
 
 
 def main() -> None:
-    """Measure and print."""
-    os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"  # or a second run would find the first one's programs
+    """Measure, and print the table."""
+    os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"  # so that every change is compiled
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         copy_checkout(folder)
@@ -30,7 +30,7 @@ def main() -> None:
             (shader, "vec3 I = m.ka * ambient;", "vec3 I = {:.1f} * m.ka * ambient;"),
         ]
         print("| saved | median s | worst s |\n|---|---|---|")
-        picture = SIZE[0], SIZE[1] // 2  # the lower half has text over it
+        picture = SIZE[0], SIZE[1] // 2  # the upper half: the overlay covers the lower half
         with window(folder, str(scene), "--samples", "1", size=SIZE, display=SIZE) as view:
             for path, old, new in edits:
                 text = path.read_text()

@@ -1,4 +1,4 @@
-"""The scenes that are measured, the same in each run."""
+"""Scenes of the benchmarks, the same in each run."""
 
 import functools
 import math
@@ -12,7 +12,7 @@ _HOLES = 999
 
 
 def paint(r: float, g: float, b: float) -> rt.Material:
-    """A material as in the assignment."""
+    """Return a material of a color, with the ambient and diffuse shares of the assignment."""
     return rt.Material(ka=(0.15 * r, 0.15 * g, 0.15 * b), kd=(0.8 * r, 0.8 * g, 0.8 * b))
 
 
@@ -20,7 +20,10 @@ RED, BLUE, GREEN, GREY = paint(0.8, 0.1, 0.1), paint(0.1, 0.2, 0.9), paint(0.1, 
 
 
 def many(n: int) -> rt.Scene:
-    """`n` lenses with a bite taken out, of any direction, in a box above the ground. The more, the smaller."""
+    """Return a scene of `n` lenses with a bite, in random directions, above the ground.
+
+    Larger `n` makes them smaller.
+    """
     rng = np.random.default_rng(1)
     centers = rng.uniform((-10.0, 0.2, -20.0), (10.0, 6.0, 2.0), (n, 3))
     radii = rng.uniform(0.15, 0.45, n) * 0.6 * (1000.0 / n) ** (1.0 / 3.0)
@@ -41,9 +44,10 @@ def many(n: int) -> rt.Scene:
 
 
 def holes(chain: bool) -> rt.Scene:
-    """A sphere minus 999, near its surface: taken away one after the other as a `chain`, or all at once.
+    """Return a scene of a sphere minus 999 small spheres near its surface.
 
-    The two are the same solid: the chain is a tree 999 deep on its left, the other one is balanced.
+    With `chain` the spheres are subtracted one by one, which makes a tree 999 deep on its left. Otherwise a balanced
+    union of the spheres is subtracted. Both trees describe the same solid.
     """
     rng = np.random.default_rng(3)
     directions = rng.normal(size=(_HOLES, 3))
@@ -52,7 +56,9 @@ def holes(chain: bool) -> rt.Scene:
     ball = rt.Sphere((0, 0, 0), 1, RED)
     bites: list[rt.Solid] = [rt.Sphere(c, r, GREEN) for c, r in zip(centers.tolist(), radii.tolist(), strict=True)]
     solid = functools.reduce(operator.sub, bites, ball) if chain else ball - _balanced(bites)
-    fov = math.degrees(2.0 * math.atan(math.tan(math.radians(30.0)) * 9.0 / 16.0))  # 60 degrees from left to right
+    fov = math.degrees(
+        2.0 * math.atan(math.tan(math.radians(30.0)) * 9.0 / 16.0)
+    )  # a horizontal field of view of 60 degrees
     camera = rt.Camera((0, 0, 4), (0, 0, 0), vertical_fov=fov)
     return rt.Scene([solid], [rt.PointLight((4, 7, 4))], camera, name=f"sphere minus {_HOLES}")
 

@@ -1,9 +1,10 @@
-"""How wrong the samples of a pixel are about an edge through it, by sequence; and the search for Sobol's scrambles.
+"""Antialiasing error of each sample sequence at random edges, and the search for good scrambles of Sobol's points.
 
 python -m benchmarks.sequences [--pairs N] [-o FOLDER]
 
-Each of 128x128 pixels is cut by a straight edge of its own, all edges through a pixel being equally likely. The samples
-say which share of it lies behind; what is told is the root mean square of what they are wrong by. No OpenGL is needed.
+A random straight edge cuts each of 128x128 pixels; all edges through a pixel are equally likely. The samples estimate
+the share of the pixel behind the edge. The benchmark reports the root mean square error of this estimate. No
+OpenGL is needed.
 """
 
 import argparse
@@ -26,9 +27,9 @@ from raytracer.scene.sequences import (
 )
 
 SIZE = 128, 128
-# Those that a grid can have, too.
+# Square numbers, so that the sequence `grid` can have them as well.
 SAMPLES = 4, 16, 64, 256, 1024
-# The numbers of samples by which the scrambles in `raytracer/scene/sequences.py` were chosen.
+# The scrambles in `raytracer/scene/sequences.py` were chosen by the errors with these numbers of samples.
 FIRST = 2, 3, 4, 8, 16, 32, 64
 UNIT = 2.0**-24
 
@@ -36,22 +37,31 @@ Places = NDArray[np.uint32]
 
 
 class Edges:
-    """Random ones, one a pixel: x n_x + y n_y < offset from the pixel's centre is behind it."""
+    """Random edges, one for each pixel.
+
+    Points with x n_x + y n_y < offset, from the pixel's centre, are behind an edge.
+    """
 
     def __init__(self, count: int, seed: int = 0) -> None:
         rng = np.random.default_rng(seed)
-        # Those that miss the pixel, but not the circle around it, are left out.
+        # The circle around the pixel, of which edges that miss the pixel are left out.
         angle = rng.uniform(0.0, 2.0 * np.pi, 4 * count)
         offset = rng.uniform(-math.sqrt(0.5), math.sqrt(0.5), 4 * count)
         normal = np.stack([np.cos(angle), np.sin(angle)])
         hit = np.flatnonzero(np.abs(offset) < np.abs(normal).sum(axis=0) / 2.0)[:count]
         self._normal, self._offset = normal[:, hit].astype(np.float32), offset[hit].astype(np.float32)
         (a, b), t = np.abs(normal[:, hit]), offset[hit] + np.abs(normal[:, hit]).sum(axis=0) / 2.0
-        # The area of a triangle, less those of its corners outside the pixel.
+        # The area behind the edge: a triangle, less the parts of its corners outside the pixel.
         self._share = (t**2 - np.maximum(t - a, 0.0) ** 2 - np.maximum(t - b, 0.0) ** 2) / (2.0 * a * b)
 
     def errors(self, places: Places, digits: Places, first: tuple[int, ...]) -> NDArray[np.float64]:
-        """Of the `first` so many of `places` (N, 2), each with its digits exchanged by `digits` (edges, 2)."""
+        """Return the RMS error over all edges for each number of samples in `first`, in ascending order.
+
+        Args:
+            places: Sample places as integers [N, 2].
+            digits: The scrambling of each pixel, combined with the places by XOR [edges, 2], or [1, 2] for all pixels.
+            first: Numbers of samples; each takes that many of the first places.
+        """
         x, y = ((places[:, i, None] ^ digits[:, i]).astype(np.float32) * np.float32(UNIT) for i in (0, 1))
         half = np.float32(0.5)
         behind = (x - half) * self._normal[0] + (y - half) * self._normal[1] < self._offset
@@ -60,13 +70,13 @@ class Edges:
 
 
 def pixel_digits() -> Places:
-    """(pixels, 2): what each pixel exchanges of the samples' places."""
+    """Return the scrambling of each pixel, the digits that its sample places exchange [pixels, 2]."""
     centre = np.array(sample_place(0), np.uint32)
     return (sample_points(0, SIZE, "sobol", 2) / UNIT).astype(np.uint32).reshape(-1, 2) ^ centre
 
 
-def of_sequence(edges: Edges, sequence: SampleSequence) -> list[float]:
-    """Its errors with so many samples as in SAMPLES."""
+def sequence_errors(edges: Edges, sequence: SampleSequence) -> list[float]:
+    """Return the errors of a sequence with each number of samples in SAMPLES."""
     errors = []
     for n in SAMPLES:
         places = np.array([sample_place(k, sequence, n) for k in range(n)], np.uint32)
@@ -75,26 +85,35 @@ def of_sequence(edges: Edges, sequence: SampleSequence) -> list[float]:
     return errors
 
 
-def of_scrambles(edges: Edges, scrambles: tuple[int, int]) -> NDArray[np.float64]:
-    """(2, FIRST): the errors of Sobol's points with these, the same in all pixels, and with each pixel's digits."""
+def scrambled_errors(edges: Edges, scrambles: tuple[int, int]) -> NDArray[np.float64]:
+    """Return the errors of Sobol's points with a pair of scrambles [2, FIRST].
+
+    The first row has the same points in all pixels, the second row scatters them by each pixel's digits.
+    """
     places = np.array([scrambled_sobol(k, *scrambles) for k in range(FIRST[-1])], np.uint32)
     return np.stack([edges.errors(places, digits, FIRST) for digits in (np.zeros((1, 2), np.uint32), pixel_digits())])
 
 
-def mean(errors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """By which pairs are ranked: the geometric mean over FIRST, as each of these counts alike."""
+def geometric_mean(errors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the geometric mean over FIRST, in which every number of samples has the same weight."""
     return np.exp(np.log(errors).mean(axis=-1))
 
 
 def as_markdown(
     errors_by_sequence: dict[SampleSequence, list[float]], chosen: NDArray[np.float64], others: NDArray[np.float64]
 ) -> str:
-    """The tables as Markdown. `chosen` (2, FIRST), `others` (pairs, 2, FIRST)."""
+    """Format the tables as Markdown.
+
+    Args:
+        errors_by_sequence: Errors with the numbers of samples in SAMPLES.
+        chosen: Errors of the scrambles in use [2, FIRST].
+        others: Errors of the random pairs [pairs, 2, FIRST].
+    """
     lines = [
-        "# Where samples lie, and what an edge makes of it",
+        "# Errors of sample sequences at an edge",
         "",
-        "Written by `python -m benchmarks.sequences`: the root mean square error of a pixel's share behind an edge,",
-        f"over {SIZE[0] * SIZE[1]} random edges. p is that of the n^-p that fits best.",
+        "Written by `python -m benchmarks.sequences`: root mean square errors of a pixel's share behind an edge,",
+        f"over {SIZE[0] * SIZE[1]} random edges. The errors fall as n^-p; p is fitted.",
         "",
         f"| sequence | {' | '.join(f'{n} samples' for n in SAMPLES)} | p |",
         "|---" * (len(SAMPLES) + 2) + "|",
@@ -105,14 +124,14 @@ def as_markdown(
         lines.append(f"| `{sequence}` | {' | '.join(f'{error:.2e}' for error in errors)} | {fit[0]:.2f} |")
     lines += [
         "",
-        f"Sobol's points with the scrambles of `raytracer/scene/sequences.py` among {len(others)} random pairs, by the",
-        f"geometric mean of the errors of the first {', '.join(map(str, FIRST))}:",
+        f"Sobol's points: the scrambles of `raytracer/scene/sequences.py` among {len(others)} random pairs, by",
+        f" geometric mean of the errors with the first {', '.join(map(str, FIRST))} samples:",
         "",
-        "| points | rank | mean error | the best random pair's | the median | " + " | ".join(map(str, FIRST)) + " |",
+        "| points | rank | mean error | best random pair | median pair | " + " | ".join(map(str, FIRST)) + " |",
         "|---" * (len(FIRST) + 5) + "|",
     ]
-    for i, points in enumerate(("the same in all pixels", "with each pixel's digits")):
-        means, own = mean(others[:, i]), mean(chosen[i])
+    for i, points in enumerate(("the same in all pixels", "scattered by each pixel's digits")):
+        means, own = geometric_mean(others[:, i]), geometric_mean(chosen[i])
         numbers = own, means.min(), np.median(means), *chosen[i]
         rank = 1 + np.count_nonzero(means < own)
         lines.append(f"| {points} | {rank} | {' | '.join(f'{number:.2e}' for number in numbers)} |")
@@ -120,18 +139,18 @@ def as_markdown(
 
 
 def main() -> None:
-    """Measure, print and write sequences.md."""
+    """Measure all sequences and scrambles, print the tables, and write sequences.md."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pairs", type=int, default=1500)
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
     options = parser.parse_args()
     edges = Edges(SIZE[0] * SIZE[1])
     errors_by_sequence: dict[SampleSequence, list[float]] = {
-        sequence: of_sequence(edges, sequence) for sequence in SEQUENCES
+        sequence: sequence_errors(edges, sequence) for sequence in SEQUENCES
     }
     pairs = np.random.default_rng(1).integers(0, 2**32, (options.pairs, 2)).tolist()
-    others = np.stack([of_scrambles(edges, (x, y)) for x, y in track(pairs, "pairs")])
-    text = as_markdown(errors_by_sequence, of_scrambles(edges, _SCRAMBLES), others)
+    others = np.stack([scrambled_errors(edges, (x, y)) for x, y in track(pairs, "pairs")])
+    text = as_markdown(errors_by_sequence, scrambled_errors(edges, _SCRAMBLES), others)
     (options.output / "sequences.md").write_text(text)
     print(text)
 

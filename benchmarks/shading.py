@@ -1,4 +1,4 @@
-"""The costs of shading: the bare draws of each model against Phong's, and of soft shadows against hard ones.
+"""Cost of shading: bare draws of each model and of soft shadows, relative to Phong with hard shadows.
 
 python -m benchmarks.shading [--rounds N] [-o FOLDER]
 """
@@ -21,8 +21,8 @@ from raytracer.scene.materials.models import SHADINGS
 from raytracer.scene.settings import Settings
 
 SIZE = (1280, 720)
-# Most that a GGX material may cost, of Phong.
-ASKED = 1.25
+# The goal: the largest cost of GGX, in multiples of Phong's cost.
+GOAL = 1.25
 
 
 def _round_light(scene: rt.Scene) -> rt.Scene:
@@ -31,7 +31,10 @@ def _round_light(scene: rt.Scene) -> rt.Scene:
 
 
 def costs(device: Device, scene: rt.Scene, rounds: int) -> dict[str, float]:
-    """The time of each model's draws, and of soft shadows, in times of Phong's draws, which are drawn in turns."""
+    """Measure the draws of each model, and of soft shadows, in turns with Phong's draws.
+
+    Return the ratios of the times.
+    """
     cases = {model: (scene, Settings(shading=model)) for model in SHADINGS}
     cases["phong, soft shadows"] = _round_light(scene), Settings(shading="phong", shadows="soft")
     ratios = {}
@@ -44,7 +47,7 @@ def costs(device: Device, scene: rt.Scene, rounds: int) -> dict[str, float]:
 
 
 def main() -> None:
-    """Measure, print and write shading.md."""
+    """Measure all models, print the table, and write shading.md."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
@@ -53,18 +56,19 @@ def main() -> None:
     start = time.perf_counter()
     ratios = costs(device, rt.load("assignment"), options.rounds)
     lines = [
-        "# What shading costs",
+        "# Cost of shading",
         "",
         "Written by `python -m benchmarks.shading`: draws of the assignment at 1280x720, 1 sample, hard shadows, all",
-        f"materials made the model's (`--shading`); each in turns with Phong, medians of {CALLS * options.rounds}.",
+        f"materials converted to the model (`--shading`). Each model takes turns with Phong; medians of "
+        f"{CALLS * options.rounds}.",
         "",
         machine_lines(device),
         "",
-        "| shading | times Phong's |",
+        "| shading | time / Phong's time |",
         "|---|---|",
         *(f"| {name} | {ratio:.2f} |" for name, ratio in ratios.items()),
         "",
-        f"Asked: `ggx` at most {ASKED}: {'kept' if ratios['ggx'] <= ASKED else 'not kept'}.",
+        f"Goal: `ggx` at most {GOAL}: {'reached' if ratios['ggx'] <= GOAL else 'not reached'}.",
     ]
     text = "\n".join(lines) + "\n"
     print(text)

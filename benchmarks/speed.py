@@ -1,7 +1,7 @@
-"""The speed of users' calls, against POV-Ray, bare draws, the assignment written down literally, and each other.
+"""Speed of users' calls against peers: POV-Ray, bare draws, the literal shader, and other calls.
 
-Times are medians, each in turns with its peer's, on the machine at hand. Pictures are compared as well:
-the exit status is 1 if one is wrong. Rows against POV-Ray are left out where it is not installed.
+Each call takes turns with its peer, and the median times are compared. Pictures are compared as well: the exit status
+is 1 if a picture is wrong. Rows against POV-Ray have no times if POV-Ray is not installed.
 """
 
 import argparse
@@ -12,7 +12,7 @@ from statistics import median
 from benchmarks.bench import CALLS, Bench
 from benchmarks.pages import fill, machine_lines
 from benchmarks.povray import UnavailableError
-from benchmarks.speed_page import TimedRow, as_csv, as_markdown, readme_table, stem_of
+from benchmarks.speed_page import TimedRow, as_csv, as_markdown, calls_table, stem_of
 from benchmarks.speed_rows import ROWS, SCENES
 from raytracer import InputError, Settings, ShaderError
 from raytracer.core.output import check_folder, written_whole
@@ -20,25 +20,25 @@ from raytracer.core.progress import progress_bar
 from raytracer.gpu.device import shared_device
 
 _SIZE = (1280, 720)
-# What a row may fail by while the others go on.
+# Errors of a single row. The benchmark notes them in the table, and continues with the next row.
 _NOT_AVAILABLE = (UnavailableError, InputError, ShaderError)
 _LARGE = ((1920, 1080), (3840, 2160))
 _EXAMPLES = """\
 examples:
   python -m benchmarks.speed
   python -m benchmarks.speed --rows assignment literal --rounds 9
-  python -m benchmarks.speed -o benchmarks/results --readme
+  python -m benchmarks.speed -o benchmarks/results --docs
 """
 
 
 def main() -> int:
-    """Measure, print and write; 1 if a picture is wrong."""
+    """Measure all rows, print and write the tables. Return 1 if a picture is wrong."""
     parser = _parser()
     options = parser.parse_args()
     if options.rounds < 1:
         parser.error(f"argument --rounds: expected at least 1, got {options.rounds}")
-    if options.readme and options.rows:
-        parser.error("argument --readme: not allowed with --rows, as the README has rows of several groups")
+    if options.docs and options.rows:
+        parser.error("argument --docs: not allowed with --rows, because docs/performance.md has rows of several groups")
     folder = Path(options.output)
     check_folder(folder)
     bench = Bench(shared_device(), _SIZE, options.rounds)
@@ -60,26 +60,29 @@ def main() -> int:
         with written_whole(path) as file:
             file.write(content.encode())
     print(f"{text}\nwrote {folder / stem}.md and .csv")
-    if options.readme:
-        fill(Path("README.md"), "speed", readme_table(results))
+    if options.docs:
+        fill(Path("docs/performance.md"), "speed", calls_table(results))
     agreements = [timing.agreement for _, timing in results if not isinstance(timing, str)]
     return 0 if all(agreement is None or agreement.right for agreement in agreements) else 1
 
 
 def _reason(error: Exception) -> str:
-    """The reason in one line, for a table."""
+    """Return the error's first line, for a cell of a table."""
     return str(error).partition("\n")[0].replace("|", "\\|")
 
 
 def _rates(bench: Bench) -> list[tuple[str, ...]]:
-    """The name of each scene, and its pictures a second at each of the large sizes, or why there are none."""
+    """Measure pictures a second at the large sizes.
+
+    Return for each scene its name, and a rate or a reason for each size.
+    """
     lines = []
     for work, (scene, samples) in SCENES.items():
-        made, settings, cells = scene(), Settings(samples=samples), []
+        scene_object, settings, cells = scene(), Settings(samples=samples), []
         for size in _LARGE:
             try:
-                bench.call(made, settings, size)
-                seconds = median(bench.call(made, settings, size) for _ in range(CALLS * bench.rounds))
+                bench.call(scene_object, settings, size)
+                seconds = median(bench.call(scene_object, settings, size) for _ in range(CALLS * bench.rounds))
                 cells.append(f"{1.0 / seconds:.0f}")
             except _NOT_AVAILABLE as error:
                 cells.append(f"not available: {_reason(error)}")
@@ -96,7 +99,11 @@ def _parser() -> argparse.ArgumentParser:
     )
     groups = list(dict.fromkeys(row.group for row in ROWS))
     parser.add_argument(
-        "--rows", metavar="NAME", nargs="+", choices=groups, help=f"only these of {', '.join(groups)} (default: all)"
+        "--rows",
+        metavar="NAME",
+        nargs="+",
+        choices=groups,
+        help=f"groups of rows to measure, of {', '.join(groups)} (default: all)",
     )
     parser.add_argument("--rounds", metavar="N", type=int, default=5, help="rounds of calls in turns (default: 5)")
     parser.add_argument(
@@ -104,10 +111,12 @@ def _parser() -> argparse.ArgumentParser:
         "--output",
         metavar="FOLDER",
         default=".",
-        help="gets speed.md and speed.csv, or with a GPU speed-NAME.md and .csv, over those that are there "
-        "(default: here)",
+        help="folder for speed.md and speed.csv, or with a GPU speed-NAME.md and .csv; existing files are replaced "
+        "(default: the current folder)",
     )
-    parser.add_argument("--readme", action="store_true", help="also put rows into the README's table")
+    parser.add_argument(
+        "--docs", action="store_true", help="also write the rows of users' calls into docs/performance.md"
+    )
     return parser
 
 

@@ -1,4 +1,4 @@
-"""The rows of the table: a user's call against a peer, and the ratio that the call should reach."""
+"""The rows of the speed benchmark: users' calls, their peers, and the ratios to be reached."""
 
 import csv
 import itertools
@@ -26,17 +26,17 @@ from raytracer.ground_truth import ray_tracer
 from tests.processes import finished
 
 _CHECKOUT = Path(__file__).parent.parent
-# The light's movement from call to call, in the scene's unit: never back, so that no kept list of it helps.
+# The movement of the light from call to call, in the scene's unit. It never returns, so that no kept list fits again.
 _STEP = 0.01
-# Largest first: the first whose error is small enough is the fastest.
+# Thresholds of `adaptive`. The largest come first, because the first that is accurate enough is the fastest.
 _THRESHOLDS = (0.1, 0.09, 0.08, 0.07, 0.06, 0.05, 0.03, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
 _MORE_ERROR = 1.1
 _MANY_SAMPLES = 1024
-# Two numbers of samples that take about the same time.
+# Two numbers of samples that take about the same time, so that calls with either can take turns.
 _NUMBERS = 15, 16
-# Spheres and the floor, and lights on the floor.
+# The primitives of light_frames.crowd(), 20,000 spheres and a floor, and the lights on the floor.
 _CROWD, _FEW_LIGHTS, _MANY_LIGHTS = 20_001, 1, 20
-# A process's bare cost: what the command line cannot do without.
+# The bare process: the part of the command line's work that it cannot avoid.
 BARE_PROCESS = """
 import numpy, moderngl
 context = moderngl.create_context(standalone=True, backend="egl", libgl="libGL.so.1", libegl="libEGL.so.1")
@@ -44,13 +44,13 @@ frame = context.simple_framebuffer((1280, 720))
 frame.clear()
 numpy.frombuffer(frame.read(), numpy.uint8)
 """
-# What the script `raytracer` does that pip installs.
+# The content of the script `raytracer` that pip installs.
 SCRIPT = "import sys; from raytracer.app.cli import main; sys.exit(main())"
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Seconds of ours and of theirs, and how the pictures agree, if there are pictures. `note` stands with the row."""
+    """Seconds of our call and of the peer, and the agreement of their pictures. `note` is added to the row's name."""
 
     ours: float
     theirs: float
@@ -60,7 +60,10 @@ class Timing:
 
 @dataclass(frozen=True)
 class SpeedRow:
-    """`goal`: how many times faster than `against` the call should be; or, if `at_most`, how long it may take."""
+    """A row: a user's call, the peer `against`, and the goal.
+
+    The call should be `goal` times faster than the peer, or with `at_most` take at most `goal` times as long.
+    """
 
     group: str
     call: str
@@ -70,16 +73,16 @@ class SpeedRow:
     at_most: bool = False
 
     @property
-    def is_in_readme(self) -> bool:
-        """Whether the README's table has the row: a user's call, or a frame of the window."""
+    def is_in_docs(self) -> bool:
+        """Whether docs/performance.md repeats the row: a user's call, or a frame of the window."""
         return self.group in ("assignment", "many", "holes", "first", "samples", "geometry", "window")
 
     def ratio(self, timing: Timing) -> float:
-        """The ratio that is compared with the goal."""
+        """Return the ratio to compare with the goal."""
         return timing.ours / timing.theirs if self.at_most else timing.theirs / timing.ours
 
     def is_reached(self, timing: Timing) -> bool:
-        """Whether the call is as fast as it should be."""
+        """Return whether the call reaches the goal."""
         return self.ratio(timing) <= self.goal if self.at_most else self.ratio(timing) >= self.goal
 
 
@@ -88,23 +91,23 @@ def _assignment() -> rt.Scene:
 
 
 def _against_povray(make: Callable[[], rt.Scene], bench: Bench, samples: int = 1, once: bool = False) -> Timing:
-    """Calls for one scene object. `once`: POV-Ray takes so long that one run is enough."""
+    """Time calls for one scene object. With `once` POV-Ray runs only once, because it takes minutes."""
     scene, settings = make(), rt.Settings(samples=samples)
     ours, theirs = in_turns(
         bench.rounds,
         lambda: bench.call(scene, settings),
         lambda: bench.traced(scene, samples, again=not once)[1],
-        each=1,
+        peer_calls=1,
     )
     return Timing(ours, theirs, bench.agreement(scene, samples))
 
 
 def _first_against_povray(make: Callable[[], rt.Scene], bench: Bench) -> Timing:
-    """Calls for a scene that was made just before, without the time to make it. Programs are compiled already."""
+    """Time calls for a new scene, without the time to make it. Programs are compiled already."""
     other = rt.Scene([rt.Sphere((0, 0, 0), 1, scenes.GREY)], [], rt.Camera((0, 0, 5), (0, 0, 0)))
 
     def call() -> float:
-        # The renderer keeps the scene drawn last, also for a new scene of equal solids.
+        # A picture of another scene first: the renderer keeps the last scene, also for a new scene of equal solids.
         bench.call(other, rt.Settings())
         return bench.call(make(), rt.Settings())
 
@@ -112,7 +115,7 @@ def _first_against_povray(make: Callable[[], rt.Scene], bench: Bench) -> Timing:
         bench.rounds,
         call,
         lambda: bench.traced(make(), again=True)[1],
-        each=1,
+        peer_calls=1,
     )
     return Timing(ours, theirs, bench.agreement(make()))
 
@@ -125,7 +128,7 @@ def _against_literal(bench: Bench) -> Timing:
             ours, theirs = in_turns(bench.rounds, lambda: seconds(bare.draw), lambda: seconds(literal.draw))
         agreement = bench.agreement(scene)
         truth = ray_tracer.trace(scene, bench.size).srgb8()
-        # Its shadow rays' bias and its roots' cancellation show at outlines.
+        # The bias of its shadow rays and the cancellation in its roots show at outlines.
         agreement.compare(literal.picture(), truth, "float64's by the literal shader", OTHER_RAYS)
     return Timing(ours, theirs, agreement)
 
@@ -173,15 +176,15 @@ def _adaptive(bench: Bench) -> Timing:
     def error(settings: rt.Settings) -> float:
         return float(np.sqrt(np.mean((rt.render(scene, bench.size, settings).radiance - truth) ** 2)))
 
-    of_full = error(full)
+    full_error = error(full)
     errors = ((settings, error(settings)) for settings in candidates)
-    best = next(((s, e) for s, e in errors if e <= _MORE_ERROR * of_full), None)
+    best = next(((s, e) for s, e in errors if e <= _MORE_ERROR * full_error), None)
     if best is None:
-        raise UnavailableError(f"no threshold down to {_THRESHOLDS[-1]} has an error within 10 % of {of_full:.2e}")
-    settings, of_adaptive = best
+        raise UnavailableError(f"no threshold down to {_THRESHOLDS[-1]} has an error within 10 % of {full_error:.2e}")
+    settings, adaptive_error = best
     ours, theirs = in_turns(bench.rounds, lambda: bench.call(scene, settings), lambda: bench.call(scene, full))
     agreement = bench.agreement(scene, full.samples)
-    agreement.add(is_right=True, finding=f"error {of_adaptive:.2e}, of full {of_full:.2e}")
+    agreement.add(is_right=True, finding=f"error {adaptive_error:.2e}, of full {full_error:.2e}")
     return Timing(ours, theirs, agreement, f"T = {settings.adaptive}")
 
 
@@ -198,7 +201,10 @@ def _unread_geometry(bench: Bench) -> Timing:
 
 
 def _frame(bench: Bench, floor: str) -> Timing:
-    """A frame of the window, in a process of its own: this process has no display. `floor` is a field of FrameTimes."""
+    """Time a frame of the window in a new process, because this process has no display.
+
+    `floor`: a field of FrameTimes.
+    """
     done = finished(sys.executable, "-m", "benchmarks.frames", "assignment", "--csv", cwd=_CHECKOUT)
     if done.returncode:
         raise UnavailableError(done.stderr.strip().rpartition("\n")[2])
@@ -207,7 +213,7 @@ def _frame(bench: Bench, floor: str) -> Timing:
 
 
 def _more_lights(bench: Bench, change: str) -> Timing:
-    """Frames of a floor under many spheres, with many lights and with few; `change` is as light_frames names it."""
+    """Time the preparation of a frame with many and with few lights. `change`: a change of light_frames."""
     numbers = itertools.count(1)
     few, more = (light_frames.Frames(_CROWD, lights, rt.Settings()) for lights in (_FEW_LIGHTS, _MANY_LIGHTS))
     for frames in (few, more):
@@ -221,7 +227,7 @@ def _more_lights(bench: Bench, change: str) -> Timing:
 
 
 def _command_line(bench: Bench, new: bool) -> Timing:
-    """`new`: also to Mesa, which otherwise has the compiled programs on disk."""
+    """Time the command line. With `new` Mesa has to compile the programs, which it otherwise has on disk."""
     width, height = bench.size
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder, "picture.png")
@@ -244,8 +250,8 @@ def _command_line(bench: Bench, new: bool) -> Timing:
 
 
 def process_seconds(*arguments: str, variables: Mapping[str, str]) -> float:
-    """The seconds that a new Python takes. Raises UnavailableError if it fails."""
-    # With bytecode, which pip compiles when it installs, NumPy's and ours; what keeps Python from it is ours alone.
+    """Return the seconds that a new Python process takes. Raises UnavailableError if the process fails."""
+    # Python may write bytecode, as pip does when it installs packages. The variable that forbids it is set only here.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     begin = time.perf_counter()
     done = finished(sys.executable, *arguments, cwd=_CHECKOUT, env={**environment, **variables})
@@ -306,7 +312,7 @@ ROWS = [
     SpeedRow("cold", "command line, again", "a bare process", 1.5, partial(_command_line, new=False), at_most=True),
     SpeedRow("cold", "command line, first ever", "a bare process", 1.5, partial(_command_line, new=True), at_most=True),
 ]
-# Pictures a second are counted of these, and of so many samples.
+# Scenes and numbers of samples for the table of pictures a second.
 SCENES: dict[str, tuple[Callable[[], rt.Scene], int]] = {
     "assignment, 1 sample": (_assignment, 1),
     "assignment, 16 samples": (_assignment, 16),

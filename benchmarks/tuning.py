@@ -1,8 +1,8 @@
-"""Whether `raytracer tune` finds what a sweep over all candidates finds: on ten scenes, at one size.
+"""Comparison of `raytracer tune` with a sweep over all candidates, on ten scenes at one size.
 
-For each scene the error is asked for that a plain picture of some number of samples has. The sweep measures all
-candidates of tune's grid but those that take far longer than that picture; the fastest of those that meet the error is
-then timed in turns with tune's pick.
+The target error of a scene is the error of a plain picture, with the same number of samples in all pixels. The sweep
+measures all candidates of tune's grid, except candidates that take far longer than the plain picture. The fastest
+candidates that meet the target are then timed in turns with tune's pick.
 
 python -m benchmarks.tuning [--scenes N] [--size W H] [--rounds N] [-o FOLDER]
 """
@@ -26,39 +26,39 @@ from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from raytracer.scene.settings_patch import fewest, flags
 
-# How much longer tune's pick may take.
-ASKED = 1.15
-# Samples of plain pictures whose error is asked for, in turn.
+# The goal: the largest ratio of the time of tune's pick to the time of the sweep's best candidate.
+GOAL = 1.15
+# The samples of the plain picture, for one scene after the other.
 _SAMPLES = (4, 12, 24)
-# The sweep leaves out plain candidates with more than twice these samples, and adaptive ones with more than 8 times.
+# The sweep leaves out candidates with more samples than the plain picture times these factors: plain and adaptive ones.
 _PLAIN, _ADAPTIVE = 2, 8
-# What the sweep finds within so many times its best time is timed again, as often as `--rounds`.
+# Candidates within this factor of the sweep's best time are timed again, `--rounds` times.
 _CLOSE = 1.5
 
 
 class TuningRow(NamedTuple):
-    """What was found on a scene."""
+    """The pick of tune and the best candidate of the sweep on a scene."""
 
     scene: str
     error: float
     pick: Trial | None
     best: Trial
     candidates: int
-    seconds: float  # that tune took
+    seconds: float  # of the run of tune
 
     @property
     def ratio(self) -> float:
-        """The pick's median time over the best one's."""
+        """Return the median time of the pick over the median time of the best candidate."""
         return self.pick.seconds / self.best.seconds if self.pick else float("inf")
 
     @property
     def least_ratio(self) -> float:
-        """The same of their shortest times."""
+        """Return the shortest time of the pick over the shortest time of the best candidate."""
         return self.pick.least / self.best.least if self.pick else float("inf")
 
 
 def random_scene(seed: int) -> rt.Scene:
-    """Some balls with bites taken out of them, of all sizes, on a floor."""
+    """Return a random scene: balls of several sizes with bites, on a floor."""
     rng = np.random.default_rng(seed)
     solids: list[rt.Solid] = []
     for _ in range(int(rng.integers(2, 9))):
@@ -73,12 +73,13 @@ def random_scene(seed: int) -> rt.Scene:
     )
 
 
-def compared(renderer: Renderer, scene: rt.Scene, samples: int, size: tuple[int, int], rounds: int) -> TuningRow:
-    """Tune's pick and the sweep's, for the error of a plain picture of so many samples."""
+def compare(renderer: Renderer, scene: rt.Scene, samples: int, size: tuple[int, int], rounds: int) -> TuningRow:
+    """Compare tune with the sweep on a scene. The target is the error of a plain picture with `samples` samples."""
     base = Settings()
     trials = Trials(renderer, scene, base, size)
     trials.refer(2 * samples)
-    # A little above it, so that it does not hang on the last digit whether that picture meets it.
+    # Slightly above the error of the plain picture, so that the last digit does not decide whether this picture meets
+    # it.
     error = 1.05 * trials.measure(Settings(samples=samples)).error
     begin = time.perf_counter()
     tuned = tune(renderer, scene, size, base, max_error=error)
@@ -89,44 +90,45 @@ def compared(renderer: Renderer, scene: rt.Scene, samples: int, size: tuple[int,
         if settings.samples <= (_PLAIN if settings.adaptive is None else _ADAPTIVE) * samples
     ]
     swept = [trials.measure(settings) for settings in candidates + asked(base, error)]
-    met = trials.in_turns((each for each in swept if each.error <= error), 3)
-    least = min(each.least for each in met)
-    close = [each for each in met if each.least <= _CLOSE * least]
-    swept_settings = {each.settings for each in close}
+    met = trials.in_turns((trial for trial in swept if trial.error <= error), 3)
+    least = min(trial.least for trial in met)
+    close = [trial for trial in met if trial.least <= _CLOSE * least]
+    swept_settings = {trial.settings for trial in close}
     if tuned.pick and tuned.pick.settings not in swept_settings:
         close.append(tuned.pick)
     again = trials.in_turns(close, rounds)
-    pick = next((each for each in again if tuned.pick and each.settings == tuned.pick.settings), None)
-    best = min((each for each in again if each.settings in swept_settings), key=lambda each: each.least)
+    pick = next((trial for trial in again if tuned.pick and trial.settings == tuned.pick.settings), None)
+    best = min((trial for trial in again if trial.settings in swept_settings), key=lambda trial: trial.least)
     return TuningRow(scene.name, error, pick, best, len(swept), took)
 
 
 def as_markdown(rows: list[TuningRow], renderer: Renderer, size: tuple[int, int], rounds: int) -> str:
-    """The report."""
-    kept, by_least = (sum(getattr(row, name) <= ASKED for row in rows) for name in ("ratio", "least_ratio"))
+    """Format the report."""
+    by_median, by_least = (sum(getattr(row, name) <= GOAL for row in rows) for name in ("ratio", "least_ratio"))
     lines = [
-        "# What `raytracer tune` finds, and what a sweep finds",
+        "# `raytracer tune` compared with a sweep",
         "",
         f"Written by `python -m benchmarks.tuning`: {size[0]}x{size[1]}, medians of {rounds} rounds, in turns.",
         "",
         *(f"- {key}: {value}" for key, value in describe_machine(renderer).items()),
         "",
-        "| scene | asked for | tune's pick | ms | error | the sweep's | ms | error | of | ratio | shortest | took |",
+        "| scene | target | tune's pick | ms | error | best of sweep | ms | error | of | ratio | shortest | took |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for row in rows:
         pick = _cells(row.pick) if row.pick else "none | | "
-        ratio = " | ".join(f"{r:.2f}" if r <= ASKED else f"**{r:.2f}**" for r in (row.ratio, row.least_ratio))
+        ratio = " | ".join(f"{r:.2f}" if r <= GOAL else f"**{r:.2f}**" for r in (row.ratio, row.least_ratio))
         lines.append(
             f"| {row.scene} | {row.error:.2g} | {pick} | {_cells(row.best)} | {row.candidates} | {ratio} "
             f"| {row.seconds:.0f} s |"
         )
     lines += [
         "",
-        "*Ratio*: of the medians; *shortest*: of the shortest times.",
-        f"Asked: at most {ASKED} times the time of the sweep's. Kept on {kept} of {len(rows)} scenes by medians, on "
-        f"{by_least} by the shortest times, which other work on the machine does not lengthen. Below 1: a pick that "
-        "the sweep has not, or noise. The sweep's is the one with the shortest time of several, which favours it.",
+        "*Of*: the candidates. *Ratio*: of the median times. *Shortest*: of the shortest times. Bold: above the goal.",
+        f"Goal: tune's pick takes at most {GOAL} times the time of the sweep's best candidate. It is reached on "
+        f"{by_median} of {len(rows)} scenes by medians, and on {by_least} by the shortest times, which other work on "
+        "the machine does not lengthen. A ratio below 1 is noise, or a pick that the sweep lacks. The sweep's best "
+        "is the candidate with the shortest time of several, which favours the sweep.",
     ]
     return "\n".join(lines) + "\n"
 
@@ -136,11 +138,11 @@ def _cells(trial: Trial) -> str:
 
 
 def main() -> None:
-    """Measure, print and write tuning.md."""
+    """Measure all scenes, print the table, and write tuning.md."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.tuning", description=__doc__)
-    parser.add_argument("--scenes", type=int, default=10, help="how many (default: 10)")
+    parser.add_argument("--scenes", type=int, default=10, help="number of scenes (default: 10)")
     parser.add_argument("--size", type=int, nargs=2, metavar=("W", "H"), default=(320, 180))
-    parser.add_argument("--rounds", type=int, default=15, help="of the last comparison (default: 15)")
+    parser.add_argument("--rounds", type=int, default=15, help="rounds of the last comparison (default: 15)")
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
     options = parser.parse_args()
     check_folder(options.output, "tuning.md")
@@ -153,9 +155,9 @@ def main() -> None:
     progress: Progress | None
     with progress_bar("tuning") as progress:
         for i, scene in enumerate(scenes):
-            rows.append(compared(renderer, scene, _SAMPLES[i % len(_SAMPLES)], size, options.rounds))
+            rows.append(compare(renderer, scene, _SAMPLES[i % len(_SAMPLES)], size, options.rounds))
             text = as_markdown(rows, renderer, size, options.rounds)
-            with written_whole(options.output / "tuning.md") as file:  # it takes long: what there is, is kept
+            with written_whole(options.output / "tuning.md") as file:  # after each scene, as the run takes long
                 file.write(text.encode())
             if progress:
                 progress(i + 1, len(scenes))

@@ -1,4 +1,7 @@
-"""Random scenes for the estimate of errors: materials, lights, soft shadows, mirrors, and thin features among them."""
+"""Random ordinary scenes for benchmarks of the error estimate.
+
+They have all kinds of materials, soft shadows, mirrors and thin features.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ import numpy as np
 import raytracer as rt
 from raytracer.scene.options import Shadows
 
-# A pixel's width at the distance of what the camera looks at, for pictures of SIZE: thin features are thin of that.
+# The picture size for which thin features are designed: their widths are multiples of a pixel at the look-at point.
 SIZE = (480, 270)
 
 
@@ -46,7 +49,7 @@ def _material(rng: np.random.Generator) -> rt.Material:
 
 
 def _solid(rng: np.random.Generator, pixel: float) -> rt.Solid | rt.Instances:
-    """One of the kinds of objects, about 1 in size, near the origin."""
+    """Return a random object near the origin, about 1 in size. `pixel`: the width of a pixel there."""
     center = tuple(float(v) for v in rng.uniform(-1.5, 1.5, 3))
     assert len(center) == 3
     a, b = _material(rng), _material(rng)
@@ -58,11 +61,11 @@ def _solid(rng: np.random.Generator, pixel: float) -> rt.Solid | rt.Instances:
             x, y, z = center
             other = rt.Sphere((x + 0.4, y + 0.2, z - 0.3), float(rng.uniform(0.3, 0.7)), b)
             return ball & other if rng.random() < 0.5 else ball - other
-        case 2:  # a bowl with a wall of half to four pixels
+        case 2:  # a bowl with a wall of 0.5 to 4 pixels
             n = random_direction(rng)
             inner = rt.Sphere(center, ball.radius - pixel * float(rng.uniform(0.5, 4)), b)
             return (ball - inner) & rt.Plane(n, float(np.dot(n, center)) + 0.2, a)
-        case 3:  # a plate as thin
+        case 3:  # a plate with a thickness of 0.3 to 3 pixels
             n = random_direction(rng)
             d = float(np.dot(n, center))
             thin = pixel * float(rng.uniform(0.3, 3))
@@ -77,7 +80,7 @@ def _solid(rng: np.random.Generator, pixel: float) -> rt.Solid | rt.Instances:
             for side in sides[1:]:
                 solid = solid & side
             return solid
-    return rt.Instances(  # dust: balls of a tenth of a pixel to one and a half
+    return rt.Instances(  # dust: balls with radii of 0.1 to 1.6 pixels
         rt.Sphere((0, 0, 0), pixel, a),
         rng.uniform(-1.5, 1.5, (int(rng.integers(20, 150)), 3)).tolist(),
         float(10 ** rng.uniform(-1.0, 0.2)),
@@ -85,7 +88,7 @@ def _solid(rng: np.random.Generator, pixel: float) -> rt.Solid | rt.Instances:
 
 
 def unseen(seed: int) -> tuple[rt.Scene, Shadows]:
-    """Scene `seed`, and the shadows to be seen on it."""
+    """Return the scene of a seed, and its shadows."""
     rng = np.random.default_rng([7, seed])
     fov = float(rng.uniform(25, 70))
     distance = 3.0 / math.tan(math.radians(fov) / 2)

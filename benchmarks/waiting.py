@@ -1,9 +1,9 @@
-"""Times for which a user waits that `make bench` does not measure, each against its floor.
+"""Waiting times of users that `make bench` does not measure, each against its floor.
 
 python -m benchmarks.waiting [--rounds N]
 
-Floors: of the window's first frame, a process that opens a window and shows one colour; of a frame, its draws again and
-the swap; of a picture with soft shadows, its draws and the read-back.
+The floor of the window's first frame is a process that opens a window and shows one colour. The floor of a frame is its
+replayed draws and the swap. The floor of a picture with soft shadows is its draws and the read-back.
 """
 
 import argparse
@@ -43,12 +43,12 @@ context = moderngl.create_context()
 context.screen.clear(0.5, 0.7, 0.9)
 glfw.swap_buffers(window)
 """
-# The name of a wait, its seconds, and the seconds of its floor.
+# The name of a waiting time, its seconds, and the seconds of its floor.
 Row = tuple[str, float, float]
 
 
 def first_frames(rounds: int) -> Iterator[Row]:
-    """The window's first frames: processes from their start to their end after one frame. Mesa knows the programs."""
+    """Time processes that end after the window's first frame. Mesa has the compiled programs on disk."""
     for name in SCENES:
         first: Callable[[], float] = partial(process_seconds, "-c", _FIRST_FRAME, name, variables={})
         bare: Callable[[], float] = partial(process_seconds, "-c", _BARE_WINDOW, variables={})
@@ -56,14 +56,14 @@ def first_frames(rounds: int) -> Iterator[Row]:
 
 
 def moving_frames() -> Iterator[Row]:
-    """Frames of the window while something moves."""
+    """Time frames of the window while the light or the camera moves."""
     text = output_of(sys.executable, "-m", "benchmarks.frames", "--csv")
     for row in csv.DictReader(text.splitlines()):
         yield f"frame while the {row['movement']} moves, {row['scene']}", float(row["whole"]), float(row["draws"])
 
 
 def soft_shadows() -> Iterator[Row]:
-    """A picture with soft shadows to the error of the quality `normal`."""
+    """Time a picture with soft shadows and the quality `normal`."""
     scene, settings = rt.load("materials"), rt.quality("normal").replace(shadows="soft")
     with closing(BareDraws(shared_device(), scene, settings, _SOFT_SIZE)) as bare:
         call = partial(rt.render, scene, _SOFT_SIZE, settings)
@@ -72,7 +72,7 @@ def soft_shadows() -> Iterator[Row]:
 
 @contextmanager
 def display() -> Iterator[None]:
-    """Have a display for the windows of processes that a block starts."""
+    """Provide a display for the windows of processes that the block starts."""
     if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
         yield
         return
@@ -85,7 +85,7 @@ def display() -> Iterator[None]:
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", metavar="N", type=int, default=3)
     options = parser.parse_args()

@@ -1,4 +1,4 @@
-"""The page of speed: rows, goals, and the README's table, which has the same numbers."""
+"""The page of speed: rows, goals, and the table of docs/performance.md, which has the same numbers."""
 
 import csv
 import re
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.bench import Agreement
-from benchmarks.speed_page import as_csv, as_markdown, readme_table
+from benchmarks.speed_page import as_csv, as_markdown, calls_table
 from benchmarks.speed_rows import ROWS, SpeedRow, Timing
 from tests.scenes import CHECKOUT
 
@@ -69,20 +69,20 @@ def test_the_page_says_for_each_row_times_goal_and_agreement() -> None:
         ("1.5", "False", "False"),
         ("", "", ""),
     ]
-    readme = rows_of(readme_table(results))
-    assert readme[0] == page[0][:6] and readme[1:] == [cells[:6] for cells in page[1:3]], "calls alone"
+    calls = rows_of(calls_table(results))
+    assert calls[0] == page[0][:6] and calls[1:] == [cells[:6] for cells in page[1:3]], "calls alone"
 
 
 def test_rows_are_named_by_users_calls_and_inner_ones_say_so() -> None:
     names = [(row.call, row.against) for row in ROWS]
     assert len(names) == len(set(names))
     assert {row.group for row in ROWS if row.call.startswith("inner: ")} == {"lights", "literal"}
-    assert not [row for row in ROWS if row.call.startswith("inner: ") and row.is_in_readme]
+    assert not [row for row in ROWS if row.call.startswith("inner: ") and row.is_in_docs]
 
 
-def test_the_readmes_table_has_the_rows_of_the_results() -> None:
-    table = re.search("<!-- speed -->(.*?)<!-- end of speed -->", (CHECKOUT / "README.md").read_text(), re.S)
+def test_the_table_of_the_docs_has_the_rows_of_the_results() -> None:
+    table = re.search("<!-- speed -->(.*?)<!-- end of speed -->", (CHECKOUT / "docs/performance.md").read_text(), re.S)
     assert table
-    readme, results = rows_of(table[1]), rows_of(RESULTS.read_text())
-    assert len(readme) > 10
-    assert all(row in [cells[:6] for cells in results] for row in readme)
+    calls, results = rows_of(table[1]), rows_of(RESULTS.read_text())
+    assert len(calls) > 10
+    assert all(row in [cells[:6] for cells in results] for row in calls)

@@ -1,4 +1,4 @@
-"""Which EGL device draws: one by its index, one by a part of its name, or hardware before software."""
+"""The choice of the EGL device: by its index, by a part of its name, or hardware before software."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ BROKEN = "eglInitialize failed (0x3001)"
 
 
 class FakeContext:
-    """A context on a device that this machine need not have."""
+    """A context on a device that this machine does not need to have."""
 
     current: FakeContext | None = None
 
@@ -45,12 +45,14 @@ class FakeContext:
         FakeContext.current = None
 
     def release(self) -> None:
-        assert FakeContext.current is not self, "a released context that is current keeps the next from opening"
+        assert FakeContext.current is not self, (
+            "a context must not be current when it is released, or the next context does not open"
+        )
         self.released = True
 
 
 def machine(monkeypatch: pytest.MonkeyPatch, *names: Any) -> list[FakeContext]:
-    """Have these devices, a text being one that fails; the contexts as they are opened."""
+    """Replace the machine's devices. A device that is a text fails with it. Return the contexts as they are opened."""
     opened: list[FakeContext] = []
 
     def open_one(index: int) -> FakeContext:
@@ -81,29 +83,29 @@ def machine(monkeypatch: pytest.MonkeyPatch, *names: Any) -> list[FakeContext]:
         ([LLVMPIPE, NVIDIA], "corporation", NVIDIA, 2),
     ],
 )
-def test_the_device_that_is_meant_is_current_and_no_other_stays_open(
+def test_the_requested_device_is_current_and_no_other_device_stays_open(
     monkeypatch: pytest.MonkeyPatch, names: list[Any], device: Any, expected: tuple[str, str], opens: int
 ) -> None:
     opened = machine(monkeypatch, *names)
     context: Any = open_adapter(wanted_adapter(device))
     assert (context.info["GL_RENDERER"], context.info["GL_VENDOR"]) == expected
     assert FakeContext.current is context
-    assert [each for each in opened if not each.released] == [context]
-    assert len(opened) == opens, "none is opened twice, nor one that need not be"
+    assert [other for other in opened if not other.released] == [context]
+    assert len(opened) == opens, "no device is opened twice or without need"
 
 
 @pytest.mark.parametrize("device", [2, "matrox", "-1"])
-def test_a_device_that_is_not_there_is_an_error_that_names_those_that_are(
+def test_the_error_about_a_missing_device_lists_the_existing_devices(
     monkeypatch: pytest.MonkeyPatch, device: int | str
 ) -> None:
     opened = machine(monkeypatch, LLVMPIPE, BROKEN)
     with pytest.raises(rt.InputError, match=r"^device: expected .* 0 \(llvmpipe .*\); 1 \(eglInit.*\); got ") as error:
         open_adapter(wanted_adapter(device))
     assert str(error.value).endswith(repr(device)) and "\n" not in str(error.value)
-    assert all(each.released for each in opened)
+    assert all(context.released for context in opened)
 
 
-def test_a_device_that_is_not_there_is_an_error_about_where_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_error_about_a_missing_device_names_the_variable_or_the_parameter(monkeypatch: pytest.MonkeyPatch) -> None:
     machine(monkeypatch, LLVMPIPE)
     monkeypatch.delenv("RAYTRACER_BACKEND", raising=False)
     monkeypatch.setenv("RAYTRACER_DEVICE", "matrox")
@@ -113,7 +115,7 @@ def test_a_device_that_is_not_there_is_an_error_about_where_it_is_named(monkeypa
         shared_device(adapter="matrox")
 
 
-def test_a_device_that_does_not_open_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_error_about_a_device_that_does_not_open_states_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     machine(monkeypatch, LLVMPIPE, BROKEN)
     with pytest.raises(RuntimeError, match=r"^device 1: eglInitialize failed \(0x3001\)$"):
         open_adapter(1)
@@ -124,12 +126,12 @@ def test_a_device_that_does_not_open_says_why(monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.parametrize("device", [-1, True, 1.5, "", "  ", [0], np.bool_(True)])
-def test_what_is_no_device_is_refused(device: Any) -> None:
+def test_a_value_that_names_no_device_is_refused(device: Any) -> None:
     with pytest.raises(rt.InputError, match=r"^device: expected the index of an EGL device, or a part of its name"):
         wanted_adapter(device)
 
 
-def test_the_variable_counts_for_egl_and_the_argument_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_argument_overrides_the_variable_and_both_apply_to_egl_only(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("RAYTRACER_BACKEND", raising=False)
     monkeypatch.setenv("RAYTRACER_DEVICE", "NVIDIA")
     assert chosen() == chosen("egl") == ("egl", "nvidia")
@@ -143,7 +145,7 @@ def test_the_variable_counts_for_egl_and_the_argument_before_it(monkeypatch: pyt
     assert chosen() == ("auto", None)
 
 
-def test_doctor_says_why_a_backend_does_not_open_in_the_words_of_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_doctor_reports_the_error_of_a_backend_that_does_not_open(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail() -> NoReturn:
         raise RuntimeError("window: no screen\nand no hope")
 
@@ -160,39 +162,37 @@ def test_doctor_lists_every_device(monkeypatch: pytest.MonkeyPatch, capsys: pyte
     opened = machine(monkeypatch, LLVMPIPE, BROKEN, NVIDIA)
     monkeypatch.setattr(context_report, "BACKENDS", ("egl",))
     assert main(["doctor", "--json"]) == 0
-    assert all(each.released for each in opened)
-    reports_read = json.loads(capsys.readouterr().out)
-    assert [(r["backend"], r["device"], r["opens"]) for r in reports_read] == [
+    assert all(context.released for context in opened)
+    reports = json.loads(capsys.readouterr().out)
+    assert [(r["backend"], r["device"], r["opens"]) for r in reports] == [
         ("egl", 0, True),
         ("egl", 1, False),
         ("egl", 2, True),
     ]
-    assert [r["renderer"] for r in reports_read] == [LLVMPIPE[0], "", NVIDIA[0]] and reports_read[1][
-        "problem"
-    ] == BROKEN
+    assert [r["renderer"] for r in reports] == [LLVMPIPE[0], "", NVIDIA[0]] and reports[1]["problem"] == BROKEN
     assert main(["doctor"]) == 0
     table = capsys.readouterr().out
     assert all(word in table for word in ("egl 0", "egl 1", "egl 2", "H200")) and "apt-get" not in table
 
 
 @pytest.mark.gl
-def test_a_picture_is_made_on_the_device_that_is_named(renderer: Renderer) -> None:
+def test_the_requested_device_draws_the_picture(renderer: Renderer) -> None:
     environment = os.environ | {"RAYTRACER_BACKEND": "egl"}
     own = [sys.executable, "-m", "raytracer"]
     done = subprocess.run([*own, "doctor", "--json"], cwd=scenes.CHECKOUT, env=environment, stdout=-1, check=True)
-    found = [r for r in json.loads(done.stdout) if r["backend"] == "egl" and r["opens"]]
-    if not found:
+    usable = [r for r in json.loads(done.stdout) if r["backend"] == "egl" and r["opens"]]
+    if not usable:
         pytest.skip("no EGL device")
-    for device in (found[-1]["device"], found[-1]["renderer"].upper()):
+    for device in (usable[-1]["device"], usable[-1]["renderer"].upper()):
         image = rt.render(scenes.of(rt.Sphere((0, 0, 0), 1)), (16, 9), backend="egl", device=device)
         assert image.radiance.any()
-        assert shared_device("egl", device).limits.driver == found[-1]["renderer"]
+        assert shared_device("egl", device).limits.driver == usable[-1]["renderer"]
     with pytest.raises(rt.InputError, match=r"^device: expected .*; got 63$"):
         rt.render(scenes.of(rt.Sphere((0, 0, 0), 1)), (16, 9), backend="egl", device=63)
 
 
 @pytest.mark.gl
-def test_the_command_line_takes_a_device(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_line_accepts_a_device(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "a.png"
     command = ["render", str(scenes.ASSIGNMENT), "-o", str(out), "--size", "8x8", "--device", "63"]
     assert main(command) == 2

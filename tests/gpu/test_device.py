@@ -1,4 +1,4 @@
-"""A device keeps programs for who draws with them, and leaves OpenGL's state as it was after a block."""
+"""A device keeps programs while somebody holds them, and restores OpenGL's state after each block."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ RED_HALF = "out vec4 color;\nvoid main() { color = vec4(0.5, 0.0, 0.0, 1.0); }\n
 
 
 def drawn_twice(device: Device) -> list[float]:
-    """The red of a pixel after each of two draws of 0.5; the context must be current."""
+    """Draw 0.5 twice, and return a pixel's red after each draw. The context must be current."""
     program = device.program(assemble("half", None, {"half": RED_HALF}))
     context = device.context
     framebuffer = context.simple_framebuffer((4, 4), 4, dtype="f4")
     framebuffer.use()
     framebuffer.clear()
     array = context.vertex_array(program, [])
-    found: list[float] = []
+    reds: list[float] = []
     for _ in range(2):
         array.render(moderngl.TRIANGLES, 3)
-        found.append(float(np.frombuffer(framebuffer.read(components=1, dtype="f4"), np.float32)[0]))
+        reds.append(float(np.frombuffer(framebuffer.read(components=1, dtype="f4"), np.float32)[0]))
     context.detect_framebuffer(0).use()
     array.release()
     framebuffer.release()
-    return found
+    return reds
 
 
-def test_a_block_draws_in_its_way_and_all_after_it_by_default(renderer: Renderer) -> None:
+def test_a_block_has_its_own_state_and_later_draws_have_the_default_state(renderer: Renderer) -> None:
     device = renderer.device
     with device.turn():
         with device.state(blending=ADD):
@@ -50,7 +50,7 @@ def test_a_block_draws_in_its_way_and_all_after_it_by_default(renderer: Renderer
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
-def test_a_block_that_is_broken_off_leaves_no_state_behind(renderer: Renderer, error: type[BaseException]) -> None:
+def test_an_interrupted_block_leaves_no_state_behind(renderer: Renderer, error: type[BaseException]) -> None:
     device = renderer.device
     with device.turn():
         with pytest.raises(error), device.state(blending=ADD, depth_test=True):
@@ -58,7 +58,7 @@ def test_a_block_that_is_broken_off_leaves_no_state_behind(renderer: Renderer, e
         assert drawn_twice(device) == [0.5, 0.5]
 
 
-def test_a_turn_begins_with_the_default_state_whatever_was_left(renderer: Renderer) -> None:
+def test_a_turn_begins_with_the_default_state_after_any_other_state(renderer: Renderer) -> None:
     device = renderer.device
     with device.turn():
         device.context.enable(moderngl.BLEND | moderngl.DEPTH_TEST)
@@ -67,7 +67,7 @@ def test_a_turn_begins_with_the_default_state_whatever_was_left(renderer: Render
         assert drawn_twice(device) == [0.5, 0.5]
 
 
-def test_a_window_that_reads_its_shaders_again_leaves_another_window_its_programs(renderer: Renderer) -> None:
+def test_a_window_that_rereads_its_shaders_keeps_the_programs_of_another_window(renderer: Renderer) -> None:
     settings, scene, other = Settings(samples=2), scenes.of(rt.Sphere((0, 0, 0), 1)), scenes.assignment()
     own = Renderer(Device(renderer.device.context))
     expected = renderer.render(other, SIZE, settings).radiance
@@ -86,7 +86,7 @@ def test_a_window_that_reads_its_shaders_again_leaves_another_window_its_program
     np.testing.assert_allclose(radiance, expected, rtol=1e-6)
 
 
-def test_programs_are_released_once_nobody_holds_them(renderer: Renderer) -> None:
+def test_programs_are_released_once_no_owner_holds_them(renderer: Renderer) -> None:
     device = Device(renderer.device.context)
 
     class Owner:
@@ -103,12 +103,12 @@ def test_programs_are_released_once_nobody_holds_them(renderer: Renderer) -> Non
         assert isinstance(program.mglo, moderngl.InvalidObject)
 
 
-def test_a_process_has_one_device_of_a_kind(renderer: Renderer) -> None:
+def test_all_requests_for_the_default_device_return_one_device(renderer: Renderer) -> None:
     assert shared_device() is shared_device() is renderer.device
 
 
 @pytest.mark.gl
-def test_a_texture_for_which_there_is_no_memory_is_an_error(renderer: Renderer) -> None:
+def test_a_texture_that_does_not_fit_into_memory_raises_an_error(renderer: Renderer) -> None:
     if not renderer.device.limits.is_llvmpipe:
         pytest.skip("a GPU may have memory for it")
     with renderer.device.turn():
@@ -119,7 +119,7 @@ def test_a_texture_for_which_there_is_no_memory_is_an_error(renderer: Renderer) 
 
 
 @pytest.mark.gl
-def test_rows_are_read_top_first_also_by_a_driver_that_turns_none(
+def test_rows_are_read_top_first_also_if_the_driver_cannot_flip_them(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     values = np.random.default_rng(2).uniform(0, 1, (5, 7, 4)).astype(np.float32)

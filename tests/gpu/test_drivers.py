@@ -1,4 +1,4 @@
-"""Other drivers than the one at hand: what they have less of, or do in another way."""
+"""Drivers with lower limits, or other implementations, than the driver of this machine."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tests.processes import output_of
 pytestmark = pytest.mark.gl
 
 SIZE = (48, 27)
-# Few primitives, and so many that they are looked for in lists.
+# A scene with few primitives, and a scene with so many that rays test candidate lists.
 SCENE = """
 import raytracer as rt
 balls = [rt.Sphere((x, y, -y), 0.45) for x in range(-3, 4) for y in range(3)]
@@ -34,28 +34,28 @@ many = rt.Scene([*balls, rt.Plane((0, 1, 0), -1)], [rt.PointLight((4, 7, 4))], r
 """
 
 
-def test_softpipe_makes_the_same_pictures(renderer: Renderer, tmp_path: Path) -> None:
-    # Mesa's plain software driver: it has buffer textures of 65,536 texels, what OpenGL 3.3 promises and no more.
+def test_softpipe_draws_the_same_pictures(renderer: Renderer, tmp_path: Path) -> None:
+    # softpipe is Mesa's simple software driver. Its buffer textures have 65,536 texels, the minimum of OpenGL 3.3.
     if "llvmpipe" not in renderer.device.limits.driver:
         pytest.skip("another driver than Mesa's")
     code = f"{SCENE}\nfor n, s in dict(few=few, many=many).items(): rt.render(s, {SIZE}).save(f'{tmp_path}/{{n}}.npz')"
     environment = os.environ | {"GALLIUM_DRIVER": "softpipe", "RAYTRACER_BACKEND": "egl"}
     output_of(sys.executable, "-c", code, env=environment)
-    made: dict[str, rt.Scene] = {}
-    exec(SCENE, made)
+    namespace: dict[str, rt.Scene] = {}
+    exec(SCENE, namespace)
     for name in ("few", "many"):
-        other, own = np.load(tmp_path / f"{name}.npz"), renderer.render(made[name], SIZE, Settings())
+        other, own = np.load(tmp_path / f"{name}.npz"), renderer.render(namespace[name], SIZE, Settings())
         assert own.material is not None
         same = other["material"] == own.material
         assert same.mean() > 0.995 and len(np.unique(own.material)) > 1, name
-        off = np.abs(other["radiance"] - own.radiance).max(axis=2)[same]
-        assert np.mean(off > 1e-4) < 0.005, name
+        difference = np.abs(other["radiance"] - own.radiance).max(axis=2)[same]
+        assert np.mean(difference > 1e-4) < 0.005, name
 
 
-def test_what_a_driver_has_no_room_for_is_refused_again_when_tried_again(
+def test_a_scene_beyond_the_limits_of_the_driver_is_refused_every_time(
     renderer: Renderer,
 ) -> None:
-    # All around some lights, so that however few cells these have, they list many.
+    # Spheres all around several lights, so that the candidate lists of the lights are long for any number of cells.
     around = [(4 + math.cos(i), 7 + math.sin(3 * i), 4 + math.sin(i)) for i in range(20)]
     lights = [rt.PointLight((4 + 0.1 * i, 7, 4)) for i in range(4)]
     scene = msgspec.structs.replace(scenes.of(*(rt.Sphere(place, 0.8) for place in around)), lights=lights)

@@ -1,4 +1,4 @@
-"""GLSL functions called over arrays give what the functions give."""
+"""Calls of GLSL functions over arrays return the functions' values."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from raytracer.rendering.renderer import Renderer
 pytestmark = pytest.mark.gl
 
 
-def test_scalars_vectors_and_booleans_go_in_and_out(renderer: Renderer) -> None:
+def test_scalars_vectors_and_booleans_are_passed_and_returned(renderer: Renderer) -> None:
     spans = np.array([(0, 1), (2, 3), (-1, 0.5)], np.float32)
     np.testing.assert_array_equal(glsl.call("isInside", spans, 0.5, device=renderer.device), [True, False, False])
     np.testing.assert_array_equal(glsl.call("isBefore", spans, 0.5, device=renderer.device), [True, False, True])
@@ -25,13 +25,14 @@ def test_a_hundred_thousand_elements_keep_their_order_and_bits(renderer: Rendere
     np.testing.assert_array_equal(glsl.call("holds", span, -1.0, device=renderer.device), -x)
 
 
-def test_no_elements_give_none_and_more_than_fit_into_a_texture_are_split(renderer: Renderer) -> None:
+def test_empty_arrays_return_empty_arrays_and_large_arrays_are_split(renderer: Renderer) -> None:
     assert glsl.call("holds", np.zeros((0, 2)), 0.0, device=renderer.device).shape == (0,)
-    x = np.linspace(0, 1, 6_000_000, dtype=np.float32)  # three words each: a texture of llvmpipe's holds 5.6 million
+    # Each element takes three words: a texture of llvmpipe holds 5.6 million elements.
+    x = np.linspace(0, 1, 6_000_000, dtype=np.float32)
     np.testing.assert_array_equal(glsl.call("holds", np.stack([x, x], axis=1), -1.0, device=renderer.device), -x)
 
 
-def test_structs_with_arrays_of_structs_are_structured_arrays(renderer: Renderer) -> None:
+def test_nested_structs_are_structured_arrays(renderer: Renderer) -> None:
     dtype = glsl.dtype("Roth", {"MAX_HITS": 4})
     assert dtype["hit"].shape == (4,) and dtype["hit"].base.names == ("t", "normal", "mat")
     a = np.zeros(3, dtype)
@@ -41,7 +42,7 @@ def test_structs_with_arrays_of_structs_are_structured_arrays(renderer: Renderer
     np.testing.assert_array_equal(b["hit"]["mat"][:, 1:3], [(5, 6)] * 3)
 
 
-def test_inout_parameters_come_back(renderer: Renderer) -> None:
+def test_inout_parameters_are_returned(renderer: Renderer) -> None:
     roth, hit = glsl.dtype("Roth"), glsl.dtype("Hit")
     r = np.zeros(2, roth)
     r["n"], r["hit"]["t"][:, :2] = 2, [(-1, 3), (1, 4)]
@@ -51,7 +52,7 @@ def test_inout_parameters_come_back(renderer: Renderer) -> None:
     np.testing.assert_array_equal(result["t"], [2, 1])
 
 
-def test_wrong_calls_say_what_is_expected(renderer: Renderer) -> None:
+def test_errors_about_wrong_calls_state_the_expected_arguments(renderer: Renderer) -> None:
     with pytest.raises(TypeError, match=r"holds\(real2 span, real t\) takes 2 arguments, got 1"):
         glsl.call("holds", 1, device=renderer.device)
     with pytest.raises(ValueError, match=r"span: expected an array of shape \(N, 2\)"):
@@ -62,7 +63,7 @@ def test_wrong_calls_say_what_is_expected(renderer: Renderer) -> None:
         glsl.call("nothing", device=renderer.device)
 
 
-def test_phong_and_blinn_are_the_lectures_formulas(renderer: Renderer) -> None:
+def test_phong_and_blinn_lobes_equal_the_formulas_of_the_lecture(renderer: Renderer) -> None:
     rng = np.random.default_rng(5)
     N, L, V = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in rng.normal(size=(3, 2000, 3)))
     L *= np.sign(np.sum(N * L, axis=1, keepdims=True))

@@ -1,4 +1,4 @@
-"""The programs used last are kept, within a bound; those of a picture in the making are never released."""
+"""The program cache keeps the most recently used programs within a limit, and all programs of an unfinished picture."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from tests import scenes
 pytestmark = pytest.mark.gl
 
 SIZE = (32, 18)
-FEW = 40_000  # characters: the programs of some two of these scenes
+FEW = 40_000  # characters, about the programs of two of these scenes
 
 
 def scene_with(spheres: int) -> rt.Scene:
-    """A structure of its own for each number of spheres."""
+    """Return a scene whose structure, and so its programs, depend on the number of spheres."""
     return scenes.of(*(rt.Sphere((i, 0, 0), 0.7) for i in range(spheres)))
 
 
 def kept(renderer: Renderer) -> int:
-    """Characters of the texts of the programs that are kept, but for what every text has."""
+    """Return the characters of all cached programs, without the text that all programs share."""
     return sum(max(len(vertex) + len(text) - device._COMMON_TEXT, 0) for vertex, text in renderer.device._programs)
 
 
 def are_released(programs: list[moderngl.Program]) -> list[bool]:
-    """Whether OpenGL has each of them no more."""
+    """Return for each program whether OpenGL has released it."""
     return [isinstance(program.mglo, moderngl.InvalidObject) for program in programs]
 
 
-def test_many_scenes_keep_no_more_programs_than_the_bound(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_scenes_keep_programs_within_the_limit(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(device, "KEPT_TEXT", FEW)
     own = Renderer(Device(renderer.device.context))
     made: dict[int, moderngl.Program] = {}
@@ -57,9 +57,7 @@ def test_many_scenes_keep_no_more_programs_than_the_bound(renderer: Renderer, mo
     np.testing.assert_array_equal(own.render(scene_with(1), SIZE, Settings()).radiance, first.radiance)
 
 
-def test_calls_of_functions_keep_no_more_programs_than_the_bound(
-    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_function_calls_keep_programs_within_the_limit(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(device, "KEPT_TEXT", FEW)
     own = Renderer(Device(renderer.device.context))
     for k in range(8):
@@ -70,7 +68,7 @@ def test_calls_of_functions_keep_no_more_programs_than_the_bound(
     assert len(own.device._programs) <= 4 < 8
 
 
-def test_the_window_keeps_what_it_draws_with(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_window_keeps_the_programs_that_it_draws_with(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(device, "KEPT_TEXT", 0)
     own, settings = Renderer(Device(renderer.device.context)), Settings(samples=4)
     with renderer.device.context:
@@ -80,11 +78,11 @@ def test_the_window_keeps_what_it_draws_with(renderer: Renderer, monkeypatch: py
             live.start(scene_with(spheres), settings, "picture", SIZE, moving=False)
             while not live.is_done:
                 live.step()
-                own.render(scene_with(1), SIZE, Settings())  # another picture meanwhile
-                renderer.device.context.__enter__()  # which leaves no context current
+                own.render(scene_with(1), SIZE, Settings())  # another picture in between
+                renderer.device.context.__enter__()  # render() leaves no context current
             canvas.present(screen, live, None, scene_with(spheres).camera, 1.0)
         radiance, programs = live.image({}).radiance, len(own.device._programs)
         live.close()
         canvas.close()
-    assert programs <= 12, "those of the last scene, of the window, and of the error"
+    assert programs <= 12, "the programs of the last scene, the window and the error estimate"
     np.testing.assert_allclose(radiance, renderer.render(scene_with(4), SIZE, settings).radiance, rtol=1e-6)

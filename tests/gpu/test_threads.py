@@ -1,4 +1,4 @@
-"""Threads take turns with OpenGL and get the same bits; a forked process renders, or says at once why not."""
+"""Threads take turns with OpenGL and get identical pictures. A forked process renders, or raises an error at once."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ SETTINGS = Settings(samples=2)
 
 
 def scene_number(k: int) -> rt.Scene:
-    """Scenes with one structure, and so with the same programs, but other numbers."""
+    """Return scene k: all these scenes share one structure and its programs, and differ in numbers only."""
     return scenes.of(rt.Sphere((0, 0, 0), 1 + 0.1 * k, rt.Material(kd=(0.1 * k, 0.5, 0.2))) - rt.Sphere((0, 0, 1), 0.5))
 
 
 @pytest.mark.gl
-def test_threads_at_once_get_the_bits_that_one_thread_gets(renderer: Renderer) -> None:
+def test_concurrent_threads_get_the_same_pictures_as_one_thread(renderer: Renderer) -> None:
     alone = [renderer.render(scene_number(k), SIZE, SETTINGS) for k in range(3)]
     material = rt.Material(model="ggx")
     wi, wo = np.array([[0.0, 0.0, 1.0]]), np.array([[0.6, 0.0, 0.8]])
@@ -39,8 +39,8 @@ def test_threads_at_once_get_the_bits_that_one_thread_gets(renderer: Renderer) -
     def others() -> list[object]:
         return [(rt.brdf.evaluate(material, wi, wo), glsl.call("isInside", [[0, 1]], 0.5)) for _ in range(8)]
 
-    *made, values = in_threads(*(lambda k=k: images(k) for k in range(3)), others)
-    for k, several in enumerate(made):
+    *pictures, values = in_threads(*(lambda k=k: images(k) for k in range(3)), others)
+    for k, several in enumerate(pictures):
         assert isinstance(several, list), several
         for image in several:
             np.testing.assert_array_equal(image.radiance, alone[k].radiance)
@@ -51,16 +51,14 @@ def test_threads_at_once_get_the_bits_that_one_thread_gets(renderer: Renderer) -
 
 @pytest.mark.gl
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
-def test_a_picture_that_is_broken_off_leaves_the_turn_to_other_threads(
-    renderer: Renderer, error: type[BaseException]
-) -> None:
+def test_an_interrupted_picture_gives_up_its_turn(renderer: Renderer, error: type[BaseException]) -> None:
     expected = renderer.render(scene_number(1), SIZE, SETTINGS).radiance
 
-    def break_off(done: int, total: int) -> None:
+    def interrupt(done: int, total: int) -> None:
         raise error
 
     with pytest.raises(error):
-        renderer.render(scene_number(1), SIZE, SETTINGS, progress=break_off)
+        renderer.render(scene_number(1), SIZE, SETTINGS, progress=interrupt)
     [image] = in_threads(lambda: renderer.render(scene_number(1), SIZE, SETTINGS))
     assert isinstance(image, rt.Image), image
     np.testing.assert_array_equal(image.radiance, expected)
@@ -68,7 +66,7 @@ def test_a_picture_that_is_broken_off_leaves_the_turn_to_other_threads(
 
 
 @pytest.mark.gl
-def test_a_progress_callback_that_renders_is_refused(renderer: Renderer) -> None:
+def test_a_progress_callback_must_not_render(renderer: Renderer) -> None:
     expected = renderer.render(scene_number(1), SIZE, SETTINGS).radiance
     for use in (lambda: renderer.render(scene_number(2), SIZE, SETTINGS), lambda: glsl.call("isInside", [[0, 1]], 0.5)):
         refused: list[str] = []
@@ -83,7 +81,7 @@ def test_a_progress_callback_that_renders_is_refused(renderer: Renderer) -> None
         np.testing.assert_array_equal(image.radiance, expected)
 
 
-# A parent that renders or not, children that do, and the parent once more. Each prints a line.
+# A parent that has rendered ("warm") or not, forked children that render, and the parent again. Each prints a line.
 FORKS = """
 import multiprocessing, sys, threading
 import raytracer as rt
@@ -125,8 +123,9 @@ print(picture())
 
 @pytest.mark.gl
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows does not fork")
-def test_a_fork_after_a_picture_says_what_to_do_and_the_parent_goes_on() -> None:
-    code = [sys.executable, "-W", "ignore", "-c", FORKS, "warm"]  # Python 3.12 warns of any fork with threads
+def test_a_fork_after_a_picture_raises_an_error_and_the_parent_continues() -> None:
+    # Warnings are ignored, because Python 3.12 warns about every fork in a process with threads.
+    code = [sys.executable, "-W", "ignore", "-c", FORKS, "warm"]
     lines = subprocess.run(code, timeout=120, check=True, capture_output=True, text=True).stdout.splitlines()
     first, *children, last = lines
     assert first == last
@@ -137,7 +136,7 @@ def test_a_fork_after_a_picture_says_what_to_do_and_the_parent_goes_on() -> None
 
 @pytest.mark.gl
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows does not fork")
-def test_a_fork_before_any_picture_renders() -> None:
+def test_a_fork_before_the_first_picture_renders() -> None:
     code = [sys.executable, "-W", "ignore", "-c", FORKS, "cold"]
     lines = subprocess.run(code, timeout=120, check=True, capture_output=True, text=True).stdout.splitlines()
     assert len(lines) == 4 and len(set(lines)) == 1 and float(lines[0]) > 0.0

@@ -1,4 +1,4 @@
-"""Converged pictures on the disk: found again for all that decides them, and no longer than there is room."""
+"""The disk cache of converged pictures: cache keys, damaged files, and the deletion of least recently used files."""
 
 from __future__ import annotations
 
@@ -30,13 +30,16 @@ SIZE = (48, 32)
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder of the pictures during a test."""
+    """The cache folder during a test."""
     monkeypatch.setenv("RAYTRACER_CACHE", str(tmp_path / "cache"))
     return tmp_path / "cache"
 
 
 def edge(angle: float = 0.3, offset: float = 0.2) -> rt.Scene:
-    """The shining part cos(angle) x + sin(angle) y <= offset of the plane z = 0, before black, seen from (0, 0, 5)."""
+    """Return an emitting half of the plane z = 0 before a black background, seen from (0, 0, 5).
+
+    The emitting half is cos(angle) x + sin(angle) y <= offset.
+    """
     side = rt.Plane((math.cos(angle), math.sin(angle), 0), offset, SHINING)
     camera = rt.Camera((0, 0, 5), (0, 0, 0), vertical_fov=40)
     return rt.Scene([rt.Plane((0, 0, 1), 0, SHINING) & side], [], camera, background=(0, 0, 0))
@@ -51,7 +54,7 @@ def job_of(scene: rt.Scene, size: tuple[int, int] = SIZE, samples: int = 16, **s
     return make_job(scene, size, Settings(**settings), samples, TOLERANCE)
 
 
-def test_what_was_made_once_is_not_traced_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cached_picture_is_not_traced_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = edge()
     first = trace_converged(scene, SIZE, samples=16)
     assert [file.name for file in folder.iterdir()] == [name_of(scene)]
@@ -59,7 +62,7 @@ def test_what_was_made_once_is_not_traced_again(folder: Path, monkeypatch: pytes
         patch.setattr(module, "_trace", None)
         renamed = msgspec.structs.replace(scene, name="another name")
         again = trace_converged(renamed, SIZE, Settings(samples=4, evaluator="walk", precision=64), samples=16)
-        with pytest.raises(TypeError):  # what is not kept would be traced
+        with pytest.raises(TypeError):  # a picture that is not cached would be traced
             trace_converged(scene, SIZE, samples=32)
     for name in ("radiance", "error", "samples", "depth", "normal", "material"):
         np.testing.assert_array_equal(getattr(again, name), getattr(first, name))
@@ -79,20 +82,20 @@ def test_what_was_made_once_is_not_traced_again(folder: Path, monkeypatch: pytes
     assert file.read_bytes() == b"", "neither read nor written"
 
 
-def test_what_was_not_asked_for_for_the_longest_time_makes_room(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_least_recently_used_files_are_deleted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     names = {}
     for k, samples in enumerate((16, 32, 64)):
         trace_converged(edge(), SIZE, samples=samples)
         names[samples] = name_of(edge(), samples=samples)
         os.utime(folder / names[samples], (k, k))
     size = (folder / names[16]).stat().st_size
-    trace_converged(edge(), SIZE, samples=16)  # read, so no longer the oldest
+    trace_converged(edge(), SIZE, samples=16)  # a read, so that this file is no longer the least recently used
     monkeypatch.setattr(disk_cache, "MOST_BYTES", 2.5 * size)
     trace_converged(edge(), SIZE, samples=128)
     assert {file.name for file in folder.iterdir()} == {names[16], name_of(edge(), samples=128)}
 
 
-def test_a_file_that_cannot_be_the_converged_picture_is_made_again(folder: Path) -> None:
+def test_a_file_with_impossible_arrays_is_replaced(folder: Path) -> None:
     scene = edge()
     first = trace_converged(scene, SIZE, samples=16)
     [file] = folder.iterdir()
@@ -100,7 +103,7 @@ def test_a_file_that_cannot_be_the_converged_picture_is_made_again(folder: Path)
     with np.load(file) as archive:
         arrays = dict(archive)
 
-    def spoilt(name: str, value: float) -> dict[str, Any]:
+    def with_value(name: str, value: float) -> dict[str, Any]:
         array = arrays[name].copy()
         array.flat[array.size // 2] = value
         return arrays | {name: array}
@@ -113,20 +116,20 @@ def test_a_file_that_cannot_be_the_converged_picture_is_made_again(folder: Path)
         "material": (-2, 1, -1),
         "samples": (0, -16, 32),
     }
-    poisoned = [spoilt(name, value) for name, some in values.items() for value in some]
-    poisoned += [arrays | {name: array.astype(array.dtype.newbyteorder())} for name, array in arrays.items()]
-    poisoned += [arrays | {name: array.astype(np.float32)} for name, array in arrays.items()]
-    poisoned += [arrays | {name: array[:-1]} for name, array in arrays.items()]
-    poisoned += [{key: array for key, array in arrays.items() if key != name} for name in arrays]
-    for wrong in poisoned:
+    damaged = [with_value(name, value) for name, some in values.items() for value in some]
+    damaged += [arrays | {name: array.astype(array.dtype.newbyteorder())} for name, array in arrays.items()]
+    damaged += [arrays | {name: array.astype(np.float32)} for name, array in arrays.items()]
+    damaged += [arrays | {name: array[:-1]} for name, array in arrays.items()]
+    damaged += [{key: array for key, array in arrays.items() if key != name} for name in arrays]
+    for wrong in damaged:
         np.savez(file, **wrong)
         assert disk_cache.read(file, job_of(scene)) is None
-    np.savez(file, **poisoned[0])
+    np.savez(file, **damaged[0])
     np.testing.assert_array_equal(trace_converged(scene, SIZE, samples=16).radiance, first.radiance)
     assert file.read_bytes() == right
 
 
-def test_what_is_no_file_in_the_folder_is_neither_waited_for_nor_read(tmp_path: Path, folder: Path) -> None:
+def test_pipes_links_and_folders_in_the_cache_are_not_read(tmp_path: Path, folder: Path) -> None:
     scene = edge()
     first = trace_converged(scene, SIZE, samples=16)
     [file] = folder.iterdir()
@@ -151,15 +154,15 @@ def test_what_is_no_file_in_the_folder_is_neither_waited_for_nor_read(tmp_path: 
         trace_converged(scene, SIZE, samples=16)
 
 
-def test_the_files_whose_change_drops_pictures_are_all_that_tracing_needs() -> None:
+def test_the_cache_key_covers_all_source_files_that_tracing_needs() -> None:
     script = (
         "import sys, raytracer as rt; from raytracer.ground_truth.converged import trace_converged\n"
         "settings = rt.Settings(shading='ggx', shadows='soft')\n"
         "trace_converged(rt.load('materials'), (4, 3), settings, samples=16, workers=1, cache=False)\n"
         "print(*(m.__file__ for n, m in sys.modules.items() if n.partition('.')[0] == 'raytracer'), sep='\\n')"
     )
-    found = output_of(sys.executable, "-c", script, cwd=scenes.CHECKOUT)
-    needed = {Path(line) for line in found.splitlines()}
+    output = output_of(sys.executable, "-c", script, cwd=scenes.CHECKOUT)
+    needed = {Path(line) for line in output.splitlines()}
     package = Path(rt.__file__).parent
     assert len(needed) > 20 and needed <= {package / name for name, _ in disk_cache._sources()}
 
@@ -180,7 +183,7 @@ def test_the_files_whose_change_drops_pictures_are_all_that_tracing_needs() -> N
         ("ground_truth/ray_tracer.py", False),
     ],
 )
-def test_an_edit_drops_pictures_where_it_may_change_them_and_nowhere_else(
+def test_an_edit_invalidates_pictures_only_in_files_that_may_change_them(
     file: str, is_kept: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     package = tmp_path / "raytracer"
@@ -191,13 +194,13 @@ def test_an_edit_drops_pictures_where_it_may_change_them_and_nowhere_else(
     assert (name_of(edge()) == before) is is_kept
 
 
-def test_a_folder_that_cannot_be_written_to_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_read_only_cache_folder_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RAYTRACER_CACHE", "/proc/nowhere")
     with pytest.warns(UserWarning, match=r"^/proc/nowhere: the reference was not kept"):
         assert trace_converged(edge(), SIZE, samples=16).radiance.max() > 0.9
 
 
-def test_whatever_decides_the_result_decides_the_files_name(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_everything_that_affects_the_result_is_in_the_file_name(monkeypatch: pytest.MonkeyPatch) -> None:
     def measured(value: float) -> rt.Material:
         return rt.Material("merl", file=Measured(np.full((*SHAPE, 3), value), path="a.binary"))
 

@@ -1,4 +1,4 @@
-"""Adaptive samples: as good as all samples, and only where they are needed."""
+"""Adaptive sampling: as accurate as all samples, with more samples only where they are needed."""
 
 import re
 from pathlib import Path
@@ -27,7 +27,7 @@ def assert_same(a: rt.Image, b: rt.Image) -> None:
 
 @pytest.mark.gl
 @pytest.mark.parametrize("shadows", ["hard", "diluted", "soft"])
-def test_the_error_is_within_10_percent_of_that_of_all_samples(renderer: Renderer, shadows: Shadows) -> None:
+def test_the_error_is_within_10_percent_of_the_error_with_all_samples(renderer: Renderer, shadows: Shadows) -> None:
     scene = scenes.under_spheres(scenes.assignment(), 0.5)
     settings = msgspec.structs.replace(RECOMMENDED, shadows=shadows)
 
@@ -40,24 +40,24 @@ def test_the_error_is_within_10_percent_of_that_of_all_samples(renderer: Rendere
 
 
 @pytest.mark.gl
-def test_only_what_has_edges_gets_more_samples_than_the_first(renderer: Renderer) -> None:
+def test_only_pixels_near_edges_get_more_than_the_first_samples(renderer: Renderer) -> None:
     ball = rt.Sphere((0, 0, 0), 1, rt.Material(kd=(1, 0, 0)))
     camera = rt.Camera((0, 0, 5), (0, 0, 0))
     image = renderer.render(rt.Scene([ball], [], camera), (160, 160), RECOMMENDED)
     assert image.material is not None and image.samples is not None
-    seen = image.material >= 0
-    near = np.zeros_like(seen)  # an edge within 1 pixel
-    near[:, 1:] |= seen[:, 1:] != seen[:, :-1]
-    near[1:] |= seen[1:] != seen[:-1]
+    is_ball = image.material >= 0
+    near = np.zeros_like(is_ball)  # an edge within 1 pixel
+    near[:, 1:] |= is_ball[:, 1:] != is_ball[:, :-1]
+    near[1:] |= is_ball[1:] != is_ball[:-1]
     assert (image.samples[near] > FIRST).all() and (image.samples[near] == 16).mean() > 0.8
     around = np.lib.stride_tricks.sliding_window_view(np.pad(near, 6), (13, 13)).any(axis=(2, 3))
     assert (image.samples[~around] == FIRST).all()
 
 
 @pytest.mark.gl
-def test_a_large_threshold_gives_the_first_samples_and_a_small_one_all(renderer: Renderer) -> None:
+def test_a_large_threshold_keeps_the_first_samples_and_a_small_one_takes_all(renderer: Renderer) -> None:
     scene = scenes.random_scene(3)
-    # No light is as far off as that.
+    # No error reaches the large threshold.
     few = renderer.render(scene, SIZE, Settings(samples=16, adaptive=1e6))
     np.testing.assert_array_equal(few.radiance, renderer.render(scene, SIZE, Settings(samples=FIRST)).radiance)
     many = renderer.render(scene, SIZE, Settings(samples=16, adaptive=1e-30))
@@ -69,10 +69,10 @@ def test_a_large_threshold_gives_the_first_samples_and_a_small_one_all(renderer:
 
 
 @pytest.mark.gl
-def test_edges_between_colours_of_equal_brightness_count_and_what_is_white_throughout_does_not(
+def test_edges_between_equally_bright_colours_count_and_edges_within_white_do_not(
     renderer: Renderer,
 ) -> None:
-    def more(ball: tuple[float, float, float], background: tuple[float, float, float]) -> float:
+    def share_above_first(ball: tuple[float, float, float], background: tuple[float, float, float]) -> float:
         material = rt.Material(ka=ball)
         scene = rt.Scene(
             [rt.Sphere((0, 0, 0), 1, material)], [], rt.Camera((0, 0, 5), (0, 0, 0)), background=background
@@ -81,22 +81,22 @@ def test_edges_between_colours_of_equal_brightness_count_and_what_is_white_throu
         assert image.samples is not None
         return float((image.samples > FIRST).mean())
 
-    assert more((0.7152, 0, 0), (0, 0.2126, 0)) > 0.05
-    assert more((40, 40, 40), (50, 50, 50)) == 0.0
-    assert more((2, 3, 4), (0.5, 50, 60)) > 0.05
+    assert share_above_first((0.7152, 0, 0), (0, 0.2126, 0)) > 0.05
+    assert share_above_first((40, 40, 40), (50, 50, 50)) == 0.0
+    assert share_above_first((2, 3, 4), (0.5, 50, 60)) > 0.05
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("evaluator", ["cells", "walk"])
 @pytest.mark.parametrize("tile", [16, 50, 64])
-def test_what_is_drawn_besides_changes_no_pixel(renderer: Renderer, evaluator: Evaluator, tile: int) -> None:
+def test_tiles_change_no_pixel(renderer: Renderer, evaluator: Evaluator, tile: int) -> None:
     settings = Settings(samples=40, adaptive=0.03, evaluator=evaluator)
     whole = renderer.render(scenes.assignment(), (201, 113), settings, geometry=False)
     assert_same(renderer.render(scenes.assignment(), (201, 113), settings, geometry=False, tile=tile), whole)
 
 
 @pytest.mark.gl
-def test_it_works_with_lists_of_many_primitives(renderer: Renderer) -> None:
+def test_adaptive_sampling_works_with_candidate_lists(renderer: Renderer) -> None:
     rng = np.random.default_rng(1)
     balls = [rt.Sphere(tuple(rng.uniform(-2, 2, 3)), 0.3, scenes.COLORS[i % 4]) for i in range(60)]
     scene = scenes.of(*balls, rt.Plane((0, 1, 0), -2.5))
@@ -110,14 +110,14 @@ def test_it_works_with_lists_of_many_primitives(renderer: Renderer) -> None:
 
 
 @pytest.mark.gl
-def test_one_render_after_another_gives_the_same_bytes(renderer: Renderer) -> None:
+def test_repeated_renderings_are_identical(renderer: Renderer) -> None:
     first = renderer.render(scenes.assignment(), (160, 90), RECOMMENDED)
     renderer.render(scenes.random_scene(3), (64, 64), RECOMMENDED)
     assert_same(renderer.render(scenes.assignment(), (160, 90), RECOMMENDED), first)
 
 
 @pytest.mark.gl
-def test_more_samples_than_are_summed_at_once_stop_where_they_may(renderer: Renderer) -> None:
+def test_blocks_also_stop_after_the_first_sum_of_256_samples(renderer: Renderer) -> None:
     settings = Settings(samples=1500, adaptive=0.02)
     image = renderer.render(scenes.assignment(), (48, 27), settings)
     full = renderer.render(scenes.assignment(), (48, 27), Settings(samples=1500))
@@ -128,16 +128,18 @@ def test_more_samples_than_are_summed_at_once_stop_where_they_may(renderer: Rend
 
 
 @pytest.mark.gl
-def test_progress_ends_with_all_of_what_it_said_there_is(renderer: Renderer) -> None:
-    told: list[tuple[int, int]] = []
-    renderer.render(scenes.assignment(), (64, 36), RECOMMENDED, progress=lambda *at: told.append(at), tile=32)
-    assert told == sorted(told)
-    assert {total for _, total in told} == {4 * 16}
-    assert told[-1] == (64, 64)
+def test_progress_ends_with_its_total(renderer: Renderer) -> None:
+    calls: list[tuple[int, int]] = []
+    renderer.render(scenes.assignment(), (64, 36), RECOMMENDED, progress=lambda *at: calls.append(at), tile=32)
+    assert calls == sorted(calls)
+    assert {total for _, total in calls} == {4 * 16}
+    assert calls[-1] == (64, 64)
 
 
 @pytest.mark.gl
-def test_the_command_line_says_it_in_the_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_line_stores_the_setting_and_the_samples_in_the_picture(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     options = "--size", "64x36", "--samples", "16", "--adaptive", "0.01"
     assert main(["render", "assignment", "-o", str(tmp_path / "a.png"), *options]) == 0
     assert b"adaptive=0.01" in (tmp_path / "a.png").read_bytes()
@@ -148,7 +150,7 @@ def test_the_command_line_says_it_in_the_picture(tmp_path: Path, capsys: pytest.
 
 
 @pytest.mark.parametrize("wrong", ["0", "-1", "nan", "inf"])
-def test_a_threshold_that_is_none_is_refused(wrong: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_invalid_threshold_is_refused(wrong: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(rt.InputError, match="adaptive: expected a finite number above 0"):
         Settings(adaptive=float(wrong))
     assert main(["render", "assignment", "-o", str(tmp_path / "a.png"), f"--adaptive={wrong}"]) == 2

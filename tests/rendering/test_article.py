@@ -1,4 +1,4 @@
-"""The equations of the article "Microfacet BRDFs from Scratch", by its numbers, of the GLSL that renders."""
+"""Tests of the rendering GLSL against the article "Microfacet BRDFs from Scratch", named by its equation numbers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FACETS = [Material(model, alpha=alpha) for model in ("ggx", "beckmann") for alph
 
 
 def unit(random: np.random.Generator, count: int, least: float = 0.05) -> NDArray[np.float64]:
-    """Random directions whose cosines are at least that."""
+    """Return random directions whose cosines are at least `least`."""
     z = random.uniform(least, 1.0, count)
     phi = random.uniform(0.0, 2.0 * np.pi, count)
     s = np.sqrt(1.0 - z * z)
@@ -37,8 +37,8 @@ def G1(material: Material, cosine: float) -> float:
 
 @pytest.mark.gl
 @pytest.mark.parametrize("material", FACETS, ids=repr)
-def test_ii_and_vi_the_facets_seen_have_the_projected_area(material: Material) -> None:
-    """(ii) A surface of area 1 has the projected area cos(theta_o), and (vi) so have the facets that are seen:
+def test_ii_and_vi_visible_facets_have_the_projected_area(material: Material) -> None:
+    """(ii) A surface of area 1 has the projected area cos(theta_o). (vi) The visible facets have this area, too:
     cos(theta_o) = int G1(wo, m) <wo.m> D(m) dm."""
     for degrees in VIEWS:
         wo = unit_direction(degrees)
@@ -48,7 +48,7 @@ def test_ii_and_vi_the_facets_seen_have_the_projected_area(material: Material) -
 
 
 @pytest.mark.gl
-def test_ii_straight_from_above_all_facets_are_seen() -> None:
+def test_ii_all_facets_are_visible_straight_from_above() -> None:
     """(ii) for theta_o = 0, where nothing is masked: int D(m) <n.m> dm = 1."""
     for material in FACETS:
         m, weights = facing(NORMAL, FINE)
@@ -57,12 +57,15 @@ def test_ii_straight_from_above_all_facets_are_seen() -> None:
 
 
 @pytest.mark.gl
-def test_iv_the_facets_have_more_area_than_the_surface() -> None:
-    """(area) int D(m) dm is the area of the facets, at least that of the surface, 1, and more for rougher ones."""
+def test_iv_facets_have_more_area_than_the_surface() -> None:
+    """(area) int D(m) dm is the area of the facets.
+
+    It is at least 1, the area of the surface, and grows with roughness.
+    """
     m, weights = facing(NORMAL, FINE)
     areas = [float(weights @ D(Material("beckmann", alpha=alpha), m)) for alpha in (1e-3, 0.1, 0.3, 1.0)]
     assert areas[0] == pytest.approx(1.0, abs=1e-4) and areas == sorted(areas)
-    # Of Gaussian slopes: the mean of sqrt(1 + s^2), s^2 exponential with mean alpha^2.
+    # With Gaussian slopes the area is the mean of sqrt(1 + s^2), where s^2 is exponential with the mean alpha^2.
     x, w = np.polynomial.laguerre.laggauss(100)
     assert areas[3] == pytest.approx(float(w @ np.sqrt(1.0 + x)), rel=1e-4)
 
@@ -71,7 +74,7 @@ def test_iv_the_facets_have_more_area_than_the_surface() -> None:
 def test_ix_visible_normals_are_a_distribution() -> None:
     """(ix) D_wo(m) = G1(wo, m) D(m) <wo.m> / cos(theta_o) is never negative, and its integral is 1.
 
-    The article adds that it is between 0 and 1; it is a density, which is above 1 where facets are alike.
+    The article states that D_wo is between 0 and 1. It is a density, however, and exceeds 1 for similar facets.
     """
     for material in FACETS:
         for degrees in VIEWS:
@@ -86,13 +89,13 @@ def test_ix_visible_normals_are_a_distribution() -> None:
 @pytest.mark.gl
 @pytest.mark.parametrize("material", FACETS, ids=repr)
 def test_the_weak_white_furnace_is_white(material: Material) -> None:
-    """(vi) over light, by the Jacobian (xx): int G1 D / (4 cos(theta_o)) dwi = 1 (Heitz 2014)."""
-    found = facets(material)
-    assert found.error < 1e-4 and found.furnace < 1e-3 and found.normals < 1e-4
+    """(vi) integrated over light directions, by the Jacobian (xx): int G1 D / (4 cos(theta_o)) dwi = 1 (Heitz 2014)."""
+    measured = facets(material)
+    assert measured.error < 1e-4 and measured.furnace < 1e-3 and measured.normals < 1e-4
 
 
-def test_xx_the_jacobian_of_the_halfway_vector() -> None:
-    """(xx) dwh / dwo = 1 / (4 |wo.wh|), by central differences in the plane square to each direction."""
+def test_xx_is_the_jacobian_of_the_halfway_vector() -> None:
+    """(xx) dwh / dwo = 1 / (4 |wo.wh|), by central differences in the plane perpendicular to each direction."""
     random = np.random.default_rng(3)
     step = 1e-5
     for wi, wo in zip(unit(random, 200), unit(random, 200), strict=True):
@@ -113,8 +116,11 @@ def test_xx_the_jacobian_of_the_halfway_vector() -> None:
 @pytest.mark.gl
 @pytest.mark.parametrize("masking", ["correlated", "separable"])
 @pytest.mark.parametrize("model", ["ggx", "beckmann"])
-def test_xxii_the_specular_reflectance_is_of_its_factors(model: str, masking: str) -> None:
-    """(xxii) F G D / (4 |n.wi| |n.wo|), of D and G1 asked one by one; G is Smith's, not the printed G1(wi, wo, wh)."""
+def test_xxii_the_specular_reflectance_is_the_product_of_its_factors(model: str, masking: str) -> None:
+    """(xxii) F G D / (4 |n.wi| |n.wo|), from separate calls of D and G1.
+
+    G is Smith's, not the printed G1(wi, wo, wh).
+    """
     material = Material(model, alpha=0.3, f0=(0.1, 0.5, 1.0), masking=masking)
     random = np.random.default_rng(4)
     wi, wo = unit(random, 300), unit(random, 300)
@@ -122,15 +128,15 @@ def test_xxii_the_specular_reflectance_is_of_its_factors(model: str, masking: st
     F = np.array(material.f0) + (1.0 - np.array(material.f0)) * (1.0 - np.sum(wo * h, axis=1, keepdims=True)) ** 5
     gi, go = (w[:, 2] / call(f"{model}Slope", material, w[:, 2]).astype(float) for w in (wi, wo))
     G = gi * go if masking == "separable" else 1.0 / (1.0 / gi + 1.0 / go - 1.0)
-    right = F * (G * D(material, h) / (4.0 * wi[:, 2] * wo[:, 2]))[:, None] * wi[:, 2:]
-    np.testing.assert_allclose(evaluate(material, wi, wo), right, rtol=2e-5, atol=1e-20)
+    expected = F * (G * D(material, h) / (4.0 * wi[:, 2] * wo[:, 2]))[:, None] * wi[:, 2:]
+    np.testing.assert_allclose(evaluate(material, wi, wo), expected, rtol=2e-5, atol=1e-20)
 
 
 @pytest.mark.gl
-def test_xxii_times_the_jacobian_reflects_what_the_facets_do() -> None:
-    """(xvii) to (xxii): with F = 1 and nothing lost below the horizon, smooth facets reflect all that they get."""
-    found = measure_material(Material("beckmann", alpha=1e-3, f0=1.0), (0.0, 30.0, 60.0))
-    assert [a.value for a in found.albedos] == pytest.approx([1.0] * 3, abs=1e-3)
+def test_xxii_reflects_all_light_from_smooth_facets() -> None:
+    """(xvii) to (xxii): smooth facets with F = 1, and without losses below the horizon, reflect all light."""
+    measured = measure_material(Material("beckmann", alpha=1e-3, f0=1.0), (0.0, 30.0, 60.0))
+    assert [a.value for a in measured.albedos] == pytest.approx([1.0] * 3, abs=1e-3)
 
 
 @pytest.mark.gl
@@ -141,34 +147,37 @@ def test_xxiii_has_a_closed_form_straight_from_above(alpha: float) -> None:
     pi f = rho (1 - alpha^2 / sqrt(b) asinh(sqrt(b) / alpha)) / b.
     """
     b = 1.0 - alpha * alpha
-    right = (1.0 - alpha * alpha / math.sqrt(b) * math.asinh(math.sqrt(b) / alpha)) / b
-    found = evaluate(Material("diffuse_microfacet", rho=1.0, alpha=alpha, nodes=512), NORMAL, NORMAL)
-    assert math.pi * float(found[0, 0]) == pytest.approx(right, rel=1e-3)
+    expected = (1.0 - alpha * alpha / math.sqrt(b) * math.asinh(math.sqrt(b) / alpha)) / b
+    measured = evaluate(Material("diffuse_microfacet", rho=1.0, alpha=alpha, nodes=512), NORMAL, NORMAL)
+    assert math.pi * float(measured[0, 0]) == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize(("alpha", "right"), [(0.3, 0.9600), (0.6, 0.8753), (1.0, 0.7579)])
-def test_xxiii_of_beckmanns_facets_straight_from_above(alpha: float, right: float) -> None:
-    """(xxiii) for wi = wo = n and Gaussian slopes: rho E[cos] of them, an exponential integral."""
+@pytest.mark.parametrize(("alpha", "expected"), [(0.3, 0.9600), (0.6, 0.8753), (1.0, 0.7579)])
+def test_xxiii_is_the_mean_cosine_of_beckmanns_facets_straight_from_above(alpha: float, expected: float) -> None:
+    """(xxiii) for wi = wo = n and Gaussian slopes: rho E[cos] over the facets, an exponential integral."""
     material = Material("diffuse_microfacet", rho=1.0, alpha=alpha, distribution="beckmann", nodes=512)
     x, w = np.polynomial.laguerre.laggauss(120)
-    # E[cos], x the square of a slope over alpha.
-    assert float(w @ (1.0 / np.sqrt(1.0 + alpha**2 * x))) == pytest.approx(right, abs=5e-5)
-    assert math.pi * float(evaluate(material, NORMAL, NORMAL)[0, 0]) == pytest.approx(right, rel=1e-3)
+    # E[cos], with x the square of a slope over alpha^2.
+    assert float(w @ (1.0 / np.sqrt(1.0 + alpha**2 * x))) == pytest.approx(expected, abs=5e-5)
+    assert math.pi * float(evaluate(material, NORMAL, NORMAL)[0, 0]) == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.gl
-def test_xxiii_of_smooth_facets_is_lambert() -> None:
-    """(xxiii) with D a delta at n: 1/pi, wherever light and viewer are."""
+def test_xxiii_is_lambert_for_smooth_facets() -> None:
+    """(xxiii) with D a delta function at n: f = 1/pi for all directions of light and viewer."""
     random = np.random.default_rng(5)
     wi, wo = unit(random, 100, 0.2), unit(random, 100, 0.2)
-    found = evaluate(Material("diffuse_microfacet", rho=1.0, alpha=1e-3), wi, wo) / wi[:, 2:]
-    np.testing.assert_allclose(math.pi * found, 1.0, atol=1e-3)
+    measured = evaluate(Material("diffuse_microfacet", rho=1.0, alpha=1e-3), wi, wo) / wi[:, 2:]
+    np.testing.assert_allclose(math.pi * measured, 1.0, atol=1e-3)
 
 
 @pytest.mark.gl
-def test_lambertian_one_over_pi() -> None:
-    """(Lambertian) BRDF = 1/pi reflects all: int cos(theta) dw over the hemisphere is pi, with (dw) sin dphi dtheta."""
+def test_a_lambertian_brdf_of_one_over_pi_reflects_all_light() -> None:
+    """(Lambertian) BRDF = 1/pi reflects all light: the integral of cos(theta) over the hemisphere is pi.
+
+    By (dw), a solid angle is dw = sin(theta) dphi dtheta.
+    """
     wo, weights = polar(NORMAL, FINE)
     assert weights @ wo[:, 2] == pytest.approx(math.pi, rel=1e-6)
     wi = unit_direction(40.0)

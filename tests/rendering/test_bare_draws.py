@@ -1,4 +1,4 @@
-"""Bare draws, which the benchmarks compare users' calls with: they make the same picture."""
+"""Bare draws, the floor of users' calls in the benchmarks, make the same pictures as render()."""
 
 from contextlib import closing
 
@@ -16,7 +16,7 @@ SIZE = (160, 90)
 
 
 @pytest.mark.parametrize("settings", [rt.Settings(), rt.Settings(samples=5), rt.Settings(samples=16, adaptive=0.05)])
-def test_draws_that_are_played_again_make_the_picture_of_render(renderer: Renderer, settings: rt.Settings) -> None:
+def test_replayed_draws_make_the_picture_of_render(renderer: Renderer, settings: rt.Settings) -> None:
     scene = scenes.assignment()
     wanted = renderer.render(scene, SIZE, settings)
     with closing(BareDraws(renderer.device, scene, settings, SIZE)) as bare:
@@ -28,7 +28,7 @@ def test_draws_that_are_played_again_make_the_picture_of_render(renderer: Render
             assert np.array_equal(sums, wanted.radiance)
 
 
-def test_calls_of_a_block_are_recorded_and_none_after_it(renderer: Renderer) -> None:
+def test_only_calls_within_the_block_are_recorded(renderer: Renderer) -> None:
     play = DrawPlayer.play
     with recorded() as calls:
         renderer.render(scenes.assignment(), SIZE, rt.Settings(samples=2), geometry=False)

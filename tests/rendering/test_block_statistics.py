@@ -1,4 +1,4 @@
-"""The statistics of blocks while samples are added, and the variance of a pixel's samples."""
+"""The error statistics of blocks while samples are added, and the variance of a pixel's samples."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def measured(moved: float, most: float) -> np.ndarray:
     return np.full((4, 4, 2), (moved, most), np.float32)
 
 
-def test_the_error_is_that_of_the_last_movement_and_falls_as_that_of_independent_samples() -> None:
+def test_the_error_follows_the_last_movement_and_falls_like_independent_samples() -> None:
     statistics = after_look(before_any_look((4, 4)), 8, measured(48.0, 1.0), ALL)
     for n in (8, 16):
         samples = np.full((4, 4), n, np.int32)
@@ -29,7 +29,7 @@ def test_the_error_is_that_of_the_last_movement_and_falls_as_that_of_independent
         assert statistics.rmse(samples, WHOLE, 256) == pytest.approx(rmse)
 
 
-def test_a_look_leaves_the_statistics_before_and_those_of_blocks_that_are_not_active() -> None:
+def test_a_look_keeps_earlier_statistics_and_inactive_blocks() -> None:
     first = after_look(before_any_look((4, 4)), 4, measured(1.0, 3.0), ALL)
     active = ALL.copy()
     active[0] = False
@@ -40,7 +40,7 @@ def test_a_look_leaves_the_statistics_before_and_those_of_blocks_that_are_not_ac
         assert np.unique(values[0]).tolist() == [old] and np.unique(values[1:]).tolist() == [new]
 
 
-def test_a_part_of_a_picture_says_its_worst_place() -> None:
+def test_the_estimate_of_a_part_has_its_worst_place() -> None:
     measurements = measured(1.0, 1.0)
     measurements[3, 1] = 4.0, 4.0
     statistics = after_look(before_any_look((4, 4)), 8, measurements, ALL)
@@ -57,8 +57,8 @@ def test_a_part_of_a_picture_says_its_worst_place() -> None:
 
 
 @pytest.mark.gl
-def test_the_variance_of_a_pixels_samples_is_that_of_its_values(renderer: Renderer) -> None:
-    # Blocks of 4 x 4 pixels with 5 samples each, but for one with 3, and a cell in which nothing is to be seen.
+def test_the_variance_of_a_pixels_samples_equals_the_variance_of_its_values(renderer: Renderer) -> None:
+    # Blocks of 4 x 4 pixels with 5 samples each, except one with 3, and an empty cell on the right.
     counts = np.full((4, 8), 5, np.int32)
     counts[1, 2] = 3
     values = np.random.default_rng(1).uniform(0, 2, (5, 16, 32, 3)).astype(np.float32)
@@ -73,8 +73,8 @@ def test_the_variance_of_a_pixels_samples_is_that_of_its_values(renderer: Render
         player.add_texture("radiance", (32, 16), 4)
         player.write("radiance", sums)
         measurements = BlockMeasurements(renderer.device, player, (32, 16))
-        chosen, alike = (measurements.variance(area, cells, samples) for samples in (counts, 5))
+        chosen, uniform = (measurements.variance(area, cells, samples) for samples in (counts, 5))
         player.close()
     np.testing.assert_allclose(chosen, truth, rtol=1e-4)
     same = counts.repeat(4, axis=0).repeat(4, axis=1) == 5
-    np.testing.assert_allclose(alike[same], truth[same], rtol=1e-4)
+    np.testing.assert_allclose(uniform[same], truth[same], rtol=1e-4)

@@ -1,4 +1,4 @@
-"""The rough and the empirical reflectance models: the GPU's float32 against float64, and facts from the literature."""
+"""Rough and empirical reflectance models: the GPU against float64, and against facts from the literature."""
 
 from typing import Any
 
@@ -18,22 +18,23 @@ from raytracer.scene.materials.models import MODELS
 Array = NDArray[np.float64]
 pytestmark = pytest.mark.gl
 
-# Where both cosines are above this, the two agree to MOST, in the median to MEDIAN.
+# Where both cosines are above GRAZING, the GPU and float64 agree to MOST, and in the median to MEDIAN.
 GRAZING, MOST, MEDIAN = 1e-3, 1e-4, 1e-6
-# Values below, far down the flank of a highlight, have lost digits to its exponent.
+# Smaller values, far down the flank of a highlight, have lost digits to the exponent.
 SMALLEST = 1e-12
 
 
 def direction(cosine: Any, azimuth: Any) -> Array:
-    """Unit vectors, around +z."""
+    """Return unit vectors in polar coordinates around +z."""
     cosine, azimuth = np.broadcast_arrays(np.asarray(cosine, float), np.asarray(azimuth, float))
     sine = np.sqrt((1 - cosine) * (1 + cosine))
     return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine], axis=-1)
 
 
 def pairs(count: int, seed: int = 0) -> tuple[Array, Array]:
-    """Directions of the light and of the viewer, as float32 holds them: anywhere, grazing, along the normal, near the
-    mirror direction, and back to the light.
+    """Return directions of the light and of the viewer that are exact in float32.
+
+    They are anywhere, grazing, along the normal, near the mirror direction, and back to the light.
     """
     rng = np.random.default_rng(seed)
     wi, wo = (
@@ -54,13 +55,13 @@ def pairs(count: int, seed: int = 0) -> tuple[Array, Array]:
 
 
 def rounded(vectors: Array) -> Array:
-    """What float32 holds, of length 1 again."""
-    found = vectors.astype(np.float32).astype(float)
-    return found / np.linalg.norm(found, axis=-1, keepdims=True)
+    """Round vectors to float32, and normalise them again."""
+    single = vectors.astype(np.float32).astype(float)
+    return single / np.linalg.norm(single, axis=-1, keepdims=True)
 
 
 def material(model: str, **parameters: Any) -> Material:
-    """A material whose numbers float32 holds."""
+    """Return a material whose numbers are rounded to float32."""
     exact = lambda v: float(np.float32(v)) if isinstance(v, float) else v  # noqa: E731
     values: dict[str, Any] = {}
     for name, value in {**Material(model, **parameters).parameters, **parameters}.items():
@@ -74,32 +75,36 @@ def reference(m: Material, wi: Array, wo: Array) -> Array:
 
 
 def errors(m: Material, count: int = 2000) -> Array:
-    """The relative errors of the GPU's answers."""
+    """Return the relative errors of the GPU's values."""
     wi, wo = pairs(count)
     expected = reference(m, wi, wo)
-    found = brdf.evaluate(m, wi, wo)
-    assert np.isfinite(found).all() and (found >= 0).all()
-    of = expected > SMALLEST
-    assert (found[~of] <= 2 * SMALLEST).all()
-    return np.abs(found - expected)[of] / expected[of]
+    values = brdf.evaluate(m, wi, wo)
+    assert np.isfinite(values).all() and (values >= 0).all()
+    counts = expected > SMALLEST
+    assert (values[~counts] <= 2 * SMALLEST).all()
+    return np.abs(values - expected)[counts] / expected[counts]
 
 
 def assert_agrees(m: Material, count: int = 2000) -> None:
-    found = errors(m, count)
-    assert np.median(found) <= MEDIAN and found.max() <= MOST, (m, np.median(found), found.max())
+    relative_errors = errors(m, count)
+    assert np.median(relative_errors) <= MEDIAN and relative_errors.max() <= MOST, (
+        m,
+        np.median(relative_errors),
+        relative_errors.max(),
+    )
 
 
 def assert_finite(m: Material) -> None:
-    """Finite and not negative at the horizon, at the poles, in the mirror's direction and back to the light."""
+    """Check values at the horizon, at the poles, in the mirror direction and back to the light."""
     cosines = np.array([1.0, 0.9999999, 0.5, 1e-3, 1e-5, 1e-7, 1e-20, 0.0])
     azimuths = np.array([0.0, 1e-7, 1.0, np.pi / 2, np.pi - 1e-7, np.pi])
     i, o, a = (x.ravel() for x in np.meshgrid(cosines[:-1], cosines, azimuths))
-    found = brdf.evaluate(m, direction(i, 0.0 * a), direction(o, a))
-    assert np.isfinite(found).all() and (found >= 0).all(), m
+    values = brdf.evaluate(m, direction(i, 0.0 * a), direction(o, a))
+    assert np.isfinite(values).all() and (values >= 0).all(), m
 
 
 def extremes(model: str) -> list[Material]:
-    """The default, and each number and colour at the ends of its range."""
+    """Return the default material, and one material for each end of the range of each number and colour."""
     default = Material(model)
     ends = [
         default.replace(**{name: end})
@@ -111,7 +116,7 @@ def extremes(model: str) -> list[Material]:
 
 
 def albedo(m: Material, cosine: float, nodes: int = 400) -> Array:
-    """Of light from everywhere, what goes towards a viewer at that cosine: in float64, by quadrature over the light."""
+    """Return the share of uniform light that is reflected towards a viewer, by quadrature over the light in float64."""
     x, w = np.polynomial.legendre.leggauss(nodes)
     theta, phi = np.meshgrid((x + 1) * np.pi / 4, (x + 1) * np.pi / 2, indexing="ij")
     weights = np.multiply.outer(w, w) * np.pi / 4 * np.pi / 2 * np.sin(theta) * 2
@@ -126,15 +131,15 @@ def assert_reciprocal(m: Material, tolerance: float = 1e-5) -> None:
 
 
 def call(function: str, m: Material, *arguments: Any) -> Any:
-    """A function of the files that the material's model needs; a str in `arguments` stands for the material."""
+    """Call a GLSL function of the material's model. A str in `arguments` stands for the material."""
     layout = make_layout([m])
     generated = {
         "materials.glsl": materials.material_text(layout),
         "top.glsl": "\n".join(['#include "materials.glsl"', *materials.reflected_text(layout)]),
     }
     data = struct(layout, m, glsl.struct_dtype("Material", "top.glsl", generated))
-    given = [data if isinstance(argument, str) else argument for argument in arguments]
-    return glsl.call(function, *given, generated=generated, file="top.glsl")
+    passed = [data if isinstance(argument, str) else argument for argument in arguments]
+    return glsl.call(function, *passed, generated=generated, file="top.glsl")
 
 
 def three(value: float) -> tuple[float, float, float]:
@@ -156,7 +161,7 @@ EMPIRICAL = [
     ),
     material("lafortune", lobes=()),
 ]
-# The first lobes of brushed metal and of house paint (Lafortune et al. 1997, as Cornell had them), over their largest.
+# The first lobes of brushed metal and of house paint (Lafortune et al. 1997, from Cornell), over their largest value.
 LOBES = (
     Lobe(three(-1.0), (0.90539, 0.90723, 0.91143), (15.8708, 15.6489, 15.4571), scale=(5.92, 5.76, 5.79)),
     Lobe(three(-1.0), (0.66020, 0.62230, 0.57820), (111.267, 88.9222, 65.2179), scale=(325.0, 250.0, 190.0)),
@@ -165,7 +170,7 @@ LOBES = (
 
 
 def stored(lobes: tuple[Lobe, ...]) -> tuple[Lobe, ...]:
-    """The same with numbers that float32 holds."""
+    """Round the numbers of lobes to float32."""
     exact = lambda values: tuple(float(np.float32(v)) for v in values) if values else None  # noqa: E731
     return tuple(Lobe(*(exact(getattr(lobe, name)) for name in ("cx", "cz", "n", "cy", "scale"))) for lobe in lobes)
 
@@ -202,12 +207,12 @@ def test_the_gpu_agrees_with_float64(m: Material) -> None:
 @pytest.mark.parametrize("masking", ["correlated", "separable"])
 @pytest.mark.parametrize("distribution", ["ggx", "beckmann"])
 @pytest.mark.parametrize("alpha", [2e-4, 0.03, 0.3, 1.0])
-def test_the_gpu_agrees_with_the_same_quadrature_in_float64(alpha: float, distribution: str, masking: str) -> None:
+def test_the_gpu_agrees_with_float64_for_the_same_quadrature(alpha: float, distribution: str, masking: str) -> None:
     assert_agrees(material("diffuse_microfacet", alpha=alpha, distribution=distribution, masking=masking), 200)
 
 
 @pytest.mark.parametrize("nodes", [40, 512, 4096])
-def test_a_quadrature_of_any_size_is_summed_exactly(nodes: int) -> None:
+def test_the_gpu_agrees_for_any_number_of_nodes(nodes: int) -> None:
     assert_agrees(material("diffuse_microfacet", nodes=nodes), 50)
 
 
@@ -234,12 +239,12 @@ def test_a_model_is_finite_at_the_ends_of_its_ranges_and_at_the_horizon(model: s
     ],
     ids=repr,
 )
-def test_several_ends_of_ranges_together_are_finite(m: Material) -> None:
+def test_combinations_of_extreme_parameters_are_finite(m: Material) -> None:
     assert_finite(m)
 
 
-def test_strauss_f_and_g_are_those_of_angles() -> None:
-    """F rises from 0 to 1 and G falls from 1 to 0, over angles: of a cosine they would be the other way round."""
+def test_strauss_f_and_g_are_functions_of_angles() -> None:
+    """F rises from 0 to 1 and G falls from 1 to 0 with the angle. As functions of the cosine they would be reversed."""
     m = Material("strauss")
     x = np.array([0.0, 0.5, 0.9, 1.0], np.float32)
     assert call("straussF", m, x, 1 - x, 1.12) == pytest.approx([0, 0.0263, 0.2894, 1], abs=5e-5)
@@ -254,8 +259,8 @@ def test_strauss_metal_has_a_coloured_highlight_and_plastic_a_white_one() -> Non
 
 
 @pytest.mark.parametrize("n", [1.0, 10.0, 1e4])
-def test_a_lafortune_lobe_is_phongs(n: float) -> None:
-    """Cx = Cy = -Cz = -((n + 2) / 2 pi)^(1/n): a lobe (n + 2) / 2 pi (R.V)^n."""
+def test_a_lafortune_lobe_can_equal_phongs_lobe(n: float) -> None:
+    """Cx = Cy = -Cz = -((n + 2) / 2 pi)^(1/n) makes the lobe (n + 2) / 2 pi (R.V)^n."""
     c = ((n + 2) / (2 * np.pi)) ** (1 / n)
     m = Material("lafortune", rho=0, lobes=[{"cx": -c, "cz": c, "n": n}])
     wi, wo = pairs(500)
@@ -264,7 +269,7 @@ def test_a_lafortune_lobe_is_phongs(n: float) -> None:
     assert brdf.evaluate(m, wi, wo)[:, 0] == pytest.approx(expected, rel=2e-5, abs=1e-7)
 
 
-def test_a_tangent_a_quarter_turn_on_swaps_cx_and_cy() -> None:
+def test_a_quarter_turn_of_the_tangent_swaps_cx_and_cy() -> None:
     lobe = Lobe((-1.0, 0.5, 0.25), three(0.75), three(4.0), (-0.5, 0.25, -1.0))
     swapped = Lobe(lobe.cy, lobe.cz, lobe.n, lobe.cx)
     wi, wo = pairs(200)
@@ -275,19 +280,20 @@ def test_a_tangent_a_quarter_turn_on_swaps_cx_and_cy() -> None:
 
 @pytest.mark.parametrize("m", [*ROUGH, *WAVES[:4]], ids=repr)
 def test_the_model_is_reciprocal(m: Material) -> None:
-    if m.model != "lafortune" or m.tangent != (0.0, 0.0, 2.0):  # else the tangent is the light's
+    # With a tangent along the normal, the direction of the light replaces the tangent.
+    if m.model != "lafortune" or m.tangent != (0.0, 0.0, 2.0):
         assert_reciprocal(m, 1e-4)
 
 
 def test_oren_nayar_without_roughness_is_lambert() -> None:
     wi, wo = pairs(200)
     for form in ("full", "short"):
-        found = brdf.evaluate(Material("oren_nayar", sigma=0, rho=0.5, form=form), wi, wo)
-        assert found == pytest.approx(np.repeat(0.5 / np.pi * wi[:, 2:], 3, axis=1), rel=1e-6)
+        values = brdf.evaluate(Material("oren_nayar", sigma=0, rho=0.5, form=form), wi, wo)
+        assert values == pytest.approx(np.repeat(0.5 / np.pi * wi[:, 2:], 3, axis=1), rel=1e-6)
 
 
-def test_oren_nayars_albedos() -> None:
-    """For rho = 1 and sigma = 0.3 and 1 rad: the full form sends more than all back where it grazes."""
+def test_oren_nayar_has_the_known_albedos() -> None:
+    """For rho = 1 and sigma = 0.3 and 1 rad. The full form reflects more than all light at grazing angles."""
     for sigma, form, cosine, expected in (
         (0.3, "full", 0.1, 1.027),
         (0.3, "short", 0.1, 0.998),
@@ -298,8 +304,8 @@ def test_oren_nayars_albedos() -> None:
         assert albedo(m, cosine)[0] == pytest.approx(expected, abs=6e-4)
 
 
-def test_the_full_form_of_a_large_sigma_is_below_zero_where_it_is_taken_as_zero() -> None:
-    """Both directions graze, opposite to each other: the paper's C1 + cos(phi) C2 tan(beta) + ... changes its sign."""
+def test_negative_values_of_the_full_form_are_clamped_to_zero() -> None:
+    """For opposite grazing directions the paper's C1 + cos(phi) C2 tan(beta) + ... changes its sign."""
     m = Material("oren_nayar", sigma=90)
     wi, wo = direction([0.01], 0), direction([0.01], np.pi)
     assert (brdf.evaluate(m, wi, wo) == 0).all() and (reference(m, wi, wo) == 0).all()
@@ -308,11 +314,11 @@ def test_the_full_form_of_a_large_sigma_is_below_zero_where_it_is_taken_as_zero(
 
 @pytest.mark.parametrize("r", [0.1, 0.5, 1.0])
 @pytest.mark.parametrize("cosine", [1.0, 0.5, 0.1, 0.01])
-def test_white_eon_sends_back_all(r: float, cosine: float) -> None:
+def test_white_eon_reflects_all_light(r: float, cosine: float) -> None:
     assert albedo(Material("eon", roughness=r, rho=1), cosine) == pytest.approx(1, abs=1e-6)
 
 
-def test_eons_albedo_without_light_between_facets() -> None:
+def test_eons_albedo_without_interreflection_has_the_known_values() -> None:
     assert rough_surfaces.eon_mean_albedo(1.0) == pytest.approx(0.83281, abs=5e-6)
     assert rough_surfaces.eon_albedo(np.array([0.0]), 1.0) == pytest.approx(0.77652, abs=5e-6)
 
@@ -327,20 +333,20 @@ def test_lambertian_ggx_facets_have_a_closed_form_at_normal_incidence(alpha: flo
 
 
 @pytest.mark.parametrize(("alpha", "expected"), [(0.3, 0.9600), (0.6, 0.8753), (1.0, 0.7579)])
-def test_lambertian_beckmann_facets_at_normal_incidence(alpha: float, expected: float) -> None:
+def test_lambertian_beckmann_facets_have_the_known_values_at_normal_incidence(alpha: float, expected: float) -> None:
     assert integral("beckmann", alpha, NORMAL, NORMAL) * np.pi == pytest.approx(expected, abs=3e-4)
     m = Material("diffuse_microfacet", alpha=alpha, rho=1, distribution="beckmann", nodes=2048)
     assert brdf.evaluate(m, NORMAL, NORMAL)[0] * np.pi == pytest.approx(expected, abs=3e-4)
 
 
 def integral(distribution: str, alpha: float, wi: Array, wo: Array) -> Array:
-    """f cos(theta_i) of white Lambertian facets, to 1e-6, for cosines above 0.02."""
+    """Return f cos(theta_i) of white Lambertian facets, exact to 1e-6 for cosines above 0.02."""
     m = Material("diffuse_microfacet", alpha=alpha, distribution=distribution, rho=1)
     return rough_surfaces.diffuse_microfacet_integral(m, np.broadcast_to(NORMAL, wi.shape), wi, wo)[:, 0]
 
 
-def test_the_integral_is_that_of_a_plain_sum_over_normals() -> None:
-    """Equation xxiii over theta and phi, with no substitution, where both cosines are large."""
+def test_the_integral_equals_a_plain_sum_over_normals() -> None:
+    """Sum equation xxiii over theta and phi, without substitution, where both cosines are large."""
     alpha, wi, wo = 0.5, direction([0.8], 0.3), direction([0.6], 2.0)
     x, w = np.polynomial.legendre.leggauss(1000)
     theta, phi = (x + 1) * np.pi / 4, 2 * np.pi * np.arange(1000) / 1000
@@ -355,13 +361,15 @@ def test_the_integral_is_that_of_a_plain_sum_over_normals() -> None:
 
 @pytest.mark.parametrize(("distribution", "alpha"), [("ggx", 0.1), ("ggx", 0.6), ("beckmann", 0.3), ("beckmann", 1.0)])
 @pytest.mark.parametrize(("nodes", "median", "most"), [(64, 5e-2, 5e-1), (128, 2e-3, 3e-2), (512, 2e-4, 2e-3)])
-def test_the_error_of_the_quadrature(distribution: str, alpha: float, nodes: int, median: float, most: float) -> None:
-    """What diffuse_microfacet.glsl says of its nodes."""
+def test_the_error_of_the_quadrature_is_within_the_documented_bounds(
+    distribution: str, alpha: float, nodes: int, median: float, most: float
+) -> None:
+    """The errors that diffuse_microfacet.glsl states for its numbers of nodes."""
     rng = np.random.default_rng(3)
     wi, wo = (direction(rng.uniform(0.02, 1, 60), rng.uniform(0, 2 * np.pi, 60)) for _ in range(2))
     m = Material("diffuse_microfacet", alpha=alpha, distribution=distribution, nodes=nodes, rho=1)
-    found = np.abs(brdf.evaluate(m, wi, wo)[:, 0] / integral(distribution, alpha, wi, wo) - 1)
-    assert np.median(found) <= median and found.max() <= most
+    relative_errors = np.abs(brdf.evaluate(m, wi, wo)[:, 0] / integral(distribution, alpha, wi, wo) - 1)
+    assert np.median(relative_errors) <= median and relative_errors.max() <= most
 
 
 @pytest.mark.parametrize("masking", ["correlated", "separable"])
@@ -372,31 +380,35 @@ def test_lambertian_facets_are_reciprocal_to_rounding(distribution: str, masking
 
 def test_flat_lambertian_facets_are_lambert() -> None:
     wi, wo = (direction(np.array([0.9, 0.2, 0.5]), azimuth) for azimuth in (0.0, 2.0))
-    found = brdf.evaluate(Material("diffuse_microfacet", alpha=1e-4, rho=0.5), wi, wo)
-    assert found[:, 0] == pytest.approx(0.5 / np.pi * wi[:, 2], rel=1e-3)
+    values = brdf.evaluate(Material("diffuse_microfacet", alpha=1e-4, rho=0.5), wi, wo)
+    assert values[:, 0] == pytest.approx(0.5 / np.pi * wi[:, 2], rel=1e-3)
 
 
 def test_hes_sum_of_64_terms_is_the_whole_series() -> None:
-    """Up to g = 1e6, whose largest terms are about the millionth; the paper's series would need all before them."""
+    """For g up to 1e6 the largest terms are about the millionth.
+
+    The paper's series would need all terms before them.
+    """
     rng = np.random.default_rng(0)
     g = np.float32(10 ** rng.uniform(-7, 6, 100))
     b = np.float32(g * 10 ** rng.uniform(-2, 1, 100))
     expected = rough_surfaces.he_series(g.astype(float), b.astype(float)) / g
-    found = call("heSum", Material("he"), g, b, 64.0)
-    of = expected * g > 1e-12
-    assert found[of] == pytest.approx(expected[of], rel=5e-6) and of.sum() > 50
+    sums = call("heSum", Material("he"), g, b, 64.0)
+    counts = expected * g > 1e-12
+    assert sums[counts] == pytest.approx(expected[counts], rel=5e-6) and counts.sum() > 50
 
 
 def test_hes_printed_products_of_polarisations_are_one() -> None:
-    """The float64 reference has them as printed, the shader has (v.v / v.N)^2: that they agree is tested above; that
-    f at L = V = N is the Fresnel factor over 4 pi alpha^2, and not a quarter of it, is their limit.
+    """The float64 reference has the printed products, and the shader has (v.v / v.N)^2; tests above compare the two.
+
+    In the limit, f at L = V = N is the Fresnel factor over 4 pi alpha^2, and not a quarter of it.
     """
     alpha = 0.2
     m = Material("he", sigma0=100, tau=2 * 100 / alpha, f0=1)
     assert brdf.evaluate(m, NORMAL, NORMAL)[0] == pytest.approx(1 / (4 * np.pi * alpha**2), rel=1e-5)
 
 
-def test_he_of_a_very_rough_surface_is_geometric_optics_of_beckmanns_distribution() -> None:
+def test_he_tends_to_geometric_optics_with_beckmanns_distribution_on_very_rough_surfaces() -> None:
     alpha = 0.2
     m = Material("he", sigma0=100, tau=2 * 100 / alpha, f0=0.8)
     rng = np.random.default_rng(1)
@@ -405,7 +417,7 @@ def test_he_of_a_very_rough_surface_is_geometric_optics_of_beckmanns_distributio
     tan2 = 1 / H[:, 2] ** 2 - 1
     D = np.exp(-tan2 / alpha**2) / (np.pi * alpha**2 * H[:, 2] ** 4)
     F = 0.8 + 0.2 * (1 - np.sum(wi * H, axis=-1)) ** 5
-    # Shadowing at these angles is 1 to 1e-3.
+    # The shadowing factor at these angles is 1, with an error of 1e-3.
     assert brdf.evaluate(m, wi, wo)[:, 0] == pytest.approx(F * D / (4 * wo[:, 2]), rel=3e-3)
 
 
@@ -422,7 +434,7 @@ def test_hes_mirrored_part_agrees_with_float64() -> None:
         assert mirrored(m, cosines) == pytest.approx(expected, rel=2e-5, abs=1e-12)
 
 
-def test_a_smooth_he_surface_is_a_mirror_and_a_rough_one_mirrors_nothing() -> None:
+def test_a_smooth_he_surface_is_a_mirror_and_a_rough_one_has_no_mirrored_part() -> None:
     cosines = np.array([1.0, 0.5, 0.1])
     smooth, rough = (Material("he", sigma0=s, f0=0.5) for s in (0.0, 5.0))
     F = 0.5 + 0.5 * (1 - cosines) ** 5
@@ -433,8 +445,8 @@ def test_a_smooth_he_surface_is_a_mirror_and_a_rough_one_mirrors_nothing() -> No
 
 
 @pytest.mark.parametrize("sigma0", [0.01, 0.03, 0.05, 0.1])
-def test_what_he_does_not_mirror_he_scatters(sigma0: float) -> None:
-    """For F = 1 at normal incidence the two parts are 1 together: the surface's height has phases, and no losses."""
+def test_the_mirrored_and_the_scattered_part_of_he_sum_to_1(sigma0: float) -> None:
+    """For F = 1 at normal incidence the parts sum to 1: the heights of the surface shift phases and lose no light."""
     m = Material("he", sigma0=sigma0, tau=5, f0=1, wavelength=0.55)
     together = mirrored(m, np.array([1.0]))[0, 0] + albedo(m, 1.0, 60)[0]
     assert together == pytest.approx(1, abs=0.02)
@@ -452,20 +464,22 @@ def test_what_he_does_not_mirror_he_scatters(sigma0: float) -> None:
     ids=repr,
 )
 def test_the_gpu_agrees_for_any_normal(m: Material) -> None:
-    """Where the normal is no axis, parts in the surface are differences, off by a rounding: of a lobe narrower than
-    0.01 rad, which is not here, that is more (median 3e-6, most 3e-4 for an exponent of 1e6).
+    """For a normal that is no axis, components in the surface are rounded differences.
+
+    The materials have no lobes narrower than 0.01 rad, for which the error is larger (median 3e-6, at most 3e-4 for an
+    exponent of 1e6).
     """
     wi, wo = pairs(300)
     axes, _ = np.linalg.qr(np.random.default_rng(5).normal(size=(len(wi), 3, 3)))
     N, L, V = (rounded(np.einsum("nij,nj->ni", axes, np.broadcast_to(w, wi.shape))) for w in (NORMAL, wi, wo))
     expected = reflected(m, N, L, V)
-    found = call(m.model, m, "m", *(w.astype(np.float32) for w in (N, L, V)))
-    assert np.isfinite(found).all() and (found >= 0).all()
-    of = (np.minimum(np.sum(N * L, axis=-1), np.sum(N * V, axis=-1))[:, None] > 1e-2) & (expected > 1e-9)
-    error = np.abs(found - expected)[of] / expected[of]
+    values = call(m.model, m, "m", *(w.astype(np.float32) for w in (N, L, V)))
+    assert np.isfinite(values).all() and (values >= 0).all()
+    counts = (np.minimum(np.sum(N * L, axis=-1), np.sum(N * V, axis=-1))[:, None] > 1e-2) & (expected > 1e-9)
+    error = np.abs(values - expected)[counts] / expected[counts]
     assert np.median(error) <= MEDIAN and error.max() <= MOST
 
-    # A viewer below the horizon by what rounding does.
+    # A viewer that rounding puts below the horizon.
     below = rounded(V - (np.sum(N * V, axis=-1) + 1e-7)[:, None] * N).astype(np.float32)
-    found = call(m.model, m, "m", N.astype(np.float32), L.astype(np.float32), below)
-    assert np.isfinite(found).all() and (found >= 0).all()
+    values = call(m.model, m, "m", N.astype(np.float32), L.astype(np.float32), below)
+    assert np.isfinite(values).all() and (values >= 0).all()

@@ -1,4 +1,4 @@
-"""What a picture says of its own error: against closed forms of single pixels, and against converged pictures."""
+"""The stated error of a picture, compared with closed forms of single pixels and with converged pictures."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ Array = NDArray[np.float64]
 
 
 def samples(count: int) -> Array:
-    """(count, pixels, 2): where they lie in pixels, from their centres."""
+    """Return the places of the first samples in each pixel, from the pixel's centre [count, pixels, 2]."""
     return np.array([sample_points(k, SIZE, samples=count).reshape(-1, 2) for k in range(count)]) - 0.5
 
 
 @pytest.mark.parametrize("thickness", [0.02, 0.1, 0.3, 2.0])
-def test_the_last_movement_tells_the_error_of_edges_and_lines_within_30_percent(thickness: float) -> None:
+def test_the_last_movement_estimates_the_error_of_edges_and_lines_within_30_percent(thickness: float) -> None:
     inside, exact = lines(np.random.default_rng(1), thickness)
     points = samples(64)
     for n in (2, 4, 8, 16, 32, 64):
@@ -41,26 +41,26 @@ def test_the_last_movement_tells_the_error_of_edges_and_lines_within_30_percent(
         assert 0.7 < math.sqrt(FACTOR) * moved / error < 1.3, n
 
 
-def met(radius: float, count: int) -> float:
-    """Of discs of that radius in pixels, anywhere, the share that some sample of any pixel meets."""
+def hit_share(radius: float, count: int) -> float:
+    """Return the share of randomly placed discs that at least one sample hits. `radius`: in pixels."""
     rng = np.random.default_rng(2)
     centers = rng.uniform(2, SIZE[0] - 2, (20_000, 2))
     pixels = centers.astype(int)
-    found = np.zeros(len(centers), bool)
+    is_hit = np.zeros(len(centers), bool)
     for k in range(count):
         points = sample_points(k, SIZE, samples=count) + np.stack(np.meshgrid(*map(np.arange, SIZE)), axis=-1)
         for dx, dy in np.ndindex(3, 3):
             near = points[pixels[:, 1] + dy - 1, pixels[:, 0] + dx - 1]
-            found |= np.linalg.norm(near - centers, axis=1) < radius
-    return float(found.mean())
+            is_hit |= np.linalg.norm(near - centers, axis=1) < radius
+    return float(is_hit.mean())
 
 
 @pytest.mark.parametrize("count", [4, 16, 64])
-def test_of_discs_as_wide_as_the_spacing_of_samples_a_third_is_missed_and_none_twice_as_wide(count: int) -> None:
+def test_samples_miss_a_third_of_discs_as_wide_as_their_spacing_and_none_twice_as_wide(count: int) -> None:
     spacing = Estimate(count, 0.0).spacing
-    assert 0.62 < met(spacing / 2, count) < 0.72
-    assert met(spacing, count) > 0.999
-    assert 0.15 < met(spacing / 4, count) < 0.25
+    assert 0.62 < hit_share(spacing / 2, count) < 0.72
+    assert hit_share(spacing, count) > 0.999
+    assert 0.15 < hit_share(spacing / 4, count) < 0.25
 
 
 def rms(difference: Array) -> float:
@@ -68,7 +68,7 @@ def rms(difference: Array) -> float:
 
 
 def converged(renderer: Renderer, scene: rt.Scene, shadows: Shadows = "hard") -> Array:
-    """Its radiance, by samples that have nothing to do with those that tell an error."""
+    """Return the converged radiance of a scene, from samples that are independent of the error estimate."""
     settings = Settings(samples=256, shadows=shadows, sequence="r2")
     return renderer.render(scene, (320, 180), settings, geometry=False, estimates=False).radiance.astype(float)
 
@@ -83,10 +83,11 @@ def test_the_estimate_is_within_25_percent_of_the_true_error(renderer: Renderer,
         assert image.estimate and image.estimate.rmse and image.error is not None
         error = rms(image.radiance - truth)
         assert image.estimate.rmse == pytest.approx(error, rel=0.25), samples
-        # The pixels' errors have the picture's as their root mean square, and are where it is wrong.
+        # The root mean square of the pixels' errors is the picture's error, and large errors are stated where they
+        # occur.
         assert rms(image.error) == pytest.approx(image.estimate.rmse, rel=0.2)
-        each = np.sqrt(np.mean((image.radiance - truth) ** 2, axis=2))
-        assert (each <= 3.0 * image.error + 2.0 * error).mean() > 0.99
+        pixel_errors = np.sqrt(np.mean((image.radiance - truth) ** 2, axis=2))
+        assert (pixel_errors <= 3.0 * image.error + 2.0 * error).mean() > 0.99
 
 
 @pytest.mark.gl
@@ -99,7 +100,7 @@ def test_the_float64_reference_agrees_on_the_error(renderer: Renderer) -> None:
 
 @pytest.mark.gl
 @pytest.mark.parametrize("seed", [3, 7])
-def test_the_error_that_is_asked_for_is_kept(renderer: Renderer, seed: int) -> None:
+def test_the_true_error_is_at_most_the_requested_error(renderer: Renderer, seed: int) -> None:
     scene = scenes.random_scene(seed)
     truth = converged(renderer, scene)
     for error in (0.01, 0.003):
@@ -110,26 +111,26 @@ def test_the_error_that_is_asked_for_is_kept(renderer: Renderer, seed: int) -> N
 
 
 @pytest.mark.gl
-def test_an_error_that_few_pixels_hold_is_a_lower_bound(renderer: Renderer) -> None:
+def test_an_error_in_few_pixels_is_a_lower_bound(renderer: Renderer) -> None:
     for scene, few in ((scenes.glint(), True), (scenes.assignment(), False)):
         estimate = renderer.render(scene, (160, 90), Settings(samples=16)).estimate
         assert estimate and estimate.rmse and math.isfinite(estimate.rmse)
         assert (estimate.uncertain, "at least" in str(estimate), "about" in str(estimate)) == (few, few, not few)
-        assert estimate.reached is None, "nothing was asked for"
+        assert estimate.reached is None, "no error was requested"
 
 
 @pytest.mark.gl
-def test_an_error_is_reached_only_where_it_is_known(renderer: Renderer) -> None:
+def test_an_uncertain_or_unknown_error_is_not_reached(renderer: Renderer) -> None:
     for scene, known in ((scenes.glint(), False), (scenes.assignment(), True)):
         estimate = renderer.render(scene, (160, 90), Settings(samples=32, max_error=0.5)).estimate
         assert estimate and estimate.rmse and estimate.reached is known
-        assert (estimate.samples < 8) == known, "evidence of few pixels ends no picture"
+        assert (estimate.samples < 8) == known, "evidence from few pixels does not end a picture"
     assert Estimate(8, 0.0, 0.1, 0.3, (0, 0), FEW_PIXELS, max_error=0.5).reached is False
     assert Estimate(1, 0.0, unknown="1 sample a pixel", max_error=0.5).reached is False
 
 
 @pytest.mark.gl
-def test_a_picture_with_nothing_to_be_off_by_is_said_to_have_no_error(renderer: Renderer) -> None:
+def test_a_picture_without_error_states_an_error_of_0(renderer: Renderer) -> None:
     camera = rt.Camera((0, 0, 5), (0, 0, 0))
     flat = rt.Scene([rt.Plane((0, 0, 1), 0, rt.Material(ka=(0.3, 0.3, 0.3)))], [], camera)
     for settings in (Settings(samples=4), Settings(samples=64, max_error=1e-6), Settings(samples=16, adaptive=0.01)):
@@ -147,7 +148,7 @@ def test_a_picture_with_nothing_to_be_off_by_is_said_to_have_no_error(renderer: 
         (Settings(samples=16, sequence="r2"), "r2"),
     ],
 )
-def test_where_the_error_cannot_be_known_that_is_said(renderer: Renderer, settings: Settings, why: str) -> None:
+def test_an_unknown_error_has_a_reason(renderer: Renderer, settings: Settings, why: str) -> None:
     image = renderer.render(scenes.assignment(), (64, 36), settings)
     assert image.estimate and image.estimate.rmse is None and why in str(image.estimate)
     assert image.error is not None and np.isnan(image.error).all()
@@ -156,7 +157,7 @@ def test_where_the_error_cannot_be_known_that_is_said(renderer: Renderer, settin
 
 @pytest.mark.gl
 @pytest.mark.parametrize("tile", [64, 96])
-def test_tiles_say_together_what_the_whole_says(renderer: Renderer, tile: int) -> None:
+def test_tiles_have_the_estimate_of_the_whole_picture(renderer: Renderer, tile: int) -> None:
     for settings in (Settings(samples=16), Settings(samples=16, adaptive=0.02), Settings(samples=600)):
         whole, parts = (renderer.render(scenes.assignment(), (200, 120), settings, tile=t) for t in (2048, tile))
         assert whole.estimate and parts.estimate and whole.estimate.rmse
@@ -171,12 +172,12 @@ def test_tiles_say_together_what_the_whole_says(renderer: Renderer, tile: int) -
     [
         ((200, 120), Settings(samples=4096, max_error=0.002)),
         ((201, 113), Settings(samples=4096, max_error=0.004, shadows="soft")),
-        ((121, 73), Settings(samples=600, max_error=1e-4, shadows="soft")),  # sums of 256 samples follow each other
+        ((121, 73), Settings(samples=600, max_error=1e-4, shadows="soft")),  # several sums of 256 samples
         ((200, 120), Settings(samples=16, time=60.0)),
-        ((200, 120), Settings(samples=300, time=60.0, sequence="r2")),  # without measurements
+        ((200, 120), Settings(samples=300, time=60.0, sequence="r2")),  # without error measurements
     ],
 )
-def test_a_stopping_rule_decides_on_the_picture_whatever_its_tiles_are(
+def test_the_stopping_rule_does_not_depend_on_tiles(
     renderer: Renderer, size: tuple[int, int], settings: Settings
 ) -> None:
     scene = scenes.under_spheres(scenes.assignment(), 0.5)
@@ -189,60 +190,60 @@ def test_a_stopping_rule_decides_on_the_picture_whatever_its_tiles_are(
 
 
 @pytest.mark.gl
-def test_tiles_are_no_better_than_the_error_asked_for(renderer: Renderer) -> None:
-    scene, size, asked = scenes.assignment(), (320, 180), 0.002
+def test_a_tiled_picture_is_not_much_better_than_the_requested_error(renderer: Renderer) -> None:
+    scene, size, goal = scenes.assignment(), (320, 180), 0.002
     truth = renderer.render(scene, size, Settings(samples=2048), geometry=False).radiance
-    image = renderer.render(scene, size, Settings(samples=4096, max_error=asked), geometry=False, tile=64)
-    # From one decision to the next, of which the first is at 2 samples, the error halves at most.
-    assert 0.5 * asked < np.sqrt(np.mean((image.radiance - truth) ** 2)) <= asked
+    image = renderer.render(scene, size, Settings(samples=4096, max_error=goal), geometry=False, tile=64)
+    # Decisions begin at 2 samples. From one decision to the next, the error at most halves.
+    assert 0.5 * goal < np.sqrt(np.mean((image.radiance - truth) ** 2)) <= goal
 
 
 @pytest.mark.gl
-def test_an_error_and_a_time_may_both_be_asked_for_and_samples_cap_them(renderer: Renderer) -> None:
+def test_the_first_limit_of_error_time_and_samples_ends_the_picture(renderer: Renderer) -> None:
     scene, size = scenes.assignment(), (160, 90)
-    asked = Settings(samples=4096, max_error=1e-9, time=0.05)
-    image = renderer.render(scene, size, asked)
-    assert image.estimate and image.estimate.samples < 4096  # as many as a busy machine allows
-    image = renderer.render(scene, size, msgspec.structs.replace(asked, samples=6, time=60.0))
+    settings = Settings(samples=4096, max_error=1e-9, time=0.05)
+    image = renderer.render(scene, size, settings)
+    assert image.estimate and image.estimate.samples < 4096  # the number depends on how busy the machine is
+    image = renderer.render(scene, size, msgspec.structs.replace(settings, samples=6, time=60.0))
     assert image.samples is not None and set(np.unique(image.samples)) == {6}
-    image = renderer.render(scene, size, msgspec.structs.replace(asked, max_error=0.05, time=60.0))
+    image = renderer.render(scene, size, msgspec.structs.replace(settings, max_error=0.05, time=60.0))
     assert image.samples is not None and image.samples.max() <= 4
 
 
 @pytest.mark.gl
-def test_a_picture_with_a_time_ends(renderer: Renderer) -> None:
+def test_a_picture_with_a_time_limit_ends(renderer: Renderer) -> None:
     scene, size = scenes.assignment(), (320, 180)
     renderer.render(scene, size, Settings(samples=8, max_error=1e-9), geometry=False)  # compiles
     begin = time.perf_counter()
     image = renderer.render(scene, size, Settings(samples=65536, time=0.5), geometry=False)
     took = time.perf_counter() - begin
-    # No time is asserted but this: that it ends, and not at once; the machine may be busy.
+    # The test asserts only that the picture ends, and not at once, because the machine may be busy.
     assert image.estimate and 2 <= image.estimate.samples < 65536
     assert 0.1 < image.estimate.seconds <= took < 5.0
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("size", [(1, 1), (5, 3), (17, 9)])
-def test_pictures_smaller_than_a_cell_may_have_a_time(renderer: Renderer, size: tuple[int, int]) -> None:
-    asked = renderer.render(scenes.assignment(), size, Settings(samples=4, time=60.0))
+def test_pictures_smaller_than_a_cell_may_have_a_time_limit(renderer: Renderer, size: tuple[int, int]) -> None:
+    timed = renderer.render(scenes.assignment(), size, Settings(samples=4, time=60.0))
     plain = renderer.render(scenes.assignment(), size, Settings(samples=4))
-    np.testing.assert_array_equal(asked.radiance, plain.radiance)
-    assert asked.error is not None and np.isfinite(asked.error).all()
+    np.testing.assert_array_equal(timed.radiance, plain.radiance)
+    assert timed.error is not None and np.isfinite(timed.error).all()
 
 
 @pytest.mark.gl
-def test_samples_that_go_on_after_a_measurement_leave_time_for_the_next(
+def test_samples_after_a_measurement_leave_time_for_the_next_measurement(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(replicate, "replicate_seconds", lambda *_: 100.0)
     settings = Settings(samples=64, max_error=0.5, time=1000.0)
-    # The first measurement is at 2 samples, and does not tell the error.
+    # The first measurement is at 2 samples, and its estimate is uncertain.
     estimate = renderer.render(scenes.glint(), (160, 90), settings).estimate
     assert estimate and estimate.reached is False and 2 < estimate.samples < 10
 
 
 @pytest.mark.gl
-def test_no_pass_begins_without_time_for_it(renderer: Renderer) -> None:
+def test_a_pass_begins_only_if_there_is_time_for_it(renderer: Renderer) -> None:
     settings = Settings(samples=4096, time=1e-9)
     image = renderer.render(scenes.assignment(), (100, 60), settings, tile=64)
     assert image.samples is not None and (image.samples == 1).all()

@@ -1,4 +1,4 @@
-"""Every evaluator makes the picture of the walk, which looks at everything: bit for bit."""
+"""The default evaluator makes bit-identical pictures to `walk`, which tests every object for every ray."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ RED, BLUE, _, GREY = scenes.COLORS
 def check(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch, scene: rt.Scene, size: tuple[int, int], settings: Settings
 ) -> int:
-    """`cells` makes what `walk` makes, with a program for plane-only cells, without, and by lists.
+    """Compare the pictures of `cells` and `walk`, and return the number of pixels that show an object.
 
-    Returns how many pixels show an object.
+    `cells` renders with a program for plane-only cells, without this program, and by candidate lists.
     """
     walk = renderer.render(scene, size, msgspec.structs.replace(settings, evaluator="walk"), estimates=False)
     images = [
@@ -47,8 +47,10 @@ def check(
 
 
 @pytest.mark.parametrize("precision", [32, 64])
-def test_a_ball_beside_a_wide_view_is_seen(renderer: Renderer, monkeypatch: pytest.MonkeyPatch, precision: int) -> None:
-    # The corners of the only cell span more than half of all directions.
+def test_a_ball_at_the_border_of_a_very_wide_view_is_visible(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch, precision: int
+) -> None:
+    # The corners of the only cell span more than a hemisphere of directions.
     ball = rt.Sphere((-0.014780587448385951, -1.4029576615647563, 0.8244669686621453), 0.5152236804388914)
     at = (-2.614875843337293, 0.4450579249211968, 0.7516415816610956)
     settings = Settings(precision=precision)  # pyright: ignore[reportArgumentType]
@@ -77,7 +79,7 @@ class Surroundings:
         return self._sphere(self.eye + distance * direction(self._rng), distance * share)
 
     def lens(self) -> rt.Solid:
-        """Two balls that all but touch, or overlap."""
+        """Return the intersection of two balls that overlap, some of them hardly."""
         distance = self.scale * 10.0 ** self._rng.uniform(-1, 1)
         radius = distance * 10.0 ** self._rng.uniform(-4, -0.3)
         center, axis = self.eye + distance * direction(self._rng), direction(self._rng)
@@ -101,7 +103,7 @@ class Surroundings:
         return rt.PointLight(tuple(place.tolist()), radius=float(radius))
 
     def camera(self, seen: rt.Solid) -> rt.Camera:
-        """One that looks at an object in a narrow view, and anywhere in a wide one."""
+        """Return a camera that looks at an object with a narrow view, or anywhere with a wide view."""
         spheres = [leaf for leaf in leaves(seen) if isinstance(leaf, rt.Sphere)]
         fov = float(self._rng.choice([10.0 ** self._rng.uniform(-3, 2), self._rng.uniform(150, 179.9), 179.9]))
         at = self.eye + direction(self._rng)
@@ -111,7 +113,7 @@ class Surroundings:
 
 
 def _many(around: Surroundings, balls: int) -> list[rt.Solid]:
-    """So many balls, and ten more primitives."""
+    """Return balls, and ten more primitives in trees and alone."""
     trees = [around.ball() - around.ball(), around.ball() | around.ball() | around.ball(), around.lens()]
     return [*(around.ball() for _ in range(balls)), *trees, around.half(), ~around.ball(), around.half()]
 
@@ -123,12 +125,12 @@ STRUCTURES: dict[str, Callable[[Surroundings], list[rt.Solid]]] = {
     "lenses": lambda around: [around.lens(), around.half(), around.lens() - around.ball()],
     "bounded trees": lambda around: [around.half(), around.ball() & around.half(), around.ball() - ~around.ball()],
     "unbounded trees": lambda around: [~(around.ball() | around.ball()), around.half() & around.half()],
-    "many": lambda around: _many(around, 3),  # more than FEW
+    "many": lambda around: _many(around, 3),  # more primitives than compiled_scene.FEW, so that lists are used
 }
 SIZES = [(1, 1), (2, 3), (16, 9), (40, 30), (1, 300), (300, 1), (33, 17), (5, 90), (97, 64)]
 
 
-# Of forty primitives the walk takes long to compile, the more so with shadows.
+# With forty primitives `walk` takes long to compile, and longer with shadows.
 CASES = [("forty", "off"), *itertools.product(STRUCTURES, get_args(Shadows))]
 
 
@@ -136,7 +138,7 @@ CASES = [("forty", "off"), *itertools.product(STRUCTURES, get_args(Shadows))]
     ("structure", "shadows"),
     [pytest.param(*case, marks=[] if case[1] == "hard" else pytest.mark.slow) for case in CASES],
 )
-def test_random_scenes_are_the_same(
+def test_random_scenes_have_identical_pictures(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch, structure: str, shadows: Shadows
 ) -> None:
     rng = np.random.default_rng(list(structure.encode()))
@@ -151,7 +153,9 @@ def test_random_scenes_are_the_same(
     assert seen
 
 
-def test_lenses_that_only_rounding_shows_are_the_same(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lenses_thinner_than_rounding_have_identical_pictures(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for seed in range(40):
         rng = np.random.default_rng((2, seed))
         distance = 10.0 ** rng.uniform(-1, 3)
@@ -168,8 +172,8 @@ def test_lenses_that_only_rounding_shows_are_the_same(renderer: Renderer, monkey
         check(renderer, monkeypatch, rt.Scene([lens, wall], [light], camera), (48, 32), Settings())
 
 
-def test_shadows_of_what_is_near_a_light_reach_the_horizon(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
-    # From 10,000 away, a ball a thousandth from the light is seen in other directions from it than it is in.
+def test_shadows_of_balls_near_a_light_reach_the_horizon(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    # A ball a thousandth from the light: seen from 10,000 away, rounding changes its direction from the light.
     ball = rt.Sphere((13.499337784279483, 0.015016279536337902, 3.7377614922057627), 0.0009825381433037344, RED)
     small = rt.Sphere((13.500432136289325, 0.014857904919942946, 3.759413986688433), 5.0524277934676656e-05, BLUE)
     light = rt.PointLight((13.499862026723557, 0.014860939645087633, 3.7589143269416994))
@@ -178,7 +182,7 @@ def test_shadows_of_what_is_near_a_light_reach_the_horizon(renderer: Renderer, m
     check(renderer, monkeypatch, scene, (128, 72), Settings(samples=2))
 
 
-def test_a_mirror_inside_of_an_unbounded_object_shows_the_object(
+def test_a_mirror_inside_an_unbounded_object_shows_the_object(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mirror = rt.Material("mirror")
@@ -191,7 +195,9 @@ def test_a_mirror_inside_of_an_unbounded_object_shows_the_object(
 
 
 @pytest.mark.slow
-def test_random_scenes_with_mirrors_are_the_same(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_random_scenes_with_mirrors_have_identical_pictures(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
     mirror = rt.Material("mirror")
     for k, structure in enumerate(["a ball and a half-space", "bounded trees", "unbounded trees", "unbounded trees"]):
         rng = np.random.default_rng((7, k))
@@ -203,5 +209,5 @@ def test_random_scenes_with_mirrors_are_the_same(renderer: Renderer, monkeypatch
 
 
 def _painted(rng: np.random.Generator, material: rt.Material, leaf: rt.Sphere | rt.Plane) -> rt.Solid:
-    """The primitive, or by one chance in two the same of that material."""
+    """Return the primitive, or with a probability of 1/2 a copy with the material."""
     return leaf.replace(material=material) if rng.random() < 0.5 else leaf

@@ -1,4 +1,4 @@
-"""Depth, normal and material are found when they are asked for, and are the same bits wherever and whenever that is."""
+"""Depth, normal and material are drawn at the first access, with identical values in any thread, process and order."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ SCENE = scenes.of(rt.Sphere((0, 0, 0), 1.2) - rt.Sphere((0.3, 0.2, 1), 0.6, GREE
 
 
 def arrays(image: rt.Image) -> list[np.ndarray]:
-    """Copies of the three."""
+    """Return copies of depth, normal and material."""
     return [np.array(getattr(image, name)) for name in NAMES]
 
 
-def assert_same(found: list[np.ndarray], expected: list[np.ndarray]) -> None:
-    for name, one, other in zip(NAMES, found, expected, strict=True):
+def assert_same(values: list[np.ndarray], expected: list[np.ndarray]) -> None:
+    for name, one, other in zip(NAMES, values, expected, strict=True):
         assert one.dtype == other.dtype, name
         np.testing.assert_array_equal(one, other, err_msg=name)
 
 
 @pytest.fixture
 def expected(renderer: Renderer) -> list[np.ndarray]:
-    """The geometry of SCENE, asked for at once."""
+    """The geometry of SCENE, drawn right after the picture."""
     return arrays(picture(renderer))
 
 
@@ -58,7 +58,7 @@ def picture(renderer: Renderer, scene: rt.Scene = SCENE, settings: Settings = SE
 
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[geometry.GeometryRequest]:
-    """The views whose geometry was drawn in this process."""
+    """The list of views whose geometry this process has drawn."""
     views: list[geometry.GeometryRequest] = []
     draw = geometry.draw_geometry
 
@@ -70,7 +70,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[geometry.GeometryRequest]:
     return views
 
 
-def test_it_is_drawn_at_the_first_access_and_once_for_all_three(
+def test_the_first_access_draws_all_three_arrays_once(
     renderer: Renderer, drawn: list[geometry.GeometryRequest], expected: list[np.ndarray]
 ) -> None:
     drawn.clear()
@@ -81,7 +81,7 @@ def test_it_is_drawn_at_the_first_access_and_once_for_all_three(
     assert image.depth is image.depth and len(drawn) == 1
 
 
-def test_what_needs_no_geometry_draws_none(
+def test_functions_that_need_no_geometry_draw_none(
     renderer: Renderer, drawn: list[geometry.GeometryRequest], tmp_path: Path
 ) -> None:
     image = picture(renderer)
@@ -99,7 +99,7 @@ def test_an_image_without_geometry_has_none(renderer: Renderer, drawn: list[geom
     assert image.depth is None and image.normal is None and image.material is None and not drawn
 
 
-def test_other_pictures_and_calls_in_between_change_no_bit(renderer: Renderer, expected: list[np.ndarray]) -> None:
+def test_other_pictures_and_calls_in_between_change_nothing(renderer: Renderer, expected: list[np.ndarray]) -> None:
     image = picture(renderer)
     for other in (scenes.assignment(), scenes.of(rt.Sphere((0, 0, 0), 3)), SCENE):
         arrays(picture(renderer, other, Settings(samples=2, shadows="diluted", bounces=0)))
@@ -108,14 +108,14 @@ def test_other_pictures_and_calls_in_between_change_no_bit(renderer: Renderer, e
     assert_same(arrays(image), expected)
 
 
-def test_programs_that_were_dropped_are_compiled_again(renderer: Renderer, expected: list[np.ndarray]) -> None:
+def test_released_programs_are_compiled_again(renderer: Renderer, expected: list[np.ndarray]) -> None:
     image = picture(renderer)
     with renderer.device.turn():
         renderer.device.forget()
     assert_same(arrays(image), expected)
 
 
-def test_programs_are_kept_within_the_bound(
+def test_programs_are_kept_within_the_limit(
     renderer: Renderer, expected: list[np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(devices, "KEPT_TEXT", 0)
@@ -126,7 +126,7 @@ def test_programs_are_kept_within_the_bound(
         assert len(renderer.device._not_held()) <= 6
 
 
-def test_tiles_of_any_size_give_the_same_bits(renderer: Renderer, expected: list[np.ndarray]) -> None:
+def test_tiles_of_any_size_make_the_same_geometry(renderer: Renderer, expected: list[np.ndarray]) -> None:
     for side in (8, 16, 40):
         assert_same(arrays(picture(renderer, tile=side)), expected)
 
@@ -143,34 +143,34 @@ def test_tiles_of_any_size_give_the_same_bits(renderer: Renderer, expected: list
         Settings(samples=2, shading="lambert"),
     ],
 )
-def test_samples_shadows_and_shading_change_no_bit(
+def test_samples_shadows_and_shading_do_not_change_the_geometry(
     renderer: Renderer, expected: list[np.ndarray], settings: Settings
 ) -> None:
     assert_same(arrays(picture(renderer, settings=settings)), expected)
 
 
-def test_another_thread_gets_the_same_bits_while_a_third_renders(
+def test_threads_get_the_same_geometry_while_another_thread_renders(
     renderer: Renderer, expected: list[np.ndarray]
 ) -> None:
     images = [picture(renderer) for _ in range(6)]
-    *found, others = in_threads(
+    *results, others = in_threads(
         *(lambda image=image: arrays(image) for image in images),
         lambda: [picture(renderer, scenes.assignment()) for _ in range(4)],
     )
     assert isinstance(others, list), others
-    for each in found:
-        assert isinstance(each, list), each
-        assert_same(each, expected)
+    for geometry_arrays in results:
+        assert isinstance(geometry_arrays, list), geometry_arrays
+        assert_same(geometry_arrays, expected)
 
 
-def test_threads_that_ask_at_once_have_it_drawn_once(renderer: Renderer, drawn: list[geometry.GeometryRequest]) -> None:
+def test_concurrent_accesses_draw_the_geometry_once(renderer: Renderer, drawn: list[geometry.GeometryRequest]) -> None:
     image = picture(renderer)
     depths = in_threads(*[lambda: image.depth] * 8)
     assert len(drawn) == 1
     assert all(depth is image.depth for depth in depths)
 
 
-def test_a_progress_callback_gets_the_same_bits_and_changes_none(
+def test_a_progress_callback_gets_the_geometry_and_does_not_change_the_picture(
     renderer: Renderer, expected: list[np.ndarray]
 ) -> None:
     other = picture(renderer, scenes.assignment(), Settings(samples=2))
@@ -186,7 +186,7 @@ def test_a_progress_callback_gets_the_same_bits_and_changes_none(
     assert_same(arrays(again), arrays(other))
 
 
-def test_a_callback_that_asks_for_what_another_thread_waits_to_draw_gets_it(
+def test_a_callback_gets_the_geometry_that_another_thread_waits_to_draw(
     renderer: Renderer, expected: list[np.ndarray]
 ) -> None:
     image = picture(renderer)
@@ -201,13 +201,13 @@ def test_a_callback_that_asks_for_what_another_thread_waits_to_draw_gets_it(
         threading.Event().wait(0.1)
         assert_same(arrays(image), expected)
 
-    found, other = in_threads(wait_for_turn, lambda: picture(renderer, scenes.assignment(), Settings(), progress=ask))
+    waited, other = in_threads(wait_for_turn, lambda: picture(renderer, scenes.assignment(), Settings(), progress=ask))
     assert isinstance(other, rt.Image), other
-    assert isinstance(found, list), found
-    assert_same(found, expected)
+    assert isinstance(waited, list), waited
+    assert_same(waited, expected)
 
 
-def test_copies_share_what_is_drawn(
+def test_copies_share_the_drawn_geometry(
     renderer: Renderer, drawn: list[geometry.GeometryRequest], expected: list[np.ndarray]
 ) -> None:
     drawn.clear()
@@ -221,7 +221,7 @@ def test_copies_share_what_is_drawn(
     assert image.replace(depth=None).depth is None
 
 
-def test_a_picture_of_another_size_is_no_picture_of_this_geometry(renderer: Renderer) -> None:
+def test_a_radiance_of_another_size_than_the_geometry_is_refused(renderer: Renderer) -> None:
     image = picture(renderer)
     with pytest.raises(rt.InputError, match=r"^depth: expected an array \(5, 6\) .*, got one of shape \(27, 48\)"):
         image.replace(radiance=np.zeros((5, 6, 3), np.float32))
@@ -230,7 +230,7 @@ def test_a_picture_of_another_size_is_no_picture_of_this_geometry(renderer: Rend
         other.replace(normal=image.normal)
 
 
-def test_a_deep_copy_has_arrays_of_its_own(renderer: Renderer, expected: list[np.ndarray]) -> None:
+def test_a_deep_copy_has_its_own_arrays(renderer: Renderer, expected: list[np.ndarray]) -> None:
     image = picture(renderer)
     other = copy.deepcopy(image)
     assert_same(arrays(other), expected)
@@ -239,7 +239,7 @@ def test_a_deep_copy_has_arrays_of_its_own(renderer: Renderer, expected: list[np
     assert_same(arrays(image), expected)
 
 
-# Reads a pickled image without OpenGL.
+# Reads the arrays of a pickled image, and checks that this does not load OpenGL.
 READ = """
 import pickle, sys
 image = pickle.load(open(sys.argv[1], "rb"))
@@ -250,7 +250,7 @@ assert "moderngl" not in sys.modules
 """
 
 
-def test_a_pickle_has_the_arrays_and_needs_no_opengl(
+def test_a_pickle_contains_the_arrays_and_needs_no_opengl(
     renderer: Renderer, expected: list[np.ndarray], tmp_path: Path
 ) -> None:
     image = picture(renderer)
@@ -267,32 +267,32 @@ def test_a_pickle_has_the_arrays_and_needs_no_opengl(
         assert_same([read[name] for name in read.files], expected)
 
 
-def test_an_npz_file_has_the_arrays(renderer: Renderer, expected: list[np.ndarray], tmp_path: Path) -> None:
+def test_an_npz_file_contains_the_arrays(renderer: Renderer, expected: list[np.ndarray], tmp_path: Path) -> None:
     picture(renderer).save(tmp_path / "a.npz")
     with np.load(tmp_path / "a.npz") as read:
         assert_same([read[name] for name in NAMES], expected)
 
 
-def test_files_that_are_gone_are_not_missed(renderer: Renderer, tmp_path: Path) -> None:
+def test_deleted_scene_files_do_not_matter(renderer: Renderer, tmp_path: Path) -> None:
     def images() -> list[rt.Image]:
         (tmp_path / "m.json").write_text('{"materials": {"green": {"model": "phong", "kd": [0, 1, 0]}}}')
         (tmp_path / "a.toml").write_text(scenes.ASSIGNMENT.read_text())
         return [rt.render(rt.load(tmp_path / "a.toml"), SIZE)]
 
     [first] = images()
-    found = arrays(first)
+    before = arrays(first)
     [second] = images()
     for path in tmp_path.iterdir():
         path.unlink()
-    assert_same(arrays(second), found)
+    assert_same(arrays(second), before)
 
 
-def test_a_scene_that_is_refused_is_refused_by_render(renderer: Renderer) -> None:
+def test_render_refuses_a_scene_before_the_geometry_is_drawn(renderer: Renderer) -> None:
     with pytest.raises(rt.InputError, match="at most 512 primitives"):
         picture(renderer, scenes.of(*[rt.Sphere((i, 0, 0), 0.4) for i in range(513)]), Settings(evaluator="walk"))
 
 
-def test_what_drawing_raises_is_raised_at_each_access_until_it_is_drawn(
+def test_errors_of_drawing_are_raised_at_each_access_until_the_geometry_is_drawn(
     renderer: Renderer, expected: list[np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     image = picture(renderer)
@@ -311,7 +311,7 @@ def test_what_drawing_raises_is_raised_at_each_access_until_it_is_drawn(
 
 
 def in_fork(call: Callable[[], object], name: str) -> Any:
-    """What `call` gives in a forked process, or its exception; `name` is that of a way to fork."""
+    """Run `call` in a forked process named `name`, and return its result or its exception."""
     receiver, sender = multiprocessing.get_context("fork").Pipe(duplex=False)
 
     def run() -> None:
@@ -332,21 +332,19 @@ def in_fork(call: Callable[[], object], name: str) -> Any:
 
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows does not fork")
-def test_a_forked_process_gets_the_same_bits(renderer: Renderer, expected: list[np.ndarray]) -> None:
+def test_a_forked_process_gets_the_same_geometry(renderer: Renderer, expected: list[np.ndarray]) -> None:
     image = picture(renderer)
-    found = in_fork(lambda: arrays(image), "child")
-    assert isinstance(found, list), found
-    assert_same(found, expected)
+    in_child = in_fork(lambda: arrays(image), "child")
+    assert isinstance(in_child, list), in_child
+    assert_same(in_child, expected)
     assert_same(arrays(image), expected)
-    done = in_fork(lambda: arrays(image), "child of one that knows")
-    assert_same(done, expected)
+    in_second_child = in_fork(lambda: arrays(image), "child of a process with drawn geometry")
+    assert_same(in_second_child, expected)
 
 
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows does not fork")
-def test_a_fork_while_other_threads_draw_and_wait_gets_the_same_bits(
-    renderer: Renderer, expected: list[np.ndarray]
-) -> None:
+def test_a_fork_while_other_threads_draw_gets_the_same_geometry(renderer: Renderer, expected: list[np.ndarray]) -> None:
     image, forked = picture(renderer), threading.Event()
     inside = threading.Event()
 
@@ -362,18 +360,18 @@ def test_a_fork_while_other_threads_draw_and_wait_gets_the_same_bits(
     assert inside.wait(30)
     waiting.start()
     try:
-        found = in_fork(lambda: arrays(image), "child of one that draws")
+        in_child = in_fork(lambda: arrays(image), "child of a process that draws")
     finally:
         forked.set()
         drawing.join(30)
         waiting.join(30)
-    assert isinstance(found, list), found
-    assert_same(found, expected)
+    assert isinstance(in_child, list), in_child
+    assert_same(in_child, expected)
 
 
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows does not fork")
-def test_a_forked_process_in_which_no_other_can_draw_says_so(renderer: Renderer) -> None:
+def test_a_forked_process_that_cannot_start_another_process_raises_an_error(renderer: Renderer) -> None:
     image = picture(renderer)
 
     def ask() -> object:

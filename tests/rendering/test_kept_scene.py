@@ -1,4 +1,4 @@
-"""The scene that a renderer keeps on the GPU: drawn again without preparations, and always as by a new renderer."""
+"""The cache of the scene drawn last: it saves preparations, and its pictures equal the pictures of a new renderer."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ CROWD = scenes.of(*(rt.Sphere((0.4 * i - 3, 0.5, 0), 0.2, scenes.COLORS[i % 4]) 
 
 
 def moved(scene: rt.Scene, x: float) -> rt.Scene:
-    """The scene with its first light elsewhere."""
+    """Return the scene with its first light at another place."""
     first, *others = scene.lights
     return msgspec.structs.replace(scene, lights=[msgspec.structs.replace(first, position=(x, 7.0, 4.0)), *others])
 
@@ -63,7 +63,7 @@ def test_the_same_scene_is_drawn_again_without_preparations(
         np.testing.assert_array_equal(drawn(own, scene, SIZE, Settings(samples=samples)), radiance)
 
 
-def test_only_the_parts_that_change_are_made_again(own: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_changed_parts_are_prepared_again(own: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     drawn(own, CROWD, SIZE, Settings())
     monkeypatch.setattr(renderer_module, "picture_programs", lambda *_, **__: pytest.fail("texts"))
     assert own._kept
@@ -74,7 +74,7 @@ def test_only_the_parts_that_change_are_made_again(own: Renderer, monkeypatch: p
     assert after.lights is not frame.lights
 
 
-def test_any_chain_of_pictures_is_as_by_new_renderers(own: Renderer) -> None:
+def test_any_sequence_of_pictures_equals_the_pictures_of_new_renderers(own: Renderer) -> None:
     rng = np.random.default_rng(5)
     two_lights = msgspec.structs.replace(
         scenes.assignment(), lights=[*scenes.assignment().lights, rt.PointLight((-3, 5, 3))]
@@ -106,7 +106,7 @@ def test_renderers_that_share_programs_do_not_mix_up_their_scenes(own: Renderer)
     np.testing.assert_array_equal(drawn(other, dark, SIZE, Settings()), red)
 
 
-def test_an_interrupted_picture_leaves_nothing_behind(own: Renderer) -> None:
+def test_an_interrupted_picture_drops_the_kept_scene(own: Renderer) -> None:
     before = drawn(own, CROWD, SIZE, Settings(samples=8))
 
     def interrupt(done: int, total: int) -> None:
@@ -118,7 +118,7 @@ def test_an_interrupted_picture_leaves_nothing_behind(own: Renderer) -> None:
     np.testing.assert_array_equal(drawn(own, CROWD, SIZE, Settings(samples=8)), before)
 
 
-def test_a_changed_shader_is_read_again(own: Renderer, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_changed_shader_is_reread(own: Renderer, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     folder = tmp_path / "shaders"
     shutil.copytree(preprocessor.shaders_folder(), folder)
     monkeypatch.setattr(preprocessor, "shaders_folder", lambda: folder)
@@ -129,7 +129,7 @@ def test_a_changed_shader_is_read_again(own: Renderer, monkeypatch: pytest.Monke
     np.testing.assert_array_equal(after[0, 0], 2.0 * before[0, 0])
 
 
-def test_a_changed_shader_of_measurements_is_read_again(
+def test_a_changed_shader_of_measurements_is_reread(
     own: Renderer, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     def error() -> np.ndarray:
@@ -148,13 +148,13 @@ def test_a_changed_shader_of_measurements_is_read_again(
     assert not after[:, :40].any() and after[:, 40:].any()
 
 
-def test_a_picture_within_a_time_has_no_program_for_several_samples(own: Renderer) -> None:
+def test_a_picture_with_a_time_limit_has_no_program_for_several_samples(own: Renderer) -> None:
     for settings, has_several in ((Settings(samples=64, time=0.01), False), (Settings(samples=64), True)):
         drawn(own, scenes.assignment(), SIZE, settings)
         assert own._kept and (SEVERAL in own._kept.programs.by_name) is has_several
 
 
-def test_of_a_large_picture_nothing_stays_and_a_scene_goes_with_the_next(
+def test_large_pictures_are_not_kept_and_the_next_scene_replaces_the_kept_scene(
     own: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = scenes.of(rt.Sphere((0, 1, 0), 1))
@@ -170,7 +170,7 @@ def test_of_a_large_picture_nothing_stays_and_a_scene_goes_with_the_next(
     assert own._kept is None
 
 
-def test_of_the_sums_of_all_tiles_those_of_one_stay(own: Renderer) -> None:
+def test_only_the_sums_of_one_tile_are_kept(own: Renderer) -> None:
     settings = Settings(samples=64, max_error=1e-9)
     own.render(scenes.assignment(), SIZE, settings, tile=32)
     assert own._kept
@@ -180,7 +180,7 @@ def test_of_the_sums_of_all_tiles_those_of_one_stay(own: Renderer) -> None:
 
 
 @pytest.mark.parametrize("sequence", ["sobol", "random", "r2"])
-def test_samples_drawn_at_once_make_the_picture_of_samples_drawn_one_by_one(
+def test_samples_drawn_together_make_the_picture_of_samples_drawn_one_by_one(
     own: Renderer, monkeypatch: pytest.MonkeyPatch, sequence: Any
 ) -> None:
     for scene in (scenes.assignment(), CROWD):
@@ -191,7 +191,7 @@ def test_samples_drawn_at_once_make_the_picture_of_samples_drawn_one_by_one(
             np.testing.assert_allclose(at_once, drawn(own, scene, SIZE, settings), rtol=1e-6)
 
 
-def test_an_interrupt_between_uniforms_leaves_no_other_renderer_the_wrong_ones(
+def test_an_interrupt_between_uniforms_does_not_affect_other_renderers(
     own: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     other = Renderer(own.device)
@@ -210,9 +210,7 @@ def test_an_interrupt_between_uniforms_leaves_no_other_renderer_the_wrong_ones(
     np.testing.assert_array_equal(drawn(own, scenes.assignment(), SIZE, Settings()), before)
 
 
-def test_an_interrupt_while_a_renderer_closes_leaves_nothing_half_closed(
-    own: Renderer, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_renderer_works_after_an_interrupt_while_it_closed(own: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     before = drawn(own, scenes.assignment(), SIZE, Settings())
     close = TileRenderer.close
 

@@ -1,4 +1,4 @@
-"""Very bright and very dark pictures say of their error what usual ones say, times the same power of two."""
+"""Scaling the light of a scene by a power of two scales the stated error of its picture by the same factor."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MANY = [rt.Sphere((0.7 * (i % 9) - 2.8, 0.3 + i // 9, 0), 0.3, scenes.COLORS[i %
 
 
 def lit(scene: rt.Scene, times: float, surfaces: float = 1.0) -> rt.Scene:
-    """`scene` with `times` the light, and surfaces that send back `surfaces` times as much of it."""
+    """Return the scene with all light multiplied by `times`, and all reflectance by `surfaces`."""
 
     def dyed(material: rt.Material) -> rt.Material:
         factors = {name: surfaces for name in ("ka", "kd", "ks")} | {"le": times * surfaces}
@@ -52,7 +52,7 @@ def lit(scene: rt.Scene, times: float, surfaces: float = 1.0) -> rt.Scene:
     )
 
 
-# All that sends light: lamps of both falloffs, ambient, background, and surfaces in all layouts of materials.
+# Scenes with all sources of light: lamps of both falloffs, ambient, background, and emission in all material layouts.
 SCENES = {
     "few": scenes.still_life(lights=[LAMP, NEAR]),
     "many": scenes.still_life(*MANY, lights=[scenes.SUN]),
@@ -60,14 +60,14 @@ SCENES = {
     "shining alone": scenes.still_life(rt.Sphere((-1.5, 1, 1), 0.5, rt.Material(le=(0.1, 0.2, 0.3))), lights=[]),
     "mirror": scenes.still_life(rt.Sphere((-1.5, 1, 1), 0.8, rt.Material(model="mirror"))),
 }
-# No channel of a sample is 1 or more, as that is shown as 1: there a threshold does not count.
+# Dim scenes, without channels of 1 or more, which are displayed as 1 and have no error for a threshold.
 DIM = {name: lit(scene, 0.25) for name, scene in SCENES.items()}
-# Lit by lamps alone: emission and background are at most 1e12.
+# A scene lit only by lamps, because emission and background are at most 1e12.
 BLACK = msgspec.structs.replace(SCENES["few"], lights=[scenes.SUN, LAMP], background=(0.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize("brightest", [1e-35, 1e-20, 1e-8, 1.0, 3.0, 1e8, 1e12, 1e30, 3e38])
-def test_light_times_the_scale_has_squares_that_float32_holds(brightest: float) -> None:
+def test_squares_of_scaled_light_fit_into_float32(brightest: float) -> None:
     scale = light_scale(frame(lit(SCENES["few"], min(brightest, 1.0)), SIZE), brightest)
     assert np.frexp(scale)[0] == 0.5
     assert (1e-3 * brightest * scale) ** 2 > np.finfo(np.float32).tiny and (1e3 * brightest * scale) ** 2 < 1e30
@@ -80,7 +80,7 @@ def test_a_picture_without_light_has_the_scale_1() -> None:
 
 
 @pytest.mark.parametrize("brightest", [1e-35, 1e-12])
-def test_no_light_that_a_dark_scene_may_have_overflows(brightest: float) -> None:
+def test_the_scale_of_a_dark_scene_causes_no_overflow(brightest: float) -> None:
     bulb, polished = rt.Sphere((0, 0, 1), 1, rt.Material(le=(1e12,) * 3)), rt.Material(ks=(1e6,) * 3)
     for scene, most in (
         (scenes.of(bulb), 1e12),
@@ -92,7 +92,7 @@ def test_no_light_that_a_dark_scene_may_have_overflows(brightest: float) -> None
 
 
 def assert_times(image: rt.Image, other: rt.Image, power: int) -> None:
-    """All that `other` holds is 2^power times what `image` does, to the last bit."""
+    """Check that `other` has exactly 2^power times the radiance and the errors of `image`, with the same samples."""
     times = 2.0**power
     np.testing.assert_array_equal(other.radiance, image.radiance * np.float32(times))
     assert (other.samples is None) == (image.samples is None)
@@ -107,7 +107,7 @@ def assert_times(image: rt.Image, other: rt.Image, power: int) -> None:
 
 @pytest.mark.gl
 @pytest.mark.parametrize("name", DIM)
-def test_a_dark_picture_says_of_its_error_what_a_bright_one_does(renderer: Renderer, name: str) -> None:
+def test_the_error_of_a_dark_picture_scales_with_its_light(renderer: Renderer, name: str) -> None:
     settings = Settings(samples=8, shadows="soft")
     image = renderer.render(DIM[name], SIZE, settings)
     for power in (-40, -60, -90):
@@ -116,7 +116,7 @@ def test_a_dark_picture_says_of_its_error_what_a_bright_one_does(renderer: Rende
 
 
 @pytest.mark.gl
-def test_a_bright_picture_says_of_its_error_what_a_usual_one_does(renderer: Renderer) -> None:
+def test_the_error_of_a_bright_picture_scales_with_its_light(renderer: Renderer) -> None:
     for settings in (Settings(samples=8, shadows="soft"), Settings(samples=300)):
         image = renderer.render(BLACK, SIZE, settings)
         for light, surfaces in ((30, 10), (30, 30), (37, 37), (-30, 20)):
@@ -124,29 +124,29 @@ def test_a_bright_picture_says_of_its_error_what_a_usual_one_does(renderer: Rend
             assert_times(image, other, light + surfaces)
 
 
-def asking(key: str, value: float) -> Settings:
+def settings_with(key: str, value: float) -> Settings:
     return msgspec.structs.replace(Settings(samples=64), **{key: value})
 
 
 @pytest.mark.gl
-def test_what_is_asked_for_is_asked_in_the_picture_s_own_light(renderer: Renderer) -> None:
+def test_thresholds_and_goals_scale_with_the_light(renderer: Renderer) -> None:
     scene = DIM["few"]
     for key, value in (("adaptive", 0.002), ("max_error", 0.0002)):
-        image = renderer.render(scene, SIZE, asking(key, value))
+        image = renderer.render(scene, SIZE, settings_with(key, value))
         assert image.samples is not None and len(np.unique(image.samples)) > 1
         for power in (-40, -60):
-            settings = asking(key, 2.0**power * value)
+            settings = settings_with(key, 2.0**power * value)
             assert_times(image, renderer.render(lit(scene, 2.0**power), SIZE, settings), power)
-    # All of it is above 1, and shown alike.
+    # All of this picture is above 1, and displayed as 1.
     bright = lit(BLACK, 2.0**30, 2.0**10)
     for key, value, more in (("adaptive", 0.01, 1.0), ("max_error", 1e9, 2.0**20)):
-        image = renderer.render(bright, SIZE, asking(key, value))
-        other = renderer.render(lit(bright, 1.0, 2.0**20), SIZE, asking(key, more * value))
+        image = renderer.render(bright, SIZE, settings_with(key, value))
+        other = renderer.render(lit(bright, 1.0, 2.0**20), SIZE, settings_with(key, more * value))
         assert_times(image, other, 20)
 
 
 @pytest.mark.gl
-def test_tiles_of_other_brightness_than_the_picture_change_nothing(renderer: Renderer) -> None:
+def test_tiles_of_different_brightness_have_the_estimate_of_the_whole_picture(renderer: Renderer) -> None:
     # A picture whose left half is bright and whose right half is nearly black.
     balls = [rt.Sphere((x, 0, 0), 1, rt.Material(le=(le, le, le))) for x, le in ((-2, 1e11), (2, 1e-15))]
     scene = rt.Scene(balls, [], rt.Camera((0, 0, 8), (0, 0, 0)), background=(0, 0, 0))
@@ -158,10 +158,10 @@ def test_tiles_of_other_brightness_than_the_picture_change_nothing(renderer: Ren
 
 @pytest.mark.gl
 @pytest.mark.parametrize("ambient", [1e-25, 1e-3])
-def test_light_too_bright_for_squares_that_the_first_sample_misses_has_a_finite_error(
+def test_very_bright_light_that_the_first_sample_misses_has_a_finite_error(
     renderer: Renderer, ambient: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # Emission is at most 1e12, and so light of 1e24 is an ambient on a surface.
+    # Emission is at most 1e12, so the light of 1e24 comes from ambient reflection.
     speck = rt.Sphere((0.0298, 0.046, 1), 0.02, rt.Material(ka=(1e12, 1e12, 1e12)))
     wall = rt.Plane((0, 0, 1), 0, rt.Material(ka=(ambient * 1e-12,) * 3))
     scene = rt.Scene([speck, wall], [], rt.Camera((0, 0, 5), (0, 0, 0)), ambient=(1e12, 1e12, 1e12))
@@ -175,10 +175,10 @@ def test_light_too_bright_for_squares_that_the_first_sample_misses_has_a_finite_
     monkeypatch.setattr(TileRenderer, "draw", noted)
     for settings in (Settings(samples=64), Settings(samples=48)):
         image = renderer.render(scene, SIZE, settings)
-        assert min(scales) == 1.0 and (max(scales) > 1.0) == (ambient < 1e-9), "the first sample misses it"
+        assert min(scales) == 1.0 and (max(scales) > 1.0) == (ambient < 1e-9), "the first sample misses the speck"
         mean, error = image.radiance.astype(float), image.error
         assert mean.max() > 1e20 and error is not None and np.isfinite(error).all()
-        # What it says of the pixel is neither nothing nor more than the pixel's own light.
+        # The error of the brightest pixel is neither negligible nor larger than its radiance.
         place = np.unravel_index(mean[..., 0].argmax(), mean.shape[:2])
         assert 0.01 * mean.max() < error[place] <= 1.001 * mean.max()
         estimate = image.estimate
@@ -188,25 +188,25 @@ def test_light_too_bright_for_squares_that_the_first_sample_misses_has_a_finite_
 
 
 @pytest.mark.gl
-def test_beside_light_too_bright_for_squares_samples_go_where_they_went(renderer: Renderer) -> None:
-    # Parts of it are above 1, and shown as 1.
+def test_very_bright_light_does_not_change_the_samples_elsewhere(renderer: Renderer) -> None:
+    # Parts of the scene are above 1, and displayed as 1.
     lights = [msgspec.structs.replace(scenes.SUN, color=(3.0, 3.0, 3.0))]
-    found: list[rt.Image] = []
+    images: list[rt.Image] = []
     for le in (8.0, 1e12):
         lamp = rt.Sphere((-2.6, 3.2, 0), 0.6, rt.Material(kd=(0, 0, 0), ks=(0, 0, 0), ka=(0, 0, 0), le=(le, le, le)))
         scene = msgspec.structs.replace(scenes.still_life(lamp, lights=lights), background=(1.5, 1.5, 1.5))
-        found.append(renderer.render(scene, SIZE, Settings(samples=64, adaptive=0.05)))
-    rows, columns = np.nonzero(found[1].radiance[..., 0] > 1e3)
+        images.append(renderer.render(scene, SIZE, Settings(samples=64, adaptive=0.05)))
+    rows, columns = np.nonzero(images[1].radiance[..., 0] > 1e3)
     away = np.ones(SIZE[::-1], bool)
     away[max(0, rows.min() - 8) : rows.max() + 9, max(0, columns.min() - 8) : columns.max() + 9] = False
-    usual, bright = (image.samples[away] for image in found if image.samples is not None)
+    usual, bright = (image.samples[away] for image in images if image.samples is not None)
     np.testing.assert_array_equal(bright, usual)
     assert {3, 64} <= set(np.unique(usual))
 
 
 @pytest.mark.gl
-def test_light_near_a_lamp_is_at_most_1e12_at_any_scale(renderer: Renderer) -> None:
-    # Seen from 1e-6, the lamp is 1e-7 above the ground: I / distance^2 is 1e14.
+def test_light_close_to_a_lamp_is_clamped_to_1e12(renderer: Renderer) -> None:
+    # The camera is 1e-6 from the ground and the lamp 1e-7, so that I / distance^2 is 1e14.
     ground = rt.Plane((0, 0, 1), 0, rt.Material(ka=(0, 0, 0), kd=(1, 1, 1), ks=(0, 0, 0)))
     lamp = rt.PointLight((0, 0, 1e-7), falloff="inverse_square")
     scene = rt.Scene([ground], [lamp], rt.Camera((0, 0, 1e-6), (0, 0, 0)))
@@ -216,7 +216,7 @@ def test_light_near_a_lamp_is_at_most_1e12_at_any_scale(renderer: Renderer) -> N
 
 
 @pytest.mark.gl
-def test_the_window_says_the_same(renderer: Renderer) -> None:
+def test_the_error_in_the_window_scales_with_the_light(renderer: Renderer) -> None:
     scene = DIM["few"]
     pictures: list[tuple[np.ndarray, float]] = []
     picture = ProgressivePicture(renderer.device, 1e9)
@@ -235,7 +235,7 @@ def test_the_window_says_the_same(renderer: Renderer) -> None:
 
 
 @pytest.mark.gl
-def test_an_error_may_be_asked_for_where_squares_overflow(renderer: Renderer) -> None:
+def test_a_requested_error_is_reached_where_squares_would_overflow(renderer: Renderer) -> None:
     ball = rt.Sphere((0, 0, 0), 1, rt.Material(kd=(1e9, 1e9, 1e9)))
     scene = rt.Scene([ball], [rt.PointLight((3, 4, 5), (1e12, 1e12, 1e12))], rt.Camera((0, 1, 5), (0, 0, 0)))
     settings = Settings(samples=256, max_error=1e18)

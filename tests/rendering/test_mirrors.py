@@ -1,4 +1,4 @@
-"""Ideal mirrors: reflection rays against float64, and what only scenes with mirrors pay for."""
+"""Ideal mirrors: reflection rays compared with float64, and shader code that only scenes with mirrors have."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DARK = rt.Material("mirror", f0=(0.9, 0.8, 0.7))
 
 
 def hall(*more: rt.Solid) -> rt.Scene:
-    """Mirrors and other things on a ground, under two lights."""
+    """Return a scene of mirrors and other objects on a ground, under two lights."""
     objects = [
         rt.Sphere((-1, 0, 0), 1, DARK) - rt.Sphere((-0.6, 0.6, 0.7), 0.6, RED),
         rt.Sphere((1.2, 0, 0.3), 1, rt.Material("mirror", fresnel="conductor")),
@@ -45,22 +45,22 @@ def hall(*more: rt.Solid) -> rt.Scene:
     ],
     ids=str,
 )
-def test_pictures_in_mirrors_are_float64s(renderer: Renderer, settings: Settings) -> None:
+def test_pictures_with_mirrors_agree_with_float64(renderer: Renderer, settings: Settings) -> None:
     if settings.precision not in renderer.device.limits.precisions:
         pytest.skip("this driver has no doubles")
     image = renderer.render(hall(), SIZE, settings)
     expected = ray_tracer.trace(hall(), SIZE, settings).radiance
-    off = np.abs(image.radiance - expected).max(axis=2)
+    difference = np.abs(image.radiance - expected).max(axis=2)
     assert np.isfinite(image.radiance).all()
-    # An outline seen in a curved mirror is as much less certain as it is smaller.
-    assert (off > 1e-4).mean() <= 1e-4 and np.median(off) < 1e-6
+    # A curved mirror shrinks outlines, so rounding moves them further relative to their size.
+    assert (difference > 1e-4).mean() <= 1e-4 and np.median(difference) < 1e-6
 
 
 @pytest.mark.gl
 def test_a_mirrored_ground_shows_the_ball_above_it_upside_down(renderer: Renderer) -> None:
     ground = rt.Plane((0, 1, 0), 0, rt.Material("mirror", f0=1))
     ball = rt.Sphere((0, 1.5, 0), 0.5, rt.Material(ka=(1, 0, 0), kd=0, ks=0))
-    # Seen along the ground's plane from infinitely far, the picture is symmetric: from near, with the camera in it.
+    # With the camera in the plane of the ground, the picture is symmetric.
     scene = rt.Scene([ground, ball], [], rt.Camera((0, 1e-6, 8), (0, 1e-6, 0), vertical_fov=40), background=(0, 0, 0))
     red = renderer.render(scene, (120, 120), Settings()).radiance[..., 0]
     np.testing.assert_allclose(red, red[::-1], atol=1e-6)
@@ -68,14 +68,14 @@ def test_a_mirrored_ground_shows_the_ball_above_it_upside_down(renderer: Rendere
 
 
 @pytest.mark.gl
-def test_two_facing_mirrors_show_as_many_pictures_as_there_are_bounces(renderer: Renderer) -> None:
-    # Between mirrors of reflectance 1/2, one of which glows: 1/2 + 1/8 + ..., each two bounces further.
+def test_facing_mirrors_reflect_as_often_as_there_are_bounces(renderer: Renderer) -> None:
+    # Two mirrors of reflectance 1/2, of which one emits light: every two bounces add a term of 1/2 + 1/8 + ...
     glow = rt.Plane((0, 0, -1), -4, rt.Material("mirror", f0=0.5, le=1))
     other = rt.Plane((0, 0, 1), -4, rt.Material("mirror", f0=0.5))
     scene = rt.Scene([glow, other], [], rt.Camera((0, 0, 0), (0, 0, -1), vertical_fov=1e-3), background=(0, 0, 0))
     for bounces, expected in ((0, 0.0), (1, 0.5), (2, 0.5), (3, 0.625), (9, 0.5 / 0.75 * (1 - 0.25**5))):
-        found = renderer.render(scene, (3, 3), Settings(bounces=bounces)).radiance
-        np.testing.assert_allclose(found, expected, rtol=1e-5)
+        radiance = renderer.render(scene, (3, 3), Settings(bounces=bounces)).radiance
+        np.testing.assert_allclose(radiance, expected, rtol=1e-5)
 
 
 @pytest.mark.gl
@@ -88,17 +88,17 @@ def test_cells_and_walk_draw_the_same_mirrors(renderer: Renderer) -> None:
 
 
 @pytest.mark.gl
-def test_soft_shadows_are_seen_in_mirrors_among_few_objects_and_many(renderer: Renderer) -> None:
+def test_mirrors_show_soft_shadows_of_few_and_of_many_objects(renderer: Renderer) -> None:
     many = [rt.Sphere((0.7 * (i % 5) - 1.4, 0.4 * (i // 5), -2.0), 0.15, RED) for i in range(15)]
     lamp = [rt.PointLight((3, 5, 4), radius=0.8)]
     few, more = (msgspec.structs.replace(scene, lights=lamp) for scene in (hall(), hall(*many)))
     for scene in (few, more):
         a, b = (renderer.render(scene, SIZE, Settings(evaluator=e, shadows="soft")).radiance for e in ("cells", "walk"))
         np.testing.assert_array_equal(a, b)
-    # In so few pixels the two means differ by 0.0005, and by 0.08 without shadows.
-    found = renderer.render(more, (80, 60), Settings(shadows="soft", samples=64)).radiance
+    # In this small picture the means differ by 0.0005, relatively; without shadows they would differ by 0.08.
+    radiance = renderer.render(more, (80, 60), Settings(shadows="soft", samples=64)).radiance
     expected = ray_tracer.trace(more, (80, 60), Settings(shadows="soft", samples=4), rays=4).radiance
-    assert abs(found.mean() / expected.mean() - 1) < 5e-3
+    assert abs(radiance.mean() / expected.mean() - 1) < 5e-3
 
 
 def test_only_scenes_with_mirrors_have_reflection_rays() -> None:
@@ -114,6 +114,6 @@ def test_only_scenes_with_mirrors_have_reflection_rays() -> None:
 
 
 @pytest.mark.parametrize("bounces", [-1, 65, 1.5, True])
-def test_bounces_are_bounded(bounces: object) -> None:
+def test_bounces_outside_the_range_are_refused(bounces: object) -> None:
     with pytest.raises(rt.InputError, match="bounces: expected a whole number in"):
         rt.Settings(bounces=bounces)  # pyright: ignore[reportArgumentType]

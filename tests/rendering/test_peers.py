@@ -1,4 +1,4 @@
-"""The same reflectance by a renderer that is not ours: Mitsuba 3 (Jakob et al. 2022)."""
+"""Comparison of our reflectance models with an independent renderer, Mitsuba 3 (Jakob et al. 2022)."""
 
 from __future__ import annotations
 
@@ -17,8 +17,11 @@ pytestmark = pytest.mark.gl
 
 @pytest.fixture
 def mi() -> Any:
-    """The module mitsuba. A skip where it is not installed; a failure, of the tests that need it only, where it is and
-    cannot be imported: it raises whatever its own start trips over, such as NameError for a library that is missing."""
+    """The module mitsuba. Tests are skipped if it is not installed.
+
+    If it is installed and its import fails, only the tests that need it fail. Any exception is possible, for example
+    NameError for a missing library.
+    """
     try:
         return importlib.import_module("mitsuba")
     except ModuleNotFoundError as error:
@@ -53,21 +56,19 @@ RGB_N, RGB_K = ({"type": "rgb", "value": list(value)} for value in (N, K))
     ],
     ids=lambda value: repr(value) if isinstance(value, rt.Material) else "",
 )
-def test_mitsuba_says_the_same_to_1e_5(
-    mi: Any, renderer: Renderer, bsdf: dict[str, Any], material: rt.Material
-) -> None:
+def test_mitsuba_agrees_to_1e_5(mi: Any, renderer: Renderer, bsdf: dict[str, Any], material: rt.Material) -> None:
     mi.set_variant("scalar_rgb")
     peer, context = mi.load_dict(bsdf), mi.BSDFContext()
-    # Mitsuba's own float32 has lost what is narrower, and more grazing.
+    # No more grazing directions and no narrower lobes, because Mitsuba's float32 is inaccurate for them.
     wi, wo = pairs(1000, least=0.05)
 
-    def asked(i: np.ndarray, o: np.ndarray) -> np.ndarray:
+    def peer_values(i: np.ndarray, o: np.ndarray) -> np.ndarray:
         interaction = mi.SurfaceInteraction3f()
         interaction.wi = mi.Vector3f(*o.tolist())
         return np.array(peer.eval(context, interaction, mi.Vector3f(*i.tolist())))
 
-    expected = np.array([asked(i, o) for i, o in zip(wi, wo, strict=True)])
-    found = rt.brdf.evaluate(material, wi, wo, device=renderer.device)
+    expected = np.array([peer_values(i, o) for i, o in zip(wi, wo, strict=True)])
+    values = rt.brdf.evaluate(material, wi, wo, device=renderer.device)
     counts = expected > 1e-6 * expected.max()
     assert counts.mean() > 0.3
-    np.testing.assert_allclose(found[counts], expected[counts], rtol=1e-5)
+    np.testing.assert_allclose(values[counts], expected[counts], rtol=1e-5)

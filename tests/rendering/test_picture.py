@@ -1,4 +1,4 @@
-"""The GPU's pictures are those of the float64 reference."""
+"""Pictures of the GPU agree with the float64 reference."""
 
 from typing import get_args
 
@@ -23,7 +23,10 @@ pytestmark = pytest.mark.gl
 
 @pytest.fixture(scope="module")
 def assignment() -> tuple[Image, PixelDoubt]:
-    """Its truth at 1280x720, which takes long and knows no evaluators, and what float32 resolves of it."""
+    """The reference of the assignment at 1280x720, and its doubtful pixels.
+
+    Both take long, and serve all evaluators.
+    """
     scene, size = scenes.assignment(), (1280, 720)
     return ray_tracer.trace(scene, size, Settings(shadows="off")), find_pixel_doubt(scene, size, 32)
 
@@ -42,7 +45,7 @@ def test_a_random_scene_agrees_with_the_reference(renderer: Renderer, seed: int)
     check_truth(renderer, scenes.random_scene(seed), (128, 72), Settings(shadows="off"))
 
 
-# Those of the random scenes whose Roth filters compile in a few seconds.
+# The random scenes whose programs for the evaluator `roth` compile in a few seconds.
 SMALL = [seed for seed in range(200) if roth_loops(scenes.random_scene(seed)) <= 7]
 
 
@@ -62,7 +65,7 @@ def test_all_evaluators_make_the_same_picture(renderer: Renderer, seed: int) -> 
     ("shading", "shadows"),
     [(None, "hard"), ("phong", "diluted"), ("blinn", "hard"), ("blinn", "off")],
 )
-def test_the_assignments_picture_with_16_samples_is_the_references_to_2_in_255(
+def test_the_assignment_with_16_samples_agrees_with_the_reference_to_2_of_255(
     renderer: Renderer, shading: Shading | None, shadows: Shadows
 ) -> None:
     settings = Settings(samples=16, shading=shading, shadows=shadows)
@@ -71,14 +74,15 @@ def test_the_assignments_picture_with_16_samples_is_the_references_to_2_in_255(
     assert np.abs(image.srgb8().astype(int) - truth.srgb8()).max() <= 2
 
 
-def test_several_lights_and_both_models_in_one_scene_agree_with_the_reference(renderer: Renderer) -> None:
+def test_a_scene_with_several_lights_and_both_models_agrees_with_the_reference(renderer: Renderer) -> None:
     shiny = rt.Material(kd=(0.2, 0.5, 0.7), ks=(0.9, 0.8, 0.7), h=100, model="blinn")
     dull = rt.Material(kd=(0.7, 0.5, 0.2), ks=(0.1, 0.1, 0.1), h=0)
     scene = scenes.of(rt.Sphere((-1, 0, 0), 1, shiny), rt.Sphere((1, 0, 0), 1, dull), rt.Plane((0, 1, 0), -1.5, shiny))
     for shadows in ("hard", "diluted"):
         settings = Settings(shadows=shadows, samples=4)
         image, truth = renderer.render(scene, (160, 90), settings), ray_tracer.trace(scene, (160, 90), settings)
-        # A sample that falls the other way at an edge changes a pixel by up to 1/4: there may be a few.
+        # Rounding may move a sample across an edge, which changes the pixel by up to 1/4. A few such pixels are
+        # allowed.
         wrong = np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4
         assert wrong.mean() < 5e-4
 
@@ -88,7 +92,7 @@ def test_the_shadows_of_random_scenes_agree_with_the_reference(renderer: Rendere
     settings = Settings(shadows="diluted")
     image = renderer.render(scenes.random_scene(seed), (96, 54), settings)
     truth = ray_tracer.trace(scenes.random_scene(seed), (96, 54), settings)
-    # Only rays that graze a blocker may fall the other way: none or a few pixels.
+    # Rounding may change only shadow rays that graze an occluder, in none or a few pixels.
     wrong = np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4
     assert wrong.sum() <= 3
 
@@ -108,18 +112,18 @@ def test_a_scene_of_any_size_looks_the_same(renderer: Renderer, scale: float) ->
 
 
 @pytest.mark.parametrize("radius", [1e3, 1e6, 1e7, 1e9])
-def test_a_ball_on_a_huge_sphere_casts_the_shadow_that_it_casts(renderer: Renderer, radius: float) -> None:
-    # The lower the camera over so large a sphere, the more a point made from its centre would be off.
+def test_a_ball_on_a_huge_sphere_casts_the_correct_shadow(renderer: Renderer, radius: float) -> None:
+    # The camera is low above the huge sphere: a hit point computed from its centre would have a large error.
     objects = rt.Sphere((0, -radius, 0), radius), rt.Sphere((0, 1, 0), 1, scenes.COLORS[0])
     scene = rt.Scene(objects, [rt.PointLight((4, 7, 4))], rt.Camera((0, 2, 6), (0, 1, 0)))
     image, truth = renderer.render(scene, (96, 64), Settings()), ray_tracer.trace(scene, (96, 64))
-    resolved = find_pixel_doubt(scene, (96, 64))
+    doubt = find_pixel_doubt(scene, (96, 64))
     wrong = np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-2
-    assert (wrong & ~resolved.doubtful & ~resolved.unlit).sum() == 0
+    assert (wrong & ~doubt.doubtful & ~doubt.unlit).sum() == 0
 
 
 def test_half_spaces_that_share_a_plane_do_not_shade_each_other(renderer: Renderer) -> None:
-    # The ground, once as itself and once as the other side of an upside-down half-space.
+    # The ground as a half-space, and as the complement of the upside-down half-space.
     up, down = rt.Plane((1, 5, 2), 3), rt.Plane((-3, -15, -6), -9)
     for solid in (up | ~down, up & ~down, ~down - (up - rt.Sphere((0, 0, 0), 9))):
         scene = scenes.of(solid, eye=(0, 4, 8))
@@ -146,21 +150,21 @@ def test_a_scene_without_lights_shows_its_ambient_and_background(renderer: Rende
     np.testing.assert_array_equal(image.radiance[0, 0], (0.25, 0.5, 1))
 
 
-def test_a_picture_in_tiles_is_the_picture_in_one_piece(renderer: Renderer) -> None:
+def test_a_picture_in_tiles_equals_the_picture_in_one_piece(renderer: Renderer) -> None:
     whole = renderer.render(scenes.assignment(), (201, 113), Settings(samples=3))
     tiled = renderer.render(scenes.assignment(), (201, 113), Settings(samples=3), tile=64)
     for name in ("radiance", "depth", "normal", "material"):
         np.testing.assert_array_equal(getattr(tiled, name), getattr(whole, name), err_msg=name)
 
 
-def test_one_render_after_another_gives_the_same_bytes(renderer: Renderer) -> None:
+def test_repeated_renderings_are_identical(renderer: Renderer) -> None:
     first = renderer.render(scenes.assignment(), (160, 90), Settings(samples=5))
     renderer.render(scenes.random_scene(3), (64, 64), Settings(samples=2))
     again = renderer.render(scenes.assignment(), (160, 90), Settings(samples=5))
     np.testing.assert_array_equal(first.radiance, again.radiance)
 
 
-def test_numbers_are_data_and_structure_is_compiled(renderer: Renderer) -> None:
+def test_only_another_structure_compiles_programs(renderer: Renderer) -> None:
     fresh = Renderer(Device(renderer.device.context))
 
     def programs_for(scene: rt.Scene) -> int:
@@ -172,17 +176,17 @@ def test_numbers_are_data_and_structure_is_compiled(renderer: Renderer) -> None:
     programs_for(scenes.of(ball - other))
     moved = rt.Sphere((0.5, 1, 2), 3, rt.Material(kd=(1, 0, 0), h=5))
     assert programs_for(scenes.of(moved - ball, eye=(1, 2, 9))) == 0
-    # The picture, and its geometry; without half-spaces the plane-only cells have no program of their own.
+    # One program for the picture, and one for its geometry. Without half-spaces there is none for plane-only cells.
     assert programs_for(scenes.of(~(ball | ~other | ball) & other)) == 2
 
 
-def test_the_depth_of_the_ground_holds_to_the_horizon_of_a_tilted_camera(renderer: Renderer) -> None:
+def test_the_depth_of_the_ground_is_correct_up_to_the_horizon_of_a_tilted_camera(renderer: Renderer) -> None:
     ground = rt.Plane((0.1, 1, 0.05), 0.0)
     camera = rt.Camera((3, 2, 6), (0, 1.7, 0), up=(0.4, 1, 0.1), vertical_fov=50)
     check_truth(renderer, rt.Scene([ground], [], camera), (640, 360), Settings())
 
 
-def test_a_leaf_used_twice_and_shared_parts_of_trees_are_no_obstacle(renderer: Renderer) -> None:
+def test_trees_may_share_leaves_and_sub_trees(renderer: Renderer) -> None:
     a, b = rt.Sphere((-0.5, 0, 0), 1, scenes.COLORS[0]), rt.Sphere((0.5, 0, 0), 1, scenes.COLORS[1])
     lens = a & b
     check_truth(

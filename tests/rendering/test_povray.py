@@ -1,4 +1,4 @@
-"""Scenes in POV-Ray's language: what the benchmarks compare with is the same picture."""
+"""Translation of scenes into POV-Ray's language, which the benchmarks use: POV-Ray renders the same picture."""
 
 import shutil
 
@@ -28,12 +28,12 @@ def test_space_is_mirrored_and_ambient_light_is_a_share_of_the_pigment() -> None
     assert "pigment { rgb <0.5, 0, 0.25> } finish { ambient rgb <0.20000000000000001, 0, 0.80000000000000004>" in text
 
 
-def test_the_horizontal_angle_is_that_of_the_picture() -> None:
+def test_the_horizontal_angle_matches_the_picture() -> None:
     tangent = np.tan(np.radians(float(exported(rt.Sphere((0, 0, 0), 1)).split("angle ")[1].split()[0]) / 2))
-    assert tangent == pytest.approx(np.tan(np.radians(30)) * 16 / 9)  # of a vertical angle of 60 degrees
+    assert tangent == pytest.approx(np.tan(np.radians(30)) * 16 / 9)  # for a vertical angle of 60 degrees
 
 
-def test_chains_of_one_operator_are_one_list() -> None:
+def test_chains_of_one_operator_become_one_list() -> None:
     a, b, c, d = (rt.Sphere((x, 0, 0), 1) for x in range(4))
     difference = exported(a - b - c - d)
     assert "difference { sphere { <0, 0, -0>" in difference and difference.count("{ sphere") == 1
@@ -44,7 +44,7 @@ def test_chains_of_one_operator_are_one_list() -> None:
     assert " inverse }" in exported(a & ~(b | c))
 
 
-def test_what_povray_cannot_draw_is_refused() -> None:
+def test_features_that_povray_lacks_are_refused() -> None:
     ball = rt.Sphere((0, 0, 0), 1)
     for settings in (rt.Settings(shading="blinn"), rt.Settings(shadows="diluted")):
         with pytest.raises(povray.UnavailableError):
@@ -56,7 +56,7 @@ def test_what_povray_cannot_draw_is_refused() -> None:
 
 @pytest.mark.gl
 @pytest.mark.skipif(not shutil.which("povray"), reason="povray is not installed (Debian package povray)")
-def test_the_assignment_is_the_same_picture(renderer: Renderer) -> None:
+def test_povray_renders_the_same_picture_of_the_assignment(renderer: Renderer) -> None:
     settings = rt.Settings()
     theirs, seconds = povray.run(povray.source(scenes.assignment(), SIZE, settings), SIZE, 1)
     ours = renderer.render(scenes.assignment(), SIZE, settings).srgb8().astype(int)

@@ -1,4 +1,4 @@
-"""The window's picture on the GPU, without a window: what it converges to, shows, compiles and keeps."""
+"""The window's progressive picture and its canvas, without a window: samples, display, compilation and errors."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ ONE = Settings()
 
 
 class Live(ProgressivePicture):
-    """A picture, and the canvas on which it is shown."""
+    """A progressive picture, and the canvas that shows it."""
 
     def __init__(self, renderer: Renderer, budget: float) -> None:
         super().__init__(renderer.device, budget)
@@ -57,7 +57,7 @@ def live(renderer: Renderer) -> Iterator[Live]:
 
 
 def shown(live: Live, renderer: Renderer, marked: rt.PointLight | None = None) -> np.ndarray:
-    """(H, W, 3) int: what `present` draws, top row first."""
+    """Draw the picture on the canvas, and return its pixels, top row first [H, W, 3] int."""
     context = renderer.device.context
     with context:
         target = context.texture(live.size, 4)
@@ -83,7 +83,7 @@ def refined(live: Live, scene: rt.Scene, settings: Settings, show: Show = "pictu
 
 
 @pytest.mark.parametrize("samples", [4, 37, 64, 600])
-def test_a_still_picture_knows_its_error_as_that_of_render_does(live: Live, renderer: Renderer, samples: int) -> None:
+def test_the_estimate_of_a_picture_at_rest_equals_that_of_render(live: Live, renderer: Renderer, samples: int) -> None:
     settings = Settings(samples=samples)
     image = renderer.render(scenes.assignment(), SIZE, settings)
     assert image.estimate and image.estimate.rmse
@@ -94,21 +94,21 @@ def test_a_still_picture_knows_its_error_as_that_of_render_does(live: Live, rend
     assert estimate.worst == pytest.approx(image.estimate.worst, rel=1e-4) and estimate.samples == samples
 
 
-def test_a_still_picture_stops_at_the_error_or_time_that_is_asked_for(live: Live, renderer: Renderer) -> None:
-    scene, asked = scenes.assignment(), Settings(samples=4096, max_error=0.002)
+def test_a_picture_at_rest_stops_at_the_requested_error_time_or_samples(live: Live, renderer: Renderer) -> None:
+    scene, settings = scenes.assignment(), Settings(samples=4096, max_error=0.002)
     truth = renderer.render(scene, SIZE, Settings(samples=1024, sequence="r2")).radiance
     with renderer.device.context:
-        refined(live, scene, asked)
+        refined(live, scene, settings)
         estimate = live.estimate()
         assert 8 <= live.samples <= 128 and estimate and estimate.reached
         assert np.sqrt(np.mean((live.image({}).radiance - truth) ** 2)) < 0.002
-        refined(live, scene, msgspec.structs.replace(asked, max_error=1e-9, time=0.1))
-        assert 1 <= live.samples < 4096  # as many as a busy machine allows
-        refined(live, scene, msgspec.structs.replace(asked, max_error=1e-9, samples=64))
+        refined(live, scene, msgspec.structs.replace(settings, max_error=1e-9, time=0.1))
+        assert 1 <= live.samples < 4096  # the number depends on how busy the machine is
+        refined(live, scene, msgspec.structs.replace(settings, max_error=1e-9, samples=64))
         assert live.samples == 64
 
 
-def test_blocks_with_features_that_samples_may_miss_go_on_as_those_of_render_do(live: Live, renderer: Renderer) -> None:
+def test_blocks_with_bright_features_continue_as_in_render(live: Live, renderer: Renderer) -> None:
     settings = Settings(samples=128, max_error=0.01)
     image = renderer.render(scenes.glint(), SIZE, settings, geometry=False)
     with renderer.device.context:
@@ -118,7 +118,7 @@ def test_blocks_with_features_that_samples_may_miss_go_on_as_those_of_render_do(
     assert estimate.reached is image.estimate.reached is False
 
 
-def test_a_picture_that_moves_or_shows_something_else_is_not_looked_at(renderer: Renderer) -> None:
+def test_a_moving_picture_or_another_display_has_no_estimate(renderer: Renderer) -> None:
     live, settings, scene = Live(renderer, 1e-9), Settings(samples=16), scenes.assignment()
     centers = renderer.render(scene, SIZE, Settings(), geometry=False).radiance
     with renderer.device.context:
@@ -135,7 +135,7 @@ def test_a_picture_that_moves_or_shows_something_else_is_not_looked_at(renderer:
         live.close()
 
 
-def test_a_mistake_in_the_shader_that_finds_the_error_leaves_the_picture(renderer: Renderer, shaders: Path) -> None:
+def test_a_mistake_in_the_shader_of_the_error_estimate_leaves_the_picture(renderer: Renderer, shaders: Path) -> None:
     own, settings = Renderer(Device(renderer.device.context)), Settings(samples=8)
     live, file = Live(own, 1e9), shaders / "sampling/movement.frag"
     good = file.read_text()
@@ -155,13 +155,13 @@ def test_a_mistake_in_the_shader_that_finds_the_error_leaves_the_picture(rendere
 
 
 @pytest.mark.parametrize("shadows", ["off", "hard", "diluted", "soft"])
-def test_the_refined_picture_is_that_of_render(live: Live, renderer: Renderer, shadows: str) -> None:
+def test_the_refined_picture_equals_that_of_render(live: Live, renderer: Renderer, shadows: str) -> None:
     settings = Settings(samples=16, shadows=shadows)  # pyright: ignore[reportArgumentType]
     scene = scenes.under_spheres(scenes.assignment(), 0.5)
     image = renderer.render(scene, SIZE, settings)
     assert np.abs(drawn(live, renderer, scene, settings) - image.srgb8()).max() <= 1
     with renderer.device.context:
-        # render() may add up the samples of plane-only cells in another order, by fours.
+        # render() may sum the samples of plane-only cells in another order, four at a time.
         np.testing.assert_allclose(live.image({}).radiance, image.radiance, rtol=1e-6)
 
 
@@ -173,11 +173,11 @@ def test_the_window_shows_blocks_that_stopped_and_others_when_a_second_sum_begin
         while live.samples < SUMMED + 20:
             live.step()
         picture = live.image({}).srgb8()
-        assert not live.is_done and "blockSamples" in live.textures(), "some blocks stopped, others did not"
+        assert not live.is_done and "blockSamples" in live.textures(), "some blocks have stopped, and others have not"
     assert np.abs(shown(live, renderer) - picture).max() <= 1
 
 
-def test_normals_depth_and_materials_are_shown_as_stated(live: Live, renderer: Renderer) -> None:
+def test_normals_depth_and_materials_have_the_documented_colours(live: Live, renderer: Renderer) -> None:
     scene = scenes.assignment()
     image = renderer.render(scene, SIZE, ONE)
     assert image.normal is not None and image.depth is not None and image.material is not None
@@ -192,19 +192,19 @@ def test_normals_depth_and_materials_are_shown_as_stated(live: Live, renderer: R
 
     materials = drawn(live, renderer, scene, ONE, "material")
     colors = [np.unique(materials[image.material == i], axis=0) for i in range(-1, 4)]
-    assert [len(color) for color in colors] == [1] * 5, "one colour each"
+    assert [len(color) for color in colors] == [1] * 5, "one colour for each material"
     distances = [np.abs(a[0] - b[0]).max() for i, a in enumerate(colors) for b in colors[:i]]
-    assert min(distances) > 60, "colours that can be told apart"
+    assert min(distances) > 60, "the colours are distinguishable"
 
 
-def test_moving_lights_and_the_camera_compiles_nothing_and_reads_no_file(
+def test_moving_the_light_and_the_camera_requests_no_program(
     live: Live, renderer: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = scenes.assignment()
     drawn(live, renderer, scene, ONE)
 
     def never(*_: object) -> None:
-        raise AssertionError("a program was looked for")
+        raise AssertionError("a program was requested")
 
     monkeypatch.setattr(renderer.device, "program", never)
     for angle in (0.1, 0.2, 0.3):
@@ -216,7 +216,7 @@ def test_moving_lights_and_the_camera_compiles_nothing_and_reads_no_file(
 
 
 def changed(scene: rt.Scene) -> Iterator[rt.Scene]:
-    """`scene` with all of its numbers changed, one kind after the other."""
+    """Yield the scene with more and more of its numbers changed, one kind after the other."""
 
     def with_leaves_of(change: Callable[[Primitive], Solid]) -> rt.Scene:
         objects = [with_leaves(solid, change) for solid in scene.solids()]
@@ -250,7 +250,7 @@ def changed(scene: rt.Scene) -> Iterator[rt.Scene]:
 
 
 @pytest.mark.parametrize("evaluator", ["cells", "walk"])
-def test_moving_and_recoloring_anything_compiles_nothing(renderer: Renderer, evaluator: Evaluator) -> None:
+def test_changing_any_number_of_a_scene_compiles_nothing(renderer: Renderer, evaluator: Evaluator) -> None:
     settings = Settings(evaluator=evaluator)
     scene = scenes.assignment()
     own = Renderer(Device(renderer.device.context))
@@ -263,7 +263,7 @@ def test_moving_and_recoloring_anything_compiles_nothing(renderer: Renderer, eva
         assert np.abs(picture - own.render(other, SIZE, settings).srgb8()).max() <= 1
         assert own.device._programs == before, k
         own.render(other, (SIZE[0] + 16 * k, 33), settings)
-        assert own.device._programs == before, "nor does another size"
+        assert own.device._programs == before, "another size compiles nothing either"
     with renderer.device.context:
         live.close()
         own.device.forget()
@@ -274,7 +274,7 @@ def test_enlarged_pixels_show_a_smaller_picture_and_a_resize_a_larger_one(render
     live = Live(renderer, budget=1e-9)
     with renderer.device.context:
         live.start(scene, ONE, "picture", SIZE, moving=True)
-        assert live.enlarged == 1, "no sample's time is known yet"
+        assert live.enlarged == 1, "no time of a sample is known yet"
         live.step()
     for size, moving, small in (
         ((160, 90), True, (10, 6)),
@@ -286,17 +286,17 @@ def test_enlarged_pixels_show_a_smaller_picture_and_a_resize_a_larger_one(render
             live.step()
         enlarged = 16 if moving else 1
         image = renderer.render(scene, small, ONE).srgb8().repeat(enlarged, 0).repeat(enlarged, 1)
-        found = shown(live, renderer)
-        assert found.shape == (size[1], size[0], 3) and live.enlarged == enlarged
-        assert np.abs(found - image[-size[1] :, : size[0]]).max() <= 1, "pixels are counted from the lower left"
+        pixels = shown(live, renderer)
+        assert pixels.shape == (size[1], size[0], 3) and live.enlarged == enlarged
+        assert np.abs(pixels - image[-size[1] :, : size[0]]).max() <= 1, "the enlarged pixels start at the lower left"
     with renderer.device.context:
-        for enlarged in (16, 1):  # how long other settings take is not known
+        for enlarged in (16, 1):  # the time of a sample with other settings is not known
             live.start(scene, Settings(shadows="off"), "picture", SIZE, moving=True)
             assert live.enlarged == enlarged
         live.close()
 
 
-def test_the_marker_is_drawn_at_the_lights_place_and_nowhere_else(live: Live, renderer: Renderer) -> None:
+def test_the_marker_is_drawn_only_at_the_place_of_the_light(live: Live, renderer: Renderer) -> None:
     scene = scenes.assignment()
     plain = drawn(live, renderer, scene, ONE)
     light = rt.PointLight((0.5, 2.5, 1.0), (9.0, 0.0, 0.0))
@@ -308,7 +308,7 @@ def test_the_marker_is_drawn_at_the_lights_place_and_nowhere_else(live: Live, re
     assert tuple(marked[SIZE[1] - 1 - int(y), int(x)]) == (255, 0, 0), "in the light's colour"
 
 
-def test_a_place_in_the_picture_is_where_the_camera_ray_of_that_pixel_goes() -> None:
+def test_in_picture_inverts_the_camera_rays() -> None:
     camera = scenes.assignment().camera
     right, up, forward = np.array(camera.axes())
     scale = 2 * np.tan(np.radians(camera.vertical_fov) / 2) / 90
@@ -323,7 +323,7 @@ def test_a_place_in_the_picture_is_where_the_camera_ray_of_that_pixel_goes() -> 
     assert in_picture(camera, camera.position, SIZE, 8.0) == (80.0, 82.0, False)
 
 
-def test_the_program_for_plain_pictures_shows_what_the_program_for_all_pictures_shows(
+def test_the_program_for_plain_pictures_shows_the_same_as_the_general_programs(
     live: Live, renderer: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plain = drawn(live, renderer, scenes.assignment(), ONE)
@@ -334,7 +334,7 @@ def test_the_program_for_plain_pictures_shows_what_the_program_for_all_pictures_
         assert np.array_equal(shown(live, renderer), plain)
 
 
-# A mistake in a file, and its message. GLSL takes the second and third mistake, but the host does not.
+# A mistake in a file, and its message. The second and third mistake are valid GLSL, but do not match the host's types.
 MISTAKES = [
     ("shading/lighting.glsl", "I += m.ka * ambient;", "I += m.kb * ambient;", r"shading/lighting\.glsl:\d+"),
     ("passes/draw.glsl", "real pixelScale;    // ", "int pixelScale;  // ", r"uniform draw\.pixelScale"),
@@ -344,9 +344,9 @@ MISTAKES = [
 ]
 
 
-@pytest.mark.parametrize(("name", "old", "new", "says"), MISTAKES)
-def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
-    renderer: Renderer, shaders: Path, name: str, old: str, new: str, says: str
+@pytest.mark.parametrize(("name", "old", "new", "message"), MISTAKES)
+def test_a_mistake_in_a_shader_keeps_the_old_picture_until_it_is_corrected(
+    renderer: Renderer, shaders: Path, name: str, old: str, new: str, message: str
 ) -> None:
     scene = scenes.assignment()
     show: Show = "depth" if "depth" in name else "picture"
@@ -359,20 +359,20 @@ def test_a_mistake_in_a_shader_leaves_the_picture_before_and_is_mended(
     file.write_text(good.replace(old, new), encoding="latin-1")
     for _ in range(3):
         live.reread()
-        with pytest.raises(rt.ShaderError, match=says), renderer.device.context:
+        with pytest.raises(rt.ShaderError, match=message), renderer.device.context:
             live.canvas.load_programs()
             live.start(scene, ONE, show, SIZE, moving=False)
-        assert np.array_equal(drawn(live, own, scene, ONE, show), before), "it goes on with the programs there are"
+        assert np.array_equal(drawn(live, own, scene, ONE, show), before), "the old programs stay in use"
     file.write_text(good)
     live.reread()
     assert np.array_equal(drawn(live, own, scene, ONE, show), before)
-    # The canvas has five programs, a picture of cells three, one of the depth two.
+    # The canvas has five programs, the picture three, and the display of the depth two.
     assert len(own.device._programs) == 5 + (3 if show == "picture" else 2), "programs with mistakes are released"
     with renderer.device.context:
         live.close()
 
 
-def test_a_changed_shader_is_taken_when_told_and_not_before(live: Live, renderer: Renderer, shaders: Path) -> None:
+def test_a_changed_shader_is_used_only_after_reread(live: Live, renderer: Renderer, shaders: Path) -> None:
     before = drawn(live, renderer, scenes.assignment(), ONE)
     file = shaders / "shading/lighting.glsl"
     file.write_text(file.read_text().replace("I += m.ka * ambient;", "I += vec3(0.5);"))
@@ -393,31 +393,31 @@ def test_toggling_between_two_shadings_compiles_each_once(renderer: Renderer) ->
         live.close()
 
 
-def test_a_window_larger_than_the_driver_draws_is_refused(live: Live, renderer: Renderer) -> None:
+def test_a_window_beyond_the_limits_of_the_driver_is_refused(live: Live, renderer: Renderer) -> None:
     with pytest.raises(rt.InputError, match="size: expected a window of at most"), renderer.device.context:
         live.start(scenes.assignment(), ONE, "picture", (renderer.device.limits.target + 1, 8), moving=False)
 
 
-def test_pixels_are_enlarged_as_far_as_the_budget_of_a_sample_wants() -> None:
+def test_pixels_are_enlarged_to_keep_the_budget_of_a_sample() -> None:
     pace = Pace(0.033)
-    assert pace.enlarged(921_600) == 1, "nothing known yet"
-    pace.add(9.0)  # a compiler's time
+    assert pace.enlarged(921_600) == 1, "no time is known yet"
+    pace.add(9.0)  # a sample whose programs had to be compiled
     pace.add(0.1 / 921_600)
     assert pace.enlarged(921_600) == 2 and pace.enlarged(921_600 // 4) == 1
-    pace.add(1000.0)  # another process's
+    pace.add(1000.0)  # one slow sample, because of another process
     assert pace.enlarged(921_600) == 2
     for _ in range(5):
         pace.add(1000.0)
-    assert pace.enlarged(921_600) == 16, "a scene that has become slow"
+    assert pace.enlarged(921_600) == 16, "the scene has become slow"
 
 
-def test_radiance_above_1_is_shown_as_1(live: Live, renderer: Renderer) -> None:
+def test_radiance_above_1_is_displayed_as_1(live: Live, renderer: Renderer) -> None:
     bright = msgspec.structs.replace(scenes.assignment(), ambient=(1e12, 1e12, 0.0), background=(0, 0, 1e12))
     picture = drawn(live, renderer, bright, ONE)
     assert picture[0, 0].tolist() == [0, 0, 255] and picture[-1, 0, :2].tolist() == [255, 255]
 
 
-def test_moved_lights_materials_and_cameras_reach_the_picture_one_by_one(live: Live, renderer: Renderer) -> None:
+def test_each_changed_part_of_a_scene_reaches_the_picture(live: Live, renderer: Renderer) -> None:
     scene = scenes.assignment()
     green = rt.Sphere((0, 2, 0), 1.5, rt.Material(kd=(0, 1, 0)))
     changes: list[dict[str, object]] = [
@@ -440,7 +440,7 @@ def test_moved_lights_materials_and_cameras_reach_the_picture_one_by_one(live: L
         Settings(samples=4096, max_error=0.004),
     ],
 )
-def test_the_window_stops_where_render_does_and_has_its_picture(
+def test_the_window_stops_at_the_samples_of_render_with_the_same_picture(
     live: Live, renderer: Renderer, settings: Settings
 ) -> None:
     scene = scenes.random_scene(3)
@@ -451,14 +451,14 @@ def test_the_window_stops_where_render_does_and_has_its_picture(
         np.testing.assert_allclose(live.image({}).radiance, image.radiance, rtol=1e-6)
         estimate = live.estimate()
     assert estimate and estimate.samples == pytest.approx(image.estimate.samples)
-    # The means of both agree to 1e-6.
+    # The means of both pictures agree to 1e-6.
     assert estimate.rmse == pytest.approx(image.estimate.rmse, rel=1e-5)
     assert live.samples == settings.samples or live.samples < 4096
-    assert np.abs(shown(live, renderer) - image.srgb8()).max() <= 1, "it is shown by the samples of each block"
+    assert np.abs(shown(live, renderer) - image.srgb8()).max() <= 1, "the canvas divides by the samples of each block"
 
 
 @pytest.mark.parametrize("settings", [Settings(samples=8), Settings(samples=64, adaptive=0.05)])
-def test_beside_light_too_bright_for_squares_all_else_is_shown_as_it_is(
+def test_very_bright_light_does_not_change_the_display_of_other_pixels(
     live: Live, renderer: Renderer, settings: Settings
 ) -> None:
     ball = rt.Sphere((0, 0, 0), 1, rt.Material(ka=(1e3, 1e3, 1e3)))
@@ -470,9 +470,7 @@ def test_beside_light_too_bright_for_squares_all_else_is_shown_as_it_is(
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 3
 
 
-def test_a_change_of_samples_brings_nothing_to_the_gpu(
-    live: Live, renderer: Renderer, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_change_of_samples_uploads_nothing(live: Live, renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scenes.random_scene(3)
     drawn(live, renderer, scene, Settings(samples=16))
 
@@ -497,11 +495,11 @@ def test_frames_between_decisions_read_nothing_back(
     monkeypatch.setattr(DrawPlayer, "read", noted)
     with renderer.device.context:
         refined(live, scenes.assignment(), Settings(samples=40))
-    # What is read after the last sample measures the error of the finished picture.
-    assert [each for each in read if each[0] < 40] == [(n, "blocks") for n in (1, 2, 4, 8, 16, 32)]
+    # Reads after the last sample measure the error of the finished picture.
+    assert [entry for entry in read if entry[0] < 40] == [(n, "blocks") for n in (1, 2, 4, 8, 16, 32)]
 
 
-def test_blocks_that_go_on_are_shown_by_all_their_samples_after_the_first_sum(live: Live, renderer: Renderer) -> None:
+def test_active_blocks_are_shown_with_all_samples_after_the_first_sum(live: Live, renderer: Renderer) -> None:
     settings = Settings(samples=SUMMED + 128, adaptive=0.004)
     with renderer.device.context:
         live.start(scenes.assignment(), settings, "picture", SIZE, moving=False)

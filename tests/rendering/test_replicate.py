@@ -1,4 +1,4 @@
-"""The error of a picture by a replicate: the choice of blocks, sums over them, and errors against closed forms."""
+"""The error estimate by a replicate: the choice of blocks, sums over blocks, and errors of closed forms."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ DIGITS = np.stack(np.meshgrid(np.arange(SIZE[0]), np.arange(SIZE[1])[::-1]), axi
 
 
 def scattered(places: list[tuple[int, int]]) -> np.ndarray:
-    """(samples, pixels, 2): places in pixels, from their centres, as camera.glsl has them."""
+    """Scramble sample places for each pixel, as camera.glsl does: offsets from the centres [samples, pixels, 2]."""
     at = DIGITS[:, 0] * np.uint32(3242174889) + DIGITS[:, 1] * np.uint32(2447445413)
     flipped = np.stack([at, at * np.uint32(1010068087)], axis=-1) >> np.uint32(8)
     return (np.array(places, np.uint32)[:, None] ^ flipped) * 2.0**-24 - 0.5
 
 
 @pytest.mark.parametrize("thickness", [0.02, 0.1, 0.3, 2.0])
-def test_half_the_difference_of_two_scramblings_is_the_error_of_edges_and_lines_within_10_percent(
+def test_two_scramblings_estimate_the_error_of_edges_and_lines_within_10_percent(
     thickness: float,
 ) -> None:
     inside, exact = lines(np.random.default_rng(3), thickness)
@@ -42,7 +42,7 @@ def test_blocks_are_chosen_in_proportion_to_their_weights() -> None:
     weights[3, 5], weights[7, 9], weights[:, 20:] = 1e3, 2e3, 0.0
     rows, columns, probabilities = choose_blocks(weights, 64)
     assert abs(len(rows) - 64) <= 1 and (weights[rows, columns] > 0.0).all()
-    # The two largest are chosen for sure; each other block stands for all of the same weight.
+    # The two largest blocks are chosen with certainty. All other chosen blocks represent equal weights.
     assert sorted(weights[rows, columns][probabilities == 1.0])[-2:] == [1e3, 2e3]
     assert (weights[rows, columns] / probabilities).sum() == pytest.approx(weights.sum(), rel=1e-2)
     least = (weights[rows, columns] / probabilities)[probabilities < 1.0]
@@ -51,7 +51,7 @@ def test_blocks_are_chosen_in_proportion_to_their_weights() -> None:
     assert len(few[0]) == 5 and (few[2] == 1.0).all()
 
 
-def test_an_error_that_few_blocks_hold_is_uncertain_and_bounded_by_the_rest() -> None:
+def test_an_error_in_few_blocks_is_uncertain_and_the_other_blocks_are_a_lower_bound() -> None:
     even = np.full(100, 2.0)
     total, least, is_uncertain = squared_error(even, np.full(100, 0.5))
     assert total == pytest.approx(400.0) and not is_uncertain
@@ -60,19 +60,19 @@ def test_an_error_that_few_blocks_hold_is_uncertain_and_bounded_by_the_rest() ->
     assert is_uncertain and 300.0 < least < 400.0 < total
 
 
-def test_the_sums_of_blocks_count_rows_from_below_and_leave_no_pixel_out() -> None:
+def test_block_sums_count_rows_from_the_bottom_and_include_all_pixels() -> None:
     values = np.arange(6 * 9, dtype=np.float32).reshape(6, 9)
     sums = block_sums(values)
     assert sums.shape == (2, 3) and sums.sum() == values.sum()
     assert sums[0, 0] == values[2:, :4].sum() and sums[1, 2] == values[:2, 8:].sum()
 
 
-def test_lights_of_replicates_have_indices_of_another_scrambling() -> None:
+def test_light_indices_stay_below_those_of_replicates() -> None:
     assert max(light_index(k) for k in range(65536)) < 1 << 24
 
 
 @pytest.mark.gl
-def test_an_error_does_not_depend_on_tiles_and_is_measured_with_any_number_of_samples(renderer: Renderer) -> None:
+def test_the_estimate_is_correct_for_any_number_of_samples_and_any_tiles(renderer: Renderer) -> None:
     scene = scenes.under_spheres(scenes.assignment(), 0.5)
     truth = renderer.render(scene, (160, 90), Settings(samples=4096, shadows="soft"), estimates=False).radiance
     for samples in (3, 16, 24, 300):

@@ -1,4 +1,4 @@
-"""Soft shadows of sphere lights, and falloff: against closed forms, a converged reference, and the walk."""
+"""Soft shadows of sphere lights and inverse-square falloff, compared with closed forms and a converged reference."""
 
 from __future__ import annotations
 
@@ -28,14 +28,17 @@ def soft(samples: int = 256, **fields: object) -> Settings:
 
 
 def at(point: tuple[float, float, float], light: rt.PointLight, *objects: rt.Solid) -> rt.Scene:
-    """A picture of nothing but one point of a white floor, whose radiance is then its irradiance."""
+    """Return a scene that shows one point of a white floor.
+
+    The radiance of the picture is the irradiance at the point.
+    """
     x, y, z = point
     camera = rt.Camera((x - 1, y + 0.4, z + 1), point, vertical_fov=1e-4)
     return rt.Scene([FLOOR, *objects], [light], camera)
 
 
 def irradiance(renderer: Renderer, scene: rt.Scene, settings: Settings) -> float:
-    """The mean of 256 pixels, and the reference's, which agree."""
+    """Return the mean radiance of 256 pixels, after a comparison with the reference."""
     image = renderer.render(scene, (16, 16), settings)
     truth = ray_tracer.trace(scene, (1, 1), Settings(shadows=settings.shadows), rays=80).radiance[0, 0, 0]
     mean = float(image.radiance[..., 0].mean(dtype=np.float64))
@@ -43,7 +46,7 @@ def irradiance(renderer: Renderer, scene: rt.Scene, settings: Settings) -> float
     return mean
 
 
-def test_rays_are_unit_end_on_the_side_towards_them_and_stay_within_the_cone(renderer: Renderer) -> None:
+def test_light_rays_are_unit_vectors_within_the_cone_that_end_on_the_near_side(renderer: Renderer) -> None:
     rng = np.random.default_rng(4)
     defines = {"SPHERE_LIGHTS": 1, "FALLOFF": 1, "LIGHTS": 3}
     count, u = 20_000, 2.0**-24
@@ -59,36 +62,37 @@ def test_rays_are_unit_end_on_the_side_towards_them_and_stay_within_the_cone(ren
     n = ray["end"]["n"].astype(float)
     to_center, r = light["position"].astype(float) - P, light["radius"].astype(float)
     d = np.linalg.norm(to_center, axis=1)
-    given = np.abs(P).max(axis=1) + np.abs(light["position"]).max(axis=1) + r
+    magnitude = np.abs(P).max(axis=1) + np.abs(light["position"]).max(axis=1) + r
     np.testing.assert_allclose(np.linalg.norm(L, axis=1), 1.0, atol=8 * u)
-    assert (np.abs(np.linalg.norm(t[:, None] * L - to_center, axis=1) - r) <= 8 * u * given).all()
-    clear = np.abs(d - r) > 8 * u * given
-    out, within = clear & (d > r), clear & (d < r)
-    assert out.sum() > 2000 and within.sum() > 2000
+    assert (np.abs(np.linalg.norm(t[:, None] * L - to_center, axis=1) - r) <= 8 * u * magnitude).all()
+    clear = np.abs(d - r) > 8 * u * magnitude
+    is_outside, is_inside = clear & (d > r), clear & (d < r)
+    assert is_outside.sum() > 2000 and is_inside.sum() > 2000
     slope = np.sum(n * L, axis=1)
     known = clear & (r > 1e-15 * d)
-    assert (slope[out & known] < 0.0).all() and (slope[within] >= -8 * u).all()
-    np.testing.assert_allclose(np.linalg.norm(n, axis=1)[known & ~within], 1.0, atol=16 * u)
-    sine = np.linalg.norm(np.cross(L, to_center), axis=1)[out] / d[out]
-    assert (sine <= r[out] / d[out] + 8 * u * given[out] / d[out]).all()
+    assert (slope[is_outside & known] < 0.0).all() and (slope[is_inside] >= -8 * u).all()
+    np.testing.assert_allclose(np.linalg.norm(n, axis=1)[known & ~is_inside], 1.0, atol=16 * u)
+    sine = np.linalg.norm(np.cross(L, to_center), axis=1)[is_outside] / d[is_outside]
+    assert (sine <= r[is_outside] / d[is_outside] + 8 * u * magnitude[is_outside] / d[is_outside]).all()
     expected = np.where(d < r, 4.0, 2.0 / (1.0 + np.sqrt(1.0 - (r / np.maximum(d, r)) ** 2)))
     np.testing.assert_allclose(ray["weight"][clear], expected[clear], rtol=1e-3)
-    far = out & (d > 2 * r) & (d > 1e-3)  # where P's own rounding does not count
+    far = is_outside & (d > 2 * r) & (d > 1e-3)  # where the rounding of P is negligible
     np.testing.assert_allclose(ray["weight"][far], expected[far], rtol=4e-7)
 
 
 @pytest.mark.parametrize("precision", [32, 64])
 @pytest.mark.parametrize(("height", "radius"), [(4.0, 0.5), (4.0, 3.9), (0.2, 1e-3)])
-def test_a_sphere_that_is_wholly_above_gives_what_its_centre_would(
+def test_a_sphere_above_the_horizon_lights_like_its_centre(
     renderer: Renderer, height: float, radius: float, precision: int
 ) -> None:
     light = rt.PointLight((3, height, 0), (0.7, 0.7, 0.7), radius)
-    found = irradiance(renderer, at((0, 0, 0), light), soft(precision=precision))
-    assert found == pytest.approx(0.7 * height / math.hypot(3, height), rel=1e-3)
+    measured = irradiance(renderer, at((0, 0, 0), light), soft(precision=precision))
+    assert measured == pytest.approx(0.7 * height / math.hypot(3, height), rel=1e-3)
 
 
-def test_of_a_sphere_partly_below_the_horizon_comes_what_is_above_it(renderer: Renderer) -> None:
-    # Lagarde and de Rousiers 2014, "Moving Frostbite to PBR", after Quilez: for a radiance of 1, over pi.
+def test_only_the_part_of_a_sphere_above_the_horizon_lights(renderer: Renderer) -> None:
+    # Lagarde and de Rousiers 2014, "Moving Frostbite to PBR", after Quilez: the irradiance for a radiance of 1, over
+    # pi.
     for height, radius, distance in ((0.5, 1.5, 3.0), (-0.5, 1.5, 3.0), (0.0, 1.0, 2.0)):
         d = math.hypot(height, distance)
         cosine, h = height / d, d / radius
@@ -100,13 +104,13 @@ def test_of_a_sphere_partly_below_the_horizon_comes_what_is_above_it(renderer: R
         assert irradiance(renderer, at((0, 0, 0), light), soft()) == pytest.approx(expected, rel=5e-3)
 
 
-def test_from_inside_a_sphere_comes_as_much_from_everywhere(renderer: Renderer) -> None:
+def test_light_within_a_sphere_is_uniform(renderer: Renderer) -> None:
     for place in ((0, 0, 0), (1, -2, 1), (0, 2.999, 0)):
         light = rt.PointLight(place, (0.5, 0.5, 0.5), 3.0)  # pyright: ignore[reportArgumentType]
         assert irradiance(renderer, at((0, 0, 0), light), soft()) == pytest.approx(0.5, rel=1e-3)
 
 
-def test_a_wall_up_to_the_centre_blocks_half(renderer: Renderer) -> None:
+def test_a_wall_up_to_the_centre_of_a_light_blocks_half_of_it(renderer: Renderer) -> None:
     wall = rt.Plane((-1, 0, 0), 0) & rt.Plane((0, -1, 0), -1)  # x >= 0 and y >= 1
     for radius in (0.01, 1.0):
         scene = at((0, 0, 2), rt.PointLight((0, 4, 0), radius=radius), wall)
@@ -115,32 +119,30 @@ def test_a_wall_up_to_the_centre_blocks_half(renderer: Renderer) -> None:
 
 
 @pytest.mark.parametrize("evaluator", ["cells", "walk", "roth"])
-def test_a_radius_of_0_is_a_hard_shadow_and_one_that_tends_to_0_nears_it(
-    renderer: Renderer, evaluator: Evaluator
-) -> None:
+def test_soft_shadows_tend_to_hard_shadows_as_the_radius_tends_to_0(renderer: Renderer, evaluator: Evaluator) -> None:
     cut = rt.Sphere((0, 0, 0), 1.5, scenes.COLORS[0]) - rt.Sphere((1, 1, 1), 1.2, scenes.COLORS[1])
     scene = scenes.of(cut, rt.Plane((0, 1, 0), -1.5, scenes.COLORS[3]))
     hard = renderer.render(scene, (96, 54), Settings(samples=4, evaluator=evaluator)).radiance
     point = renderer.render(scene, (96, 54), soft(4, evaluator=evaluator)).radiance
     np.testing.assert_array_equal(point, hard)
-    assert sources(scene, soft()) == sources(scene), "no trace of spheres"
+    assert sources(scene, soft()) == sources(scene), "the shader has no code for sphere lights"
     tiny = renderer.render(scenes.under_spheres(scene, 1e-12), (96, 54), soft(4, evaluator=evaluator)).radiance
     np.testing.assert_allclose(tiny, hard, rtol=1e-6)
 
 
-def test_inverse_square_divides_by_the_square_of_the_distance(renderer: Renderer) -> None:
+def test_inverse_square_falloff_divides_by_the_squared_distance(renderer: Renderer) -> None:
     for distance in (0.01, 1.0, 5.0):
         light = rt.PointLight((0, distance, 0), (0.5, 0.5, 0.5), 0.25 * distance, "inverse_square")
         for settings in (Settings(), Settings(shadows="off"), Settings(shadows="diluted"), soft()):
-            found = irradiance(renderer, at((0, 0, 0), light), settings)
-            assert found == pytest.approx(0.5 / distance**2, rel=1e-3)
+            measured = irradiance(renderer, at((0, 0, 0), light), settings)
+            assert measured == pytest.approx(0.5 / distance**2, rel=1e-3)
     inside = rt.PointLight((0, 1, 0), (0.5, 0.5, 0.5), 2.0, "inverse_square")
     assert irradiance(renderer, at((0, 0, 0), inside), soft()) == pytest.approx(0.5 / 2.0**2, rel=1e-3)
 
 
 @pytest.mark.parametrize("height", [0.0, 1e-30, 1e-12, 1e-6, 1e12])
 @pytest.mark.parametrize("color", [0.0, 1e-12, 1e12])
-def test_nothing_overflows_however_near_a_light_is(renderer: Renderer, height: float, color: float) -> None:
+def test_lights_at_any_distance_cause_no_overflow(renderer: Renderer, height: float, color: float) -> None:
     bright = WHITE.replace(kd=(1e12,) * 3)
     lights = [
         rt.PointLight((0, height, 0), (color, color, color), radius, "inverse_square") for radius in (0.0, 1e-12, 1e12)
@@ -154,7 +156,7 @@ def test_nothing_overflows_however_near_a_light_is(renderer: Renderer, height: f
 
 @pytest.mark.parametrize("evaluator", ["cells", "walk", "roth"])
 @pytest.mark.parametrize("precision", [32, 64])
-def test_a_bulb_around_a_light_shades_nothing_outside_and_is_lit_within(
+def test_a_bulb_around_a_light_does_not_block_it_and_is_lit_inside(
     renderer: Renderer, evaluator: Evaluator, precision: int
 ) -> None:
     glass = WHITE.replace(ka=(0.25, 0.25, 0.25))
@@ -164,12 +166,14 @@ def test_a_bulb_around_a_light_shades_nothing_outside_and_is_lit_within(
     with_bulb = renderer.render(rt.Scene([FLOOR, bulb], [light], camera), (64, 48), settings)
     without = renderer.render(rt.Scene([FLOOR], [light], camera), (64, 48), settings)
     assert with_bulb.material is not None and without.material is not None
-    # Not at the bulb's outline, where other samples may see it than the pixel's centre.
+    # Pixels at the outline of the bulb are left out, because other samples than the centre may hit it.
     seen = np.pad(with_bulb.material == 1, 1)
     near = np.lib.stride_tricks.sliding_window_view(seen, (3, 3))
     np.testing.assert_array_equal(with_bulb.radiance[~near.any(axis=(2, 3))], without.radiance[~near.any(axis=(2, 3))])
     assert near.all(axis=(2, 3)).sum() > 80
-    assert (with_bulb.radiance[near.all(axis=(2, 3))] == 0.25).all(), "its outside is not lit by it"
+    assert (with_bulb.radiance[near.all(axis=(2, 3))] == 0.25).all(), (
+        "the light inside does not reach the outside of the bulb"
+    )
     inside = rt.Scene([bulb], [light], rt.Camera((0.3, 1.2, -0.1), (0, 0, 0)))
     image = renderer.render(inside, (16, 16), soft(256, evaluator=evaluator, precision=precision)).radiance
     assert np.abs(image - 1.25).max() < 0.1 and image.mean() == pytest.approx(1.25, rel=1e-3)
@@ -178,30 +182,30 @@ def test_a_bulb_around_a_light_shades_nothing_outside_and_is_lit_within(
 
 
 def penumbra() -> rt.Scene:
-    """The border of a ball's shadow."""
+    """Return a view of the border of a ball's shadow."""
     camera = rt.Camera((0, 6, 4), (-1, 0, 1.1), vertical_fov=8)
     return rt.Scene([FLOOR, rt.Sphere((0, 2, 0), 0.8, WHITE)], [rt.PointLight((2, 6, 0), radius=1.0)], camera)
 
 
 def errors(renderer: Renderer, counts: tuple[int, ...]) -> list[float]:
-    """The root mean square errors of a penumbra with so many samples."""
+    """Return the root mean square errors of the penumbra for each number of samples."""
     truth = ray_tracer.trace(penumbra(), (20, 20), Settings(samples=4, shadows="soft"), rays=24).radiance
-    assert truth.std() > 0.15, "there is a penumbra to be seen"
+    assert truth.std() > 0.15, "the picture shows a penumbra"
     images = (renderer.render(penumbra(), (20, 20), soft(count), geometry=False).radiance for count in counts)
     return [float(np.sqrt(np.mean((image - truth) ** 2))) for image in images]
 
 
 def test_the_error_falls_at_least_with_the_root_of_the_samples(renderer: Renderer) -> None:
     counts = (4, 16, 64, 256)
-    found = errors(renderer, counts)
-    # Independent points would give -1/2. Stratified ones give -3/4 for what has an edge in the square: of n boxes
-    # only sqrt(n) hold a part of it.
-    slope = np.polyfit(np.log(counts), np.log(found), 1)[0]
-    assert slope <= -0.5, found
-    assert found[-1] < 0.02, found
+    rms_errors = errors(renderer, counts)
+    # The slope is -1/2 for independent points. For stratified points it is -3/4 if an edge crosses the square, because
+    # the edge crosses only sqrt(n) of n boxes.
+    slope = np.polyfit(np.log(counts), np.log(rms_errors), 1)[0]
+    assert slope <= -0.5, rms_errors
+    assert rms_errors[-1] < 0.02, rms_errors
 
 
-def test_tiles_and_what_is_left_out_by_adaptive_samples_change_no_bit(renderer: Renderer) -> None:
+def test_tiles_change_no_pixel_of_soft_shadows(renderer: Renderer) -> None:
     scene = scenes.under_spheres(scenes.assignment(), 0.5)
     for settings in (soft(5), soft(16, adaptive=0.02), soft(5, evaluator="walk")):
         whole = renderer.render(scene, (201, 113), settings, geometry=False)
@@ -209,7 +213,7 @@ def test_tiles_and_what_is_left_out_by_adaptive_samples_change_no_bit(renderer: 
         np.testing.assert_array_equal(whole.radiance, tiled.radiance)
 
 
-def test_a_penumbra_gets_more_samples_where_they_are_adaptive(renderer: Renderer) -> None:
+def test_adaptive_sampling_takes_more_samples_in_a_penumbra(renderer: Renderer) -> None:
     camera = msgspec.structs.replace(penumbra().camera, vertical_fov=30.0)
     scene = msgspec.structs.replace(penumbra(), camera=camera)
     free = msgspec.structs.replace(scene, objects=[FLOOR])
@@ -228,11 +232,11 @@ def test_a_penumbra_gets_more_samples_where_they_are_adaptive(renderer: Renderer
 
 @pytest.mark.parametrize("shadows", ["off", "hard", "diluted"])
 @pytest.mark.parametrize("evaluator", ["cells", "walk", "roth"])
-def test_a_radius_changes_no_bit_of_what_are_no_soft_shadows(
+def test_a_radius_does_not_change_other_kinds_of_shadows(
     renderer: Renderer, shadows: Shadows, evaluator: Evaluator
 ) -> None:
     own, point = scenes.assignment(), scenes.under_spheres(scenes.assignment(), 0.0)
-    assert own.lights[0].radius > 0.0, "the example shows all kinds of shadows"
+    assert own.lights[0].radius > 0.0, "the light of the example has a radius"
     for precision in (32, 64):
         settings = Settings(samples=3, shadows=shadows, evaluator=evaluator, precision=precision)
         a, b = (renderer.render(scene, (96, 54), settings).radiance for scene in (own, point))

@@ -1,4 +1,4 @@
-"""The rule by which samples end: on arrays, without OpenGL."""
+"""The stopping rule of blocks, on arrays without OpenGL."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from raytracer.scene.options import SamplingOptions
 ALL = np.ones((2, 3), bool)
 
 
-def test_what_is_surely_below_is_further_below_with_few_samples() -> None:
+def test_is_surely_below_has_a_larger_margin_with_fewer_samples() -> None:
     assert is_surely_below(1.0, 0.9, 8) and not is_surely_below(1.0, 0.9, 4)
     assert is_surely_below(1.0, 0.7, 4) and not is_surely_below(1.0, 0.1, 2)
     assert not is_surely_below(1.0, 0.1, 7) and is_surely_below(1.0, 0.1, 12)
@@ -32,7 +32,7 @@ def test_choices_are_due_after_the_first_samples_and_at_powers_of_two() -> None:
         assert not chooses_blocks(options) and not any(is_choice_due(options, n) for n in range(1, 65))
 
 
-def test_by_a_threshold_the_active_blocks_above_it_go_on() -> None:
+def test_active_blocks_above_the_threshold_continue() -> None:
     active = np.array([[True, True, False], [True, True, True]])
     errors = np.array([[0.2, 0.1, 0.9], [0.0, 0.11, 0.3]])
     options = SamplingOptions(samples=64, adaptive=0.1)
@@ -40,8 +40,10 @@ def test_by_a_threshold_the_active_blocks_above_it_go_on() -> None:
     np.testing.assert_array_equal(choice.active, [[True, False, False], [False, True, True]])
 
 
-def test_by_an_error_those_blocks_stop_that_held_next_to_none_of_it_twice() -> None:
-    options = SamplingOptions(samples=64, max_error=0.1)  # of 96 pixels: a squared error of 2.88, of which 5 % may stay
+def test_blocks_stop_after_they_held_a_negligible_error_twice() -> None:
+    options = SamplingOptions(
+        samples=64, max_error=0.1
+    )  # with 96 pixels the squared error may be 2.88, of which 5 % may remain in stopped blocks
     squared_errors = np.array([[1.0, 0.07, 0.07], [0.07, 0.0, 0.5]])
     errors = np.sqrt(squared_errors)
     first = choose_blocks(options, ALL, errors, squared_errors, spare=None, pixels=96, growth=8.0)
@@ -51,12 +53,12 @@ def test_by_an_error_those_blocks_stop_that_held_next_to_none_of_it_twice() -> N
     np.testing.assert_array_equal(first.spare, spare)
     then = choose_blocks(options, ALL, errors, squared_errors, spare=first.spare, pixels=96, growth=4.0)
     np.testing.assert_array_equal(then.active, ~spare)
-    # The blocks that stopped hold as much as they may already.
+    # The stopped blocks already hold as much error as is allowed.
     last = choose_blocks(options, then.active, errors, squared_errors, spare=then.spare, pixels=96, growth=2.0)
     np.testing.assert_array_equal(last.active, then.active)
 
 
-def test_no_block_stops_where_those_that_could_turn_out_to_hold_much() -> None:
+def test_no_block_stops_if_the_candidates_hold_too_much_error_together() -> None:
     options = SamplingOptions(samples=64, max_error=0.1)
     squared_errors = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 0.3]])
     errors = np.sqrt(squared_errors)
@@ -64,7 +66,7 @@ def test_no_block_stops_where_those_that_could_turn_out_to_hold_much() -> None:
     np.testing.assert_array_equal(choice.active, ALL)
 
 
-def test_by_a_time_the_error_to_be_had_in_it_counts() -> None:
+def test_with_a_time_limit_the_error_reachable_in_that_time_counts() -> None:
     options = SamplingOptions(samples=NEXT**3, time=1.0)
     squared_errors = np.array([[1.0, 0.01, 0.0], [0.0, 0.0, 1.0]])
     spare = squared_errors < 0.1
@@ -73,7 +75,7 @@ def test_by_a_time_the_error_to_be_had_in_it_counts() -> None:
         assert choice.active[0, 1] != stop and not choice.active[1, 0]
 
 
-def test_blocks_are_values() -> None:
+def test_blocks_are_immutable_values() -> None:
     blocks = Blocks.all_of((16, 32, 20, 16), np.array([[True, True]]))
     some = blocks.active.copy()
     some[:, :4] = False
@@ -86,7 +88,7 @@ def test_blocks_are_values() -> None:
     assert narrowed.part((30, 40, 6, 2)) == (slice(2, 3), slice(3, 5))
 
 
-def test_blocks_around_a_tile_decide_until_some_have_stopped() -> None:
+def test_blocks_around_a_tile_are_active_until_some_blocks_stop() -> None:
     size = 70, 40
     blocks = Blocks.all_of((0, 0, *size), np.arange(15).reshape(3, 5) != 8).sampled(2)
     tile = 32, 16, 16, 16
@@ -101,7 +103,7 @@ def test_blocks_around_a_tile_decide_until_some_have_stopped() -> None:
     assert around.active.sum() == 15
 
 
-def test_a_cell_in_which_nothing_is_seen_is_not_measured_once_some_blocks_have_stopped() -> None:
+def test_an_empty_cell_is_not_measured_once_some_blocks_have_stopped() -> None:
     blocks = Blocks.all_of((0, 0, 32, 32), np.array([[True, False], [True, True]]))
     active = blocks.active.copy()
     active[0, 0] = False

@@ -1,4 +1,4 @@
-"""Instances: one solid at many places is what hand-made solids at these places are."""
+"""Instances: a solid at many places equals separate solids made by hand at these places."""
 
 import copy
 import pickle
@@ -22,15 +22,15 @@ LENS = (rt.Sphere((-0.5, 0, 0), 1, RED) & rt.Sphere((0.5, 0, 0), 1, BLUE)) - ~rt
 CAMERA = rt.Camera((0, 0, 5), (0, 0, 0))
 
 
-def test_a_placed_solid_is_the_one_made_by_hand() -> None:
+def test_a_placed_solid_equals_a_solid_made_by_hand() -> None:
     first, second = rt.Instances(LENS, [[1, 2, 3], [0, 0, -4]], [2, 0.5]).solids()
-    # dot(n, x) <= 0.5 of the points x = (X - position) / scale: dot(n, X) <= 0.5 scale + dot(n, position)
+    # The half-space dot(n, x) <= 0.5 with x = (X - position) / scale is dot(n, X) <= 0.5 scale + dot(n, position).
     assert first == (rt.Sphere((0, 2, 3), 2, RED) & rt.Sphere((2, 2, 3), 2, BLUE)) - ~rt.Plane((1, 2, 2), 12, GREEN)
     a, b = rt.Sphere((-0.25, 0, -4), 0.5, RED), rt.Sphere((0.25, 0, -4), 0.5, BLUE)
     assert second == (a & b) - ~rt.Plane((1, 2, 2), -7.75, GREEN)
 
 
-def test_positions_and_scales_may_be_any_arrays_and_are_held_read_only() -> None:
+def test_positions_and_scales_accept_any_arrays_and_are_read_only() -> None:
     places = np.arange(6, dtype=np.float32).reshape(2, 3)
     instances = rt.Instances(BALL, places, 2)
     places[0, 0] = 7
@@ -43,7 +43,7 @@ def test_positions_and_scales_may_be_any_arrays_and_are_held_read_only() -> None
         instances.scales = 1  # pyright: ignore[reportAttributeAccessIssue]
 
 
-def test_instances_are_equal_by_value_and_their_repr_can_be_pasted_back() -> None:
+def test_instances_compare_by_value_and_their_repr_is_valid_python() -> None:
     names = {name: getattr(rt, name) for name in ("Camera", "Instances", "Material", "Plane", "Scene", "Sphere")}
     for scales in (1.0, 0.3, [0.1, 1e-7]):
         instances = rt.Instances(LENS, [[0.1, -0.0, 1 / 3], [4, 5, 6e9]], scales)
@@ -58,12 +58,12 @@ def test_instances_are_equal_by_value_and_their_repr_can_be_pasted_back() -> Non
     assert plus not in (*others, BALL, None)
 
 
-wrong: Any = rt.Instances  # where types are wrong on purpose
+wrong: Any = rt.Instances  # untyped, for arguments of wrong types
 NAN, INFINITY = float("nan"), float("inf")
 
 
 @pytest.mark.parametrize(
-    ("make", "says"),
+    ("make", "message"),
     [
         (lambda: wrong("ball", [[0, 0, 0]]), r"solid: expected a solid, got 'ball'"),
         (lambda: wrong(BALL, []), r"positions: expected at least one point, as an array \(N, 3\)"),
@@ -98,8 +98,8 @@ NAN, INFINITY = float("nan"), float("inf")
         (lambda: rt.Scene([wrong(LENS, np.zeros((200_000, 3)))] * 2, [], CAMERA), r"objects: .* got 1200000"),
     ],
 )
-def test_a_wrong_place_is_refused_by_its_row(make: Callable[[], Any], says: str) -> None:
-    with pytest.raises(rt.InputError, match=f"^{says}"):
+def test_an_error_about_a_wrong_instance_names_its_row(make: Callable[[], Any], message: str) -> None:
+    with pytest.raises(rt.InputError, match=f"^{message}"):
         make()
 
 
@@ -110,8 +110,8 @@ def test_a_scene_counts_its_surfaces_and_materials_through_instances() -> None:
     assert scene.materials == (GREEN, RED, BLUE, BALL.material)
 
 
-def test_a_picture_of_instances_is_that_of_solids_made_by_hand() -> None:
-    thing = (rt.Sphere((0.4, 0, 0), 1, RED) & rt.Sphere((-0.4, 0, 0), 1, BLUE)) - rt.Sphere((0, 0.5, 0.6), 0.7, GREEN)
+def test_a_picture_of_instances_equals_the_picture_of_solids_made_by_hand() -> None:
+    lens = (rt.Sphere((0.4, 0, 0), 1, RED) & rt.Sphere((-0.4, 0, 0), 1, BLUE)) - rt.Sphere((0, 0.5, 0.6), 0.7, GREEN)
     floor = rt.Plane((0, 1, 0), -1, GREY)
     places, scales = [(-1.0, 0.0, 0.0), (1.0, 0.3, -1.0), (0.2, -0.5, 1.5)], [1.0, 0.8, 0.4]
     by_hand: list[rt.Solid] = []
@@ -120,7 +120,7 @@ def test_a_picture_of_instances_is_that_of_solids_made_by_hand() -> None:
         by_hand.append((a & b) - rt.Sphere((x, y + 0.5 * s, z + 0.6 * s), 0.7 * s, GREEN))
     pictures = [
         ray_tracer.trace(scenes.of(*objects), (48, 36), rt.Settings(shadows="diluted"))
-        for objects in ((rt.Instances(thing, places, scales), floor), (*by_hand, floor))
+        for objects in ((rt.Instances(lens, places, scales), floor), (*by_hand, floor))
     ]
     one, other = pictures
     assert one.material is not None and len(np.unique(one.material)) == 5
@@ -130,15 +130,15 @@ def test_a_picture_of_instances_is_that_of_solids_made_by_hand() -> None:
     np.testing.assert_allclose(one.radiance, other.radiance, rtol=1e-12)
 
 
-def test_a_scene_of_instances_is_moved_and_enlarged_as_one_of_plain_solids() -> None:
+def test_instances_are_moved_and_enlarged_like_plain_solids() -> None:
     scene = rt.Scene([rt.Instances(LENS, [[1, 2, 4], [0, 0, -4]], [2, 0.5])], [], CAMERA)
     plain = rt.Scene(scene.solids(), [], CAMERA)
-    # Powers of two and small whole numbers: nothing is rounded.
+    # Powers of two and small whole numbers, so that nothing is rounded.
     assert enlarge_scene(scene, 4.0).solids() == enlarge_scene(plain, 4.0).solids()
     assert move_scene(scene, (16.0, 0.0, -2.0)).solids() == move_scene(plain, (16.0, 0.0, -2.0)).solids()
 
 
-def test_precision_is_warned_of_as_for_plain_solids() -> None:
+def test_instances_have_the_precision_warnings_of_plain_solids() -> None:
     for places, scales in (([[0, 0, 0], [1e5, 0, 0]], 1), ([[0, 0, 0]], 1e-5), ([[0, 0, 5]], 1e7), ([[0, 0, 0]], 1)):
         scene = rt.Scene([rt.Instances(LENS, places, scales), rt.Plane((0, 1, 0), 0)], [], CAMERA)
         plain = rt.Scene(scene.solids(), [], CAMERA)
@@ -147,12 +147,12 @@ def test_precision_is_warned_of_as_for_plain_solids() -> None:
     assert precision_warning(half_spaces, rt.Settings()) is None
 
 
-def test_a_hundred_thousand_instances_are_made_checked_and_moved_in_no_time() -> None:
+def test_a_scene_of_a_hundred_thousand_instances_is_made_and_checked_within_half_a_second() -> None:
     places = np.random.default_rng(1).uniform(-10, 10, (100_000, 3))
     begin = time.process_time()
     scene = rt.Scene([rt.Instances(LENS, places, 0.1)], [], CAMERA)
     assert scene == rt.Scene([rt.Instances(LENS, places, 0.1)], [], CAMERA)
     precision_warning(scene, rt.Settings())
-    # Each Python call for each of them would take more than 1 s.
+    # One Python call for each instance would take more than 1 s.
     assert time.process_time() - begin < 0.5
     assert sum(len(leaves(o.solid)) * len(o) for o in scene.objects if isinstance(o, rt.Instances)) == 300_000

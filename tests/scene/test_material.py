@@ -1,4 +1,4 @@
-"""Materials: what they take, from the table of models."""
+"""Materials: parameters of the models, errors, published materials, and the shading override."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from raytracer.scene.settings import Settings
 from tests import scenes
 
 
-def test_a_material_has_its_models_parameters_and_their_defaults() -> None:
+def test_a_material_has_the_parameters_and_defaults_of_its_model() -> None:
     ggx = rt.Material("ggx", alpha=0.1, f0=0.5)
     assert ggx.alpha == 0.1 and ggx.f0 == (0.5, 0.5, 0.5) and ggx.masking == "correlated" and ggx.ka == (0, 0, 0)
     assert rt.Material().kd == (0.8, 0.8, 0.8) and rt.Material().model == "phong"
@@ -30,7 +30,7 @@ def test_a_material_has_its_models_parameters_and_their_defaults() -> None:
         ggx.alpha = 0.2
 
 
-def test_materials_are_values() -> None:
+def test_materials_compare_by_value() -> None:
     a = rt.Material("lafortune", lobes=[{"cx": -1, "cz": (1, 1, 0.9), "n": 20}], name="b")
     for b in (eval(repr(a), dict(vars(rt))), pickle.loads(pickle.dumps(a)), copy.deepcopy(a), a.replace()):
         assert a == b and hash(a) == hash(b)
@@ -38,7 +38,7 @@ def test_materials_are_values() -> None:
 
 
 @pytest.mark.parametrize(
-    ("model", "given", "says"),
+    ("model", "parameters", "message"),
     [
         ("ggx", {"kd": 1}, "kd: the model ggx has no such parameter .known: ka, alpha"),
         ("ggx", {"alpha": 0}, r"alpha: expected a number in \[0.0001, 1\], got 0"),
@@ -63,12 +63,12 @@ def test_materials_are_values() -> None:
         ("phong", {"name": 3}, "name: expected a string"),
     ],
 )
-def test_what_a_material_cannot_take_is_refused_by_name(model: str, given: dict[str, object], says: str) -> None:
-    with pytest.raises(rt.InputError, match=says):
-        rt.Material(model, **given)  # pyright: ignore[reportArgumentType]
+def test_an_error_about_a_wrong_parameter_names_it(model: str, parameters: dict[str, object], message: str) -> None:
+    with pytest.raises(rt.InputError, match=message):
+        rt.Material(model, **parameters)  # pyright: ignore[reportArgumentType]
 
 
-def test_a_scene_file_gives_the_same_and_names_what_is_wrong() -> None:
+def test_a_scene_file_makes_the_same_materials_and_its_errors_name_the_key() -> None:
     text = scenes.ASSIGNMENT.read_text()
     start, end = text.index("[materials.red]"), text.index("[materials.blue]")
 
@@ -77,33 +77,33 @@ def test_a_scene_file_gives_the_same_and_names_what_is_wrong() -> None:
 
     red = with_red('model = "ggx"\nalpha = 0.2\nf0 = [1, 0.5, 0.25]').materials[0]
     assert red == rt.Material("ggx", alpha=0.2, f0=(1, 0.5, 0.25), name="red")
-    for lines, says in (
+    for lines, message in (
         ('model = "ggx"\nalpha = 2', r"materials.red.alpha: expected a number in \[0.0001, 1\]"),
         ('model = "ggx"\nkd = [1, 1, 1]', r"materials.red: unknown key `kd` \(known: model, ka, alpha"),
         ('model = "gxx"', "materials.red.model: expected one of phong"),
         ('model = "merl"\nfile = "../x.binary"', "materials.red.file: expected the plain name of a .binary file"),
         ('model = "merl"\nfile = "x.binary"', "materials.red.file: .*load"),
     ):
-        with pytest.raises(rt.InputError, match=says):
+        with pytest.raises(rt.InputError, match=message):
             with_red(lines)
 
 
-def test_a_published_material_is_made_once_however_many_shapes_have_it() -> None:
+def test_a_published_material_is_made_only_once() -> None:
     assert rt.published("lafortune/clay") is rt.published("lafortune/clay")
 
 
-def test_published_materials_are_found_by_name() -> None:
+def test_published_materials_are_available_by_name() -> None:
     clay = rt.published("lafortune/clay")
     assert clay.model == "lafortune" and len(clay.lobes) == 3 and clay.rho == (0.383626, 0.260749, 0.274207)
     text = scenes.ASSIGNMENT.read_text().replace('material = "grey"', 'material = "lafortune/clay"')
     scene = loads(text)
     assert clay in scene.materials
-    for name, says in (
+    for name, message in (
         ("lafortune/cla", "lafortune .such as"),
         ("clay", "got 'clay'"),
         ("../a/b", "got"),
     ):
-        with pytest.raises(rt.InputError, match=says):
+        with pytest.raises(rt.InputError, match=message):
             loads(text.replace("lafortune/clay", name))
         with pytest.raises(rt.InputError, match="expected a"):
             rt.published(name)
@@ -121,7 +121,7 @@ def test_the_shading_override_reaches_every_model_from_every_model() -> None:
             translated(material, target)
 
 
-def test_the_shading_override_keeps_what_models_have_in_common() -> None:
+def test_the_shading_override_keeps_common_parameters() -> None:
     gold = rt.published("conductors/gold")
     beckmann = translated(gold, "beckmann")
     assert (beckmann.alpha, beckmann.n, beckmann.k) == (gold.alpha, gold.n, gold.k)
@@ -133,12 +133,14 @@ def test_the_shading_override_keeps_what_models_have_in_common() -> None:
     assert translated(rt.Material("split", rho=(0.9, 0.5, 0.3), metalness=1), "phong").ks == (0.9, 0.5, 0.3)
 
 
-def test_the_shading_override_keeps_how_bright_a_diffuse_material_is() -> None:
-    # The lecture's kd is an albedo over pi.
+def test_the_shading_override_keeps_the_brightness_of_diffuse_materials() -> None:
+    # In the lecture's models kd is an albedo over pi.
     plastic = rt.Material(kd=(0.25, 0.125, 0.1))
     assert translated(plastic, "lambert").rho == pytest.approx((0.25 * math.pi, 0.125 * math.pi, 0.1 * math.pi))
     assert translated(rt.Material("lambert", rho=0.5), "phong").kd == pytest.approx((0.5 / math.pi,) * 3)
-    assert translated(rt.Material(kd=(4, 1, 0)), "lambert").rho == (1, 0.25, 0), "where the range ends, its hue stays"
+    assert translated(rt.Material(kd=(4, 1, 0)), "lambert").rho == (1, 0.25, 0), (
+        "the hue is kept when the brightness is clamped"
+    )
 
 
 def test_the_shading_override_keeps_the_colour_of_metals() -> None:
@@ -149,7 +151,7 @@ def test_the_shading_override_keeps_the_colour_of_metals() -> None:
         assert translated(gold, model).get(name) == pytest.approx(normal), model
 
 
-def test_struct_material_has_just_what_the_models_in_use_need() -> None:
+def test_struct_material_has_only_the_members_of_the_models_in_use() -> None:
     def members(*materials: rt.Material) -> set[str]:
         body = material_text(make_layout(materials)).partition("struct Material {")[2].partition("}")[0]
         return {line.split()[1].rstrip(";") for line in body.strip().splitlines()}
@@ -159,19 +161,19 @@ def test_struct_material_has_just_what_the_models_in_use_need() -> None:
     assert members(rt.Material("ggx"), rt.Material("ggx", fresnel="conductor")) == {
         *("alpha", "f0", "n", "extinction", "fresnel", "number")
     }
-    assert members(rt.Material("lambert", le=1)) == {"rho", "le", "number"}, "only where something shines"
+    assert members(rt.Material("lambert", le=1)) == {"rho", "le", "number"}, "le only if a material emits light"
     assert members(rt.Material()) == {"ka", "kd", "ks", "h", "number"}
     assert make_layout([rt.Material()]).texels == 3
 
 
-def test_another_choice_takes_what_belongs_to_it_along() -> None:
+def test_replacing_a_choice_drops_the_parameters_of_the_old_choice() -> None:
     ggx = rt.Material("ggx", f0=0.5, alpha=0.1)
     assert ggx.replace(fresnel="conductor") == rt.Material("ggx", alpha=0.1, fresnel="conductor")
     assert ggx.replace(fresnel="dielectric", ior=1.25).ior == 1.25
 
 
 @pytest.mark.parametrize("model", ['["x"]', "{ a = 1 }", "3", '"nope"\nself = 1', '"nope"\nname = "x"'])
-def test_a_wrong_model_in_a_scene_file_is_one_line(model: str) -> None:
+def test_the_error_about_a_wrong_model_in_a_scene_file_is_one_line(model: str) -> None:
     text = scenes.ASSIGNMENT.read_text().replace("[materials.red]", f"[materials.red]\nmodel = {model}", 1)
     text = text.replace('model = "phong"', "", 1) if '\nmodel = "phong"' in text else text
     with pytest.raises(rt.InputError, match=r"materials.red.model: expected one of phong"):

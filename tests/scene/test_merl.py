@@ -38,8 +38,8 @@ def file(baked: merl.Measured, tmp_path_factory: pytest.TempPathFactory) -> Path
     return path
 
 
-def test_a_file_is_laid_out_as_the_database_says(file: Path, baked: merl.Measured) -> None:
-    # As its readers index it: phi_d + 180 (theta_d + 90 theta_h), a plane a channel, scaled.
+def test_a_file_has_the_layout_of_the_database(file: Path, baked: merl.Measured) -> None:
+    # Readers of the database use the index phi_d + 180 (theta_d + 90 theta_h), one plane for each channel, scaled.
     data = file.read_bytes()
     assert len(data) == 34_992_012 and np.frombuffer(data, "<i4", 3).tolist() == [90, 90, 180]
     values = np.frombuffer(data, "<f8", offset=12)
@@ -49,7 +49,7 @@ def test_a_file_is_laid_out_as_the_database_says(file: Path, baked: merl.Measure
     assert merl.read(file) == baked
 
 
-def test_cells_are_where_rusinkiewiczs_angles_say() -> None:
+def test_cells_have_rusinkiewiczs_angles() -> None:
     wi, wo = merl.directions()
     np.testing.assert_allclose(np.linalg.norm(wi, axis=-1), 1, rtol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(wo, axis=-1), 1, rtol=1e-12)
@@ -58,20 +58,20 @@ def test_cells_are_where_rusinkiewiczs_angles_say() -> None:
     h, d, phi = 40, 30, 120
     assert np.degrees(np.arccos(half[h, d, phi, 2])) == pytest.approx(90 * (40.5 / 90) ** 2)
     assert np.degrees(np.arccos(half[h, d, phi] @ wi[h, d, phi])) == pytest.approx(30.5)
-    # phi_d = 0: wi is in the plane of N and H, beyond H; at 90 degrees beside it.
+    # For phi_d = 0, wi is in the plane of N and H and beyond H. For phi_d = 90 degrees it is beside this plane.
     assert wi[h, d, 0] @ (0, 1, 0) == pytest.approx(np.sin(np.radians(30.5)) * np.sin(np.radians(0.5)))
     assert wi[h, d, 0, 2] < wo[h, d, 0, 2]
 
 
-def test_in_the_middle_of_cells_a_baked_model_is_the_model(renderer: Renderer, baked: merl.Measured) -> None:
+def test_a_baked_model_equals_the_model_at_cell_centres(renderer: Renderer, baked: merl.Measured) -> None:
     wi, wo = (part.reshape(-1, 3)[::101] for part in merl.directions())
     above = (wi[:, 2] > 0.02) & (wo[:, 2] > 0.02)
-    found = rt.brdf.evaluate(rt.Material("merl", file=baked), wi[above], wo[above], device=renderer.device)
+    values = rt.brdf.evaluate(rt.Material("merl", file=baked), wi[above], wo[above], device=renderer.device)
     expected = rt.brdf.evaluate(ROUGH, wi[above], wo[above], device=renderer.device)
-    np.testing.assert_allclose(found, expected, rtol=1e-4)
+    np.testing.assert_allclose(values, expected, rtol=1e-4)
 
 
-def test_a_baked_lambert_is_lambert_everywhere(renderer: Renderer) -> None:
+def test_a_baked_lambert_equals_lambert_everywhere(renderer: Renderer) -> None:
     table = rt.brdf.bake(rt.Material("lambert"), device=renderer.device)
     wi, wo = pairs(2000)
     a, b = (
@@ -81,34 +81,39 @@ def test_a_baked_lambert_is_lambert_everywhere(renderer: Renderer) -> None:
     np.testing.assert_allclose(b, a, rtol=1e-6)
 
 
-def test_between_cells_it_is_between_their_values(renderer: Renderer, baked: merl.Measured) -> None:
-    # The table's resolution: f changes by no more than among the cells around.
+def test_a_value_between_cells_is_between_the_values_of_the_cells(renderer: Renderer, baked: merl.Measured) -> None:
+    # The values are between the smallest and the largest value of the surrounding cells.
     wi, wo = pairs(3000, least=0.05)
-    found = rt.brdf.evaluate(rt.Material("merl", file=baked), wi, wo, device=renderer.device)[:, 0] / wi[:, 2]
+    values = rt.brdf.evaluate(rt.Material("merl", file=baked), wi, wo, device=renderer.device)[:, 0] / wi[:, 2]
     half = wi.astype(float) + wo
     half /= np.linalg.norm(half, axis=1, keepdims=True)
     h = 90 * np.sqrt(np.arccos(half[:, 2]) / (np.pi / 2)) - 0.5
     d = np.degrees(np.arccos(np.clip(np.sum(half * wi, axis=1), -1, 1))) - 0.5
     rows = [np.clip(np.floor(at)[:, None].astype(int) + np.arange(-1, 3), 0, 89) for at in (h, d)]
-    near = baked.values[rows[0][:, :, None], rows[1][:, None, :], :, 0]  # all phi_d
+    near = baked.values[rows[0][:, :, None], rows[1][:, None, :], :, 0]  # of all phi_d
     low, high = near.min(axis=(1, 2, 3)), near.max(axis=(1, 2, 3))
-    assert ((found >= low * (1 - 1e-5)) & (found <= high * (1 + 1e-5))).all()
+    assert ((values >= low * (1 - 1e-5)) & (values <= high * (1 + 1e-5))).all()
 
 
-def test_a_picture_with_it_is_the_models_within_the_tables_resolution(renderer: Renderer, baked: merl.Measured) -> None:
+def test_a_picture_with_a_table_equals_the_models_within_its_resolution(
+    renderer: Renderer, baked: merl.Measured
+) -> None:
     def picture(material: rt.Material) -> np.ndarray:
         ball = rt.Sphere((0, 0, 0), 1, material)
         lights = [rt.PointLight((3, 4, 5), (3, 3, 3)), rt.PointLight((-5, 0, 1))]
         scene = rt.Scene([ball], lights, rt.Camera((0, 0, 4), (0, 0, 0), vertical_fov=40), background=(0, 0, 0))
         return renderer.render(scene, (96, 96), Settings(samples=4)).radiance
 
-    expected, found = picture(ROUGH), picture(rt.Material("merl", file=baked))
-    off = np.abs(found - expected)
-    # theta_h goes by steps of 1/90 of its root: 0.7 degrees at the highlight's flank, where f falls by 5 %.
-    assert off.max() < 0.01 * expected.max() and np.median(off[expected > 0]) < 2e-3 * np.median(expected[expected > 0])
+    expected, baked_picture = picture(ROUGH), picture(rt.Material("merl", file=baked))
+    difference = np.abs(baked_picture - expected)
+    # The steps of theta_h are uniform in its square root: 0.7 degrees at the flank of the highlight, and f falls by 5 %
+    # in a step.
+    assert difference.max() < 0.01 * expected.max() and np.median(difference[expected > 0]) < 2e-3 * np.median(
+        expected[expected > 0]
+    )
 
 
-def test_two_tables_are_told_apart_and_one_given_twice_is_one(renderer: Renderer, baked: merl.Measured) -> None:
+def test_materials_in_one_scene_use_their_own_tables(renderer: Renderer, baked: merl.Measured) -> None:
     white = rt.brdf.bake(rt.Material("lambert", rho=1), device=renderer.device)
     materials = [
         rt.Material("merl", file=table, name=name) for table, name in ((baked, "a"), (white, "b"), (baked, "c"))
@@ -124,7 +129,7 @@ def test_two_tables_are_told_apart_and_one_given_twice_is_one(renderer: Renderer
         np.testing.assert_array_equal(image.radiance[:, 30 * i : 30 * i + 30], picture[:, 30 * i : 30 * i + 30])
 
 
-def test_a_scene_file_names_a_table_in_its_folder(file: Path, baked: merl.Measured) -> None:
+def test_a_scene_file_refers_to_a_table_in_its_folder(file: Path, baked: merl.Measured) -> None:
     text = scenes.ASSIGNMENT.read_text()
     start, end = text.index("[materials.red]"), text.index("[materials.blue]")
     scene = file.parent / "scene.toml"
@@ -133,7 +138,7 @@ def test_a_scene_file_names_a_table_in_its_folder(file: Path, baked: merl.Measur
     assert companion_paths(scene, scene.read_text()) == [file]
 
 
-def test_a_table_that_many_materials_name_is_read_once_and_there_may_be_sixteen(file: Path, tmp_path: Path) -> None:
+def test_a_shared_table_is_read_once_and_a_scene_has_at_most_sixteen_tables(file: Path, tmp_path: Path) -> None:
     head, tail = scenes.ASSIGNMENT.read_text().split("[materials.red]")
 
     def scene(names: list[str]) -> rt.Scene:
@@ -151,7 +156,7 @@ def test_a_table_that_many_materials_name_is_read_once_and_there_may_be_sixteen(
         scene([f"{i}.binary" for i in range(17)])
 
 
-def test_tables_that_do_not_fit_leave_those_of_the_scene_before(renderer: Renderer, baked: merl.Measured) -> None:
+def test_tables_that_do_not_fit_leave_the_tables_of_the_last_scene(renderer: Renderer, baked: merl.Measured) -> None:
     ball = rt.Sphere((0, 0, 0), 1, rt.Material("merl", file=baked))
     good = rt.Scene([ball], [rt.PointLight((0, 0, 9))], rt.Camera((0, 0, 4), (0, 0, 0)))
     white = rt.Material("merl", file=rt.brdf.bake(rt.Material("lambert"), device=renderer.device))
@@ -160,7 +165,7 @@ def test_tables_that_do_not_fit_leave_those_of_the_scene_before(renderer: Render
     with renderer.device.context:
         limits = renderer.device.limits
         frame = make_frame(compiled(good), size, limits)
-        # As if there were room for one table only.
+        # A driver with room for one table only.
         with pytest.raises(rt.InputError, match="materials: expected at most 1 measured"):
             make_frame(compiled(two), size, msgspec.structs.replace(limits, volume_layers=179), frame)
         tiles = TileRenderer(renderer.device, size)
@@ -172,7 +177,7 @@ def test_tables_that_do_not_fit_leave_those_of_the_scene_before(renderer: Render
 
 
 @pytest.mark.parametrize(
-    ("data", "says"),
+    ("data", "message"),
     [
         (b"", "expected a MERL file"),
         (np.array([90, 90, 180], "<i4").tobytes(), "expected a MERL file"),
@@ -180,10 +185,10 @@ def test_tables_that_do_not_fit_leave_those_of_the_scene_before(renderer: Render
         (np.array([90, 90, 180], "<i4").tobytes() + b"\xff" * 34_992_000, "expected values of at most"),
     ],
 )
-def test_what_is_no_table_is_refused(tmp_path: Path, data: bytes, says: str) -> None:
+def test_a_file_without_a_table_is_refused(tmp_path: Path, data: bytes, message: str) -> None:
     path = tmp_path / "a.binary"
     path.write_bytes(data)
-    with pytest.raises(rt.InputError, match=f"a.binary: {says}"):
+    with pytest.raises(rt.InputError, match=f"a.binary: {message}"):
         merl.read(path)
     with pytest.raises(rt.InputError, match=r"readable \.binary file"):
         merl.read(tmp_path)

@@ -1,4 +1,4 @@
-"""The table of models: its facts agree with each other, with the shaders, with the schema and with the documents."""
+"""The table of models: it is consistent, and agrees with the shaders, the schema and docs/models.md."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tests.scenes import CHECKOUT
 PARAMETERS = [(name, parameter) for name, model in MODELS.items() for parameter in model.parameters.values()]
 
 
-def test_each_model_has_its_glsl_and_each_form_of_its_parts() -> None:
+def test_each_model_and_each_choice_has_a_glsl_function() -> None:
     everything = "".join(path.read_text(encoding="utf-8") for path in (CHECKOUT / "shaders/brdf").glob("*.glsl"))
     for name in MODELS:
         text = (CHECKOUT / "shaders/brdf" / f"{name}.glsl").read_text(encoding="utf-8")
@@ -36,27 +36,27 @@ def test_each_model_has_its_glsl_and_each_form_of_its_parts() -> None:
                     assert f" {option}{function[0].upper()}{function[1:]}(" in everything
 
 
-def test_a_name_has_one_kind_in_all_models() -> None:
+def test_a_parameter_name_has_one_kind_in_all_models() -> None:
     kinds: dict[str, set[Any]] = {}
     for _, parameter in PARAMETERS:
-        # "k" is an exponent of one model, and an index of refraction of others.
+        # "k" is an exponent in one model, and an index of refraction in other models: the member tells them apart.
         kinds.setdefault(parameter.member or parameter.name, set()).add((parameter.kind, parameter.values))
-    assert {name: found for name, found in kinds.items() if len(found) > 1} == {}
+    assert {name: variants for name, variants in kinds.items() if len(variants) > 1} == {}
 
 
-def test_parameters_are_under_their_names() -> None:
+def test_parameters_have_their_names_as_keys() -> None:
     for model in MODELS.values():
         assert [*model.parameters] == [parameter.name for parameter in model.parameters.values()]
 
 
-def test_defaults_are_what_a_material_takes() -> None:
+def test_defaults_equal_those_of_a_material() -> None:
     for name, parameter in PARAMETERS:
-        if name != "merl":  # which needs a file besides
+        if name != "merl":  # which needs a file as well
             condition: dict[str, Any] = dict([parameter.when]) if parameter.when else {}
             assert Material(name, **{**condition, parameter.name: parameter.default}) == Material(name, **condition)
 
 
-def test_defaults_are_within_their_ranges_and_choices_among_theirs() -> None:
+def test_defaults_are_within_their_ranges_or_among_their_choices() -> None:
     for name, parameter in PARAMETERS:
         values = parameter.default if isinstance(parameter.default, tuple) else (parameter.default,)
         match parameter.kind:
@@ -70,9 +70,9 @@ def test_defaults_are_within_their_ranges_and_choices_among_theirs() -> None:
         assert parameter.meaning
 
 
-def test_what_is_out_of_a_range_is_refused() -> None:
+def test_values_outside_a_range_are_refused() -> None:
     for name, parameter in PARAMETERS:
-        if parameter.kind in ("number", "whole", "color") and name != "merl":  # which needs a file besides
+        if parameter.kind in ("number", "whole", "color") and name != "merl":  # which needs a file as well
             condition: dict[str, Any] = dict([parameter.when]) if parameter.when else {}
             low: dict[str, Any] = {**condition, parameter.name: parameter.low}
             Material(name, **low)
@@ -81,25 +81,31 @@ def test_what_is_out_of_a_range_is_refused() -> None:
                     Material(name, **{**low, parameter.name: wrong})
 
 
-def test_the_schema_has_every_model_with_just_its_parameters() -> None:
-    """By hand: what the schema says of each parameter is what the table says."""
+def test_the_schema_has_exactly_the_parameters_of_every_model() -> None:
+    """Compare the schema's ranges and choices with the table, parameter by parameter."""
     schema = materials_schema()
     definitions = schema["$defs"]
     assert set(definitions) == {"material", *MODELS}
     assert definitions["material"]["properties"]["model"]["enum"] == [*MODELS]
     for name, model in MODELS.items():
-        found = definitions[name]
-        assert set(found["properties"]) == {"model", *model.parameters} and found["additionalProperties"] is False
+        definition = definitions[name]
+        assert (
+            set(definition["properties"]) == {"model", *model.parameters}
+            and definition["additionalProperties"] is False
+        )
         for parameter in model.parameters.values():
-            of = found["properties"][parameter.name]
+            property_schema = definition["properties"][parameter.name]
             match parameter.kind:
                 case "number" | "whole":
-                    assert (of["minimum"], of["maximum"]) == (parameter.low, parameter.high)
+                    assert (property_schema["minimum"], property_schema["maximum"]) == (parameter.low, parameter.high)
                 case "color":
-                    assert of["anyOf"][0] == of["anyOf"][1]["items"] and of["anyOf"][1]["minItems"] == 3
-                    assert of["anyOf"][0]["maximum"] == parameter.high
+                    assert (
+                        property_schema["anyOf"][0] == property_schema["anyOf"][1]["items"]
+                        and property_schema["anyOf"][1]["minItems"] == 3
+                    )
+                    assert property_schema["anyOf"][0]["maximum"] == parameter.high
                 case "choice":
-                    assert of["enum"] == [*parameter.choices]
+                    assert property_schema["enum"] == [*parameter.choices]
     json.dumps(schema, allow_nan=False)
 
 
@@ -129,22 +135,22 @@ BAD = [
 ]
 
 
-def test_the_schema_takes_and_refuses_what_a_material_does() -> None:
+def test_the_schema_accepts_exactly_what_a_material_accepts() -> None:
     jsonschema = pytest.importorskip("jsonschema")
     schema = materials_schema()
     jsonschema.Draft202012Validator.check_schema(schema)
     valid = jsonschema.Draft202012Validator(schema).is_valid
-    for given in GOOD:
-        Material(**given)
-        assert valid({"a": given}), given
-    for given in BAD:
+    for table in GOOD:
+        Material(**table)
+        assert valid({"a": table}), table
+    for table in BAD:
         with pytest.raises(InputError):
-            Material(**given)
-        assert not valid({"a": given}), given
+            Material(**table)
+        assert not valid({"a": table}), table
     assert valid({"a": {"model": "merl", "file": "x.binary"}})
 
 
-def test_the_schema_takes_all_examples_and_published_materials() -> None:
+def test_the_schema_accepts_all_examples_and_published_materials() -> None:
     jsonschema = pytest.importorskip("jsonschema")
     validate = jsonschema.Draft202012Validator(materials_schema()).validate
     for path in (CHECKOUT / "assets/scenes").glob("*.toml"):
@@ -158,7 +164,7 @@ def test_the_schema_takes_all_examples_and_published_materials() -> None:
         )
 
 
-def test_the_schema_and_the_document_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_line_prints_the_schema_and_the_page(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["brdf", "list", "--schema"]) == 0
     assert json.loads(capsys.readouterr().out) == materials_schema()
     assert main(["brdf", "list", "--markdown"]) == 0
@@ -166,5 +172,5 @@ def test_the_schema_and_the_document_are_printed(capsys: pytest.CaptureFixture[s
 
 
 def test_docs_models_is_up_to_date() -> None:
-    """If not: raytracer brdf list --markdown > docs/models.md"""
+    """Remedy: raytracer brdf list --markdown > docs/models.md"""
     assert (CHECKOUT / "docs/models.md").read_text(encoding="utf-8") == markdown()

@@ -1,4 +1,4 @@
-"""Scenes in Python: frozen, checked when made, printed as they were written."""
+"""Scenes in Python: they are frozen, checked when they are made, and have a repr that is valid Python."""
 
 import dataclasses
 import math
@@ -18,14 +18,14 @@ NAN, INFINITY = float("nan"), float("inf")
 CAMERA = rt.Camera((0, 0, 5), (0, 0, 0))
 
 
-def test_a_repr_can_be_pasted_back() -> None:
+def test_a_repr_is_valid_python() -> None:
     names = {name: getattr(rt, name) for name in ("Camera", "Material", "Plane", "PointLight", "Scene", "Sphere")}
     assert eval(repr(scenes.assignment()), names) == scenes.assignment()
     tree = ~(rt.Sphere((1, 2, 3), 4) - (rt.Plane((0, 1, 0), 0) | ~rt.Sphere((0, 0, 0), 1)))
     assert eval(repr(tree), names) == tree
 
 
-def test_operators_build_the_tree_that_python_reads() -> None:
+def test_operators_have_the_precedence_of_python() -> None:
     a, b, c = (rt.Sphere((k, 0, 0), 1) for k in range(3))
     assert a | b & c == rt.Union(a, rt.Intersection(b, c))
     assert a - b - c == rt.Difference(rt.Difference(a, b), c)
@@ -37,23 +37,23 @@ def test_operators_build_the_tree_that_python_reads() -> None:
 @pytest.mark.parametrize(
     "text", ["a", "~~a", "a-b-c", "a|b&c", "a - (b | ~c)", "~(a | b) & c", "a&b-c|a", "((a))", "~a-~b", " a |\n b"]
 )
-def test_an_expression_means_what_it_means_in_python(text: str) -> None:
+def test_an_expression_makes_the_same_tree_as_in_python(text: str) -> None:
     names = {name: rt.Sphere((k, 0, 0), 1) for k, name in enumerate("abc")}
     assert parse(text, names) == eval(text.strip().replace("\n", " "), dict(names))
 
 
-def test_nothing_in_a_scene_can_be_changed() -> None:
-    for thing, name in ((scenes.assignment(), "objects"), (rt.Sphere((0, 0, 0), 1), "radius"), (CAMERA, "up")):
+def test_scenes_are_immutable() -> None:
+    for item, name in ((scenes.assignment(), "objects"), (rt.Sphere((0, 0, 0), 1), "radius"), (CAMERA, "up")):
         with pytest.raises((AttributeError, dataclasses.FrozenInstanceError)):
-            setattr(thing, name, None)
+            setattr(item, name, None)
 
 
-def test_numpy_numbers_and_arrays_are_numbers_and_vectors() -> None:
+def test_numpy_numbers_and_arrays_are_accepted() -> None:
     sphere = rt.Sphere(np.zeros(3), np.float32(0.5))  # pyright: ignore[reportArgumentType]
     assert sphere == rt.Sphere((0, 0, 0), 0.5) and type(sphere.radius) is float
 
 
-def test_a_tree_deeper_than_pythons_stack_is_no_obstacle() -> None:
+def test_trees_may_be_deeper_than_the_stack_of_python() -> None:
     a = rt.Sphere((0, 0, 0), 1)
     tree: rt.Solid = a
     for _ in range(5_000):
@@ -63,7 +63,7 @@ def test_a_tree_deeper_than_pythons_stack_is_no_obstacle() -> None:
     assert len(repr(tree)) > 10_000 and isinstance(hash(tree), int)
 
 
-def test_a_tree_that_doubles_itself_forever_is_refused() -> None:
+def test_a_tree_that_doubles_200_times_is_refused() -> None:
     tree: rt.Solid = rt.Sphere((0, 0, 0), 1)
     for _ in range(200):
         tree = tree | tree
@@ -71,11 +71,11 @@ def test_a_tree_that_doubles_itself_forever_is_refused() -> None:
         rt.Scene([tree], [], CAMERA)
 
 
-wrong: Any = rt  # where types are wrong on purpose
+wrong: Any = rt  # untyped, for arguments of wrong types
 
 
 @pytest.mark.parametrize(
-    ("make", "says"),
+    ("make", "message"),
     [
         (lambda: wrong.Sphere((0, 0, 0), 0), "radius: expected a number above 0"),
         (lambda: wrong.Sphere((0, 0, 0), -1), "radius: expected a number above 0"),
@@ -115,18 +115,18 @@ wrong: Any = rt  # where types are wrong on purpose
         (lambda: wrong.Settings(shadows="sharp"), "shadows: expected one of off, hard, diluted, soft"),
     ],
 )
-def test_a_wrong_value_is_refused_by_name(make: Callable[[], Any], says: str) -> None:
-    with pytest.raises(rt.InputError, match=says):
+def test_an_error_about_a_wrong_value_names_it(make: Callable[[], Any], message: str) -> None:
+    with pytest.raises(rt.InputError, match=message):
         make()
 
 
-def test_materials_are_counted_as_given_and_then_as_met() -> None:
+def test_materials_are_numbered_in_the_order_of_the_list_and_then_of_the_objects() -> None:
     red, blue, green = (rt.Material(name=name) for name in ("red", "blue", "green"))
     solid = rt.Sphere((0, 0, 0), 1, green) | rt.Sphere((0, 0, 0), 2, blue)
     assert rt.Scene([solid], [], CAMERA, materials=[red, blue]).materials == (red, blue, green)
 
 
-def test_a_camera_s_axes_are_orthonormal_and_right_handed() -> None:
+def test_the_axes_of_a_camera_are_orthonormal_and_right_handed() -> None:
     axes = np.array(rt.Camera((1, 2, 3), (-2, 0.5, 1), up=(0.3, 5, 0)).axes())
     np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-15)
     right, up, forward = axes
@@ -134,7 +134,7 @@ def test_a_camera_s_axes_are_orthonormal_and_right_handed() -> None:
     assert math.isclose(forward @ (np.array((-2, 0.5, 1)) - (1, 2, 3)), np.linalg.norm((3, 1.5, 2)))
 
 
-def test_an_override_keeps_the_size_of_highlights() -> None:
+def test_the_shading_override_keeps_the_size_of_highlights() -> None:
     settings = rt.Settings(shading="blinn")
     assert settings.shaded(rt.Material(h=32)) == rt.Material(h=128, model="blinn")
     assert settings.shaded(rt.Material(h=32, model="blinn")) == rt.Material(h=32, model="blinn")
@@ -142,7 +142,7 @@ def test_an_override_keeps_the_size_of_highlights() -> None:
     assert rt.Settings().shaded(rt.Material(h=7)) == rt.Material(h=7)
 
 
-def test_scenes_that_differ_in_their_camera_share_the_objects_and_look_for_materials_once() -> None:
+def test_scenes_that_differ_in_the_camera_share_objects_and_materials() -> None:
     scene = scenes.assignment()
     moved = scene.replace(camera=CAMERA, name="moved")
     assert moved.objects is scene.objects and moved.materials == scene.materials

@@ -1,4 +1,4 @@
-"""A scene's objects list their trees and spheres once, and keep the values that are derived from the objects."""
+"""SceneObjects: the lists of all trees and spheres of a scene, made once, and the cache of derived values."""
 
 import numpy as np
 import pytest
@@ -15,14 +15,14 @@ MANY = rt.Instances((A | FLOOR) - ~B, [(0, 0, 0), (4, 0, 1), (9, 9, 9)], [1, 0.2
 MIXED = MANY, A - B, FLOOR, ~~(A & ~B), MANY, rt.Instances(B, [(1, 1, 1)]), ~FLOOR
 
 
-def test_the_trees_of_all_objects_are_in_one_list_without_complements_of_complements() -> None:
+def test_one_list_has_all_trees_without_double_complements() -> None:
     objects = SceneObjects(MIXED)
     solids = [item.solid if isinstance(item, rt.Instances) else item for item in MIXED]
     assert [objects.tree(i) for i in range(len(MIXED))] == [*map(simplified, solids)]
     assert objects.tree(3) == postfix(A & ~B) and objects.counts() == [3, 1, 1, 1, 3, 1, 1]
 
 
-def test_runs_are_the_plain_solids_between_instances() -> None:
+def test_runs_are_instances_or_the_plain_solids_between_them() -> None:
     runs = [*SceneObjects(MIXED).runs()]
     assert [run.instances for run in runs] == [MANY, None, MANY, MIXED[5], None]
     assert runs[1].spheres == [A, B, A, B] and runs[1].planes == [FLOOR] and runs[4].planes == [FLOOR]
@@ -30,7 +30,7 @@ def test_runs_are_the_plain_solids_between_instances() -> None:
     assert run.nodes == [A, B]
 
 
-def test_spheres_are_those_of_all_solids_in_order() -> None:
+def test_spheres_are_listed_in_the_order_of_the_solids() -> None:
     for scene in (scenes.of(*MIXED), scenes.of(FLOOR), scenes.of(A), scenes.random_scene(1)):
         spheres = [leaf for solid in scene.solids() for leaf in leaves(solid) if isinstance(leaf, Sphere)]
         objects = scene.objects
@@ -41,7 +41,7 @@ def test_spheres_are_those_of_all_solids_in_order() -> None:
         assert objects.spheres()[0] is centers
 
 
-def test_a_value_is_derived_once_for_a_key() -> None:
+def test_a_value_is_derived_again_only_for_another_key() -> None:
     objects = SceneObjects((A,))
     made: list[int] = []
 
@@ -54,12 +54,12 @@ def test_a_value_is_derived_once_for_a_key() -> None:
 
 
 @pytest.mark.parametrize("solid", [~A, ~(~A - ~B), ~(~FLOOR | ~~~B)])
-def test_a_tree_has_at_most_four_nodes_to_a_leaf(solid: rt.Solid) -> None:
+def test_a_tree_has_at_most_four_nodes_for_each_leaf(solid: rt.Solid) -> None:
     tree = simplified(solid)
     assert len(tree) < scene_objects._NODES_PER_LEAF * sum(isinstance(node, Sphere | Plane) for node in tree)
 
 
-def test_too_many_primitives_are_counted_or_found_before_all_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_primitives_are_refused_before_all_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(scene_objects, "MAX_SURFACES", 6)
     assert len(SceneObjects((A, B, MANY.solid, A)).nodes) == 9
     with pytest.raises(rt.InputError, match=r"at most 6 primitives, got 11$"):

@@ -1,4 +1,4 @@
-"""Solids of any depth have a text that Python reads, are copied, pickled, compared, hashed and freed."""
+"""Solids of any depth: their repr is valid Python, and they are copied, pickled, compared, hashed and freed."""
 
 import copy
 import functools
@@ -54,7 +54,7 @@ def row(count: int) -> rt.Solid:
 
 
 def doubled(times: int) -> rt.Solid:
-    """A tree of 2^times leaves."""
+    """Return a tree of 2^times leaves that shares its sub-trees."""
     return functools.reduce(lambda solid, _: solid | solid, range(times), BALL - FLOOR)
 
 
@@ -64,7 +64,7 @@ DEEP.append(pytest.param(lambda: doubled(200), id="doubled"))
 
 
 @pytest.mark.parametrize("make", DEEP)
-def test_a_deep_tree_is_what_its_text_its_pickle_and_its_copies_are(make: Callable[[], rt.Solid]) -> None:
+def test_a_deep_tree_equals_its_evaluated_repr_its_pickle_and_its_copies(make: Callable[[], rt.Solid]) -> None:
     solid, again = make(), make()
     assert solid == again and hash(solid) == hash(again) and solid != ~solid
     copies = [eval(repr(solid), names()), copy.deepcopy(solid), copy.copy(solid), solid.replace()]
@@ -75,7 +75,9 @@ def test_a_deep_tree_is_what_its_text_its_pickle_and_its_copies_are(make: Callab
 
 
 @pytest.mark.parametrize("make", [left, right, complements, mixed, row])
-def test_a_scene_of_deep_trees_is_what_its_text_its_pickle_and_its_copies_are(make: Callable[[int], rt.Solid]) -> None:
+def test_a_scene_of_deep_trees_equals_its_evaluated_repr_its_pickle_and_its_copies(
+    make: Callable[[int], rt.Solid],
+) -> None:
     solid = make(5_000)
     scene = rt.Scene([solid, rt.Instances(solid, [[0, 0, 0]])], [rt.PointLight((4, 7, 4))], CAMERA)
     for other in (eval(repr(scene), names()), copy.deepcopy(scene), pickle.loads(pickle.dumps(scene))):
@@ -84,35 +86,33 @@ def test_a_scene_of_deep_trees_is_what_its_text_its_pickle_and_its_copies_are(ma
 
 @pytest.mark.parametrize("depth", [tree.MAX_NESTING - 1, tree.MAX_NESTING])
 @pytest.mark.parametrize("make", [left, right, complements])
-def test_python_reads_the_text_of_trees_that_are_just_shallow_enough_for_operators(
-    make: Callable[[int], rt.Solid], depth: int
-) -> None:
+def test_python_parses_the_repr_of_trees_at_the_nesting_limit(make: Callable[[int], rt.Solid], depth: int) -> None:
     solid = make(depth)
     assert ("from_postfix" in repr(solid)) == (depth >= tree.MAX_NESTING)
     text = repr(rt.Scene([rt.Instances(solid, [[0, 0, 0]])], [], CAMERA))
-    # As deep again in what holds it.
+    # The tree is also valid within expressions that are nested as deep again.
     for _ in range(tree.MAX_NESTING):
         text = f"[{text}][0]"
     [instances] = eval(text, names()).objects
     assert instances.solid == solid
 
 
-def test_a_small_tree_is_shown_with_its_operators() -> None:
+def test_the_repr_of_a_small_tree_has_operators() -> None:
     assert repr((BALL | FLOOR) - ~BALL & BALL) == f"((({BALL} | {FLOOR}) - ~{BALL}) & {BALL})"
 
 
-def test_shared_sub_trees_stay_shared_and_take_no_more_room() -> None:
+def test_shared_sub_trees_stay_shared_and_small() -> None:
     solid = doubled(16)
     assert len(pickle.dumps(solid)) < 1000 and len(repr(solid)) < 1000
     others: list[Any] = [eval(repr(solid), names()), copy.deepcopy(solid), pickle.loads(pickle.dumps(solid))]
     for other in others:
         assert other == solid and other.a is other.b and len(tree.distinct(other)) == 19
-    # Equality is of what is there, shared or not.
+    # Trees are equal whether or not they share sub-trees.
     apart = (BALL - FLOOR) | (rt.Sphere((0, 0, 0), 1) - rt.Plane((0, 1, 0), 0))
     assert doubled(1) == apart and hash(doubled(1)) == hash(apart)
 
 
-def test_trees_that_differ_anywhere_are_not_equal() -> None:
+def test_trees_with_any_difference_are_not_equal() -> None:
     solid, other = row(2000), row(1999) | rt.Sphere((1999, 0, 0), 0.7)
     assert solid != other and left(50) != right(50) and (BALL | FLOOR) != (FLOOR | BALL) != (FLOOR & BALL)
     assert BALL != ~BALL and ~BALL != BALL and ~~BALL != BALL
@@ -145,7 +145,7 @@ WRONG_ITEMS: list[Any] = [
 
 
 @pytest.mark.parametrize("items", WRONG_ITEMS, ids=repr)
-def test_a_postfix_list_of_no_one_solid_is_refused(items: Any) -> None:
+def test_a_postfix_list_that_makes_no_single_solid_is_refused(items: Any) -> None:
     with pytest.raises(rt.InputError, match=r"^items(\[\d\])?: expected"):
         rt.Solid.from_postfix(items)
 
@@ -160,7 +160,7 @@ def test_deep_trees_are_freed_without_recursion(make: Callable[[int], rt.Solid])
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_any_scene_is_what_its_text_says(seed: int) -> None:
+def test_any_scene_equals_its_evaluated_repr(seed: int) -> None:
     rng = random.Random(seed)
     labels = ["", "red", 'it\'s "red"', "\n\t\\", "}{", "日本 \u202e", "\x01\x1b[31m", "#", "'''", '"""']
 
@@ -230,7 +230,7 @@ def test_any_scene_is_what_its_text_says(seed: int) -> None:
     ],
     ids=lambda value: type(value).__name__,
 )
-def test_what_is_read_from_a_pickle_is_checked(good: Any, bad: tuple[Any, ...]) -> None:
+def test_values_from_a_pickle_are_checked(good: Any, bad: tuple[Any, ...]) -> None:
     class Forged:
         def __reduce__(self) -> tuple[Any, ...]:
             return good.__reduce__()[0], bad
@@ -239,7 +239,7 @@ def test_what_is_read_from_a_pickle_is_checked(good: Any, bad: tuple[Any, ...]) 
         pickle.loads(pickle.dumps(Forged()))
 
 
-def test_evaluators_read_what_a_list_describes() -> None:
+def test_a_postfix_list_with_references_repeats_the_sub_tree() -> None:
     solid = rt.Solid.from_postfix([BALL, FLOOR, "|", 2, "&"])
     assert [type(node).__name__ for node in postfix(solid)] == [
         *("Sphere", "Plane", "Union") * 2,

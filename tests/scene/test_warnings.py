@@ -1,4 +1,4 @@
-"""Scenes whose pictures may well be other ones than meant: a warning of each, and none of all that is published."""
+"""Warnings about scenes that probably do not look as intended. Examples and published materials have no warnings."""
 
 import math
 import warnings
@@ -20,7 +20,7 @@ from tests import scenes
 
 @pytest.fixture
 def bright(tmp_path: Path) -> Path:
-    """The assignment with a red of 0 to 255."""
+    """The assignment with a red in the range 0 to 255, a common mistake."""
     file = tmp_path / "bright.toml"
     text = scenes.ASSIGNMENT.read_text()
     file.write_text(text.replace("kd = [0.64, 0.08, 0.08]", "kd = [178, 25, 25]"))
@@ -28,7 +28,7 @@ def bright(tmp_path: Path) -> Path:
 
 
 @pytest.mark.gl
-def test_a_material_that_reflects_more_than_all_light_is_named_once_with_its_parameters(
+def test_a_material_with_an_albedo_above_1_is_named_once_with_its_parameters(
     bright: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with warnings.catch_warnings(record=True) as caught:
@@ -41,13 +41,13 @@ def test_a_material_that_reflects_more_than_all_light_is_named_once_with_its_par
     assert errors.startswith(f"raytracer: warning: {bright}: material 'red': kd = 178: ") and errors.count("\n") == 1
 
 
-def test_a_share_just_above_1_is_shown_by_all_its_digits() -> None:
+def test_a_warning_shows_all_digits_of_a_value_just_above_1() -> None:
     material = rt.Material(kd=1.0000001)
     scene = rt.Scene([rt.Sphere((0, 0, 0), 1, material)], [], rt.Camera((0, 0, 5), (0, 0, 0)))
     assert "kd = 1.0000001: above 1" in scene_warnings(scene, rt.Settings())[0]
 
 
-def test_light_and_indices_of_refraction_may_be_above_1_and_shares_of_light_may_not() -> None:
+def test_reflected_shares_above_1_warn_and_emission_and_indices_do_not() -> None:
     def warned(material: rt.Material) -> list[str]:
         scene = rt.Scene([rt.Sphere((0, 0, 0), 1, material)], [rt.PointLight((0, 9, 0), (9, 9, 9))], camera)
         return scene_warnings(scene, rt.Settings())
@@ -67,13 +67,13 @@ def test_light_and_indices_of_refraction_may_be_above_1_and_shares_of_light_may_
         assert warned(material) == []
 
 
-def test_of_very_many_materials_the_first_few_are_named() -> None:
+def test_warnings_name_only_the_first_of_many_materials() -> None:
     spheres = [rt.Sphere((i, 0, 0), 0.4, rt.Material(kd=2 + i, name=f"m{i}")) for i in range(40)]
-    told = scene_warnings(scenes.of(*spheres), rt.Settings())
-    assert len(told) == 6 and "'m4'" in told[4] and told[5].startswith("35 more materials")
+    texts = scene_warnings(scenes.of(*spheres), rt.Settings())
+    assert len(texts) == 6 and "'m4'" in texts[4] and texts[5].startswith("35 more materials")
 
 
-def test_soft_shadows_of_points_are_hard_and_say_so() -> None:
+def test_soft_shadows_without_a_light_radius_warn() -> None:
     point = scenes.under_spheres(scenes.assignment(), 0.0)
     (warning,) = scene_warnings(point, rt.Settings(shadows="soft"))
     assert "no light has a radius" in warning
@@ -86,26 +86,26 @@ def test_soft_shadows_of_points_are_hard_and_say_so() -> None:
 
 
 @pytest.mark.gl
-def test_a_reference_warns_as_a_picture_does_and_of_much_memory(
+def test_a_reference_warns_about_materials_and_memory_but_not_about_distances(
     bright: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    # The measure of distances is for 32 bits; the reference has 64.
+    # A scene beyond the distances of 32 bits, about which render() warns. The reference computes with 64 bits.
     far = rt.Scene([rt.Sphere((0, 0, 0), 1e-4), rt.Plane((0, 1, 0), -1e6)], [], rt.Camera((0, 0, 9), (0, 0, 0)))
     monkeypatch.setattr("raytracer.core.memory._WORTH_MENTION", 1)
     monkeypatch.setattr("raytracer.core.memory._SHARE", 0.0)
-    for scene, says in ((rt.load(bright), ["material 'red'", "this picture needs"]), (far, ["this picture needs"])):
+    for scene, messages in ((rt.load(bright), ["material 'red'", "this picture needs"]), (far, ["this picture needs"])):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             rt.reference(scene, (4, 4), samples=16, cache=False, workers=1)
-        assert all(str(each.message).startswith(text) for each, text in zip(caught, says, strict=True))
-        assert {each.filename for each in caught} == {__file__}
+        assert all(str(warning.message).startswith(text) for warning, text in zip(caught, messages, strict=True))
+        assert {warning.filename for warning in caught} == {__file__}
     assert capsys.readouterr().err == ""
     assert main(["render", "assignment", "-o", str(tmp_path / "a.png"), "--size", "4x4"]) == 0
     assert "raytracer: warning: this picture needs 0.0 GiB of memory" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", ["render", "reference", "tune"])
-def test_every_command_that_draws_says_so(
+def test_every_command_that_draws_prints_the_warning(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "point.toml"
@@ -121,7 +121,7 @@ def test_every_command_that_draws_says_so(
     assert "no light has a radius" in capsys.readouterr().err
 
 
-def test_no_example_and_nothing_published_warns() -> None:
+def test_examples_and_published_materials_do_not_warn() -> None:
     for name in examples():
         assert scene_warnings(rt.load(name), rt.Settings(shadows="soft" if name != "many" else "hard")) == []
     names = [f"{collection}/{name}" for collection in collections() for name in read_collection(collection)]
@@ -131,7 +131,7 @@ def test_no_example_and_nothing_published_warns() -> None:
     assert len(materials) > 100 and scene_warnings(scenes.of(*spheres), rt.Settings()) == []
 
 
-def test_the_distance_that_is_warned_of_is_that_to_the_outline_of_each_sphere_or_from_within_its_other_side() -> None:
+def test_the_precision_warning_measures_distances_to_outlines_or_from_inside_to_the_far_side() -> None:
     rng = np.random.default_rng(2)
     eye = (0.5, -1.0, 2.0)
     for _ in range(20):
@@ -142,6 +142,6 @@ def test_the_distance_that_is_warned_of_is_that_to_the_outline_of_each_sphere_or
             for ball, power in zip(balls, powers, strict=True)
         ]
         farthest, smallest = max(reached), min(ball.radius for ball in balls)
-        told = scene_warnings(scenes.of(*balls, eye=eye), rt.Settings())
-        assert len(told) == (farthest > 0.01 * 2.0**22 * smallest)
-        assert all(f"({farthest:.2g})" in text and f"({smallest:.2g})" in text for text in told)
+        texts = scene_warnings(scenes.of(*balls, eye=eye), rt.Settings())
+        assert len(texts) == (farthest > 0.01 * 2.0**22 * smallest)
+        assert all(f"({farthest:.2g})" in text and f"({smallest:.2g})" in text for text in texts)
