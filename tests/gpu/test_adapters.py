@@ -136,7 +136,7 @@ def test_the_variable_counts_for_egl_and_the_argument_before_it(monkeypatch: pyt
     assert chosen(adapter=1) == ("egl", 1)
     assert chosen("osmesa") == ("osmesa", None)
     with pytest.raises(
-        rt.InputError, match=r"^device: expected the backend egl, which alone has devices, got .* osmesa"
+        rt.InputError, match=r"^device: expected the backend egl, the only one with devices, got .* osmesa"
     ):
         chosen("osmesa", 1)
     monkeypatch.setenv("RAYTRACER_DEVICE", "")
