@@ -1,9 +1,9 @@
 """The compiler: a scene and its options become arrays and GLSL. NumPy only, no OpenGL.
 
-A scene is compiled once. A CompiledScene holds the parts that neither the camera nor the picture's size decides; the
-texts of the programs follow from it. A Frame holds all numbers of one view. Draws are a list of values, which gpu's
-DrawPlayer carries out. All values are frozen. A new Frame takes the unchanged parts from the one before, so that gpu
-uploads only the others.
+A scene is compiled once. A CompiledScene holds the parts that depend neither on the camera nor on the picture's size;
+the texts of the programs follow from it. A Frame holds all numbers of one view. Draws are a list of values, which gpu's
+DrawPlayer carries out. All values are frozen. A new Frame shares the unchanged parts with the frame before it, so that
+gpu uploads only the changed parts.
 
 May import: core, scene. Other packages may use:
 
@@ -16,9 +16,9 @@ May import: core, scene. Other packages may use:
 - glsl.preprocessor: assemble, is_current, shaders_folder, FileVersion, ShaderError, Source
 - glsl.materials: material_text, reflected_text
 - material_layout: make_layout, struct, Layout
-- draws: sample_at, replicate_at, sample_draws, viewport, Clear, Draw, Sample, Screen, Step, MARGIN, SUMMED, TOGETHER
-- meshes: tile_meshes, cell_blocks, Cells, Coverage, Mask, Meshes, Rectangle, Rectangles, PER_CELL; the names of
-  programs, SEE, SHAPES, SHADE, PICTURE, PLANE_ONLY, SEVERAL and EMPTY
+- draws: sample_at, replicate_at, sample_draws, viewport, Clear, Draw, Sample, Screen, Step, MARGIN, SUMMED, TOGETHER -
+meshes: tile_meshes, cell_blocks, Cells, Coverage, Mask, Meshes, Rectangle, Rectangles, PER_CELL; the names of programs,
+SEE, SHAPES, SHADE, PICTURE, PLANE_ONLY, SEVERAL and EMPTY
 - direction_cells: BLOCK, CELL
 - roth_bounds: roth_loops
 - rounds: MAX_ROUNDS

@@ -1,8 +1,7 @@
-"""The objects of a scene with many primitives, sorted by how they are drawn.
+"""The batches of a scene with many primitives: its objects, grouped by the way in which they are drawn.
 
-Small objects of spheres that share a tree, instances above all, share code: a shape. Single half-spaces,
-such as a ground, are met by rays everywhere, unless there are many. All others are evaluated as programs
-(csg_pruning.py).
+Small objects of spheres that share one tree, instances above all, share code: a shape. Single half-spaces, such as a
+ground, are tested for every ray, unless there are many. All other objects are evaluated as programs (csg_pruning.py).
 """
 
 from __future__ import annotations
@@ -33,57 +32,59 @@ Ints = NDArray[np.int64]
 T = TypeVar("T")
 Operator: TypeAlias = Callable[[T, T], T]
 
-# Up to so many primitives every ray is tested against all of them: lists cost more than they save. Above, they are
-# also quicker to compile: a second or so for any tree, and no more for the next one.
+# The largest number of primitives for which every ray is tested against all of them: candidate lists would cost more
+# than they save. Above it, lists are also quicker to compile: a second or so for any tree, and nothing for the next
+# tree.
 FEW = 12
-# Code of so many shapes is compiled. A rarer tree, or one of more leaves than a vertex shader can hand on
-# (shapes.vert), becomes a program.
+# The largest number of shapes with compiled code, and of leaves of a shape. A rarer tree, or a tree of more leaves than
+# a vertex shader can hand on (shapes.vert), becomes a program.
 SHAPES, SHAPE_LEAVES = 4, 4
-# The least radius of a ball around a lens, of the smaller sphere's: its growth is then 11 at most, which SLACK of
-# lists.glsl is for. A thinner lens is seldom an object.
+# The smallest radius of a bounding sphere of a lens, as a share of the smaller sphere's radius. The growth is then 11
+# at most, for which SLACK of lists.glsl has room. A thinner lens is seldom an object.
 _THICK = 0.25
 
-# Single half-spaces are written out in the code up to so many: of 100 llvmpipe compiles two seconds. More are programs.
+# The largest number of single half-spaces that are written out in the code (llvmpipe takes two seconds to compile 100).
+# If there are more, they become programs.
 NAMED_PLANES = 32
 
-Shape = tuple[type[Solid], ...]  # a postfix tree, its leaves by type
+Shape = tuple[type[Solid], ...]  # the node types of a postfix tree
 
 
 class ShapeBatch(NamedTuple):
-    """n objects of one shape, of k spheres each, for which code is compiled."""
+    """The n objects of one shape, with compiled code; each has k spheres."""
 
     tree: list[Solid | int]  # postfix, with leaves as numbers
-    first: Ints  # (n,): index of the first of the object's surfaces
+    first: Ints  # (n,): index of the object's first surface
     order: Ints  # (n,): number of the object in the scene
 
 
 class ProgramBatch(NamedTuple):
-    """n objects of one tree, of k leaves each, that are evaluated as programs."""
+    """The n objects of one tree that are evaluated as programs; each has k leaves."""
 
     pruner: Pruner
-    surfaces: Ints  # (n, k): of each leaf
+    surfaces: Ints  # (n, k): the surface index of each leaf
     order: Ints  # (n,): number of the object in the scene
 
 
 class Batches(msgspec.Struct, frozen=True, eq=False):
-    """All objects of a scene; `planes`: single half-spaces by their surface."""
+    """All objects of a scene, in batches. `planes` has the surface indices of the single half-spaces."""
 
     shapes: list[ShapeBatch]
     programs: list[ProgramBatch]
     planes: list[int]
-    order: Ints  # (surfaces,): of each surface the number of its object
+    order: Ints  # (surfaces,): the number of each surface's object
 
     @property
     def program_depth(self) -> int:
-        """The stack that the deepest of all programs needs, chains aside; 0 if all programs are chains."""
+        """The largest stack depth of the programs that are no chains; 0 if all programs are chains."""
         return max((batch.pruner.depth for batch in self.programs if not batch.pruner.is_chain), default=0)
 
 
 def make_batches(objects: SceneObjects) -> Batches:
-    """Sort a scene's objects."""
+    """Group a scene's objects."""
     counts = np.array(objects.counts())
     kinds = [*map(type, objects.nodes)]
-    items: dict[Shape, list[int]] = {}  # the entries of `objects` by their shape
+    items: dict[Shape, list[int]] = {}  # the indices of the entries of `objects`, by shape
     for i, (start, end) in enumerate(pairwise(objects.starts)):
         items.setdefault(tuple(kinds[start:end]), []).append(i)
     totals = {shape: int(counts[own].sum()) for shape, own in items.items()}
@@ -91,7 +92,7 @@ def make_batches(objects: SceneObjects) -> Batches:
         shape for shape in totals if not {Plane, Complement} & set(shape) and shape.count(Sphere) <= SHAPE_LEAVES
     ]
     compiled = sorted(candidates, key=lambda shape: -totals[shape])[:SHAPES]
-    spheres, planes = np.zeros((2, len(objects)), np.int64)  # of one object of each entry
+    spheres, planes = np.zeros((2, len(objects)), np.int64)  # in one object of each entry
     for shape, own in items.items():
         spheres[own], planes[own] = shape.count(Sphere), shape.count(Plane)
     first_sphere = _sums(counts * spheres)
@@ -132,23 +133,24 @@ def make_batches(objects: SceneObjects) -> Batches:
 
 
 def _sums(counts: Ints) -> Ints:
-    """(N + 1,): the sum of all counts before each, and of all."""
+    """Return (N + 1,): the sum of the counts before each entry, and the total."""
     return np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
 
 
 def _spread(starts: Ints, step: int, counts: Ints) -> Ints:
-    """Each start as often as its count says, and so many steps further each time."""
+    """Return the sequences start, start + step, start + 2 step, ... of all entries, each with `counts` numbers."""
     within = np.arange(counts.sum()) - np.repeat(_sums(counts)[:-1], counts)
     return np.repeat(starts, counts) + step * within
 
 
 def _numbered(tree: list[Solid]) -> list[Solid | int]:
+    """Replace the leaves of a postfix tree by their numbers."""
     count = iter(range(len(tree)))
     return [next(count) if isinstance(node, Primitive) else node for node in tree]
 
 
 def is_bounded(shape: Shape) -> bool:
-    """Whether a ray that meets none of a tree's spheres meets nothing of it; half-spaces it always may meet."""
+    """Return whether a ray that misses all spheres of a tree misses its solid. A ray may always meet a half-space."""
     stack: list[bool] = []
     for kind in shape:
         if kind is Complement:
@@ -164,9 +166,10 @@ def is_bounded(shape: Shape) -> bool:
 
 
 def combined(tree: list[Solid | int], leaf: Callable[[int], T], common: Operator[T], around: Operator[T]) -> T:
-    """A bound of a tree's solid, from `leaf` for each leaf, `common` for an intersection and `around` for a union.
+    """Compute a bound of a tree's solid from bounds of its leaves.
 
-    The bound of a difference is the bound of its first operand.
+    `leaf` returns the bound of a leaf by its number, `common` that of an intersection of two bounds, and `around` that
+    of a union. The bound of a difference is the bound of its first operand.
     """
     stack: list[T] = []
     for node in tree:
@@ -181,17 +184,18 @@ def combined(tree: list[Solid | int], leaf: Callable[[int], T], common: Operator
 
 
 class Balls(NamedTuple):
-    """Balls that hold something, close to the smallest."""
+    """Bounding spheres, close to the smallest ones."""
 
     centers: Array  # (n, 3)
     radii: Array  # (n,)
-    # (n, 3): where two spheres are moved by d from where they are, along x, y or z, balls wider by so many d hold it.
+    # (n, 3): if the object's spheres move by up to d along x, y or z, a ball that is larger by growth * d still holds
+    # it.
     growth: Array
     largest: Array  # (n,): the radius of the largest sphere
 
 
 def balls(batch: ShapeBatch, centers: Array, radii: Array) -> Balls:
-    """Balls that hold the objects of a batch, from all spheres' places."""
+    """Return bounding spheres of a batch's objects. `centers` and `radii` are those of all spheres of the scene."""
 
     def ball(leaf: int) -> Balls:
         place = centers[batch.first + leaf]
@@ -201,12 +205,12 @@ def balls(batch: ShapeBatch, centers: Array, radii: Array) -> Balls:
 
 
 def _common(a: Balls, b: Balls) -> Balls:
-    """Around what two balls have in common: a lens, or else all of the smaller one.
+    """Return bounding spheres of the intersections of two balls: around the lens, or else the smaller ball.
 
-    Let r be the radius of the smaller one, and the two be wider by d, or nearer to each other by 2 d. The plane of
-    the lens's edge then moves by 2 d at most, and the square of the edge's radius grows by 4 r d + d^2 at most: where
-    it is R or less, it gets no larger than R by more than (2 r / R + 1) d. So that is bounded, R is at least a share
-    of r. Only of spheres: lenses of lenses would grow by the product.
+    Let r be the smaller radius, and let both balls grow by d, or approach each other by 2 d. The plane of the lens's
+    edge then moves by at most 2 d, and the square of the edge's radius grows by at most 4 r d + d^2. So an edge of the
+    radius R, or less, grows beyond R by at most (2 r / R + 1) d. To bound this growth, R is at least a share _THICK of
+    r. Only spheres make lenses here: the growth of lenses of lenses would be the product.
     """
     apart = b.centers - a.centers
     distance = np.linalg.norm(apart, axis=1)
@@ -231,10 +235,10 @@ def _common(a: Balls, b: Balls) -> Balls:
 
 
 def _around(a: Balls, b: Balls) -> Balls:
-    """The smallest ball around two."""
+    """Return the smallest balls around pairs of balls."""
     distance = np.linalg.norm(b.centers - a.centers, axis=1)
     radius = np.maximum(np.maximum(a.radii, b.radii), (distance + a.radii + b.radii) / 2.0)
-    # From a's centre towards b's: not at all if a holds b, all the way if b holds a.
+    # The share of the way from a's centre to b's: 0 if a holds b, 1 if b holds a.
     share = np.clip((radius - a.radii) / np.where(distance > 0.0, distance, 1.0), 0.0, 1.0)
     center = a.centers + share[:, None] * (b.centers - a.centers)
     return Balls(center, radius, np.maximum(a.growth, b.growth), np.maximum(a.largest, b.largest))

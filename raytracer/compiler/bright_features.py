@@ -1,10 +1,9 @@
-"""The small bright features of a scene: samples of a picture may miss them, as they are smaller than the distance of
-samples.
+"""The small bright features of a scene, which samples may miss because they are smaller than the samples' distance.
 
-Features are emitting spheres, glints (where a surface with a narrow lobe mirrors a light), and hot spots (surfaces
-close to an attenuated light). Their areas and radiance follow from the numbers of the scene, to a factor of about 2.
-Hidden features count, and so do features in flat mirrors, and emitters in mirroring balls. Features in other mirrors,
-on the inside of spheres, or of lobes of measured materials do not.
+Features are emitting spheres, glints (a surface with a narrow lobe mirrors a light), and hot spots (surfaces close to
+an attenuated light). Their areas and radiance follow from the scene's numbers, to a factor of about 2. Hidden features
+count, and so do features in flat mirrors, and emitters in mirroring balls. Not counted: features in other mirrors, on
+the inside of spheres, and of the lobes of measured materials.
 """
 
 from __future__ import annotations
@@ -29,16 +28,17 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Ints = NDArray[np.intp]
 
-# The solid angle of the widest lobe whose glint may be smaller than a pixel, on balls of 15 pixels and more: exponents
-# from 160 to 630 on, and alpha up to 0.056.
+# The largest solid angle of a lobe, in sr, that counts as narrow: its glint may be smaller than a pixel on balls of 15
+# pixels and more. This holds for exponents above 160 to 630 (by model), and for alpha up to 0.056.
 _NARROW = 0.01
-# Halvings of the angle in which a mirror point is: its 2000th part is at most half a pixel on balls of 400 pixels.
+# The number of bisection steps for a mirror point: 1/2000 of the angle is at most half a pixel on balls of 400 pixels.
 _HALVINGS = 11
-# Pairs of a surface and a light in one array: arrays of this size fit a processor's cache.
+# The number of pairs of a surface and a light in one array: arrays of this size fit a processor's cache.
 _PAIRS = 2**14
-# The most pairs of a surface and a light for one eye. They take a tenth of a second; of more pairs, some stand for all.
+# The most pairs of a surface and a light for one eye. They take a tenth of a second. Of more surfaces, a sample is
+# taken.
 _MOST_PAIRS = 2**18
-# The least cosine between a normal and a view, so that nothing is infinite.
+# The smallest cosine between a normal and a direction, so that no quotient is infinite.
 _GRAZING = 1e-3
 
 _BLACK = (0.0, 0.0, 0.0)
@@ -46,7 +46,7 @@ _NO_LOBE = Lobe(0.0, 0.0, _BLACK, 0.0, _BLACK)
 
 
 class _Lobes(NamedTuple):
-    """The narrow lobes of N materials, a Lobe each; of size 0 where there is none."""
+    """The narrow lobes of N materials (see Lobe). A material without a narrow lobe has the size 0."""
 
     sizes: Array  # (N,)
     widening: Array  # (N,)
@@ -56,7 +56,7 @@ class _Lobes(NamedTuple):
 
 
 class _Materials(NamedTuple):
-    """The light of M materials."""
+    """The light that M materials emit and reflect."""
 
     emission: Array  # (M, 3)
     diffuse: Array  # (M, 3)
@@ -71,7 +71,7 @@ class _Surfaces(NamedTuple):
     radii: Array  # (B,)
     normals: Array  # (P, 3)
     offsets: Array  # (P,)
-    materials: Ints  # (B + P,): the row of each one's material in _Materials
+    materials: Ints  # (B + P,): the row of each surface's material in _Materials
 
 
 class _Lights(NamedTuple):
@@ -83,27 +83,31 @@ class _Lights(NamedTuple):
     is_attenuated: Mask  # (K, 1, 1)
 
     def irradiance(self, distances: Array) -> Array:
-        """(K, N, 3): of surfaces that face the lights from `distances` (K, N), as irradiance.glsl has it."""
+        """Return the irradiance (K, N, 3) of surfaces that face the lights, at `distances` (K, N), as
+        irradiance.glsl."""
         squares = np.square(np.maximum(distances, self.radii))[..., None]
         return np.where(self.is_attenuated, np.minimum(self.colors / squares, MAX_COLOR), self.colors)
 
 
 class _Reflections(NamedTuple):
-    """K lights, or emitters, in the mirror points of N surfaces."""
+    """The reflections of K lights or emitters in N surfaces, at the mirror points."""
 
-    is_lit: Mask  # (K, N): whether the eye and the light are before the surface
-    cosine: Array  # (K, N): of the angles to the normal, at least _GRAZING
+    is_lit: Mask  # (K, N): whether the eye and the light are in front of the surface
+    cosine: Array  # (K, N): of the angle between each direction and the normal, at least _GRAZING
     away: Array  # (K, N): the light's distance
-    scale: Array  # (K, N): the solid angle of a patch as the eye sees it, over the solid angle of the patch's normals
+    scale: Array  # (K, N): the solid angle of a patch, seen from the eye, over the solid angle of the patch's normals
 
     def images(self, radii: Array) -> Array:
-        """(K, N): the solid angles of the mirror images of lights with `radii` (K, 1)."""
-        # A light takes part of the solid angle around the mirror direction, half as wide around the normal.
+        """Return the solid angles (K, N) of the mirror images of lights with `radii` (K, 1)."""
+        # The light's angle around the mirror direction is twice the angle around the normal.
         return self.scale * math.pi / 4.0 * np.square(np.minimum(radii / self.away, 1.0)) / self.cosine
 
 
 def bright_features(compiled: CompiledScene, size: tuple[int, int]) -> Features:
-    """The small bright features of a picture of `size` (width, height). They live as long as the scene's objects."""
+    """Compute the small bright features of a picture of `size` (width, height).
+
+    The result is cached with the scene's objects.
+    """
     objects = compiled.scene.objects
     assert isinstance(objects, SceneObjects)
     key = compiled.surfaces, compiled.materials
@@ -113,6 +117,7 @@ def bright_features(compiled: CompiledScene, size: tuple[int, int]) -> Features:
 
 
 def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, int]) -> Features:
+    """Compute the features for all eyes."""
     surfaces = compiled.surfaces
     lights = [light for light in compiled.lights if any(light.color)]
     near = [light for light in lights if light.falloff == "inverse_square"]
@@ -126,7 +131,7 @@ def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, i
     emitters = _choose(surfaces, rows, emits, 1)
     flat = _flat_mirrors(_choose(surfaces, rows, is_mirror, 1), materials.mirrored)
     parts = [NO_FEATURES]
-    with np.errstate(all="ignore"):  # Eye.features() leaves out what overflows
+    with np.errstate(all="ignore"):  # Eye.features() leaves out overflowing features
         for eye in eyes(compiled.scene.camera, size, flat, compiled.options.bounces):
             balls = eye.sees(surfaces.centers, surfaces.radii)
             seen = np.append(balls, np.ones(len(surfaces.planes), bool))
@@ -134,16 +139,17 @@ def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, i
             mirrors = _choose(surfaces, rows, seen & is_mirror, len(emitters.radii))
             parts += _emitters_in_balls(eye, emitters, mirrors, materials)
             narrow = _choose(surfaces, rows, seen & is_narrow, len(lights))
-            lobes = _Lobes(*(each[narrow.materials] for each in materials.lobes))
-            parts += [_glints(eye, some, narrow, lobes) for some in _portions(lights, narrow)]
+            lobes = _Lobes(*(column[narrow.materials] for column in materials.lobes))
+            parts += [_glints(eye, portion, narrow, lobes) for portion in _portions(lights, narrow)]
             shown = _choose(surfaces, rows, seen, len(near))
-            parts += [_hot_spots(eye, some, shown, materials.diffuse) for some in _portions(near, shown)]
-    return Features(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+            parts += [_hot_spots(eye, portion, shown, materials.diffuse) for portion in _portions(near, shown)]
+    return Features(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
 def _materials(compiled: CompiledScene) -> _Materials:
+    """Collect the light of all materials in use."""
     used = [compiled.materials[i] for i in compiled.surfaces.used]
-    lobes = [each if each and each.size < _NARROW else _NO_LOBE for each in map(lobe, used)]
+    lobes = [made if made and made.size < _NARROW else _NO_LOBE for made in map(lobe, used)]
     return _Materials(
         np.array([material.get("le", _BLACK) for material in used]),
         np.array([diffuse(material) for material in used]),
@@ -153,9 +159,10 @@ def _materials(compiled: CompiledScene) -> _Materials:
 
 
 def _choose(surfaces: Surfaces, rows: Ints, mask: Mask, lights: int) -> _Surfaces:
-    """The surfaces that are True in `mask` (S + P,), of whose materials `rows` (S + P,) has the rows.
+    """Choose the surfaces that are True in `mask` (S + P,), or a regular sample of them.
 
-    Every so many of them, if they have more than _MOST_PAIRS pairs with so many `lights`.
+    The sample is for surfaces that have more than _MOST_PAIRS pairs with so many `lights`. `rows` (S + P,) has the row
+    of each surface's material in _Materials.
     """
     chosen = np.flatnonzero(mask)
     chosen = chosen[:: max(1, -(-len(chosen) * lights // _MOST_PAIRS))]
@@ -166,49 +173,49 @@ def _choose(surfaces: Surfaces, rows: Ints, mask: Mask, lights: int) -> _Surface
 
 
 def _flat_mirrors(mirrors: _Surfaces, mirrored: Array) -> list[Mirror]:
-    """The planes among `mirrors`, as many as eyes() takes; materials mirror as `mirrored` (M, 3) has it."""
+    """Return the planes among `mirrors`, at most MOST_EYES. `mirrored` (M, 3) has the share that materials mirror."""
     factors = mirrored[mirrors.materials[len(mirrors.radii) :]]
     return [*map(Mirror, mirrors.normals, mirrors.offsets.tolist(), factors)][:MOST_EYES]
 
 
 def _portions(lights: Sequence[PointLight], surfaces: _Surfaces) -> Iterator[_Lights]:
-    """The lights, so many at a time that the arrays of their pairs with the surfaces are not too large."""
+    """Yield the lights in portions, each with at most _PAIRS pairs with the surfaces (or one light)."""
     for portion in _slices(len(lights), len(surfaces.materials)):
-        some = lights[portion]
+        chosen = lights[portion]
         yield _Lights(
-            np.array([light.position for light in some]),
-            np.array([light.color for light in some])[:, None],
-            np.array([light.radius for light in some])[:, None],
-            np.array([light.falloff == "inverse_square" for light in some])[:, None, None],
+            np.array([light.position for light in chosen]),
+            np.array([light.color for light in chosen])[:, None],
+            np.array([light.radius for light in chosen])[:, None],
+            np.array([light.falloff == "inverse_square" for light in chosen])[:, None, None],
         )
 
 
 def _slices(lights: int, surfaces: int) -> Iterator[slice]:
-    """Slices of so many `lights`, each with at most _PAIRS pairs with so many `surfaces`, but for one light."""
+    """Yield slices of `lights` lights, each with at most _PAIRS pairs with `surfaces` surfaces, or one light."""
     step = max(1, _PAIRS // max(surfaces, 1))
     yield from (slice(i, i + step) for i in range(0, lights if surfaces else 0, step))
 
 
 def _emitters(eye: Eye, balls: _Surfaces, emission: Array) -> Features:
-    """Emitting balls. Materials emit `emission` (M, 3)."""
+    """Return the emitting balls. `emission` (M, 3) is the radiance that materials emit."""
     solid_angles = math.pi * balls.radii**2 / np.square(balls.centers - eye.position).sum(axis=1)
     return eye.features(balls.centers, solid_angles, solid_angles, emission[balls.materials])
 
 
 def _emitters_in_balls(eye: Eye, emitters: _Surfaces, mirrors: _Surfaces, materials: _Materials) -> Iterator[Features]:
-    """The mirror images of emitting balls in the balls among `mirrors`."""
+    """Yield the mirror images of emitting balls in the balls among `mirrors`."""
     emission = materials.emission[emitters.materials][:, None]
     factors = materials.mirrored[mirrors.materials[: len(mirrors.radii)]]
-    for some in _slices(len(emitters.radii), len(mirrors.radii)):
-        centers = emitters.centers[some]
+    for portion in _slices(len(emitters.radii), len(mirrors.radii)):
+        centers = emitters.centers[portion]
         points, normals = _mirror_points(eye, centers, mirrors)
         reflections = _reflections(eye, centers, points, normals, 1.0 / mirrors.radii)
-        images = reflections.images(emitters.radii[some, None])
-        yield eye.features(points, images, images, emission[some] * factors * reflections.is_lit[..., None])
+        images = reflections.images(emitters.radii[portion, None])
+        yield eye.features(points, images, images, emission[portion] * factors * reflections.is_lit[..., None])
 
 
 def _glints(eye: Eye, lights: _Lights, surfaces: _Surfaces, lobes: _Lobes) -> Features:
-    """The mirror images of K lights in N surfaces with N `lobes`."""
+    """Return the glints: the mirror images of K lights in N surfaces with N `lobes`."""
     places = lights.positions
     on_balls, on_planes = _mirror_points(eye, places, surfaces), _plane_mirror_points(eye, places, surfaces)
     points, normals = (np.concatenate(pair, axis=1) for pair in zip(on_balls, on_planes, strict=True))
@@ -223,23 +230,26 @@ def _glints(eye: Eye, lights: _Lights, surfaces: _Surfaces, lobes: _Lobes) -> Fe
 
 
 def _reflections(eye: Eye, lights: Array, points: Array, normals: Array, curvature: Array) -> _Reflections:
-    """Lights at (K, 3) in mirror `points` (K, N, 3) of surfaces with `normals` (K, N, 3) and `curvature` (N,)."""
+    """Compute the reflections of lights at (K, 3) in N surfaces.
+
+    The mirror points are `points` (K, N, 3), with the `normals` (K, N, 3) and the `curvature` (N,).
+    """
     to_eye, to_light = eye.position - points, lights[:, None] - points
     far, away = _length(to_eye), _length(to_light)
     cosine = np.minimum(_dot(normals, to_eye) / far, _dot(normals, to_light) / away)
     c = np.clip(cosine, _GRAZING, 1.0)
-    # Along the surface the halfway vector turns by c * turn in the plane of both directions, and by turn / c across it.
-    # The normal turns by the curvature.
+    # Per unit of length along the surface, the halfway vector turns by c * turn in the plane of both directions, and by
+    # turn / c across that plane. The normal turns by the curvature.
     turn = 0.5 * (1.0 / far + 1.0 / away)
     scale = c / (far**2 * (curvature + c * turn) * (curvature + turn / c))
     return _Reflections(cosine > 0.0, c, away, scale)
 
 
 def _mirror_points(eye: Eye, lights: Array, balls: _Surfaces) -> tuple[Array, Array]:
-    """Where B balls mirror lights at (K, 3), and the normals there: (K, B, 3) each. Lights and eye are not inside.
+    """Find the points in which B balls mirror lights at (K, 3), and the normals there: (K, B, 3) each.
 
-    In the plane of both directions from the centre, with the first axis towards the eye, the normal is between both.
-    Halving the angle between them finds it.
+    Lights and eye must be outside the balls. The normal lies between the directions from the centre to the eye and to
+    the light. Bisection of the angle between them finds it, in their plane, with the first axis towards the eye.
     """
     centers, radii = balls.centers, balls.radii
     to_eye = eye.position - centers
@@ -256,7 +266,7 @@ def _mirror_points(eye: Eye, lights: Array, balls: _Surfaces) -> tuple[Array, Ar
         x, y = low[0] + high[0], low[1] + high[1]
         length = np.sqrt(x * x + y * y)
         x, y = x / length, y / length
-        # By the tangents of the angles between the normal and both directions.
+        # Compare the tangents of the angles between the normal and both directions.
         is_high = distance * y * (a * x + b * y - radii) > (b * x - a * y) * (distance * x - radii)
         low = np.where(is_high, low[0], x), np.where(is_high, low[1], y)
         high = np.where(is_high, x, high[0]), np.where(is_high, y, high[1])
@@ -266,7 +276,10 @@ def _mirror_points(eye: Eye, lights: Array, balls: _Surfaces) -> tuple[Array, Ar
 
 
 def _plane_mirror_points(eye: Eye, lights: Array, planes: _Surfaces) -> tuple[Array, Array]:
-    """Where P planes mirror lights at (K, 3) that are on the eye's side, and the normals there: (K, P, 3) each."""
+    """Find the points in which P planes mirror lights at (K, 3), and the normals there: (K, P, 3) each.
+
+    The points are right for lights on the eye's side of the plane.
+    """
     normals, offsets = planes.normals, planes.offsets
     height, heights = normals @ eye.position - offsets, lights @ normals.T - offsets
     share = height / (height + heights)
@@ -277,21 +290,21 @@ def _plane_mirror_points(eye: Eye, lights: Array, planes: _Surfaces) -> tuple[Ar
 
 
 def _hot_spots(eye: Eye, lights: _Lights, surfaces: _Surfaces, diffuse: Array) -> Features:
-    """The points of N surfaces that are nearest to K lights: spots as wide as the lights are near.
+    """Return the hot spots: around the points of N surfaces nearest to K lights, as wide as the light is near.
 
-    Materials have the `diffuse` parts (M, 3).
+    `diffuse` (M, 3) is the diffuse reflectance f of the materials.
     """
     balls = len(surfaces.radii)
     outward = lights.positions[:, None] - surfaces.centers
     distance = _length(outward)
     outward /= distance[..., None]
-    # A light in a ball leaves its outside dark.
+    # A light inside a ball does not light its outside.
     heights = np.where(distance > surfaces.radii, distance - surfaces.radii, np.inf)
     above = lights.positions @ surfaces.normals.T - surfaces.offsets
     normals = np.concatenate([outward, np.sign(above)[..., None] * surfaces.normals], axis=1)
     heights = np.concatenate([heights, np.abs(above)], axis=1)
     widths = np.maximum(heights, lights.radii)
-    # No wider than the ball.
+    # A spot is no wider than its ball.
     widths[:, :balls] = np.minimum(widths[:, :balls], surfaces.radii)
     points = lights.positions[:, None] - heights[..., None] * normals
     to_eye = eye.position - points
@@ -302,8 +315,10 @@ def _hot_spots(eye: Eye, lights: _Lights, surfaces: _Surfaces, diffuse: Array) -
 
 
 def _length(vectors: Array) -> Array:
+    """Return the lengths of vectors (..., 3)."""
     return np.sqrt(_dot(vectors, vectors))
 
 
 def _dot(a: Array, b: Array) -> Array:
+    """Return the dot products of vectors (..., 3)."""
     return np.einsum("...i,...i->...", a, b)

@@ -1,8 +1,9 @@
-"""Lists of the objects that the rays of each cell may meet, as a texture through which shaders/csg/lists.glsl walks.
+"""Candidate lists: for each cell, the objects that its rays may meet, as a texture for shaders/csg/lists.glsl.
 
-A cell's list is a row of entries. One that is 0 or more is an object of a common shape, by its number in the items'
-texture; -n is followed by the number of another object in the scene, and the n - 1 codes of its program
-(csg_pruning.py; chains begin as such), whose leaves are surfaces. Where an object is all around it is in no list.
+A cell's list is a row of entries. An entry >= 0 is an object of a common shape, by its number in the texture of items.
+An entry -n begins another object: its number in the scene follows, and then the n - 1 codes of its program, whose
+leaves are surface indices (csg_pruning.py; the first code of a chain names the chain's operation). An object that fills
+all of a cell is in no list.
 """
 
 from __future__ import annotations
@@ -34,28 +35,28 @@ Ints = NDArray[np.int64]
 
 
 class CasterLists(NamedTuple):
-    """The lists of the cells around one light, numbered as by hemisphere_cells()."""
+    """The lists of the cells around one light. hemisphere_cells() numbers the cells."""
 
     lists: Lists
-    longest: int  # entries of the longest list
-    reach: float  # the length up to which the lists hold every object that a ray to the light may meet
-    pairs: int  # of a cell and an object of a common shape
-    listed: int  # pairs of a cell and a primitive of another object
+    longest: int  # number of entries of the longest list
+    reach: float  # the length of ray to the light up to which the lists are complete
+    pairs: int  # number of pairs of a cell and an object of a common shape
+    listed: int  # number of pairs of a cell and a primitive of another object
 
 
 class Items(NamedTuple):
     """The objects of common shapes, in view space, in the order of their shapes."""
 
-    centers: Array  # (N, 3) and (N,): balls that hold what float32 shows of them to the camera
-    radii: Array
-    growth: Array  # by so many d those balls are to be wider where rounding moves spheres by d
+    centers: Array  # (N, 3): centres of balls that hold the objects as the camera sees them in float32
+    radii: Array  # (N,)
+    growth: Array  # (N,): if rounding moves spheres by d, the balls must grow by growth * d
     shape: Ints
-    first: Ints  # index of their first surface
-    order: Ints  # number in the scene
+    first: Ints  # index of each object's first surface
+    order: Ints  # each object's number in the scene
 
 
 def make_items(view: View, batches: Batches) -> Items:
-    """Collect the objects of common shapes, as a camera sees them."""
+    """Collect the objects of common shapes as a camera sees them."""
     shapes = batches.shapes
     around = [balls(batch, view.surfaces.centers, view.surfaces.radii) for batch in shapes]
     none = Balls(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)), np.zeros(0))
@@ -63,9 +64,9 @@ def make_items(view: View, batches: Batches) -> Items:
     away = ball.centers - view.camera.position
     centers = away @ view.rotation.T
     growth = np.maximum(np.linalg.norm(ball.growth, axis=1), 1.0)
-    # The roots of a ray with a sphere of radius r at c are off by 32 u (|c| + r) at most, sums of the bounds in
-    # sphere.glsl. That is along the ray, which is along c but for an angle of r / |c|; across it, rays and spheres are
-    # where they are but for that share of r, and widened() of the larger ones.
+    # By the bounds in sphere.glsl, the roots of a ray with a sphere of radius r at c are off by at most 32 u (|c| + r).
+    # This error is along the ray, whose direction differs from c by an angle of at most r / |c|. Across the ray, the
+    # error is that share of r, and widened() of the larger spheres.
     along = np.sum(ball.growth * np.abs(away), axis=1)
     return Items(
         centers,
@@ -78,19 +79,19 @@ def make_items(view: View, batches: Batches) -> Items:
 
 
 class Lister:
-    """Makes the lists of a scene's objects as one camera sees them."""
+    """Makes the candidate lists of a scene for one camera."""
 
     def __init__(self, view: View, batches: Batches) -> None:
         self._view = view
         self._items = make_items(view, batches)
         self._batches = batches
         self._spheres = view.surfaces.spheres
-        self._centers = np.asfortranarray(view.centers)  # in this order loops over all spheres are fast
+        self._centers = np.asfortranarray(view.centers)  # column order, in which loops over all spheres are fast
         self._radii = view.surfaces.radii
 
     @property
     def ball_count(self) -> int:
-        """The number of balls around which lights have lists."""
+        """The number of balls in the lists of lights."""
         return len(self._items.radii) + sum(batch.surfaces.size for batch in self._batches.programs)
 
     @functools.cached_property
@@ -98,23 +99,25 @@ class Lister:
         return light_balls(self._items.centers, self._items.radii, self._items.growth - 1.0)
 
     def items_texture(self, numbers: NDArray[np.float32]) -> NDArray[np.float32]:
-        """(4 N, 4): the texels `items` of lists.glsl; `numbers` are the texels of surfaces.glsl."""
+        """Pack the texels `items` of lists.glsl (4 N, 4). `numbers` are the texels of surfaces.glsl."""
         items = self._items
         texels = np.zeros((len(items.radii), 4, 4), np.float32)
-        # As seen from anywhere, its spheres being where float32 has them.
+        # For rays from any origin, with the spheres as float32 rounds them.
         moved = PASSING * items.growth * np.linalg.norm(items.centers, axis=1)
         texels[:, 0, :3], texels[:, 0, 3] = items.centers, items.radii + moved
         texels[:, 1, :3] = np.column_stack([items.shape, items.first, items.order])
-        # An object of fewer surfaces has numbers of others behind its own: they are not looked at.
+        # Behind the surfaces of a small object there are numbers of other surfaces, which the shader ignores.
         leaf = np.minimum(items.first[:, None] + np.arange(SHAPE_LEAVES), len(numbers) // 4 - 1)
         texels[:, 2], texels[:, 3] = numbers[4 * leaf + 1, 3], numbers[4 * leaf + 2, 3]
         return texels.reshape(-1, 4)
 
     def rectangles(self, size: tuple[int, int]) -> tuple[NDArray[np.int32], float]:
-        """Where the camera may see objects of common shapes, and more than any distance to them there.
+        """Return the rectangles in which the camera may see objects of common shapes, and a bound of their distances.
 
-        (N, 8): first column and row of pixels, the lowest row being 0, and behind the last; shape; first surface;
-        number in the scene; 0. In the order of the scene, without those that are not in the picture.
+        A rectangle (8 numbers) has the first column and row of pixels (0 is the lowest row), one past the last column
+        and row, the shape, the index of the first surface, the object's number in the scene, and 0. The rectangles
+        (N, 8) are in the order of the scene, without the objects outside the picture. All distances are less than the
+        bound.
         """
         corner, step, _ = camera_grid(self._view.camera, size)
         pixel = step / CELL
@@ -127,7 +130,10 @@ class Lister:
         return rows[np.argsort(rows[:, 6])].astype(np.int32), 2.0 * float(farthest.max(initial=0.5))
 
     def _bounds(self) -> tuple[Array, Array]:
-        """tangents() to objects of common shapes: to the ball around each, but not beyond its spheres' tangents."""
+        """Return the bounds of objects of common shapes by tangents().
+
+        They are the tangents of the bounding sphere, narrowed to the bounds of the object's spheres.
+        """
 
         def leaf(number: int) -> tuple[Array, Array]:
             return tangents(self._centers[batch.first + number], self._radii[batch.first + number])
@@ -137,43 +143,49 @@ class Lister:
         for batch in self._batches.shapes:
             part = slice(at, at + len(batch.first))
             bounds = combined(batch.tree, leaf, _inner, _outer)
-            if len(batch.tree) > 1:  # one sphere is no larger than the ball around it
+            if len(batch.tree) > 1:  # a single sphere is its own bounding sphere
                 bounds = _inner(tangents(self._items.centers[part], self._items.radii[part]), bounds)
             lo[part], hi[part] = bounds
             at = part.stop
         return lo, hi
 
     def camera_lists(self, size: tuple[int, int]) -> Lists:
-        """The lists of programs for the cells of a picture of `size`: along its rows, the lowest first."""
+        """Make the lists of programs for the cells of a picture of `size`, row by row from the bottom."""
         corner, step, shape = camera_grid(self._view.camera, size)
 
-        def view(centers: Array, radii: Array) -> tuple[Ints, Ints]:
+        def find_pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
             return overlaps(*tangents(centers, radii), corner, (step, step), shape)
 
         cells = shape[0] * shape[1]
         none = np.zeros(0, np.int32)
-        return self._lists(view, np.zeros(cells, np.int64), none, 0, most_listed(cells))[0]
+        return self._lists(find_pairs, np.zeros(cells, np.int64), none, 0, most_listed(cells))[0]
 
     def full_list(self) -> NDArray[np.int32]:
-        """The list of all objects, for rays that come from anywhere."""
+        """Make the list of all objects, for rays from any origin."""
 
-        def view(centers: Array, radii: Array) -> tuple[Ints, Ints]:
+        def find_pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
             return np.zeros(len(radii), np.int64), np.arange(len(radii))
 
         every = np.arange(len(self._items.radii), dtype=np.int32)
-        lists, _ = self._lists(view, np.array([len(every)]), every, 0, most_listed(0))
-        begin, end = lists.ends[0]  # entries behind are for cells that see no sphere
+        lists, _ = self._lists(find_pairs, np.array([len(every)]), every, 0, most_listed(0))
+        begin, end = lists.ends[0]  # the entries after these are for cells without spheres
         return lists.entries[begin:end]
 
     def finest_grid(self, light: PointLight) -> float:
-        """The most cells that a side of a hemisphere around a light should have."""
+        """Return the largest useful number of cells along each side of a hemisphere around a light."""
         return finest_grid(self._view.place(light.position), light.radius, self._centers)
 
     def caster_lists(self, light: PointLight, grid: int, most: int, listed: int, most_listed: int) -> CasterLists:
-        """The lists of the cells around a light.
+        """Make the lists of the cells around a light.
 
-        Raises InputError above `most` pairs of a cell and an object of a common shape, and for more than `most_listed`
-        pairs of a cell and a primitive of another object, together with the `listed` ones of other lights.
+        Args:
+            light: The light.
+            grid: The number of cells along each side of a hemisphere.
+            most: The most pairs of a cell and an object of a common shape.
+            listed: The number of pairs of a cell and a primitive of another object, in the lists of earlier lights.
+            most_listed: The most such pairs in the lists of all lights together.
+
+        Raises InputError above either limit.
         """
         place = self._view.place(light.position)
         far = reach(place, self._centers, self._radii)
@@ -182,22 +194,29 @@ class Lister:
         pairs, total = len(lists.entries), listed
         if self._batches.programs:
 
-            def view(centers: Array, radii: Array) -> tuple[Ints, Ints]:
+            def find_pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
                 return hemisphere_cells(centers - place, radii + wider, grid)
 
             count = np.subtract(*lists.ends.T[::-1], dtype=np.int64)
-            lists, total = self._lists(view, count, lists.entries, listed, most_listed)
+            lists, total = self._lists(find_pairs, count, lists.entries, listed, most_listed)
             longest = lists.longest()
         return CasterLists(lists, longest, far, pairs, total - listed)
 
-    def _lists(self, view: FindPairs, count: Ints, item: NDArray[np.int32], total: int, most: int) -> tuple[Lists, int]:
-        """The lists of objects of common shapes, of which cell i has count[i] one after the other, and of all others.
+    def _lists(
+        self, find_pairs: FindPairs, count: Ints, item: NDArray[np.int32], total: int, most: int
+    ) -> tuple[Lists, int]:
+        """Make the lists of all objects, and count the pairs of a cell and a primitive.
 
-        `total` pairs of a cell and a primitive grow by the pairs in the lists. Raises InputError above `most`.
+        Args:
+            find_pairs: Finds the pairs of a cell and a ball.
+            count: The number of objects of common shapes in each cell.
+            item: These objects, cell after cell.
+            total: The number of pairs of a cell and a primitive in earlier lists, to which the new ones are added.
+            most: The most such pairs; more raise InputError.
         """
         listed: list[tuple[ProgramBatch, Ints, Rows]] = []
         for batch in self._batches.programs:
-            pairs, rows, more = met(batch, self._spheres, self._centers, self._radii, view, total, most)
+            pairs, rows, more = met(batch, self._spheres, self._centers, self._radii, find_pairs, total, most)
             listed.append((batch, pairs, rows))
             total += more
         bare = [everywhere(batch, self._spheres) for batch in self._batches.programs]
@@ -226,16 +245,18 @@ class Lister:
             count = np.bincount(cell, minlength=len(count))
         end = np.cumsum(count)
         ends = np.column_stack((end - count, end)).astype(np.int32)
-        # One list for all cells without any other entries than those of all cells.
+        # All cells without entries of their own share one list: the programs that every cell has.
         around = np.concatenate([entries[:0], *(rows.entries()[1] for rows in bare)])
-        if len(around):  # else an empty list will do, wherever it is
+        if len(around):  # otherwise any empty list serves
             ends[count == 0] = len(entries), len(entries) + len(around)
         return Lists(ends, np.concatenate((entries, around))), total
 
 
 def _inner(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return the intersection of two bounds (low, high)."""
     return np.maximum(a[0], b[0]), np.minimum(a[1], b[1])
 
 
 def _outer(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return the smallest bound (low, high) around two."""
     return np.minimum(a[0], b[0]), np.maximum(a[1], b[1])

@@ -1,4 +1,4 @@
-"""The compiled scene: everything that follows from a scene and its options alone, whatever the camera and the size."""
+"""The compiled scene: all that follows from a scene and its compile options, for any camera and any picture size."""
 
 from __future__ import annotations
 
@@ -19,22 +19,23 @@ from raytracer.scene.solids import Plane
 
 
 class CompiledScene(msgspec.Struct, frozen=True, eq=False):
-    """A scene as the shaders take it. `compile` makes one; parts are objects of their own, which compiled scenes share.
+    """A scene in the form that the shaders need. compile() makes it; compiled scenes may share parts.
 
-    `has_lists`: there are many primitives, so rays look for objects in the lists of cells (candidate_lists.py).
-    `is_one_pass`: there are few primitives, and one program finds the surface of a pixel and computes its light.
-    `has_mirrors`: the light of some material comes from other surfaces, too. `is_over_planes`: besides objects that
-    share code there are at most half-spaces, which the second pass quickly finds itself. `has_plane_only_cells`: some
-    cells of a picture may show nothing but half-spaces (grounds.py).
+    has_lists: There are many primitives, so rays test the candidate lists of cells (candidate_lists.py).
+    is_one_pass: There are few primitives, so one program finds the surface of a pixel and computes its light.
+    has_mirrors: Some material mirrors the light of other surfaces.
+    is_over_planes: All objects are objects of common shapes or single half-spaces, and the second pass finds the
+        half-spaces itself.
+    has_plane_only_cells: Some cells of a picture may show nothing but half-spaces (grounds.py).
     """
 
     scene: Scene
     options: CompileOptions
     surfaces: Surfaces
     batches: Batches
-    materials: dict[int, Material]  # as they are shaded, by their index in the scene; those that surfaces have
-    layout: Layout  # of these
-    lights: tuple[PointLight, ...]  # points, unless shadows are soft
+    materials: dict[int, Material]  # the materials in use, with the shading option applied, by their index in the scene
+    layout: Layout  # of these materials
+    lights: tuple[PointLight, ...]  # without radii, unless shadows are soft
     has_lists: bool
     is_one_pass: bool
     has_mirrors: bool
@@ -58,15 +59,15 @@ class CompiledScene(msgspec.Struct, frozen=True, eq=False):
 
     @property
     def structure(self) -> tuple[object, ...]:
-        """Everything that decides the text of shaders: compiled scenes of equal structures share their programs."""
+        """All values that decide the text of the shaders: compiled scenes of equal structures share their programs."""
         lights = len(self.lights), self.has_area_lights, self.has_falloff
         return self.scene.objects, self.scene.materials, self.options, lights
 
 
 def compile(scene: Scene, options: CompileOptions, previous: CompiledScene | None = None) -> CompiledScene:
-    """Compile `scene`. `previous` lends the parts that stay as they were, or all of it.
+    """Compile `scene`. The result shares the unchanged parts with `previous`, or is `previous` if nothing has changed.
 
-    Raises InputError for a material that the model of `options.shading` does not take.
+    Raises InputError for a material that the model `options.shading` cannot express.
     """
     if previous and previous.scene is scene and previous.options == options:
         return previous
@@ -83,7 +84,7 @@ def compile(scene: Scene, options: CompileOptions, previous: CompiledScene | Non
         layout=layout,
         lights=tuple(map(options.effective_light, scene.lights)),
         has_lists=has_lists,
-        # Roth's filters twice in a row take llvmpipe minutes to compile, and large trees seconds.
+        # llvmpipe needs minutes to compile Roth's filters twice in a row, and seconds for large trees.
         is_one_pass=options.evaluator != "roth" and surfaces.size <= FEW,
         has_mirrors=has_mirrors,
         is_over_planes=has_lists and bool(batches.shapes) and not batches.programs and not has_mirrors,
@@ -94,19 +95,22 @@ def compile(scene: Scene, options: CompileOptions, previous: CompiledScene | Non
 
 
 def _has_same_objects(scene: Scene, previous: CompiledScene) -> bool:
-    # By identity: to compare 10,000 equal solids takes six times as long as to make their surfaces.
+    """Return whether both scenes have the same objects."""
+    # By identity, because comparing 10,000 equal solids takes six times as long as making their surfaces.
     return len(previous.scene.objects) == len(scene.objects) and all(map(is_, previous.scene.objects, scene.objects))
 
 
 def _surfaces(scene: Scene, previous: CompiledScene | None) -> Surfaces:
+    """Return the surfaces of the scene, shared with `previous` if they are unchanged."""
     if previous and _has_same_objects(scene, previous) and previous.scene.materials == scene.materials:
         return previous.surfaces
-    # Scenes that differ in the camera, the size or the lights share their objects: a picture after another, or frames.
+    # Scenes that differ only in camera, size or lights share their objects, such as successive pictures or frames.
     assert isinstance(scene.objects, SceneObjects)
     return scene.objects.derive("surfaces", scene.materials, lambda: make_surfaces(scene))
 
 
 def _batches(scene: Scene, previous: CompiledScene | None) -> Batches:
+    """Return the batches of the scene, shared with `previous` if they are unchanged."""
     if previous and _has_same_objects(scene, previous):
         return previous.batches
     objects = scene.objects
@@ -117,6 +121,7 @@ def _batches(scene: Scene, previous: CompiledScene | None) -> Batches:
 def _materials(
     scene: Scene, options: CompileOptions, surfaces: Surfaces, previous: CompiledScene | None
 ) -> tuple[dict[int, Material], Layout]:
+    """Return the materials in use and their layout, shared with `previous` if they are unchanged."""
     if previous and previous.surfaces is surfaces and previous.options.shading == options.shading:
         return previous.materials, previous.layout
     materials = {i: options.shaded(scene.materials[i]) for i in surfaces.used}
@@ -124,12 +129,12 @@ def _materials(
 
 
 def _has_mirror_planes(surfaces: Surfaces, batches: Batches, materials: dict[int, Material]) -> bool:
-    """Whether a single half-space is a mirror, in which anything may be seen."""
+    """Return whether a single half-space is a mirror, in which any object may be visible."""
     return any(MODELS[materials[surfaces.material[plane]].model].mirrors for plane in batches.planes)
 
 
 def _is_bounded(scene: Scene, batches: Batches) -> bool:
-    """Whether a ray that meets no sphere meets nothing but single half-spaces, few enough to be named."""
+    """Return whether a ray that misses all spheres can meet only single half-spaces that the code names."""
     assert isinstance(scene.objects, SceneObjects)
     planes = 0
     for i, count in enumerate(scene.objects.counts()):

@@ -1,4 +1,4 @@
-"""A CSG tree as nodes of many children, and the order in which programs (csg_pruning.py) evaluate these."""
+"""Flattening of CSG trees: nodes with many children, and the order in which programs (csg_pruning.py) evaluate them."""
 
 from __future__ import annotations
 
@@ -8,21 +8,22 @@ from raytracer.scene.solids import Complement, Difference, Intersection, Primiti
 
 
 class Flat(NamedTuple):
-    """A tree of n-ary AND and OR nodes over literals; parents come before children, and root 0 is an AND.
+    """A tree of n-ary AND and OR nodes over literals. Parents come before children, and the root, 0, is an AND.
 
-    Children are in the tree's order: inner nodes by number, leaf i as ~i.
+    A literal is a leaf or its complement. Children are in the tree's order: inner nodes by number, leaf i as ~i.
     """
 
-    conjunction: list[bool]
-    children: list[list[int]]
-    negated: list[bool]  # of leaves
+    conjunction: list[bool]  # for each inner node: whether it is an AND
+    children: list[list[int]]  # for each inner node
+    negated: list[bool]  # for each leaf: whether it stands for its complement
 
 
 def flatten(nodes: list[Solid]) -> Flat:
-    """Complements pushed down to the leaves by De Morgan's laws, a - b as a & ~b, equal operators merged."""
+    """Flatten a postfix tree: push complements down to the leaves (De Morgan), turn a - b into a & ~b, merge
+    operators."""
     leaf = sum(isinstance(node, Primitive) for node in nodes)
     flat = Flat([True], [[]], [False] * leaf)
-    # Backwards, a postfix list is root, right, left. For each node that is to come: its parent, whether negated.
+    # Read backwards, a postfix list is root, right, left. Pending: the parent of each node to come, and its negation.
     pending = [(0, False)]
     for node in reversed(nodes):
         parent, negated = pending.pop()
@@ -48,15 +49,15 @@ def flatten(nodes: list[Solid]) -> Flat:
 
 
 class Order(NamedTuple):
-    """In what order a flat tree's nodes are evaluated."""
+    """The order in which the nodes of a flat tree are evaluated."""
 
-    depth: int
-    nodes: list[int]  # children before their parent, numbered as in Flat
-    swapped: set[int]  # nodes that are evaluated later than a sibling that the tree has after them
+    depth: int  # the most values that are held at a time
+    nodes: list[int]  # the nodes of Flat, children before their parent
+    swapped: set[int]  # nodes that are evaluated after a sibling that comes later in the tree
 
 
 def evaluation_order(flat: Flat) -> Order:
-    """The order that holds the fewest values at a time (Sethi and Ullman 1970), of those that Flat's nodes allow."""
+    """Return the order that holds the fewest values at a time (Sethi and Ullman 1970), keeping Flat's nodes."""
     need = [0] * len(flat.children)
     turns: list[list[int]] = [[] for _ in flat.children]
     swapped: set[int] = set()
@@ -67,7 +68,7 @@ def evaluation_order(flat: Flat) -> Order:
         need[v] = max([needs.pop(neediest), *(n + 1 for n in needs)])
         turns[v] = children[neediest:] + children[:neediest][::-1]
         swapped.update(children[:neediest])
-    # Root, last, ..., first on a stack is children before parents backwards.
+    # The stack yields root, last child, ..., first child, which is the reverse of children before parents.
     nodes: list[int] = []
     pending = [0]
     while pending:
@@ -79,7 +80,7 @@ def evaluation_order(flat: Flat) -> Order:
 
 
 def empty_values(flat: Flat) -> list[bool]:
-    """The value of each inner node when none of its leaves is listed."""
+    """Return the value of each inner node for a ray that is outside all of its leaves' primitives."""
     empty = [False] * len(flat.children)
     for v in reversed(range(len(flat.children))):
         values = (empty[c] if c >= 0 else flat.negated[~c] for c in flat.children[v])

@@ -1,24 +1,24 @@
-"""A CSG tree shrunk to the few primitives that rays through a cell can meet, for many cells at once.
+"""CSG pruning: reduces a tree to the few primitives that rays through a cell can meet, for many cells at once.
 
-A ray is outside a primitive that is not listed in its cell from end to end: the primitive is False
-there, and the tree shrinks. For every cell what remains of it becomes a program for a stack machine.
+A primitive that is not listed in a cell is False along every ray through the cell, so the tree shrinks. The rest of the
+tree becomes a program for a stack machine, one for every cell.
 
 A program is a row of int32 codes: leaf << 5 | swapped << 4 | negated << 3 | operation.
 
-    0 PUSH       the leaf
-    1 AND_LEAF   combine the top of the stack with the leaf
-    2 OR_LEAF    the same
-    3 AND        combine the two topmost values, the leaf field is 0
-    4 OR         the same
+    0 PUSH       push the leaf
+    1 AND_LEAF   combine the top of the stack with the leaf by AND
+    2 OR_LEAF    combine the top of the stack with the leaf by OR
+    3 AND        combine the two topmost values by AND; the leaf field is 0
+    4 OR         combine the two topmost values by OR; the leaf field is 0
     5 TRUE       the constant True; the only code of its program
 
-`negated`: the leaf stands for its complement. `swapped`: the later operand (the leaf, or the top of
-the stack) comes before the other one in the tree. The tree's first operand that changes at a surface
-owns it, and programs do not keep the tree's order: a node's neediest child is evaluated first, then
-those that follow it, and then those that precede it, from the nearest to the first (swapped). What
-is on the stack thus stands for neighbours in the tree, so that "before" and "after" make sense.
-An empty program is the constant False. In a chain, all of whose leaves are combined alike, the first code may say
-AND_LEAF or OR_LEAF too, instead of PUSH: chains() makes it so.
+`negated`: the leaf stands for its complement. `swapped`: the later operand (the leaf, or the top of the stack) comes
+before the other one in the tree. The order in the tree matters, because the first operand that changes at a surface
+owns the surface. Programs evaluate a node's children in another order: first the child that needs the deepest stack,
+then the children after it, and then the children before it, from the nearest to the first (swapped). So a value on the
+stack always stands for neighbours in the tree, and "before" and "after" have a meaning.
+An empty program is the constant False. A chain combines all of its leaves by one operation; chains() writes AND_LEAF or
+OR_LEAF into its first code, in place of PUSH.
 """
 
 from __future__ import annotations
@@ -38,35 +38,36 @@ Mask = NDArray[np.bool_]
 PUSH, AND_LEAF, OR_LEAF, AND, OR, TRUE = range(6)
 LEAF_SHIFT, SWAPPED, NEGATED = 5, 1 << 4, 1 << 3
 _DROPPED = -1
-# Pairs of a cell and a leaf that are pruned at a time.
+# The number of pairs of a cell and a leaf that are pruned at a time.
 _AT_ONCE = 2**19
 
 
 class _Events(NamedTuple):
-    """In cells, the nodes of paths of one rank beside which something is left, and the listed leaves at paths' ends.
+    """The events on the paths of one rank (tree_paths.py), in all cells.
 
-    They are sorted by cell, then place; those of one cell and path are a group.
+    An event is a node with a remaining side child, or a listed leaf at the end of a path. A side child is a child that
+    is not on its parent's path. Events are sorted by cell, then place; the events of one cell and path are a group.
     """
 
     pair: Ints  # cell << bits | place
-    below: Mask  # whether the child on the path is left
-    last: Ints  # index of the last event of the group
-    tops: Ints  # those of these at which the uppermost node of the path is left
-    sides: Ints  # pairs of the nodes beside the paths that are left: those of `tops` of the next rank, and then leaves
-    parents: Ints  # which of them are whose children: sides[parents], by ...
-    start: Ints  # ... where the children of each event that has some begin there, ...
-    inner: Ints  # ... and the indices of these events
+    below: Mask  # whether the child on the path remains
+    last: Ints  # index of the last (uppermost) event of the group
+    tops: Ints  # indices of the last events of groups whose path remains up to its top
+    sides: Ints  # the remaining side children, as pairs: first the tops of the next rank's paths, then leaves
+    parents: Ints  # the order that sorts `sides` by their parents
+    start: Ints  # where the children of each event with side children begin, in sides[parents]
+    inner: Ints  # the indices of these events
 
 
 class Pruner:
-    """A tree, as solids.postfix() gives it, ready to be pruned; its leaves are counted from left to right.
+    """Prunes one tree, in the order of solids.postfix(); its leaves are counted from left to right.
 
-    `depth`: how many values a program holds at most: those on the stack, and the leaf that is being
-    combined with its top. A stack of max(depth - 1, 1) will do. `is_chain`: whether all programs are chains.
+    `depth` is the most values that a program holds: the values on the stack, and the leaf that is combined with the
+    top. A stack of max(depth - 1, 1) is enough. `is_chain`: whether all programs are chains.
 
-    The work is in proportion to the listed leaves, times log2(leaves) at most, however deep the tree is: what is left
-    of a path is known from its few nodes beside which something is left, as all others are left if and only if their
-    child on the path is, or never.
+    The work is in proportion to the number of listed leaves, times at most log2(leaves), however deep the tree is. The
+    state of a path follows from its few events: any other node on it remains if and only if its child on the path
+    remains, or it never remains.
     """
 
     def __init__(self, nodes: list[Solid]) -> None:
@@ -75,13 +76,14 @@ class Pruner:
         self.depth = order.depth
         self.is_chain = len(flat.children) == 1 or (len(flat.children) == 2 and len(flat.children[0]) == 1)
         self._constant = empty[0]
-        # From here on a node's number is its place in the order of evaluation: all below it come just before it.
+        # From here on a node's number is its position in the order of evaluation. All nodes below it come just before
+        # it.
         count = len(order.nodes)
         number = {node: i for i, node in enumerate(order.nodes)}
         leaves = np.zeros(len(flat.negated), np.int64)
         parent = [count - 1] * count
-        joins = np.zeros(count, np.int64)  # how a leaf in its place is combined with what is left before it
-        # Whether a node decides its parent when it is dropped: False in an AND, True in an OR.
+        joins = np.zeros(count, np.int64)  # the operation of a leaf in the node's place, unless it comes first
+        # Killers: nodes that decide their parent's value when dropped, being False in an AND or True in an OR.
         killer = np.zeros(count, np.int64)
         code = np.zeros(count, np.int64)
         for v, children in enumerate(flat.children):
@@ -95,32 +97,32 @@ class Pruner:
                     code[i] = ~c << LEAF_SHIFT | (NEGATED if flat.negated[~c] else 0)
         cut = paths(parent)
         self._bits = count.bit_length()
-        self._code = code  # of each node by its number; all that follows is of each place
-        self._leaf = cut.place[leaves]  # of each leaf
+        self._code = code  # of each node, by its number; the other arrays are by place
+        self._leaf = cut.place[leaves]  # the place of each leaf
         self._places = np.arange(count)
         self._ranks = int(cut.rank.max()) + 1
         self._number, self._bottom, self._top, self._rank = cut.node, cut.bottom, cut.top, cut.rank
         self._parent = cut.place[np.array(parent)[cut.node]]
         self._joins, self._killer = joins[cut.node], killer[cut.node]
-        # Whoever is dropped equals its empty value; a node is left only if none of its killers is dropped. How many of
-        # these are beside the path:
+        # A dropped node has its empty value, so a node remains only if none of its killers is dropped. The number of
+        # killers among the side children of each place:
         side = np.flatnonzero(self._top == self._places)
-        side = side[side != count - 1]  # the root's is beside none
+        side = side[side != count - 1]  # the root is no side child
         self._killers = np.bincount(self._parent[side], self._killer[side], count).astype(np.int64)
-        # How many places before each, with one more at the end, are inner nodes that are dropped unless they are
-        # events: at which something beside the path would have to be left.
+        # Before each place, and at the end: the number of places that are dropped unless they are events, because a
+        # side child of theirs would have to remain.
         self._blocked = np.concatenate([[0], np.cumsum(self._killers > 0)])
 
     def programs(self, cell: Ints, leaf: Ints, cells: int) -> tuple[Ints, NDArray[np.int32]]:
-        """(start (cells + 1,), code (K,)): cell i's program is code[start[i] : start[i + 1]].
+        """Return (start (cells + 1,), code (K,)): the program of cell i is code[start[i] : start[i + 1]].
 
-        `cell` and `leaf`, each (M,), are the listed pairs, sorted by cell, then leaf, each once. What has no
-        bounds, such as a half-space, belongs in every cell.
+        `cell` and `leaf`, each (M,), are the listed pairs, sorted by cell, then leaf, each once. A leaf without bounds,
+        such as a half-space, must be listed in every cell.
         """
         parts = [np.zeros(0, np.int64)]
         begin = 0
         while begin < len(cell):
-            # Whole cells; what is computed on the way takes a few hundred bytes a pair.
+            # Whole cells at a time. Intermediate results take a few hundred bytes for each pair.
             end = begin + _AT_ONCE
             end = int(np.searchsorted(cell, cell[end])) if end < len(cell) else len(cell)
             if end <= begin:
@@ -140,11 +142,14 @@ class Pruner:
 
     @property
     def _mask(self) -> int:
-        """The bits of a pair, cell << bits | place, that are the place."""
+        """The bits of the place in a pair, cell << bits | place."""
         return (1 << self._bits) - 1
 
     def _chain(self, cell: Ints, place: Ints) -> Ints:
-        """The codes that are left, if all leaves have one parent: (cell << bits | number) << LEAF_SHIFT | operation."""
+        """Return the remaining codes of a tree whose leaves have one parent.
+
+        A code is (cell << bits | number) << LEAF_SHIFT | operation.
+        """
         start = np.flatnonzero(_differs(cell))
         left = np.add.reduceat(self._killer[place], start) == self._killer[self._leaf].sum()
         how = self._joins[place]
@@ -153,11 +158,11 @@ class Pruner:
         return ((cell << self._bits | self._number[place]) << LEAF_SHIFT | how)[kept]
 
     def _paths(self, cell: Ints, place: Ints) -> Ints:
-        """The same of any tree."""
+        """Return the remaining codes of any tree, in the form of _chain()."""
         return np.sort(np.concatenate(self._down(self._up(cell << self._bits | place))))
 
     def _up(self, pairs: Ints) -> list[_Events]:
-        """The events of each rank, by the pairs of listed leaves."""
+        """Find the events of each rank, from the pairs of listed leaves up to the roots."""
         place = pairs & self._mask
         rank = self._rank[place]
         alone = self._top[place] == place  # leaves that are a path of their own
@@ -172,7 +177,8 @@ class Pruner:
         return levels[::-1]
 
     def _events(self, sides: Ints, ends: Ints) -> _Events:
-        """The events of the paths that have `sides` and, as the leaves that they end in, `ends`."""
+        """Find the events of one rank from the remaining side children `sides` and the listed leaves `ends` of its
+        paths."""
         place = sides & self._mask
         parent = sides - place + self._parent[place]
         parents = np.argsort(parent, kind="stable")
@@ -186,13 +192,14 @@ class Pruner:
         pair = pair[order]
         inner = np.empty(len(pair), np.int64)
         inner[order] = np.arange(len(pair))
-        # A node is left if what is beside the path leaves it, and its child on the path is no killer or is left, too.
+        # A node remains if all killers among its side children remain, and its child on the path is no killer or
+        # remains.
         alone = np.concatenate((~fulfilled | (self._killer[at - 1] == 0), np.ones(len(ends), bool)))[order]
         value = np.concatenate((fulfilled, np.ones(len(ends), bool)))[order] & alone
         at = pair & self._mask
         group = pair + (self._top - self._places)[at]
         begins = _differs(group)
-        # Between two events are nodes beside which nothing is left: they are as the child on the path, or blocked.
+        # The nodes between two events have no remaining side children: each is as its child on the path, or blocked.
         joined = ~begins
         joined[1:] &= self._blocked[at[1:]] == self._blocked[at[:-1] + 1]
         known = alone | ~joined
@@ -205,15 +212,16 @@ class Pruner:
         return _Events(pair, below, last, tops, sides, parents, start, inner[: len(parent)])
 
     def _down(self, levels: list[_Events]) -> list[Ints]:
-        """The codes that are left, from the roots down to the leaves, as _chain() has them."""
+        """Return the remaining codes, from the roots down to the leaves, in the form of _chain()."""
         parts: list[Ints] = []
-        # How each path that is left joins what was evaluated before it: the code for a leaf in its place.
+        # For each remaining path, the operation that joins it with the values evaluated before, as for a leaf in its
+        # place.
         joins = np.full(len(levels[0].tops), PUSH)
         for level, nexts in zip(levels, [*(len(level.tops) for level in levels[1:]), 0], strict=True):
             pair, at = level.pair, level.pair & self._mask
             entering = np.full(len(pair), _DROPPED)
             entering[level.tops] = joins
-            # Below the first event whose child on the path is dropped, all of the path is.
+            # If the child of an event on the path is dropped, the rest of the path below is dropped too.
             gone = np.cumsum(~level.below)
             live = (entering[level.last] != _DROPPED) & (gone[level.last] == gone)
             sides = level.sides[level.parents]
@@ -221,7 +229,8 @@ class Pruner:
             number = self._number[sides & self._mask]
             first = np.full(len(pair), len(self._number))
             first[level.inner] = np.minimum.reduceat(number, level.start)
-            # A node with one child left is that child. Of more, the one that is evaluated first is pushed.
+            # A node with one remaining child stands for this child. Of several children, the one evaluated first is
+            # pushed.
             on_path = level.below & (self._number[at - 1] < first)
             handed = np.where(on_path, PUSH, self._joins[at - 1])
             above = np.where(level.last == np.arange(len(pair)), entering, np.append(handed[1:], 0)[: len(pair)])
@@ -252,19 +261,19 @@ class Pruner:
 
 
 def _differs(values: Ints) -> Mask:
-    """Whether each is another than the one before it."""
+    """Return whether each value differs from the one before it. The first one counts as different."""
     first = np.ones(len(values), bool)
     np.not_equal(values[1:], values[:-1], out=first[1:])
     return first
 
 
 def chains(start: Ints, code: NDArray[np.int32]) -> NDArray[np.int32]:
-    """The programs code[start[i] : start[i + 1]], those that are chains beginning with what combines their leaves."""
+    """Return the programs code[start[i] : start[i + 1]], with the operation of each chain in its first code."""
     first = start[:-1][np.diff(start) > 0]
     if not len(first):
         return code
     operation = code & 7
-    operation[first] = operation[np.minimum(first + 1, len(code) - 1)]  # of the next one
+    operation[first] = operation[np.minimum(first + 1, len(code) - 1)]  # the operation of the second code
     size = np.diff(first, append=len(code))
     operation[first[size == 1]] = AND_LEAF
     least, most = np.minimum.reduceat(operation, first), np.maximum.reduceat(operation, first)

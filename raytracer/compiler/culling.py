@@ -1,6 +1,7 @@
-"""The cells of a picture, and around lights, in which rays may meet objects other than half-spaces.
+"""Culling: finds the cells of a picture, and around lights, in which rays may meet objects other than half-spaces.
 
-For scenes of few primitives, and by how much balls are to be wider for any.
+The cells are for scenes of few primitives. Scenes of any size use widening(), the amount by which balls must grow for
+rounding and for the radius of a light.
 """
 
 from __future__ import annotations
@@ -19,35 +20,39 @@ from raytracer.scene.solids import Complement, Difference, Intersection, Plane, 
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-# Cells of a side of each hemisphere around a light.
+# The number of cells along each side of a hemisphere around a light.
 _GRID = 112
-# From so many on, no cone around a cell's corners holds the opposite pole.
+# From this number on, no cone around a cell's corners holds the opposite pole.
 _FINE = 8
-# The error of a ball's distance from a ray towards a light, in float32: so much of the distances from the camera and of
-# the ray's length, however near the light the ball is (32 units in the last place, which the point, light, centre,
-# direction and moment share).
+# The error of a ball's distance from a ray towards a light, in float32, as a share of the distances from the camera and
+# of the ray's length. It holds however near the light the ball is. (It is 32 units in the last place, for the roundings
+# of the point, light, centre, direction and moment.)
 PASSING = 2.0**-19
-# PASSING widens balls for distances so many times as large as a typical one from the light, or from the camera
-# to the light: nothing of those, and beyond them nothing is known to be plane-only.
+# The largest distance for which PASSING widens balls, in typical distances of balls from the light, and in distances of
+# the camera from the light. No cell beyond both counts as plane-only.
 _REACH, _AWAY = 128.0, 4.0
-# The typical distance is the median over so many balls at least, spread over all: its last digits do not matter.
+# The typical distance is the median of a sample of at least this many balls: its last digits do not matter.
 _SAMPLED = 256
-# In so many cells around a light a ball may be listed for no more than the light's radius, on average:
-# in smaller ones the same lists would come over and over.
+# The average number of cells around a light in which a ball may be listed only because of the light's radius. With
+# smaller cells, neighbouring cells would have equal lists.
 _LISTED_FOR_RADIUS = 16.0
 
 
 def corner_rays(camera: Camera, size: tuple[int, int]) -> Array:
-    """(rows + 1, columns + 1, 3): directions through the corners of the cells of the picture, in view space, z = -1."""
+    """Return the directions through the corners of a picture's cells (rows + 1, columns + 1, 3), in view space, z =
+    -1."""
     corner, step, (columns, rows) = camera_grid(camera, size)
-    # The last cells end with the picture.
+    # The last row and column of cells end with the picture.
     x = np.minimum(corner[0] + step * np.arange(columns + 1), -corner[0])
     y = np.minimum(corner[1] + step * np.arange(rows + 1), -corner[1])
     return np.stack(np.broadcast_arrays(x, y[:, None], -1.0), axis=-1)
 
 
 def occupied_cells(view: View, solids: Sequence[Solid], size: tuple[int, int]) -> Mask:
-    """(rows, columns): the cells of a picture in which few primitives other than half-spaces may be seen."""
+    """Find the cells (rows, columns) of a picture in which objects other than half-spaces may be seen.
+
+    For scenes of few primitives.
+    """
     rays = corner_rays(view.camera, size)
     centers, radii = view.centers, view.surfaces.radii
     corner, step, shape = camera_grid(view.camera, size)
@@ -58,7 +63,7 @@ def occupied_cells(view: View, solids: Sequence[Solid], size: tuple[int, int]) -
 
 
 def occupied_around(view: View, solids: Sequence[Solid], light: PointLight) -> Mask:
-    """The occupied cells around a light, for shadowed_cells(), of few primitives."""
+    """Find the occupied cells around a light, for shadowed_cells(). For scenes of few primitives."""
     centers, radii = view.centers, view.surfaces.radii
     place = view.place(light.position)
     grid = int(min(_GRID, finest_grid(place, light.radius, centers)))
@@ -70,34 +75,35 @@ def occupied_around(view: View, solids: Sequence[Solid], light: PointLight) -> M
 
 
 def reach(light: Array, centers: Array, radii: Array) -> float:
-    """The length of rays to a light up to which PASSING bounds their error."""
+    """Return the length of rays to a light up to which PASSING bounds their error."""
     if not len(radii):
         return 0.0
     some = slice(None, None, 1 + len(radii) // _SAMPLED)
     far = np.sort(_distances(centers[some], light) + radii[some])
-    # Their median. np.median() would import numpy.ma, which takes longer than all of this.
+    # The median. np.median() would import numpy.ma, which takes longer than this function.
     typical = float(far[(len(far) - 1) // 2] + far[len(far) // 2]) / 2.0
     return max(_REACH * typical, _AWAY * float(np.linalg.norm(light)))
 
 
 def widening(far: float, radius: float) -> float:
-    """By how much balls are to be wider so that the ray to a light's centre meets one where any to the light does.
+    """Return the amount by which balls must grow so that the ray to a light's centre stands for all rays to the light.
 
-    Rays are at most as long as reach() says, `far`. Points of the two are, after the same share of their ways from P,
-    no further apart than their ends, which is at most `radius`.
+    If any ray from a point to the light meets a ball, the ray to the centre then meets the grown ball. `far` is the
+    largest length of rays, by reach(). At one share of their lengths, the two rays are no further apart than their
+    ends: at most `radius`.
     """
     return radius * (1.0 + MARGIN) + passing(far, radius)
 
 
 def passing(far: float, radius: float) -> float:
-    """The part of widening() that is for rounding: to aim beside a light's centre takes as many roundings again."""
+    """Return the part of widening() for rounding. A ray that aims beside a light's centre has twice the rounding."""
     return PASSING * far * (2.0 if radius else 1.0)
 
 
 def finest_grid(light: Array, radius: float, centers: Array) -> float:
-    """The most cells that a side of a hemisphere around a light should have; at least 1.
+    """Return the largest useful number of cells along each side of a hemisphere around a light; at least 1.
 
-    By the share of all directions in which balls are listed for no more than the light's radius.
+    It follows from the share of all directions in which balls are listed only because of the light's radius.
     """
     if not radius or not len(centers):
         return math.inf
@@ -107,12 +113,13 @@ def finest_grid(light: Array, radius: float, centers: Array) -> float:
 
 
 def _distances(points: Array, place: Array) -> Array:
+    """Return the distances of points (N, 3) from a place (3,)."""
     x, y, z = (points - place).T
     return np.sqrt(x * x + y * y + z * z)
 
 
 def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
-    """The cells where rays may meet a tree, from the cells of its spheres, in their order."""
+    """Return the cells in which rays may meet a tree, from the cells of its spheres, in their order."""
     stack: list[Mask] = []
     for node in simplified(solid):
         match node:
@@ -133,7 +140,10 @@ def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
 def _occupied(
     solids: Sequence[Solid], cell: NDArray[np.int64], sphere: NDArray[np.int64], spheres: int, cells: int
 ) -> Mask:
-    """(cells,): where a ray may meet an object other than a half-space, by the pairs of a cell and a sphere in it."""
+    """Return the cells (cells,) in which a ray may meet an object other than a half-space.
+
+    `cell` and `sphere` are the pairs of a cell and a sphere in it.
+    """
     inside = np.zeros((spheres, cells), bool)
     inside[sphere, cell] = True
     remaining = iter(inside)
@@ -147,11 +157,12 @@ def _occupied(
 def _in_cone(
     pairs: tuple[NDArray[np.int64], NDArray[np.int64]], corners: Array, centers: Array, radii: Array
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The pairs of a cell and a sphere in which the sphere's cone meets the cone around the cell.
+    """Keep the pairs of a cell and a sphere in which the sphere's cone meets the cone around the cell.
 
-    `corners` (4, pairs, 3) are directions. A cone of at most a right angle to its axis, dot(d, axis) >= cos |d| with
-    cos >= 0, holds with two directions their sum: so it holds a cell of the picture of which it holds the corners, and
-    as _cell_corners() says one around a light. A wider cone may not, and its pairs are kept.
+    `corners` (4, pairs, 3) are the directions of the cells' corners. A cone of at most a right angle to its axis,
+    dot(d, axis) >= cos |d| with cos >= 0, that holds two directions also holds their sum. So a cone that holds the
+    corners of a cell of the picture holds the cell. For cells around a light see _cell_corners(). This does not hold
+    for a wider cone, so its pairs are kept.
     """
     cell, sphere = pairs
     centers, radii = centers[sphere], widened(centers, radii)[sphere]
@@ -165,14 +176,15 @@ def _in_cone(
 
 
 def _angles(a: Array, b: Array) -> Array:
-    """Between directions. By the cross product: where the view is narrow it keeps the bits of their small parts."""
+    """Return the angles between directions. The cross product keeps the bits of their small parts in a narrow view."""
     return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, axis=-1))
 
 
 def _cell_corners(cell: NDArray[np.int64], grid: int) -> Array:
-    """(4, N, 3): the corners of N cells around a light, numbered as hemisphere_cells() does.
+    """Return the corners (4, N, 3) of N cells around a light, which hemisphere_cells() numbers.
 
-    A cone without the opposite pole is projected to a disc: if it holds a cell's corners, it holds the cell.
+    The projection maps a cone without the opposite pole to a disc, so a cone that holds a cell's corners holds the
+    cell.
     """
     face, place = np.divmod(cell, grid * grid)
     row, column = np.divmod(place, grid)
@@ -183,5 +195,5 @@ def _cell_corners(cell: NDArray[np.int64], grid: int) -> Array:
 
 
 def corners(values: Array) -> Array:
-    """(4, rows, columns, ...): the values at the corners of each cell."""
+    """Return the values at the four corners of each cell (4, rows, columns, ...)."""
     return np.stack([values[:-1, :-1], values[:-1, 1:], values[1:, :-1], values[1:, 1:]])

@@ -1,9 +1,8 @@
-"""From one point, the camera or a light: which balls can a ray in which direction meet?
+"""Direction cells: for a camera or a light, the balls that a ray through each cell of directions may meet.
 
-The directions are divided into cells, a grid over the picture or one on each of two hemispheres around
-a light, and each cell lists the balls that a ray through it may meet: never too few, rarely too
-many. The light buffer of Haines and Greenberg 1986, and for the camera screen tiles. Balls are
-bounding spheres; all is computed in float64, and holds for rays and balls rounded to float32.
+The cells are a grid over the picture (screen tiles), or a grid on each of two hemispheres around a light (the light
+buffer of Haines and Greenberg 1986). A cell lists all balls that a ray through it may meet, and rarely others. Balls
+are bounding spheres. All is computed in float64, and holds for rays and balls rounded to float32.
 """
 
 from __future__ import annotations
@@ -18,51 +17,53 @@ from raytracer.core.validation import InputError
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Side of the cells in which a picture is divided, in pixels.
+# The side of a picture's cells, in pixels.
 CELL = 16
-# Side of the blocks in which a cell is divided where only some of its pixels are drawn (stopping_rule.py): one
-# that divides CELL. llvmpipe shades 4 x 4 pixels at a time, GPUs 4 x 8 and the like.
+# The side of the blocks of a cell, in pixels, if only some of its pixels are drawn (stopping_rule.py). It divides CELL.
+# llvmpipe shades 4 x 4 pixels at a time, and GPUs a few more, such as 4 x 8.
 BLOCK = 4
-# By how much, relative to a ball's radius and to its bounds, they are widened: it decides whether a
-# grazing ray finds its ball though shaders round both to float32 (2^-24), in up to a few dozen steps.
+# The margin of a ball's radius and of its bounds, relative to themselves. With it, a grazing ray finds its ball
+# although shaders round both to float32 (2^-24), in up to a few dozen steps.
 MARGIN = 2.0**-18
-# The same for what rounding turns a ray of the camera by, 16 of float32's 2^-24: see widened().
+# The margin for the rounding of a camera ray's direction, 16 of float32's 2^-24: see widened().
 _TURN = 2.0**-20
-# The same for a ray's place in the grid, of the grid's extent: tangents are offset before they are
-# scaled, so near 0 their error is not relative to themselves. A hundredth of a cell or less for
-# grids up to 10,000 wide; of pixels, a sixteenth for pictures of the largest size.
+# The margin of a ray's place in the grid, as a share of the grid's extent: tangents are offset before they are scaled,
+# so near 0 their error is not relative to themselves. It is at most 1/100 of a cell for grids up to 10,000 cells wide,
+# and 1/16 of a pixel for pictures of the largest size.
 EDGE = 2.0**-20
-# A tangent above which float64 no longer gives it to within MARGIN; it counts as infinite.
+# The largest tangent that float64 gives to within MARGIN. A larger one counts as infinite.
 _FLAT = 2.0**30
-# Balls that are bounded at once: allocators reuse the memory of arrays of so many without asking the system.
+# The number of balls that are bounded at once: allocators reuse the memory of arrays of this size without system calls.
 _BLOCK = 2**13
-# Pairs of a cell and an item; at some 40 bytes each while they are made, 2.5 GiB.
+# The most pairs of a cell and an item: at some 40 bytes each during the computation, 2.5 GiB.
 MAX_PAIRS = 2**26
 
 
 class Lists(NamedTuple):
-    """Cell i's entries are entries[ends[i, 0] : ends[i, 1]]; cells may share them."""
+    """The lists of cells. The list of cell i is entries[ends[i, 0] : ends[i, 1]]; cells may share a list."""
 
     ends: NDArray[np.int32]  # (cells, 2)
     entries: NDArray[np.int32]
 
     def longest(self) -> int:
-        """The number of entries of the longest list."""
+        """Return the number of entries of the longest list."""
         return int(np.subtract(*self.ends.T[::-1]).max(initial=0))
 
     def occupied(self) -> NDArray[np.bool_]:
-        """(cells,): which lists have entries."""
+        """Return which lists have entries (cells,)."""
         return self.ends[:, 1] > self.ends[:, 0]
 
 
 def widened(centers: Array, radii: Array, times: Array | float = 1.0) -> Array:
-    """(N,): radii of balls that hold those of radius `radii` as float32 shows them to the camera, at the origin; or
-    balls that grow by so many `times` what that moves a ray by.
+    """Return radii (N,) with which balls hold the balls of `radii` as the camera, at the origin, sees them in float32.
 
-    A ray that meets a ball in float32 passes its centre c at a distance p <= r + 8 u (A + p), by sphere.glsl, with
-    u = 2^-24 and A the length of (|c_j d_k| + |c_k d_j|) for its direction d, over the three pairs of axes. d is off
-    c / |c| by sqrt(2) p / |c| at most, so A <= 2 N / |c| + 3 p, with N the length of the three c_j c_k: all in all
-    p <= (r + 16 u N / |c|) / (1 - 32 u). That is some u r in the middle of a picture, u |c| where the view is wide.
+    `times` multiplies the growth for the rounding of a ray's direction, for balls that grow faster.
+
+    A ray that meets a ball in float32 passes its centre c at a distance p <= r + 8 u (A + p), by sphere.glsl. Here u =
+    2^-24, and A is the length of the vector of |c_j d_k| + |c_k d_j| over the three pairs of axes, for the ray's
+    direction d. d differs from c / |c| by at most sqrt(2) p / |c|, so A <= 2 N / |c| + 3 p, where N is the length of
+    the vector of the three products c_j c_k. Together p <= (r + 16 u N / |c|) / (1 - 32 u). This margin is some u r in
+    the middle of a picture, and u |c| in a wide view.
     """
     x, y, z = centers.T
     distance = np.sqrt(x * x + y * y + z * z)
@@ -71,18 +72,18 @@ def widened(centers: Array, radii: Array, times: Array | float = 1.0) -> Array:
 
 
 def tangents(centers: Array, radii: Array) -> tuple[Array, Array]:
-    """The smallest bounds (lo, hi), each (N, 2), of (x/-z, y/-z) over all rays in front that meet each ball.
+    """Return the smallest bounds (lo, hi), each (N, 2), of (x/-z, y/-z) over all rays in front that meet each ball.
 
-    The eye is at the origin and looks along -z; in front is z < 0. `centers` (N, 3) and `radii` (N,)
-    are lengths. Bounds hold widened() balls, and are widened by MARGIN; -inf, +inf where the ball reaches round
-    to the eye's plane on that side or holds the eye; lo = +inf, hi = -inf for a ball that no ray in front can meet.
+    The eye is at the origin and looks along -z; in front means z < 0. `centers` (N, 3) and `radii` (N,) are lengths.
+    The bounds hold widened() balls, and have a margin MARGIN. They are -inf or +inf if the ball holds the eye, or
+    reaches the eye's plane on that side. They are lo = +inf and hi = -inf for a ball that no ray in front can meet.
 
-    Along the other axis a ray may go anywhere, so per axis the ball is its shadow, a disc of radius r at (a, b): a
-    ahead, b aside, h^2 = a^2 + b^2. The rays that touch it are as long as q = sqrt(h^2 - r^2) up to there, and have the
-    directions (a q + b r, b q - a r) and (a q - b r, b q + a r). Rounding, e = 2^-53, gives q to 8 e of itself where
-    r < h / 2. Elsewhere q belongs to a disc whose radius is off by 8 e r: less than MARGIN by far. Rounding turns a
-    direction by 8 e more. So a bound t is off by 8 e (1 + t^2) at most, and by as small a share of |t| and the other
-    bound where both are near 0.
+    For one axis, a ray may have any direction along the other one. So the ball is its projection, a disc of radius r at
+    (a, b), a ahead and b aside, with h^2 = a^2 + b^2. The tangent rays have the length q = sqrt(h^2 - r^2) and the
+    directions (a q + b r, b q - a r) and (a q - b r, b q + a r). With rounding e = 2^-53, q is off by 8 e of itself for
+    r < h / 2. For a larger r, q is the right one of a disc whose radius is off by 8 e r, far less than MARGIN. Rounding
+    turns a direction by 8 e more. So a bound t is off by at most 8 e (1 + t^2), and by as small a share of |t| and of
+    the other bound if both are near 0.
     """
     lo, hi = np.empty((2, 2, len(radii)))
     for first in range(0, len(radii), _BLOCK):
@@ -95,7 +96,8 @@ def _tangents(centers: Array, radii: Array, lo: Array, hi: Array) -> None:
     """Write tangents() into `lo` and `hi`, (2, N) each."""
     radius = widened(centers, radii)
     depth = -centers[:, 2]
-    across = np.ascontiguousarray(centers[:, :2].T)  # in this order NumPy's loops run along the balls, not the two axes
+    # A memory order in which NumPy's loops run along the balls, not the two axes.
+    across = np.ascontiguousarray(centers[:, :2].T)
     square = across * across + (depth * depth - radius * radius)
     outside = square > 0.0
     touching = np.sqrt(np.maximum(square, 0.0))
@@ -125,11 +127,11 @@ def overlaps(
     shape: tuple[int, int],
     most: int | None = None,
 ) -> tuple[Ints, Ints]:
-    """(cell, item), each (M,): all pairs of a cell and an item whose rectangle [lo, hi] overlaps it.
+    """Return (cell, item), each (M,): all pairs of a cell and an item whose rectangle [lo, hi] overlaps the cell.
 
-    `lo` and `hi` are (N, 2). Cell (i, j) covers origin + [i, i + 1] step and so on in y, of a grid of
-    `shape` (columns, rows); a step may be negative. Its number is j * columns + i. Rectangles are
-    widened by EDGE. Pairs are sorted by item, then cell. Raises InputError above `most`, or MAX_PAIRS.
+    `lo` and `hi` are (N, 2). In a grid of `shape` (columns, rows), cell (i, j) covers origin + [i, i + 1] step in x,
+    and likewise in y; a step may be negative. The cell's number is j * columns + i. Rectangles have the margin EDGE.
+    Pairs are sorted by item, then cell. Raises InputError above `most` pairs, or MAX_PAIRS.
     """
     first, last = covered(lo, hi, origin, step, shape)
     count = last - first + 1
@@ -141,7 +143,7 @@ def overlaps(
 
 
 def check_pairs(count: int, most: int | None) -> None:
-    """Raise InputError for more than `most` pairs, or MAX_PAIRS, of a cell and an object."""
+    """Raise InputError for more than `most` pairs of a cell and an object, or more than MAX_PAIRS."""
     most = MAX_PAIRS if most is None else min(most, MAX_PAIRS)
     if count > most:
         raise InputError(
@@ -152,15 +154,15 @@ def check_pairs(count: int, most: int | None) -> None:
 def covered(
     lo: Array, hi: Array, origin: tuple[float, float], step: tuple[float, float], shape: tuple[int, int]
 ) -> tuple[Ints, Ints]:
-    """(first, last), each (N, 2): the columns and rows that overlaps() says of each rectangle.
+    """Return (first, last), each (N, 2): the columns and rows of the cells that each rectangle overlaps.
 
-    last is first - 1 in both where there are none.
+    The arguments are those of overlaps(). A rectangle that overlaps no cell has last = first - 1 in both.
     """
     size = np.array(shape)
     at = [(bound - origin) / step for bound in (lo, hi)]
     down = np.array(step) < 0.0
     low, high = np.where(down, at[1], at[0]), np.where(down, at[0], at[1])
-    # Clipped before they are integers: bounds may be infinite.
+    # Clip before the conversion to integers, because bounds may be infinite.
     first = np.floor(np.clip(low - EDGE * size, 0.0, size)).astype(np.int64)
     last = np.floor(np.clip(high + EDGE * size, -1.0, size - 1.0)).astype(np.int64)
     none = np.any((lo > hi) | (last < first), axis=1)
@@ -175,15 +177,15 @@ def runs(items: Ints, count: Ints, start: Ints) -> tuple[Ints, Ints]:
 
 
 def hemisphere_cells(centers: Array, radii: Array, grid: int, most: int | None = None) -> tuple[Ints, Ints]:
-    """(cell, item), each (M,): for a light at the origin, the cells of two hemispheres around it, and the balls there.
+    """Return (cell, item), each (M,): all pairs of a cell around a light and a ball in it. The light is at the origin.
 
     The hemispheres are z >= 0, then z < 0, each of grid x grid cells. A direction D is in the column of D_x / s and the
     row of D_y / s with s = |D_z| + |D|, both from -1 to 1: the stereographic projection. A cell's number is
-    (hemisphere * grid + row) * grid + column. Raises InputError above `most`, or MAX_PAIRS.
+    (hemisphere * grid + row) * grid + column. Raises InputError above `most` pairs, or MAX_PAIRS.
 
-    The projection makes a circle of a circle. The rays to a ball of radius r at c, at the distance d, are a cone
-    around c whose half angle has the sine r / d and the cosine q / d, with q = sqrt(d^2 - r^2). So the circle has the
-    centre (c_x, c_y) / (h + q) and the radius r / (h + q), with h the height of c in the hemisphere.
+    The projection maps circles to circles. The rays to a ball of radius r at c, at the distance d, are a cone around c
+    whose half angle has the sine r / d and the cosine q / d, with q = sqrt(d^2 - r^2). So the circle has the centre
+    (c_x, c_y) / (h + q) and the radius r / (h + q), where h is the height of c in the hemisphere.
     """
     radius = widened(centers, radii)
     x, y, z = centers.T
@@ -194,7 +196,7 @@ def hemisphere_cells(centers: Array, radii: Array, grid: int, most: int | None =
         height = sign * z
         seen = np.flatnonzero((height + radius >= -MARGIN * touching) | (square <= 0.0))
         scale = height[seen] + touching[seen]
-        # A ball far below the equator, or around the light, takes all cells: its circle is large, or holds infinity.
+        # A ball far below the equator, or around the light, is in all cells: its circle is large, or holds infinity.
         bounded = (square[seen] > 0.0) & (height[seen] >= -0.7 * touching[seen])
         half = radius[seen] / np.where(bounded, scale, 1.0)
         middle = np.stack((x[seen], y[seen])) / np.where(bounded, scale, 1.0)
@@ -211,7 +213,7 @@ def hemisphere_cells(centers: Array, radii: Array, grid: int, most: int | None =
 
 
 def row_starts(cell: Ints, cells: int) -> Ints:
-    """(cells + 1,): where the entries of each cell begin once they are sorted by cell."""
+    """Return (cells + 1,): where the entries of each cell begin, once they are sorted by cell."""
     start = np.zeros(cells + 1, np.int64)
     np.cumsum(np.bincount(cell, minlength=cells), out=start[1:])
     return start

@@ -1,7 +1,7 @@
-"""The draws of one sample, as a list of values: no OpenGL here, so that any player can play the same list.
+"""The draws of one sample, as a list of values without OpenGL, so that any player can play the list.
 
-A player has programs and textures by the names that are used here. For each `Draw` it binds the textures of `inputs`,
-sets the `uniforms` as far as the program has them, and draws the mesh into the textures of `target`. gpu/draw_player.py
+A player has programs and textures by the names that this module uses. For each `Draw` it binds the textures of
+`inputs`, sets the `uniforms` that the program has, and draws the mesh into the textures of `target`. gpu/draw_player.py
 is the player for OpenGL.
 """
 
@@ -28,17 +28,17 @@ from raytracer.compiler.meshes import (
 from raytracer.scene.options import SamplingOptions
 from raytracer.scene.sequences import light_index, replicate_place, sample_place, scatters
 
-# Samples that are summed in float32. Then a new sum begins, and the host adds both in float64: rounding of a longer
-# sum would outweigh the gain by more samples.
+# The number of samples in one float32 sum. Then a new sum begins, and the host adds the sums in float64: in a longer
+# sum, rounding would outweigh the gain by more samples.
 SUMMED = 256
-# Pixels of a viewport around its tile: points with a centre beyond it are not drawn.
+# The margin of a viewport around its tile, in pixels: OpenGL does not draw points whose centre is outside the viewport.
 MARGIN = 128
-# The lowest of the bits of a light's index that number its scrambling (shaders/sampling/sobol.glsl).
+# The lowest bit of the scrambling's number in a light's index (shaders/sampling/sobol.glsl).
 _SCRAMBLING_BITS = 24
-# Samples that are drawn at once where nothing is to be done between them: as many as picture.frag has written out.
-# Twice as many take 10 % less time a sample, and twice as long to compile.
+# The number of samples that one draw may compute if nothing happens between them, as written out in picture.frag. Twice
+# as many would take 10 % less time for each sample, and twice as long to compile.
 TOGETHER = 4
-# The new value of a pixel replaces the old value, is added to it, or covers it by an alpha.
+# The new value of a pixel replaces the old value, is added to it, or covers it in proportion to its alpha.
 Blending = Literal["replace", "add", "over"]
 
 
@@ -47,8 +47,9 @@ class Screen(msgspec.Struct, frozen=True):
 
 
 class Clear(msgspec.Struct, frozen=True):
-    """The value that all pixels of an `area` of a texture get: the first component in a texture of depths. All of a
-    texture of integers gets 0.
+    """A value for all pixels of an `area` of a texture.
+
+    A depth texture gets the first component. A texture of integers is set to 0 as a whole.
     """
 
     texture: str
@@ -59,9 +60,9 @@ class Clear(msgspec.Struct, frozen=True):
 class Draw(msgspec.Struct, frozen=True):
     """A mesh that a program draws.
 
-    `target` names textures, or is "screen" alone; `depth` names the depth texture of a depth test. `area` is where
-    pixels are drawn, `viewport` where the picture is. If `is_long`, a player may draw one part of the area after
-    another; draws in a row into the same part then follow each other.
+    `target` names textures, or is "screen" alone. `depth` names the depth texture of a depth test. `area` limits the
+    pixels that are drawn, and `viewport` is the place of the picture. If `is_long`, a player may draw one part of the
+    area after another; successive long draws into one area are then drawn part by part.
     """
 
     program: str
@@ -70,11 +71,11 @@ class Draw(msgspec.Struct, frozen=True):
     area: Rectangle
     viewport: Rectangle
     uniforms: Mapping[str, Any]
-    inputs: Mapping[str, str] = {}  # names of textures, by samplers
+    inputs: Mapping[str, str] = {}  # the names of textures, by the names of samplers
     blending: Blending = "replace"
     depth: str | None = None
     is_long: bool = False
-    constants: Mapping[str, Any] = {}  # uniforms that many draws share: the same object in all of them
+    constants: Mapping[str, Any] = {}  # uniforms that many draws share, as one object
 
 
 Step = Clear | Draw
@@ -84,9 +85,9 @@ class Sample(NamedTuple):
     """One sample of each pixel."""
 
     number: int  # 0, 1, ...
-    place: tuple[int, int]  # in the pixel, from its upper left corner, in 2^-24 of it
-    is_scattered: bool  # whether each pixel exchanges digits of the place
-    light_index: int  # of the point on each light (shaders/sampling/sobol.glsl)
+    place: tuple[int, int]  # the sample point, from the pixel's upper left corner, in units of 2^-24 pixel
+    is_scattered: bool  # whether each pixel flips digits of the place
+    light_index: int  # index of the point on each light (shaders/sampling/sobol.glsl)
 
     @property
     def starts_sum(self) -> bool:
@@ -95,18 +96,21 @@ class Sample(NamedTuple):
 
 
 def sample_at(number: int, options: SamplingOptions) -> Sample:
-    """The sample with that number of a picture with these options."""
+    """Return sample `number` of a picture with these options."""
     place = sample_place(number, options.sequence, options.samples)
     return Sample(number, place, scatters(options.sequence, options.samples), light_index(number))
 
 
 def replicate_at(number: int) -> Sample:
-    """The sample with that number of a picture's replicate: by the sequence "sobol", in another scrambling."""
+    """Return sample `number` of a picture's replicate: the sequence "sobol" with another scrambling."""
     return Sample(number, replicate_place(number), True, light_index(number) | 1 << _SCRAMBLING_BITS)
 
 
 def viewport(area: Rectangle) -> tuple[Rectangle, Rectangle]:
-    """The viewport for an area of the picture in the lower left of a target, and the part of the picture it shows."""
+    """Return the viewport for an area of the picture, and the part of the picture that it shows.
+
+    The area is drawn into the lower left of a target.
+    """
     x, y, width, height = area
     size = width + 2 * MARGIN, height + 2 * MARGIN
     return (-MARGIN, -MARGIN, *size), (x - MARGIN, y - MARGIN, *size)
@@ -122,11 +126,17 @@ def sample_draws(
     constants: Mapping[str, Any],
     target: str = "radiance",
 ) -> list[Step]:
-    """The draws of some samples of a tile, 1 or TOGETHER of them, in the lower left of targets of its size or larger.
+    """Return the draws of samples of a tile, in the lower left of targets of the tile's size or larger.
 
-    `seen` names the textures that SEE draws into, in its order: "surface", and "others", for the distances that SHAPES
-    compares with, and "normalDepth", where there are such. If `shades`, light is summed in the texture `target`.
-    `constants` are uniforms that all samples share.
+    Args:
+        meshes: The tile's meshes, by program.
+        tile: The tile's pixels.
+        samples: 1 or TOGETHER samples.
+        seen: The names of the textures that SEE draws into, in order: "surface"; "others" if SHAPES compares distances
+            with it; "normalDepth" if the geometry is wanted.
+        shades: Whether to add the light to the texture `target`.
+        constants: Uniforms that all samples share.
+        target: The texture of the sums of light.
     """
     port, shown = viewport(tile)
     area, inputs = (0, 0, *tile[2:]), {name: name for name in seen if name != "others"}
@@ -134,7 +144,7 @@ def sample_draws(
     starts_sum = samples[0].starts_sum
     if shades and starts_sum and not meshes.is_whole:
         steps.append(Clear(target))
-    # All pixels are drawn, so a first sample need neither find 0 there nor be added to it.
+    # If all pixels are drawn, the first sample replaces the old values, so that no clear is needed.
     first: Blending = "replace" if starts_sum and meshes.is_whole else "add"
 
     def light(programs: Sequence[str], uniforms: Mapping[str, Any], blending: Blending) -> None:
@@ -157,14 +167,14 @@ def sample_draws(
         }
         steps += _seeing(meshes, area, port, uniforms, tuple(seen), constants)
         if i == 0:
-            all_samples = {"samples": len(samples), "samplePlaces": [each.place for each in samples]}
+            all_samples = {"samples": len(samples), "samplePlaces": [one.place for one in samples]}
             light(together, uniforms | all_samples, first)
         light(alone, uniforms, first if i == 0 else "add")
     return steps
 
 
 def _programs(meshes: Meshes, samples: int) -> tuple[Sequence[str], Sequence[str]]:
-    """The programs of light that draw all of so many `samples` in one draw, and those that draw one after another."""
+    """Return the programs that shade all `samples` in one draw, and the programs that shade one after another."""
     if samples == 1:
         return (), (SHADE, PICTURE, PLANE_ONLY, EMPTY)
     if SEVERAL in meshes.cells:
@@ -180,7 +190,7 @@ def _seeing(
     seen: tuple[str, ...],
     constants: Mapping[str, Any],
 ) -> list[Step]:
-    """The draws that find what pixels see."""
+    """Return the draws that find the surface of each pixel."""
     steps: list[Step] = []
     if SEE in meshes.cells:
         mesh = meshes.cells[SEE]

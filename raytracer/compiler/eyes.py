@@ -1,6 +1,6 @@
-"""The eyes from which a picture is seen: the camera, and its images in flat mirrors.
+"""The eyes of a picture: the camera, and the camera's images in flat mirrors.
 
-A flat mirror shows the view of the camera's image behind it, the other way around.
+A flat mirror shows the reversed view of the camera's image behind the mirror.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from raytracer.scene.camera import Camera
 
 Array = NDArray[np.float64]
 
-# Square pixels of the largest feature: two samples meet it four times.
+# The area of the largest feature, in square pixels: two samples of each pixel meet it four times.
 _LARGEST = 2.0
-# The most eyes of a picture: a room of six flat mirrors has seven with one bounce, and two facing mirrors as many with
-# three.
+# The most eyes of a picture. A room with six flat mirrors has seven eyes with one bounce; two facing mirrors have seven
+# with three bounces.
 MOST_EYES = 8
 
 
 class Mirror(NamedTuple):
-    """A plane dot(normal, x) = offset that mirrors, and the factor of the light in it."""
+    """A mirroring plane dot(normal, x) = offset, with the factor of the mirrored light."""
 
     normal: Array  # (3,), unit
     offset: float
@@ -40,11 +40,11 @@ class Eye(NamedTuple):
     rotation: Array
     focal: float  # in pixels
     size: tuple[int, int]
-    factor: Array  # (3,): of all light that the eye sees
+    factor: Array  # (3,): the factor of all light that the eye sees
     behind: Mirror | None = None
 
     def image(self, mirror: Mirror) -> Eye:
-        """The eye's image in `mirror`."""
+        """Return the eye's image in `mirror`."""
         normal = mirror.normal
         return self._replace(
             position=self.position - 2.0 * (normal @ self.position - mirror.offset) * normal,
@@ -54,14 +54,17 @@ class Eye(NamedTuple):
         )
 
     def _is_before(self, points: Array, margins: Array | float) -> NDArray[np.bool_]:
-        """(N,): which points (N, 3) are on the other side of the mirror than the eye's image, or within the margins."""
+        """Return which points (N, 3) are in front of the mirror `behind`, or within the margins of it.
+
+        In front means on the other side than the eye's image.
+        """
         if self.behind is None:
             return np.ones(len(points), bool)
         normal, offset, _ = self.behind
         return np.sign(offset - normal @ self.position) * (points @ normal - offset) > -margins
 
     def sees(self, centers: Array, radii: Array) -> NDArray[np.bool_]:
-        """(N,): which spheres, not around the camera, may be in the picture."""
+        """Return which spheres (N,) may be in the picture. Spheres around the camera do not count."""
         x, y, z = self.rotation @ (centers - self.position).T
         seen = -z > -radii
         for side, pixels in ((x, self.size[0]), (y, self.size[1])):
@@ -70,9 +73,9 @@ class Eye(NamedTuple):
         return seen & (x * x + y * y + z * z > radii * radii) & self._is_before(centers, radii)
 
     def features(self, points: Array, solid_angles: Array, images: Array, radiance: Array) -> Features:
-        """The features at `points` (..., 3), with `radiance` (..., 3), that are in the picture and small.
+        """Return the features at `points` (..., 3), with `radiance` (..., 3), that are in the picture and small.
 
-        `solid_angles` and `images` (...) become areas and pixels.
+        `solid_angles` and `images` (...), in sr, become the areas and pixels of the features.
         """
         lit = (solid_angles > 0.0) & radiance.any(axis=-1)
         points, solid_angles, images, radiance = points[lit], solid_angles[lit], images[lit], radiance[lit]
@@ -80,7 +83,7 @@ class Eye(NamedTuple):
         depth = -z
         columns = self.size[0] / 2.0 + self.focal * x / depth
         rows = self.size[1] / 2.0 - self.focal * y / depth
-        # A pixel off the middle takes less of the solid angle.
+        # A pixel off the picture's middle covers less solid angle.
         scale = self.focal**2 * np.power(1.0 + (x * x + y * y) / (depth * depth), 1.5)
         areas = scale * solid_angles
         chosen = (depth > 0.0) & (columns >= 0) & (rows >= 0) & (columns < self.size[0]) & (rows < self.size[1])
@@ -95,9 +98,10 @@ class Eye(NamedTuple):
 
 
 def eyes(camera: Camera, size: tuple[int, int], mirrors: Sequence[Mirror], bounces: int) -> list[Eye]:
-    """The camera of a picture of `size` (width, height) and its images in `mirrors`, after up to so many bounces.
+    """Return the camera of a picture of `size` (width, height) and its images in `mirrors` after up to `bounces`
+    bounces.
 
-    MOST_EYES at most: the eyes with the fewest bounces.
+    There are at most MOST_EYES: the eyes with the fewest bounces.
     """
     focal = 0.5 / pixel_scale(camera, size[1])
     made = latest = [Eye(np.array(camera.position), rotation(camera), focal, size, np.ones(3))]

@@ -1,4 +1,4 @@
-"""Bright features of a picture that are smaller than the distance of its samples, and the light of those missed."""
+"""The small bright features of a picture, and the estimated error by features that its samples may miss."""
 
 from __future__ import annotations
 
@@ -13,61 +13,63 @@ from raytracer.compiler.meshes import Mask
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Samples that meet a feature on average if it is surely met: of independent samples all miss it in 2 %.
+# The expected number of samples that meet a feature from which it counts as met: independent samples miss it in 2 %.
 _MET = 4.0
-# The same for all features together, of which half may be hidden: six equal squares tell an error (replicate.py).
+# The same number for all features together. Half of them may be hidden; six equal squares show an error (replicate.py).
 _ENOUGH = 12.0
 
 
 class Features(NamedTuple):
     """F small bright features of a picture."""
 
-    x: Array  # (F,): the place of each, in pixels from the left
-    y: Array  # (F,): and from the top
-    areas: Array  # (F,), in pixels: how many of the samples of a pixel meet its radiance
-    pixels: Array  # (F,): over how many pixels its light is spread: of a lamp's glint, the lamp's mirror image
+    x: Array  # (F,): the place of each feature, in pixels from the left
+    y: Array  # (F,): in pixels from the top
+    areas: Array  # (F,), in pixels: the expected number of samples that meet the feature, with one in each pixel
+    pixels: Array  # (F,): the number of pixels over which its light is spread: for a glint, the light's mirror image
     radiance: Array  # (F, 3)
 
     def missed(self, samples: NDArray[np.int32] | int) -> float:
-        """The squared error, summed over pixels and channels, of the features that too few samples meet.
+        """Return the squared error, summed over pixels and channels, of the features that too few samples meet.
 
-        `samples` is (H, W), or how many each pixel got. 0 if enough of them are expected to meet features: the samples
-        themselves then tell the error.
+        `samples` is the number of samples of each pixel (H, W), or of all pixels. The result is 0 if enough samples are
+        expected to meet features: the samples themselves then show the error.
         """
         if isinstance(samples, int):
             n = np.full(len(self.areas), float(samples))
         else:
-            # As float64, in which squares do not overflow.
+            # In float64 squares do not overflow.
             n = samples[self._corners(samples.shape)].min(axis=0).astype(float)
         is_small = n * self.areas < _MET
         if not is_small.any():
             return 0.0
         n, areas, pixels, radiance = n[is_small], self.areas[is_small], self.pixels[is_small], self.radiance[is_small]
-        # In units of the brightest, so that no fourth power overflows.
+        # In units of the brightest feature, so that no fourth power overflows.
         unit = float(radiance.max())
         radiance = radiance / unit
         squares = np.einsum("...i,...i->...", radiance, radiance)
         met = n * areas
-        # The squared error that each sample on a feature adds, and the number of equal ones that would scatter as much.
+        # The squared error that each sample on a feature adds. These errors scatter as much as
+        # (met @ added)^2 / (met @ added^2) equal ones: enough of them show the error.
         added = squares / np.square(n)
         if (met @ added) ** 2 >= _ENOUGH * (met @ np.square(added)):
             return 0.0
         return float((np.square(areas) * squares / np.maximum(met, pixels)).sum()) * unit**2
 
     def unmet(self, samples: int, max_error: float, size: tuple[int, int], shape: tuple[int, ...]) -> Mask:
-        """(rows, columns), the lowest row first: the blocks with features that `samples` of each pixel may miss.
+        """Find the blocks (rows, columns), the lowest row first, with features that `samples` of each pixel may miss.
 
-        No block if these cannot make the error of a picture of `size` larger than `max_error`. `shape` is the result's.
+        There are none if the features cannot make the error of a picture of `size` larger than `max_error`. `shape` is
+        (rows, columns).
         """
         width, height = size
         blocks = np.zeros(shape, bool)
         if self.missed(samples) > max_error**2 * 3 * width * height:
-            rows, columns = (each[:, samples * self.areas < _MET] for each in self._corners((height, width)))
+            rows, columns = (pixels[:, samples * self.areas < _MET] for pixels in self._corners((height, width)))
             blocks[(height - 1 - rows) // BLOCK, columns // BLOCK] = True
         return blocks
 
     def _corners(self, shape: tuple[int, ...]) -> tuple[Ints, Ints]:
-        """(4, F) each: the rows and columns of the pixels around each centre, in a picture of `shape` (H, W)."""
+        """Return the rows and columns (4, F each) of the pixels around each centre, in a picture of `shape` (H, W)."""
         (top, bottom), (left, right) = (
             [np.clip(np.floor(place + side).astype(np.int64), 0, end - 1) for side in (-0.5, 0.5)]
             for place, end in ((self.y, shape[0]), (self.x, shape[1]))

@@ -1,4 +1,4 @@
-"""The frame: all numbers of one view of a compiled scene, as the shaders take them. NumPy arrays, no OpenGL."""
+"""The frame: all numbers of one view of a compiled scene, in the form that the shaders need. No OpenGL here."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from raytracer.core.validation import MAX_COLOR, InputError
 if TYPE_CHECKING:
     from raytracer.scene.materials.merl import Measured
 
-Key = tuple[object, ...]  # everything that a part is made from; parts of equal keys are equal
+Key = tuple[object, ...]  # a cache key: all values that a part is computed from
 _NO_RECTANGLES = np.zeros((0, 8), np.int32)
 
 
 class SurfaceNumbers(msgspec.Struct, frozen=True, eq=False):
-    """The numbers of surfaces: texels of 32 bits, or uniform blocks of 64."""
+    """The numbers of surfaces: texels for 32 bits, or uniform blocks for 64."""
 
     key: Key
-    coinciding: NDArray[np.int64]  # of packing.coincidences()
+    coinciding: NDArray[np.int64]  # the coincidence numbers, packing.coincidences()
     blocks: dict[str, bytes]
     texels: NDArray[np.float32] | None
 
@@ -59,22 +59,22 @@ class LightNumbers(msgspec.Struct, frozen=True, eq=False):
     """The numbers of lights."""
 
     key: Key
-    touched: dict[Caster, int | None]  # the surface that a light is on, by its position and radius
+    touched: dict[Caster, int | None]  # the surface that each light lies on, by the light's position and radius
     block: bytes
 
 
 class CellMasks(msgspec.Struct, frozen=True, eq=False):
-    """(rows, columns) each, the lowest row first: the cells of a picture that may have a program of their own."""
+    """The cells of a picture that special programs may draw. Masks are (rows, columns), the lowest row first."""
 
     key: Key
-    plane_only: Mask  # without the empty ones
+    plane_only: Mask  # the plane-only cells that are not empty
     empty: Mask
     sight: Sight | None
-    shadows: Mapping[Caster, Mask]  # of each light on half-spaces: they stay while the first part of the key does
+    shadows: Mapping[Caster, Mask]  # the shadows of each light on half-spaces; valid while the key's first part stays
 
 
 class Frame(msgspec.Struct, frozen=True, eq=False):
-    """All numbers of one view. Parts that did not change are the same objects as in the frame before."""
+    """All numbers of one view. Unchanged parts are the same objects as in the previous frame."""
 
     compiled: CompiledScene
     size: tuple[int, int]
@@ -85,7 +85,7 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
     lists: LightLists | None
     cells: CellMasks
     uniforms: dict[str, object]
-    rounds: int  # the most rounds of loops that a pixel's rays may take, or a few more: see cut_short.glsl
+    rounds: int  # an upper bound of the rounds of loops for a pixel's rays: see cut_short.glsl
 
     @property
     def blocks(self) -> Mapping[str, bytes]:
@@ -96,7 +96,7 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
     def textures(self) -> Mapping[str, tuple[NDArray[Any], ...]]:
         """The texels of buffer textures, by their names in the shaders: (N, 4) float32 or int32, (N, 2) or (N,) int32.
 
-        They are in parts, one after the other. A driver's limits are kept.
+        Each texture consists of parts, one after the other. make_frame() has checked the driver's limits.
         """
         textures: dict[str, tuple[NDArray[Any], ...]] = {"materials": (self.materials.texels,)}
         if self.surfaces.texels is not None:
@@ -108,17 +108,17 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
 
     @property
     def measured(self) -> list[Measured]:
-        """The tables of measured materials, one on another in a volume texture."""
+        """The tables of measured materials, in their order in a volume texture."""
         return self.materials.measured
 
     @property
     def rectangles(self) -> NDArray[np.int32]:
-        """(N, 8), of Lister.rectangles(): where objects of common shapes may be seen."""
+        """The rectangles (N, 8) in which objects of common shapes may be seen, by Lister.rectangles()."""
         return self.lists.camera.rectangles if self.lists else _NO_RECTANGLES
 
     @property
     def camera_lists(self) -> NDArray[np.int32] | None:
-        """(cells, 2): where the list of each cell of the picture begins and ends, if there are lists."""
+        """Where the list of each cell of the picture begins and ends (cells, 2); None without lists."""
         return self.lists.picture_ends if self.lists else None
 
 
@@ -130,10 +130,10 @@ def make_frame(
     *,
     plane_only: bool = True,
 ) -> Frame:
-    """The numbers of a picture of `size`. `previous` lends the parts that stay as they were.
+    """Compute the numbers of a picture of `size` (width, height). The result shares unchanged parts with `previous`.
 
-    Without `plane_only`, only empty cells are found. Raises InputError for
-    a scene that needs more texels or layers than the driver has, or lists that take too much time or memory.
+    Without `plane_only`, the frame has no plane-only cells, only empty ones. Raises InputError for a scene that needs
+    more texels or layers than the driver has, or candidate lists that take too much time or memory.
     """
     view = _view(compiled, previous)
     surfaces = _surfaces(compiled, view, size, previous)
@@ -163,6 +163,7 @@ def make_frame(
 
 
 def _view(compiled: CompiledScene, previous: Frame | None) -> View:
+    """Return the surfaces in view space, shared with `previous` if they are unchanged."""
     camera = compiled.scene.camera
     if previous and previous.view.surfaces is compiled.surfaces and previous.view.camera == camera:
         return previous.view
@@ -185,7 +186,7 @@ def _surfaces(compiled: CompiledScene, view: View, size: tuple[int, int], previo
 
 
 def _materials(compiled: CompiledScene, view: View, limits: DriverLimits, previous: Frame | None) -> MaterialNumbers:
-    # Directions are in the camera's axes, and all else stays when the camera moves.
+    # Only directions depend on the camera: they are in view space.
     key = compiled.surfaces, compiled.materials, view.camera if compiled.layout.is_anisotropic else None
     if previous and previous.materials.key == key:
         return previous.materials
@@ -194,7 +195,7 @@ def _materials(compiled: CompiledScene, view: View, limits: DriverLimits, previo
         tables = previous.measured
     most = limits.volume_layers // len(tables[0].values) if tables else 0
     if len(tables) > most:
-        raise InputError(f"expected at most {most} measured ones on this driver, got {len(tables)}", "materials")
+        raise InputError(f"expected at most {most} measured materials on this driver, got {len(tables)}", "materials")
     texels = packing.material_texels(compiled.surfaces, compiled.layout, compiled.materials, view.rotation)
     return MaterialNumbers(key, texels, tables)
 
@@ -249,7 +250,7 @@ def _cells(
     previous: Frame | None,
 ) -> CellMasks:
     planes = compiled.batches.planes if plane_only else []
-    # Without plane-only cells there are only empty ones to find, which show no shadow.
+    # Without plane-only cells only empty cells matter, and these show no shadow.
     lights = compiled.shadowing_lights if planes and compiled.surfaces.spheres else ()
     camera, grid = (lists.camera, lists.grid) if lists else (None, 0)
     stays = surfaces, compiled.batches, camera, grid, size, plane_only, compiled.has_plane_only_cells
@@ -290,7 +291,7 @@ def _shadows(
     sight: Sight,
     number: int,
 ) -> Mask:
-    """The cells of a picture in which a light casts shadows on half-spaces."""
+    """Find the cells of a picture in which a light casts shadows on half-spaces."""
     light = compiled.lights[number]
     touched = numbers.touched[light.position, light.radius]
     same = surfaces.coinciding
@@ -307,7 +308,7 @@ def _shadows(
 def _uniforms(
     compiled: CompiledScene, view: View, lists: LightLists | None, size: tuple[int, int]
 ) -> dict[str, object]:
-    """The values of uniforms that all samples share, by their names in the shaders."""
+    """Return the values of the uniforms that all samples share, by their names in the shaders."""
     scene, camera = compiled.scene, view.camera
     farthest = lists.camera.farthest if lists else 1.0
     return {
@@ -319,7 +320,8 @@ def _uniforms(
         "draw.firstPlane": compiled.surfaces.spheres,
         "draw.grid": lists.grid if lists else GRIDS[0],
         "draw.depthScale": 2.0 ** -math.frexp(farthest)[1],
-        # Rows of the way there are columns of the way back.
+        # OpenGL reads the matrix by columns, so the rows of the rotation make its inverse, from view space to world
+        # space.
         "toWorld": tuple(view.rotation.astype(np.float32).ravel().tolist()),
         "focus": math.dist(camera.position, camera.look_at),
         "everything": lists.everything if lists else (0, 0),

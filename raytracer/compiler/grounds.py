@@ -1,9 +1,8 @@
-"""The plane-only cells of a picture, where only half-spaces and the background are to be seen, and no other object
-casts a shadow.
+"""Finds plane-only cells: only half-spaces and the background are visible there, and no other object casts a shadow.
 
-A cell is CELL x CELL pixels. Most of many a picture is ground and sky, which a shader without
-any CSG draws several times faster: the evaluator `cells` has one for them. A cell is plane-only for sure, or counts as
-none; a cell at the edge of an object or of its shadow is none.
+A cell is CELL x CELL pixels. Many pictures are mostly ground and sky, which a shader without CSG draws several times
+faster; the evaluator `cells` has such a shader. A cell counts as plane-only only if that is certain. So a cell at the
+edge of an object or of its shadow is not plane-only.
 """
 
 from __future__ import annotations
@@ -24,39 +23,40 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-# Slopes of a half-space, for each pixel that a picture is wide and high, below which cameraSlope() (camera.glsl) does
-# not give its points to within MARGIN.
+# The smallest slope of a half-space, for each pixel of a picture's width and height, with which cameraSlope()
+# (camera.glsl) gives its points to within MARGIN.
 _FLATTEST = 2.0**-27
-# A share of the distance below a hemisphere's equator, and a chord there, up to which projected arcs are short.
+# The largest depth below a hemisphere's equator, as a share of the distance, and the longest chord, with which a
+# projected arc counts as short.
 _BELOW, _SHORT = 0.25, 0.5
-# The ends of the sides of a cell, as corners() counts its corners.
+# The ends of the sides of a cell, as numbers of its corners in corners().
 _ENDS = (0, 0, 1, 2), (1, 2, 3, 3)
 
 
 class Ground(NamedTuple):
-    """The cells of a picture in which a half-space is to be seen, and no other object than half-spaces."""
+    """The cells of a picture in which a half-space is visible, and no other objects than half-spaces."""
 
-    plane: int  # its surface
-    normal: Array
-    depth: float  # of the camera in it
-    cell: Ints  # (K,), numbered along rows, the lowest first
-    corners: Array  # (3, 4, K): x, y, z of the half-space's points at the corners, where `ahead`
-    distance: Array  # (4, K), from the camera
-    ahead: Mask  # (K,): all corners see the half-space
+    plane: int  # the surface index of the half-space
+    normal: Array  # (3,), in view space
+    depth: float  # the depth of the camera in the half-space
+    cell: Ints  # (K,): numbers of the cells, row by row from the bottom
+    corners: Array  # (3, 4, K): x, y, z of the half-space's points at the cells' corners, valid where `ahead`
+    distance: Array  # (4, K): distances of these points from the camera
+    ahead: Mask  # (K,): whether the half-space is visible at all corners
 
 
 class Sight(NamedTuple):
-    """The cells of a picture without other objects than half-spaces, whatever the lights."""
+    """The cells of a picture without other objects than half-spaces, for any lights."""
 
-    free: Mask  # (rows, columns), the lowest row first: those cells
-    empty: Mask  # the free cells in which nothing is to be seen
+    free: Mask  # (rows, columns), the lowest row first: these cells
+    empty: Mask  # the free cells in which no surface is visible
     grounds: list[Ground]
 
 
 def make_sight(view: View, planes: Sequence[int], occupied: Mask, size: tuple[int, int]) -> Sight:
     """Find the half-spaces in the cells of a picture of `size` (width, height) that are not `occupied` (rows, columns).
 
-    `planes` are the single half-spaces, by their surface.
+    `planes` are the surface indices of the single half-spaces.
     """
     rays = corner_rays(view.camera, size)
     lengths = np.linalg.norm(rays, axis=-1)
@@ -67,11 +67,12 @@ def make_sight(view: View, planes: Sequence[int], occupied: Mask, size: tuple[in
         normal = view.rotation @ view.surfaces.normals[plane - view.surfaces.spheres]
         depth = view.depths[plane - view.surfaces.spheres]
         slope = rays @ normal
-        # By a margin: a slope of all but 0 has no sign that rounding may not change.
+        # With a margin, because rounding may change the sign of a slope near 0.
         empty &= ~_any(slope * np.sign(depth) > -MARGIN * lengths)
         steep = np.abs(slope) > _FLATTEST * CELL * sum(rays.shape[:2]) * lengths
         ahead = steep & (slope * depth > 0.0)
-        # Linear, so that a cell sees the face where one of its corners does; of flat ones rounding may change the sign.
+        # The slope is linear in the pixel, so a cell sees the face if one of its corners does. Flat corners count as
+        # well, because rounding may change their sign.
         visible = free & _any(ahead | ~steep) & (depth != 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             points = np.where(ahead, depth / slope, 0.0)[..., None] * rays
@@ -85,11 +86,16 @@ def make_sight(view: View, planes: Sequence[int], occupied: Mask, size: tuple[in
 def shadowed_cells(
     sight: Sight, light: PointLight, view: View, grazed: Collection[int], occupied: Callable[[], Mask]
 ) -> Mask:
-    """(rows, columns): in which cells of a picture shadows of balls may lie on half-spaces.
+    """Find the cells (rows, columns) of a picture in which shadows of balls may lie on half-spaces.
 
-    `grazed` are the half-spaces, by their surface, in whose boundary the light is: it does not shine on these.
-    `occupied` gives the cells (2 * grid * grid,) around the light, numbered as hemisphere_cells() does, in which rays
-    may meet other objects than half-spaces.
+    Args:
+        sight: The half-spaces in the cells of the picture.
+        light: The light.
+        view: The surfaces in view space.
+        grazed: The surface indices of the half-spaces whose boundary the light lies in. The light does not shine on
+        them.
+        occupied: Returns the cells around the light in which rays may meet other objects than half-spaces
+            (2 * grid * grid,). hemisphere_cells() numbers them.
     """
     shadowed = np.zeros(sight.free.size, bool)
     grounds = [ground for ground in sight.grounds if ground.plane not in grazed and len(ground.cell)]
@@ -99,16 +105,16 @@ def shadowed_cells(
     far = reach(place, view.centers, view.surfaces.radii) - float(np.linalg.norm(place))
     around: _Occupied | None = None
     for ground in grounds:
-        # Rounding to float32 may move a point so far, seen from the light.
+        # The distance by which rounding to float32 may move a point, relative to the light.
         error = MARGIN * (ground.distance + np.linalg.norm(place))
         whole = ground.ahead & (ground.distance.max(axis=0) <= far)
-        # A face that looks away from all of the light is dark, whatever is between.
+        # A face that looks away from all of the light is dark anyway.
         height = float(ground.normal @ place) - ground.depth
         faces = -height * np.sign(ground.depth) > -error.max(axis=0) - light.radius * (1.0 + MARGIN)
         if not np.any(faces | ~whole):
             continue
         around = around or _sums(occupied())
-        shadowed[ground.cell[~whole]] |= around.anywhere  # to the horizon: the face goes on without end
+        shadowed[ground.cell[~whole]] |= around.anywhere  # the face extends to the horizon
         within = np.flatnonzero(whole & faces)
         seen = ground.corners[:, :, within] - place[:, None, None]
         shadowed[ground.cell[within]] |= _shadowed(seen, error[:, within], around)
@@ -119,10 +125,11 @@ class _Occupied(NamedTuple):
     """The occupied cells around a light."""
 
     anywhere: bool
-    sums: NDArray[np.int32]  # (2, grid + 1, grid + 1): over the cells from a hemisphere's corner on
+    sums: NDArray[np.int32]  # (2, grid + 1, grid + 1): prefix sums over the cells of each hemisphere
 
 
 def _sums(cells: Mask) -> _Occupied:
+    """Sum the occupied cells, so that the number of those in a rectangle follows from four sums."""
     grid = math.isqrt(len(cells) // 2)
     sums = np.zeros((2, grid + 1, grid + 1), np.int32)
     np.cumsum(cells.reshape(2, grid, grid), axis=1, out=sums[:, 1:, 1:])
@@ -131,14 +138,14 @@ def _sums(cells: Mask) -> _Occupied:
 
 
 def _shadowed(places: Array, error: Array, around: _Occupied) -> Mask:
-    """(K,): in which cells of a half-space shadows of balls may lie.
+    """Find the cells (K,) of a half-space in which shadows of balls may lie.
 
-    `places` (3, 4, K) are the points at the cells' corners as seen from a light, each to within its `error` (4, K).
+    `places` (3, 4, K) are the points at the cells' corners, relative to a light, each to within its `error` (4, K).
 
-    A cell's part of the half-space is a quadrilateral. As seen from the light its sides are arcs of great circles,
-    which hemisphere_cells() projects to arcs of circles of the radius 1 or more. These are at most half circles where
-    all corners are in the hemisphere, or near each other and not far below. An arc leaves its chord l by
-    1 - sqrt(1 - l^2 / 4) at most.
+    A cell's part of the half-space is a quadrilateral. Seen from the light, its sides are arcs of great circles, which
+    the projection of hemisphere_cells() maps to arcs of circles of radius 1 or more. They are at most half circles if
+    all corners are in the hemisphere, or if they are near each other and not far below the equator. The distance of an
+    arc from its chord, of length l, is at most 1 - sqrt(1 - l^2 / 4).
     """
     grid = around.sums.shape[1] - 1
     shadowed = np.zeros(places.shape[-1], bool)
@@ -157,7 +164,7 @@ def _shadowed(places: Array, error: Array, around: _Occupied) -> Mask:
         sides = at[:, _ENDS[0]] - at[:, _ENDS[1]]
         square = np.sum(sides * sides, axis=0).max(axis=0)
         sure = near & (front | (square <= _SHORT**2))
-        # An error moves a projected place by less than twice its share of the distance.
+        # An error moves a projected point by less than twice its share of the distance.
         leaves = 1.0 - np.sqrt(np.maximum(1.0 - square / 4.0, 0.0))
         margin = leaves + (4.0 * off / np.where(near, length, 1.0)).max(axis=0)
         first = np.clip(np.floor((low - margin + 1.0) / 2.0 * grid), 0, grid).astype(int)
@@ -169,14 +176,16 @@ def _shadowed(places: Array, error: Array, around: _Occupied) -> Mask:
 
 
 def _over(combined: np.ufunc, values: NDArray[Any]) -> NDArray[Any]:
-    """(rows, columns, ...): the values at the four corners of each cell, combined."""
+    """Combine the values at the four corners of each cell (rows, columns, ...)."""
     columns = combined(values[:-1], values[1:])
     return combined(columns[:, :-1], columns[:, 1:])
 
 
 def _any(corners: Mask) -> Mask:
+    """Return the cells (rows, columns) with any corner that is True."""
     return _over(np.logical_or, corners)
 
 
 def _all(corners: Mask) -> Mask:
+    """Return the cells (rows, columns) whose corners are all True."""
     return _over(np.logical_and, corners)

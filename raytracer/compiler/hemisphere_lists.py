@@ -1,7 +1,7 @@
-"""The lists of balls of the cells around a light, for scenes of many balls and many lights.
+"""The lists of balls of the cells around a light, made fast for scenes with many balls and many lights.
 
 Most balls are small as seen from a light. A few float32 operations give the cells of a small ball, and
-hemisphere_cells() gives the cells of any other.
+hemisphere_cells() gives the cells of all other balls.
 """
 
 from __future__ import annotations
@@ -14,38 +14,40 @@ from numpy.typing import NDArray
 from raytracer.compiler.direction_cells import Array, Ints, Lists, check_pairs, hemisphere_cells, runs
 
 Floats: TypeAlias = NDArray[np.float32]
-Words: TypeAlias = NDArray[Any]  # of _Keys.word
+Words: TypeAlias = NDArray[Any]  # of the type _Keys.word
 
-# A ball is small if its centre is more radii away, and not so near that squares of distances leave float32's range.
+# A ball is small if its centre is more than _SMALL radii away, and more than _NEAREST, so that squares of distances
+# stay in float32's range.
 _SMALL, _NEAREST = 2.0, 2.0**-50
-# Shares of distances, radii and half a grid that hold float32's roundings: see _small_keys().
+# Margins for float32's roundings, as shares of distances, radii and half a grid: see _small_keys().
 _STEP = 2.0**-24
 _AWAY, _RADIUS, _EDGE = 16.0 * _STEP, 128.0 * _STEP, 512.0 * _STEP
-# Bits of the distance by which balls of a list are sorted, if so many are left of 32: rays that are blocked find a
-# nearer ball sooner.
+# The number of bits of the distance by which the balls of a list are sorted, if 32 bits have room for them: a blocked
+# ray then finds a ball near the light sooner.
 _LEVELS = 6
 
 
 class LightBalls(NamedTuple):
-    """Balls for the cells around all lights, in view space."""
+    """The balls in the lists of all lights, in view space."""
 
     centers: Array  # (N, 3)
-    radii: Array  # (N,): of balls for a light of no size, that no rounding moves
-    growth: Array  # (N,): by so many d they are wider than others where rounding moves a ray by d
-    shown: Floats  # (4 or 5, N): x, y, z, radius, and the growth if any ball grows, to float32
+    radii: Array  # (N,): the radii for a point light, without rounding
+    growth: Array  # (N,): if rounding moves a ray by d, the balls grow by growth * d more than other balls
+    shown: Floats  # (4 or 5, N): x, y, z, radius, and the growth if any ball has one, in float32
 
 
 class _Keys(NamedTuple):
-    """The numbers by which balls are sorted into lists: bits of the cell, of the distance, and of the ball's number."""
+    """The layout of the keys that sort balls into lists: bits of the cell, of the distance, and of the ball's
+    number."""
 
     grid: int
     word: type[Any]  # np.uint32 or np.uint64
-    levels: int  # bits of the distance
-    numbers: int  # bits of a ball's number
+    levels: int  # number of bits of the distance
+    numbers: int  # number of bits of a ball's number
 
     @property
     def cell(self) -> Any:
-        """The place of a cell's bits."""
+        """The lowest bit of the cell."""
         return self.word(self.levels + self.numbers)
 
 
@@ -60,11 +62,10 @@ def light_balls(centers: Array, radii: Array, growth: Array) -> LightBalls:
 def hemisphere_lists(
     balls: LightBalls, place: Array, wider: float, passing: float, grid: int, most: int
 ) -> tuple[Lists, int]:
-    """Make the lists for the cells around a light at `place`, numbered as hemisphere_cells() does.
+    """Make the lists of the cells around a light at `place`, and count the entries of the longest list.
 
-    The second value is how many entries the longest list has. All balls are `wider`, and by `passing` more for each
-    unit of growth. In a list, nearer balls come first, roughly. Raises InputError above `most` pairs of a cell and a
-    ball.
+    hemisphere_cells() numbers the cells. All radii grow by `wider`, and by `passing` more for each unit of growth. In a
+    list, nearer balls come first, roughly. Raises InputError above `most` pairs of a cell and a ball.
     """
     count = len(balls.radii)
     numbers = max(count - 1, 1).bit_length()
@@ -83,15 +84,15 @@ def _small_keys(
 ) -> tuple[list[Words], Ints]:
     """Make the keys of all pairs of a cell and a small ball, and find all other balls.
 
-    Let u be _STEP. Rounding moves a ball's centre, the light and their difference by u of each length, in all by
-    2 u (distance + |place|) at most. It turns a ray by widened() of direction_cells.py, which is 16 u / sqrt(3) of the
-    distance at most: the three products of two coordinates have at most that length. Radii grow by all these. Their
-    sums are off by 4 u of themselves, and widened() makes them wider by MARGIN, 64 u: _RADIUS holds both.
+    The margins, with u = _STEP: Rounding moves a ball's centre, the light and their difference by u of each length, in
+    all by at most 2 u (distance + |place|). It turns a ray as widened() of direction_cells.py assumes: by at most 16 u
+    / sqrt(3) of the distance, the largest length of the three products of two coordinates. The radii grow by all of
+    these. The sums are off by 4 u of themselves, and widened() adds MARGIN, 64 u: _RADIUS covers both.
 
     As d >= 2 r, d^2 - r^2 is off by 5 u of itself. A ball at the equator is in both hemispheres, in one of them with a
-    height h of -1.1 r or more. So q + h is off by 10 u of itself, a place in the grid by 16 u of half the grid, and a
-    projected radius, at most 1.6 of that, by 13 u of itself. _EDGE holds these, and the margins of overlaps(), 32 u,
-    and of hemisphere_cells(), 64 u of the radius and of two coordinates, at most 2.6 each.
+    height h of at least -1.1 r. So q + h is off by 10 u of itself, a place in the grid by 16 u of half the grid, and a
+    projected radius, at most 1.6 times half the grid, by 13 u of itself. _EDGE covers these errors, and the margins of
+    overlaps(), 32 u, and of hemisphere_cells(), 64 u of the radius and of two coordinates, each at most 2.6.
     """
     word, shift = keys.word, keys.cell
     with np.errstate(over="ignore", invalid="ignore"):
@@ -133,7 +134,7 @@ def _small_keys(
     radius *= scale
     radius += half * np.float32(_EDGE)
     key = below * word(1)
-    more = []  # rows and columns behind the first one
+    more = []  # for y and x: the number of rows or columns after the first one
     for side in (y, x):
         side *= scale
         side += half
@@ -163,14 +164,14 @@ def _small_keys(
 
 
 def _whole(numbers: Floats, top: np.float32, word: type[Any]) -> Words:
-    """Round numbers down to whole ones from 0 to `top`. It changes them."""
+    """Round numbers down to whole numbers from 0 to `top`. Changes `numbers` in place."""
     np.maximum(numbers, np.float32(0.0), out=numbers)
     np.minimum(numbers, top, out=numbers)
     return numbers.astype(word)
 
 
 def _sorted_lists(key: Words, keys: _Keys) -> tuple[Lists, int]:
-    """Sort the keys of balls into the lists of all cells, and find how many entries the longest one has."""
+    """Sort the keys of balls into the lists of all cells, and count the entries of the longest list."""
     longest = 0
     ends = np.zeros((2 * keys.grid**2, 2), np.int32)
     key.sort()
@@ -183,8 +184,8 @@ def _sorted_lists(key: Words, keys: _Keys) -> tuple[Lists, int]:
         spans[:-1, 1], spans[-1, 1] = change, len(key)
         occupied = np.concatenate((cell[:1], cell.take(change))).astype(np.int64)
         longest = int((spans[:, 1] - spans[:, 0]).max())
-        # Two numbers are written as one, which is several times faster.
+        # Each pair of 32-bit numbers is written as one 64-bit number, which is several times faster.
         ends.view(np.int64)[occupied, 0] = spans.view(np.int64)[:, 0]
     key &= keys.word((1 << keys.numbers) - 1)
-    # Keys of 32 bits are entries where they are.
+    # Keys of 32 bits serve as entries without a copy.
     return Lists(ends, key.view(np.int32) if key.itemsize == 4 else key.astype(np.int32)), longest

@@ -1,8 +1,9 @@
-"""The scale of a picture's light on the GPU: squares of light are then float32 numbers, however bright or dark it is.
+"""The scale of a picture's light on the GPU. It keeps squares of light in float32's range, however bright the light is.
 
-Lights are in [0, 1e12], and what surfaces send back in [0, 1e24] or more. Its square overflows above 1.8e19, and is 0
-below 1e-23. So all light of a frame is multiplied by a power of two where its picture needs it, and results are divided
-by it. That changes no bit, but for light below 1e-46 of the brightest. Pictures of usual brightness have the scale 1.
+Lights are in [0, 1e12], and surfaces send back light in [0, 1e24] or more. The square of light overflows above 1.8e19,
+and is 0 below 1e-23. So if a picture needs it, all light of a frame is multiplied by a power of two, and results are
+divided by it. The scale changes no bit, except in light below 1e-46 of the brightest. Pictures of usual brightness have
+the scale 1.
 """
 
 from __future__ import annotations
@@ -18,28 +19,33 @@ from raytracer.core.validation import MAX_COLOR, MIN_RADIUS
 from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.models import MODELS
 
-# Light from 2^-_NEAR to 2^_NEAR, a billion, is not scaled. Float32 rounds the darkest by 2^-24: squares of the rounding
-# are then normal numbers of float32. Sums of squares of 2^25 times the brightest do not overflow (sums.glsl).
+# Light from 2^-_NEAR to 2^_NEAR, a billion, is not scaled. Float32 rounds the darkest by 2^-24 of itself, and the
+# square of this rounding is still a normal float32 number. Sums of squares of 2^25 times the brightest do not overflow
+# (sums.glsl).
 _NEAR = 30
-# A reflectance is at most 2^_PEAK, 1e12, times the material's largest colour: the peak of a lobe may be as high.
+# The largest reflectance, 2^_PEAK or 1e12, as a multiple of the material's largest colour: a lobe's peak may be as
+# high.
 _PEAK = 40
 # Sums of 256 samples of light below 2^_LARGEST do not overflow.
 _LARGEST = 119
 
 
 def light_scale(frame: Frame, brightest: float) -> float:
-    """The power of two to multiply all light by in a picture of `frame` with so bright samples: 1 if it needs none."""
+    """Return the power of two that scales all light of a picture. Usually 1.
+
+    `brightest` is the brightest channel of its samples.
+    """
     exponent = math.frexp(brightest)[1] if math.isfinite(brightest) else 0
     if exponent > _NEAR:
         return 2.0 ** (_NEAR - exponent)
     if exponent >= -_NEAR:
         return 1.0
-    # Later samples of a dark picture may meet the brightest there may be.
+    # Later samples of a dark picture may meet the brightest possible light.
     return 2.0 ** max(0, min(-_NEAR - exponent, _LARGEST - math.frexp(_most_light(frame))[1]))
 
 
 def _most_light(frame: Frame) -> float:
-    """An upper bound of all light of a picture."""
+    """Return an upper bound of all light of a picture."""
     scene, materials = frame.compiled.scene, frame.compiled.materials.values()
     lights = [_most_irradiance(light) for light in frame.compiled.lights]
     factors = [
@@ -53,21 +59,21 @@ def _most_light(frame: Frame) -> float:
 
 
 def _most_irradiance(light: PointLight) -> float:
-    """The most that a light may be at any distance, as irradiance.glsl has it."""
+    """Return the largest irradiance of a light at any distance, as computed by irradiance.glsl."""
     if light.falloff == "none":
         return max(light.color)
     return min(max(light.color) / max(light.radius, MIN_RADIUS) ** 2, MAX_COLOR)
 
 
 def in_light(frame: Frame, scale: float) -> Frame:
-    """`frame` with all light times `scale`: of lights, ambient, background and surfaces."""
+    """Return `frame` with all light multiplied by `scale`: of lights, ambient, background and emission."""
     compiled, factor = frame.compiled, np.float32(scale)
     lights = np.frombuffer(frame.lights.block, LIGHT[compiled.options.precision]).copy()
     lights["color"] *= factor
     texels, layout = frame.materials.texels, compiled.layout
     if "le" in layout.colors:
         texels = texels.copy()
-        # Where materials are large, each surface has a texel before them (packing.material_texels()).
+        # Large materials come after one texel for each surface (packing.material_texels()).
         rows = texels if layout.is_small else texels[len(compiled.surfaces.material) :]
         rows.reshape(-1, layout.texels, 4)[:, layout.colors.index("le"), :3] *= factor
     scene = compiled.scene

@@ -1,4 +1,5 @@
-"""The limits of a driver as a plain value, and the scenes that are beyond them or beyond an evaluator."""
+"""The limits of an OpenGL driver, as a plain value, and the check of a scene against them and the evaluator's
+limits."""
 
 from __future__ import annotations
 
@@ -9,35 +10,35 @@ from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.core.validation import InputError
 from raytracer.scene.options import Precision
 
-# llvmpipe's compile time triples with every two loops in a row: 2 s for 11, 5 s for 13, 16 s for 15.
+# llvmpipe's compile time triples with every two more successive loops: 2 s for 11, 5 s for 13, 16 s for 15.
 MAX_ROTH_LOOPS = 14
 # The evaluators walk and roth write all trees out in one shader: llvmpipe compiles 100 primitives in 2 s, 300 in 13 s.
 MAX_PRIMITIVES = 512
 
 
 class DriverLimits(msgspec.Struct, frozen=True):
-    """The limits of one driver: gpu.device asks the driver for them."""
+    """The limits of one driver, which gpu.device queries."""
 
     driver: str  # GL_RENDERER
-    version: int  # of OpenGL, such as 330
-    target: int  # pixels of the largest side of a target, whose viewport has margins
-    varyings: int  # components that a vertex shader can hand on
+    version: int  # OpenGL version, such as 330
+    target: int  # largest side of a target in pixels, with room for the viewport's margins
+    varyings: int  # number of varying components of a vertex shader
     uniform_block: int  # bytes
-    buffer_texels: int  # of a buffer texture
-    volume_layers: int  # of a 3D texture
+    buffer_texels: int  # most texels of a buffer texture
+    volume_layers: int  # most layers of a 3D texture
 
     @property
     def is_llvmpipe(self) -> bool:
-        """Whether Mesa's llvmpipe draws, which leaves long loops early (cut_short.glsl)."""
+        """Whether the driver is Mesa's llvmpipe, which leaves long loops early (cut_short.glsl)."""
         return "llvmpipe" in self.driver
 
     @property
     def precisions(self) -> tuple[Precision, ...]:
-        """The precisions in bits. Doubles came with OpenGL 4.0."""
+        """The supported precisions, in bits. Doubles need OpenGL 4.0."""
         return (32, 64) if self.version >= 400 else (32,)
 
     def check(self, compiled: CompiledScene) -> None:
-        """Raise InputError if the scene needs more than this driver or the evaluator has."""
+        """Raise InputError if the scene exceeds a limit of this driver or of its evaluator."""
         options, primitives = compiled.options, compiled.surfaces.size
         if options.evaluator == "roth" and (loops := roth_loops(compiled.scene)) > MAX_ROTH_LOOPS:
             raise InputError(

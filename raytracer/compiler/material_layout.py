@@ -1,4 +1,4 @@
-"""The layout of materials: the members of struct Material that a scene's models need, and the numbers in them."""
+"""The layout of materials: the members of struct Material that a scene's models need, and their packed numbers."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from raytracer.scene.materials.models import MODELS, Parameter
 if TYPE_CHECKING:
     from raytracer.scene.materials.merl import Measured
 
-# Parameters that are 0 in all materials are in no shader: few scenes have them.
+# Parameters that the shaders leave out if they are 0 in all materials: few scenes use them.
 _OFTEN_ZERO = ("ka", "le")
-# A lone material of so many texels is handed on by the vertex shader.
+# The most texels of a material that the vertex shader may hand on, if it is the only one.
 _FEW_TEXELS = 4
 LOBE_PARTS = ("cx", "cy", "cz", "n", "scale")
 
@@ -26,29 +26,29 @@ LOBE_PARTS = ("cx", "cy", "cz", "n", "scale")
 class Layout(msgspec.Struct, frozen=True):
     """The members of struct Material for some materials, and the texel of each."""
 
-    models: list[str]  # in use, in the order of the member `model`
+    models: list[str]  # the models in use, in the order of the member `model`
     choices: dict[str, list[str]]  # the options in use of each choice, in the order of its member
-    colors: list[str]  # members, each a texel's xyz
-    numbers: list[str]  # members, in the texels' w as long as there are any, then four to a texel
-    lobes: int
+    colors: list[str]  # members that are colours or directions, each in the xyz of a texel
+    numbers: list[str]  # members that are numbers: first in the w of these texels, then four to a texel
+    lobes: int  # the most lobes of a material
     is_anisotropic: bool  # whether any lobe is anisotropic
 
     @property
     def texels(self) -> int:
-        """The number of texels that a material takes."""
+        """The number of texels of a material."""
         rest = max(0, len(self.numbers) - len(self.colors))
         return len(self.colors) + -(-rest // 4) + len(LOBE_PARTS) * self.lobes
 
     @property
     def is_small(self) -> bool:
-        """Whether each surface has its own row of texels, and the vertex shader may hand on such a material.
+        """Whether each surface has a copy of its material's texels, and the vertex shader may hand on a material.
 
-        If not, each surface has a texel that says where its material's row begins.
+        Otherwise each surface has one texel with the index of its material's first texel.
         """
         return not self.lobes and self.texels <= _FEW_TEXELS
 
     def place(self, number: int) -> tuple[int, int]:
-        """The texel of a number, and which of its four parts."""
+        """Return the texel of a number, and the component of the texel."""
         if number < len(self.colors):
             return number, 3
         texel, part = divmod(number - len(self.colors), 4)
@@ -56,7 +56,7 @@ class Layout(msgspec.Struct, frozen=True):
 
 
 def make_layout(materials: Sequence[Material]) -> Layout:
-    """The layout for these materials together."""
+    """Return the layout for these materials together."""
     used = {material.model for material in materials}
     models = [model for model in MODELS if model in used]
     colors: dict[str, None] = {}
@@ -86,13 +86,14 @@ def make_layout(materials: Sequence[Material]) -> Layout:
 
 
 def _member(parameter: Parameter) -> str:
+    """Return the name of a parameter in struct Material."""
     return parameter.member or parameter.name
 
 
 def packed(layout: Layout, materials: Mapping[int, Material], to_view: NDArray[np.float64]) -> NDArray[np.float32]:
-    """(N, texels, 4): the numbers of materials, each with the member `number`, as material_text() fetches them.
+    """Pack the numbers of materials (N, texels, 4) in the layout that material_text() reads.
 
-    `to_view` (3, 3) turns directions into the axes of the shaders.
+    Each material has the member `number`, its key in `materials`. `to_view` (3, 3) turns directions into view space.
     """
     result = np.zeros((len(materials), layout.texels, 4))
     tables = measured_tables(materials.values())
@@ -111,7 +112,7 @@ def packed(layout: Layout, materials: Mapping[int, Material], to_view: NDArray[n
 
 
 def _members(layout: Layout, material: Material, tables: list[Measured]) -> dict[str, Any]:
-    """A material's values for the members of struct Material, without lobes."""
+    """Return a material's values for the members of struct Material, without lobes."""
     values: dict[str, Any] = {"model": layout.models.index(material.model)}
     for name, value in material.parameters.items():
         parameter = MODELS[material.model].parameters[name]
@@ -125,12 +126,12 @@ def _members(layout: Layout, material: Material, tables: list[Measured]) -> dict
 
 
 def measured_tables(materials: Iterable[Material]) -> list[Measured]:
-    """The tables of measured materials, once each, in the order in which struct Material counts them."""
+    """Return the tables of measured materials, each once, in the order of the numbers in struct Material."""
     return list(dict.fromkeys(material.file for material in materials if material.get("file")))
 
 
 def struct(layout: Layout, material: Material, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """A material as an element of struct Material; its axes are the shaders'."""
+    """Return a material as an element of struct Material. Its directions are in view space."""
     texels = packed(layout, {0: material}, np.eye(3))[0]
     result = np.zeros((), dtype)
     for i, name in enumerate(layout.colors):
@@ -145,7 +146,7 @@ def struct(layout: Layout, material: Material, dtype: np.dtype[Any]) -> NDArray[
 
 
 def _normalized(lobe: Any) -> NDArray[np.float64]:
-    """(5, 3): the parts of a lobe; its coefficients over the largest, because the power of that may underflow."""
+    """Return the parts of a lobe (5, 3). Coefficients are divided by the largest one, whose power might underflow."""
     parts = np.array([getattr(lobe, part) for part in LOBE_PARTS])
     largest = np.abs(parts[:3]).max(axis=0)
     parts[4] = [peak(*channel) for channel in parts.T]

@@ -1,4 +1,4 @@
-"""The meshes of a tile: which cells, blocks of cells and rectangles of a picture each program draws."""
+"""The meshes of a tile: the cells, blocks and rectangles of a picture that each program draws."""
 
 from __future__ import annotations
 
@@ -11,26 +11,28 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import BLOCK, CELL
 
-Rectangle = tuple[int, int, int, int]  # x, y, width, height; x, y the lower left pixel
+Rectangle = tuple[int, int, int, int]  # x, y, width, height; (x, y) is the lower left pixel
 Mask = NDArray[np.bool_]
 Ints = NDArray[np.int32]
 
-# The programs of a scene by their names. SEE finds what each pixel sees, SHAPES draws objects over that one by one, and
-# SHADE computes the light of both. PICTURE is SEE and SHADE in one. Cells in which there are only half-spaces, or
-# nothing, have programs of their own, PLANE_ONLY and EMPTY. SEVERAL is PLANE_ONLY for several samples at once.
+# The names of a scene's programs. SEE finds the surface of each pixel, SHAPES draws small objects over it one by one,
+# and SHADE computes the light. PICTURE is SEE and SHADE in one. PLANE_ONLY draws the cells with half-spaces only, and
+# EMPTY draws the cells with the background only. SEVERAL is PLANE_ONLY for several samples at once.
 SEE, SHAPES, SHADE, PICTURE = "see", "shapes", "shade", "picture"
 PLANE_ONLY, SEVERAL, EMPTY = "plane_only", "several", "empty"
 
+# The number of blocks along each side of a cell.
 PER_CELL = CELL // BLOCK
-# The costs of a rectangle besides its pixels, in pixels.
+# The fixed cost of a rectangle, in pixels.
 _RECTANGLE_COST = 64
 
 
 class Cells(msgspec.Struct, frozen=True, eq=False):
     """A mesh for cells.vert: squares of the picture, each `side` pixels wide.
 
-    Each of `rows` (N, 4 or 6) is a block of squares: its first column and row, how many columns and rows it has, and
-    where the list of that cell begins and ends. If `as_points`, each block is one square, and best drawn as a point.
+    Each of `rows` (N, 4 or 6) is a block of squares: its first column and row, its numbers of columns and rows, and
+    with 6 numbers the begin and end of the cell's candidate list. If `as_points`, each block is one square, to be drawn
+    as a point.
     """
 
     rows: Ints
@@ -41,7 +43,7 @@ class Cells(msgspec.Struct, frozen=True, eq=False):
 class Rectangles(msgspec.Struct, frozen=True, eq=False):
     """A mesh for shapes.vert: the scene's rectangles with these `numbers`.
 
-    `costs` (N,) are in pixels, and `largest` is the largest side.
+    `costs` (N,) are in pixels. `largest` is the longest side of a rectangle, in pixels.
     """
 
     numbers: Ints
@@ -55,26 +57,27 @@ class Coverage(msgspec.Struct, frozen=True, eq=False):
     size: tuple[int, int]
     cells: Mapping[str, Mask]  # (rows, columns) of cells for each program, the lowest row first
     lists: Ints | None  # (cells, 2): where each cell's list begins and ends, in a scene with lists
-    rectangles: Ints | None  # (N, 4 or more), for SHAPES: first column and row of pixels, and behind the last
+    rectangles: Ints | None  # (N, 4 or more), for SHAPES: first column and row of pixels, and one past the last
 
     def seen_cells(self, area: Rectangle) -> Mask:
-        """(rows, columns): in which cells of an area anything may be seen."""
+        """Return the cells (rows, columns) of an area in which any surface may be visible."""
         part = _cells_of(area)
         if EMPTY in self.cells:
             return ~self.cells[EMPTY][part]
         return np.ones(next(iter(self.cells.values()))[part].shape, bool)
 
     def one_cell(self) -> Coverage:
-        """A picture of one cell, which is drawn by all programs that draw any of this one."""
+        """Return the coverage of a picture of one cell, drawn by all programs that draw any cell of this picture."""
         cells = {name: np.ones((1, 1), bool) for name, cells in self.cells.items() if cells.any()}
-        busy = self.cells[SHADE].argmax() if SHADE in self.cells else 0  # where a list is, if there are lists
+        # A cell with a candidate list, if there are lists.
+        busy = self.cells[SHADE].argmax() if SHADE in self.cells else 0
         lists = None if self.lists is None else self.lists[busy : busy + 1]
         rectangles = None if self.rectangles is None else self.rectangles[:1]
         return Coverage((CELL, CELL), cells, lists, rectangles)
 
 
 class Meshes(NamedTuple):
-    """The meshes of one tile, by program. If `is_whole`, they cover all of its pixels."""
+    """The meshes of one tile, by program. If `is_whole`, they cover all pixels of the tile."""
 
     cells: Mapping[str, Cells]
     rectangles: Rectangles | None
@@ -82,10 +85,10 @@ class Meshes(NamedTuple):
 
 
 def tile_meshes(coverage: Coverage, tile: Rectangle, mask: Mask | None, list_readers: Collection[str]) -> Meshes:
-    """The meshes of a tile, or only of its blocks that are True in `mask`.
+    """Return the meshes of a tile, or of its blocks that are True in `mask`.
 
-    A mask is (rows, columns) of blocks, whole cells, the lowest row first; its tile begins where a cell does.
-    `list_readers` names the programs that read the lists of cells.
+    `mask` is (rows, columns) of blocks, the lowest row first, for whole cells. The tile must begin at a cell's corner.
+    `list_readers` names the programs that read the candidate lists of cells.
     """
     meshes = {}
     for name, cells in coverage.cells.items():
@@ -127,17 +130,17 @@ def _rectangle_mesh(rectangles: Ints, size: tuple[int, int], tile: Rectangle, ma
 
 
 def _cells_of(area: Rectangle) -> tuple[slice, slice]:
-    """Rows and columns of the cells of an area."""
+    """Return the rows and columns of the cells of an area."""
     x, y, width, height = area
     return slice(y // CELL, -(-(y + height) // CELL)), slice(x // CELL, -(-(x + width) // CELL))
 
 
 def cell_blocks(cells: Mask) -> Ints:
-    """(N, 4): column, row, columns and rows of blocks of cells that cover all cells that are True, each once.
+    """Return blocks of cells (N, 4) that cover each cell that is True once: column, row, columns and rows.
 
-    A block is a run of cells along a row, together with the same run in the rows above: the fewer blocks, the quicker
-    they are drawn. Besides, llvmpipe shades the pixels along a rectangle's diagonal twice, once for each triangle: a
-    quarter of the pixels of a single row of cells.
+    A block is a run of cells along a row, together with equal runs in the rows above: fewer blocks are drawn faster.
+    Besides, llvmpipe shades the pixels along a rectangle's diagonal twice, once for each triangle; that is a quarter of
+    the pixels of a single row of cells.
     """
     edges = np.diff(np.pad(cells, ((0, 0), (1, 1))).astype(np.int8), axis=1)
     row, first = np.nonzero(edges == 1)
@@ -152,13 +155,16 @@ def cell_blocks(cells: Mask) -> Ints:
 
 
 def squares(cells: Mask) -> Ints:
-    """(N, 4): column and row of each cell that is True, and 1 twice."""
+    """Return each cell that is True as a block (N, 4) of one square: its column, its row, 1, 1."""
     row, column = np.nonzero(cells)
     return np.column_stack([column, row, np.ones_like(row), np.ones_like(row)]).astype(np.int32)
 
 
 def which_touch(rectangles: Ints, squares: Mask, corner: tuple[int, int], side: int) -> Mask:
-    """(N,): which rectangles touch a square of `side` pixels that is True. The first begins at the pixel `corner`."""
+    """Return which rectangles (N,) touch a square that is True.
+
+    Squares have `side` pixels along each side. The first one begins at the pixel `corner`.
+    """
     sums = np.pad(squares.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
     most = squares.shape[1], squares.shape[0]
     low = np.clip((rectangles[:, :2] - corner) // side, 0, most)
@@ -168,16 +174,16 @@ def which_touch(rectangles: Ints, squares: Mask, corner: tuple[int, int], side: 
 
 
 def touching(rectangles: Ints, area: Rectangle) -> Mask:
-    """(N,): which rectangles share a pixel with an area."""
+    """Return which rectangles (N,) share a pixel with an area."""
     x, y, width, height = area
     x0, y0, x1, y1 = rectangles[:, :4].T
     return (x0 < x + width) & (x < x1) & (y0 < y + height) & (y < y1)
 
 
 def cells_under(rectangles: Ints, shape: tuple[int, int], side: int) -> Mask:
-    """(rows, columns) by `shape`: the squares of a picture, of `side` pixels each, that the rectangles touch.
+    """Return the squares of a picture, of `side` pixels along each side, that rectangles touch (rows, columns).
 
-    `rectangles` are (N, 4 or more): first column and row of pixels, and behind the last.
+    `rectangles` are (N, 4 or more): first column and row of pixels, and one past the last. `shape` is (rows, columns).
     """
     first, last = rectangles[:, :2] // side, (rectangles[:, 2:4] - 1) // side
     count = np.zeros((shape[0] + 1, shape[1] + 1), np.int64)

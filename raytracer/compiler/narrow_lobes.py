@@ -1,4 +1,4 @@
-"""A material's reflectance in a few numbers, which tell the light of its highlight to a factor of 2."""
+"""A material's reflectance in a few numbers, which give the light of its highlight to a factor of 2."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from raytracer.scene.materials.convert import WITHOUT_PI, normal_reflectance
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 
-# The diffuse part of materials that have none, or an unknown one: the middle between black and white.
+# The diffuse reflectance of materials without a known one: the middle between black and white.
 _GREY = 0.5 / math.pi, 0.5 / math.pi, 0.5 / math.pi
-# The factors of D F G / (N.L N.V) by their names in models.py.
+# The factors of D F G / (N.L N.V), by their names in models.py.
 _CONSTANTS = {"modern": 0.25, "cook": 1.0 / math.pi, "unnormalized": 1.0}
 
 
 class Lobe(NamedTuple):
     """A highlight around the mirror direction.
 
-    At the mirror direction, with the cosine c of the angles to the normal, f cos(theta_i) is peak c^power F, F by
-    Schlick with `f0`. Halfway vectors in the solid angle size / c^widening around the normal would have all its light
-    if they all had the peak.
+    At the mirror direction, with the cosine c of the angles to the normal, f cos(theta_i) is peak c^power F, with F by
+    Schlick's formula for `f0`. The solid angle of the highlight, in sr around the normal, is size / c^widening: halfway
+    vectors in it would carry all of the highlight's light if they all had the peak.
     """
 
     size: float
@@ -34,18 +34,18 @@ class Lobe(NamedTuple):
 
 
 def lobe(material: Material) -> Lobe | None:
-    """The highlight of a material; None of models without one, and of lafortune, he and merl."""
+    """Return the highlight of a material. None for models without one, and for lafortune, he and merl."""
     make = _LOBES.get(material.model)
     return make(material) if make else None
 
 
 def mirrored(material: Material) -> Vec3:
-    """About the share of the light that a material mirrors as a flat mirror does."""
+    """Estimate the share of the light that a material reflects as a mirror does."""
     f0 = normal_reflectance(material)
     if f0 is None or not MODELS[material.model].mirrors:
         return 0.0, 0.0, 0.0
     r, g, b = f0
-    if material.model == "he":  # roughness scatters the rest
+    if material.model == "he":  # roughness scatters the rest of the light
         phases = (4.0 * math.pi * material.sigma0 / length for length in material.wavelength)
         x, y, z = (k * math.exp(-(p**2)) for k, p in zip(material.ks, phases, strict=True))
         return x * r, y * g, z * b
@@ -53,7 +53,7 @@ def mirrored(material: Material) -> Vec3:
 
 
 def diffuse(material: Material) -> Vec3:
-    """About the share of the irradiance that a material sends in any direction: f."""
+    """Estimate a material's diffuse reflectance f, the radiance for each unit of irradiance."""
     if material.model in ("phong", "blinn"):
         return material.kd
     albedo = next(filter(None, map(material.get, ("kd", "rho", "color"))), None)
@@ -63,12 +63,12 @@ def diffuse(material: Material) -> Vec3:
 
 
 def _around_normal(h: float, peak: Vec3, power: float) -> Lobe:
-    """The lobe (N.H)^h."""
+    """Return the lobe (N.H)^h."""
     return Lobe(2.0 * math.pi / h if h else math.inf, 0.0, peak, power, (1.0, 1.0, 1.0))
 
 
 def _around_mirror_direction(h: float, peak: Vec3, power: float) -> Lobe:
-    """The lobe (R.V)^h. A normal that turns by an angle turns the mirror direction by twice the angle."""
+    """Return the lobe (R.V)^h. A normal that turns by an angle turns the mirror direction by twice the angle."""
     return Lobe(math.pi / 2.0 / h if h else math.inf, 1.0, peak, power, (1.0, 1.0, 1.0))
 
 
@@ -111,7 +111,7 @@ def _v_cavities(m: Material) -> Lobe:
 
 
 def _facet_lobe(width: float, factor: Vec3, f0: Vec3 | None) -> Lobe:
-    """The lobe of facets with the solid angle pi width^2."""
+    """Return the lobe of mirror facets whose normals have the solid angle pi width^2."""
     assert f0  # models of facets have a Fresnel factor
     size = math.pi * width**2
     return Lobe(size, 0.0, scaled(factor, 1.0 / size), -1.0, f0)

@@ -1,4 +1,4 @@
-"""The numbers of surfaces, materials and lights, packed for the shaders' buffer textures and uniform blocks."""
+"""Packs the numbers of surfaces, materials and lights for the shaders' buffer textures and uniform blocks."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from raytracer.scene.options import Precision
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# std140 layout of struct Light (light.glsl) at either precision.
+# The std140 layout of struct Light (light.glsl), by precision.
 LIGHT = {
     precision: np.dtype(
         {
@@ -32,21 +32,21 @@ LIGHT = {
         (64, "f8", (0, 24, 32, 56, 64, 76), 96),
     )
 }
-# An odd number with its bits spread: the golden ratio's share of 2^64 (Knuth's multiplicative hashing).
+# An odd number with spread bits: 2^64 divided by the golden ratio (Knuth's multiplicative hashing).
 _MIXING = np.uint64(0x9E3779B97F4A7C15)
-_REAL = {32: np.float32, 64: np.float64}  # of real.glsl
+_REAL = {32: np.float32, 64: np.float64}  # the type `real` of real.glsl, by precision
 
 
 def surface_rows(view: View) -> Array:
-    """(N, 4), the uniform block Surfaces of surfaces.glsl: the vectors, with the spheres' radii and planes' depths."""
+    """Return the uniform block Surfaces of surfaces.glsl (N, 4): centre and radius, or normal and offset."""
     return np.column_stack([view.vectors, np.concatenate([view.surfaces.radii, view.depths])])
 
 
 def coincidences(view: View, precision: Precision) -> Ints:
-    """(N,): a number from 1 for each surface, the same for all surfaces that coincide as the shaders see them."""
+    """Return the coincidence number (N,) of each surface, from 1: equal if surfaces coincide at shader precision."""
     rows = surface_rows(view).astype(_REAL[precision])
     planes = rows[view.surfaces.spheres :]
-    # A half-space and its complement have one face: of n and -n take that whose first part but 0 is positive.
+    # A half-space and its complement share one face, so take n or -n: the one whose first nonzero part is positive.
     first = np.argmax(planes[:, :3] != 0.0, axis=1)
     planes *= np.sign(planes[np.arange(len(planes)), first])[:, None]
     is_plane = np.arange(len(rows)) >= view.surfaces.spheres
@@ -55,16 +55,17 @@ def coincidences(view: View, precision: Precision) -> Ints:
 
 
 def _numbered(rows: NDArray[np.uint64]) -> Ints:
-    """(N,): a number from 1 to N for each row, the same for equal rows.
+    """Return a number from 1 to N for each row (N,), equal for equal rows.
 
-    To sort by all columns takes eight times as long as by one key. Only rows that share their key are sorted by all.
+    Sorting by all columns takes eight times as long as sorting by one key. So only rows with equal keys are sorted by
+    all columns.
     """
     numbers = np.arange(1, len(rows) + 1)
     key = np.zeros(len(rows), np.uint64)
     for column in rows.T:
         key = key * _MIXING + column
     order = np.argsort(key)
-    shared = np.zeros(len(rows) + 1, bool)  # whether the key before, in order, is the same
+    shared = np.zeros(len(rows) + 1, bool)  # whether the previous key, in sorted order, is equal
     shared[1:-1] = np.diff(key[order]) == 0
     tied = order[shared[1:] | shared[:-1]]
     tied = tied[np.lexsort(rows[tied].T)]
@@ -75,15 +76,16 @@ def _numbered(rows: NDArray[np.uint64]) -> Ints:
 
 
 def camera_terms(view: View, size: tuple[int, int], coinciding: Ints) -> tuple[Array, Array]:
-    """(N, 4) each: coarse and fine slopes, with the spheres' powers, and the numbers of coincidences().
+    """Return the coarse and fine slopes (N, 4 each), for cameraSlope() in camera.glsl.
 
-    A slope, dot(vector, direction), is a x + b y + c in half pixels from the picture's centre; each
-    coefficient is split into a multiple of `quantum` and the rest. See cameraSlope() in camera.glsl.
+    A slope, dot(vector, direction), is a x + b y + c, with x and y in half pixels from the picture's centre. Each
+    coefficient is split into a multiple of `quantum` (coarse) and the rest (fine). The fourth column of the coarse
+    slopes has the spheres' powers, and that column of the fine slopes the coincidence numbers `coinciding`.
     """
     scale = pixel_scale(view.camera, size[1])
     slopes = view.vectors * (scale, scale, -1.0)
     largest = np.abs(slopes) @ (size[0], size[1], 1.0)
-    # Partial sums stay below 2^23 quanta, so float32's 24 bits hold each.
+    # Partial sums stay below 2^23 quanta, so float32's 24 bits represent each exactly.
     quantum = np.exp2(np.ceil(np.log2(np.maximum(largest, np.finfo(np.float32).tiny))) - 23.0)[:, None]
     coarse = np.rint(slopes / quantum) * quantum
 
@@ -94,7 +96,7 @@ def camera_terms(view: View, size: tuple[int, int], coinciding: Ints) -> tuple[A
 
 
 def number_texels(view: View, size: tuple[int, int], coinciding: Ints, order: Ints) -> NDArray[np.float32]:
-    """(4 N, 4): the texels `numbers` of surfaces.glsl. `order` (N,) has the number of each surface's object."""
+    """Pack the texels `numbers` of surfaces.glsl (4 N, 4). `order` (N,) has the number of each surface's object."""
     spheres = view.surfaces.spheres
     texels = np.zeros((view.surfaces.size, 4, 4), np.float32)
     texels[:, 0] = surface_rows(view)
@@ -107,7 +109,10 @@ def number_texels(view: View, size: tuple[int, int], coinciding: Ints, order: In
 def material_texels(
     surfaces: Surfaces, layout: Layout, materials: Mapping[int, Material], to_view: Array
 ) -> NDArray[np.float32]:
-    """(texels, 4): the texels `materials` of the generated materials.glsl. `materials` are by their index."""
+    """Pack the texels `materials` of the generated materials.glsl (texels, 4).
+
+    `materials` has the materials in use by their index in the scene.
+    """
     rows = packed(layout, materials, to_view)
     row = np.searchsorted(surfaces.used, surfaces.material)
     if layout.is_small:
@@ -120,7 +125,7 @@ def material_texels(
 def lights_block(
     view: View, lights: Sequence[PointLight], touched: Sequence[int | None], coinciding: Ints, precision: Precision
 ) -> bytes:
-    """The uniform block of light.glsl. `touched` has the surface that each light is on, if there is one."""
+    """Pack the uniform block of light.glsl. `touched` has the index of the surface that each light lies on, or None."""
     block = np.zeros(len(lights), LIGHT[precision])
     for row, light, surface in zip(block, lights, touched, strict=True):
         place = view.place(light.position)

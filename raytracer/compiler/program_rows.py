@@ -1,4 +1,4 @@
-"""Programs (csg_pruning.py) of a scene's large objects in all cells of some views: rows of candidate_lists.py."""
+"""The programs (csg_pruning.py) of large objects, in all cells of a picture or around a light, as rows of lists."""
 
 from __future__ import annotations
 
@@ -16,26 +16,30 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-# All pairs of a cell and a ball that rays through the cell may meet, by the balls' centers (N, 3) and radii (N,).
+# Finds all pairs of a cell and a ball that rays through the cell may meet, from the balls' centers (N, 3) and radii
+# (N,).
 FindPairs: TypeAlias = Callable[[Array, Array], tuple[Ints, Ints]]
 
-# Pairs of a primitive of a large object and a cell, in all cells of the picture or of all lights. A pair takes some
-# 150 bytes and 1 microsecond: 1.2 GB, and 8 seconds.
+# The most pairs of a primitive of a large object and a cell, over all cells of the picture, or of all lights. A pair
+# takes some 150 bytes and 1 microsecond: in all 1.2 GB and 8 seconds.
 MAX_LISTED = 2**23
-# More for pictures so large that they take longer than their lists: so many for each cell, up to 4 times as many.
+# The limit for each cell of a large picture, which takes longer to draw than its lists; in all up to 4 MAX_LISTED.
 _LISTED_IN_CELL = 2**10
 
 
 class Rows(NamedTuple):
-    """Row i is the program code[start[i] : start[i + 1]], never an empty one, of the object order[i] in cell[i]."""
+    """Rows of lists. Row i is the program code[start[i] : start[i + 1]] of the object order[i] in the cell cell[i].
+
+    No program is empty.
+    """
 
     cell: Ints
     order: Ints
     start: Ints
-    code: NDArray[np.int32]  # with numbers of surfaces in place of leaves
+    code: NDArray[np.int32]  # with surface indices instead of leaf numbers
 
     def entries(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        """The cell of each entry of the lists, and the entry: a row is its negative length, its object, its codes."""
+        """Return the cell of each entry, and the entries. A row has -(1 + number of codes), the object, the codes."""
         count = np.diff(self.start)
         begin = self.start[:-1] + 2 * np.arange(len(count))
         values = np.zeros(len(self.code) + 2 * len(count), np.int32)
@@ -46,12 +50,12 @@ class Rows(NamedTuple):
 
 
 def most_listed(cells: int) -> int:
-    """Give the most pairs of a primitive and a cell in the lists of a picture of so many cells."""
+    """Return the most pairs of a primitive and a cell in the lists of a picture with `cells` cells."""
     return max(MAX_LISTED, min(_LISTED_IN_CELL * cells, 4 * MAX_LISTED))
 
 
 def check_listed(count: float, most: int) -> None:
-    """Raise InputError for more than `most` pairs of a primitive and a cell, whose lists take too much memory."""
+    """Raise InputError for more than `most` pairs of a primitive and a cell: their lists would take too much memory."""
     if count > most:
         raise InputError(
             f"expected at most {most} pairs of a primitive of a large object and a cell in which rays "
@@ -63,7 +67,10 @@ def check_listed(count: float, most: int) -> None:
 
 
 def everywhere(batch: ProgramBatch, spheres: int) -> Rows:
-    """The programs where no sphere of the objects is met: rows of cell 0, none if there is nothing of them."""
+    """Return the programs of the objects for rays that meet none of their spheres, as rows of cell 0.
+
+    There are no rows if such rays miss the objects.
+    """
     planes = np.flatnonzero(batch.surfaces[0] >= spheres)
     _, code = batch.pruner.programs(np.zeros(len(planes), np.int64), planes, 1)
     count = len(batch.order)
@@ -74,19 +81,19 @@ def everywhere(batch: ProgramBatch, spheres: int) -> Rows:
 
 
 def met(
-    batch: ProgramBatch, spheres: int, centers: Array, radii: Array, view: FindPairs, listed: int, most: int
+    batch: ProgramBatch, spheres: int, centers: Array, radii: Array, find_pairs: FindPairs, listed: int, most: int
 ) -> tuple[Ints, Rows, int]:
-    """The programs where spheres of the objects are met, and all pairs cell * objects + object of these, sorted.
+    """Return the programs of the objects in cells whose rays may meet their spheres.
 
-    The third value is how many pairs of a primitive and a cell there are. Raises InputError for more than `most` of
-    them together with the `listed` ones of other batches.
+    The values are the sorted pairs cell * objects + object of these programs, the rows, and the number of pairs of a
+    primitive and a cell. Raises InputError if this number and the `listed` pairs of other batches exceed `most`.
     """
     count = len(batch.order)
     is_sphere = batch.surfaces[0] < spheres
     leaves, planes = np.flatnonzero(is_sphere), np.flatnonzero(~is_sphere)
     surfaces = batch.surfaces[:, leaves].ravel()
     bits = batch.surfaces.shape[1].bit_length()
-    cell, number = view(centers[surfaces], radii[surfaces])
+    cell, number = find_pairs(centers[surfaces], radii[surfaces])
     check_listed(listed + len(cell), most)
     instance, leaf = np.divmod(number, max(len(leaves), 1))
     key = (cell * count + instance) << bits | leaves[leaf]
@@ -107,7 +114,10 @@ def met(
 
 
 def filled(batch: ProgramBatch, rows: Rows, bare: Rows, pairs: Ints, cells: Ints, most: int) -> Rows:
-    """The rows, and the bare ones in each of `cells` where an object has none; else as of met()."""
+    """Return `rows` with the `bare` programs added in each of `cells` in which an object has none.
+
+    `pairs` are the sorted pairs of met(), `bare` the rows of everywhere(). Raises InputError above `most` pairs.
+    """
     count = len(batch.order)
     size = int(bare.start[1])
     check_listed(float(len(cells)) * count * size, most)
@@ -121,7 +131,7 @@ def filled(batch: ProgramBatch, rows: Rows, bare: Rows, pairs: Ints, cells: Ints
 
 
 def _among(values: Ints, sorted_values: Ints) -> Mask:
-    """Whether each of the values is among others."""
+    """Return whether each of the values is among `sorted_values`."""
     if not len(sorted_values):
         return np.zeros(len(values), bool)
     at = np.searchsorted(sorted_values, values)
@@ -129,7 +139,7 @@ def _among(values: Ints, sorted_values: Ints) -> Mask:
 
 
 def _rows(batch: ProgramBatch, cell: Ints, instance: Ints, start: Ints, code: NDArray[np.int32]) -> Rows:
-    """The programs of objects that are neither empty nor all around."""
+    """Make rows of the programs that are neither empty nor the constant True."""
     count = np.diff(start)
     if len(code):
         whole = np.zeros(len(count), bool)
@@ -145,5 +155,5 @@ def _rows(batch: ProgramBatch, cell: Ints, instance: Ints, start: Ints, code: ND
 
 
 def _starts(count: Ints) -> Ints:
-    """(N + 1,): where each row of so many codes begins, and the last one ends."""
+    """Return (N + 1,): where each row of so many codes begins, and where the last row ends."""
     return np.concatenate((np.zeros(1, np.int64), np.cumsum(count)))

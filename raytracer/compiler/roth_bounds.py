@@ -1,4 +1,4 @@
-"""Bounds of the Roth filters of trees: the hits of a diagram, and the loops that are compiled in a row."""
+"""Bounds of the Roth filters of CSG trees: the hits of a diagram, and the number of successive loops."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from raytracer.scene.solids import Complement, Difference, Intersection, Solid, 
 
 
 def max_hits(solid: Solid) -> int:
-    """The most hits that any Roth diagram of the tree and its subtrees can hold.
+    """Return the most hits of any Roth diagram of the tree and its subtrees.
 
-    A line crosses a sphere at most twice and a plane once; a solid that may be unbounded can have
-    an end at each infinity besides; and hits come in pairs.
+    A line crosses a sphere at most twice and a plane at most once. A solid that may be unbounded can also have an end
+    at each infinity. Hits come in pairs.
     """
     most = 0
-    stack: list[tuple[int, bool]] = []  # crossings, unbounded?
+    stack: list[tuple[int, bool]] = []  # the number of crossings, and whether the solid may be unbounded
     for node in postfix(solid):
         match node:
             case Complement():
@@ -38,7 +38,7 @@ def max_hits(solid: Solid) -> int:
 
 
 def roth_loops(scene: Scene) -> int:
-    """The number of loops in a row in the Roth filters of a scene: it bounds their compilation."""
+    """Return the number of successive loops in the Roth filters of a scene, which decides the time to compile them."""
     cost = {Union: 1, Intersection: 1, Difference: 2, Complement: 1}
     loops = 0
     for item in scene.objects:

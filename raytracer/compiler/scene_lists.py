@@ -1,4 +1,4 @@
-"""The lists of all cells of a picture and around lights, where there are many primitives, as textures."""
+"""The candidate lists of all cells of a picture and around lights, as textures, for scenes of many primitives."""
 
 from __future__ import annotations
 
@@ -21,34 +21,35 @@ from raytracer.scene.lights import PointLight
 
 Caster: TypeAlias = tuple[Vec3, float]  # the place and the radius of a light
 
-# Cells of a side of each hemisphere around a light. The coarse ones are for large lights.
+# The possible numbers of cells along each side of a hemisphere around a light. The small ones are for large lights.
 GRIDS = (512, 448, 384, 320, 256, 224, 192, 160, 128, 112, 96, 80, 64, 48, 32, 24, 16, 12, 8, 6, 4, 3, 2, 1)
-# A light has so many cells for each ball: pictures of 20,000 balls take no longer than with finer ones, and lists less.
-# But all lights together have so many at least: pictures of few balls take less time than with coarser ones.
+# The number of a light's cells for each ball: with it, pictures of 20,000 balls take no longer than with finer cells,
+# and the lists take less time. And the least number of cells of all lights together: with it, pictures of few balls
+# take less time than with coarser cells.
 _CELLS_FOR_BALL, _LEAST_CELLS = 3, 2 * 256**2
-# Cells are larger where the lists of all lights would have more of them than that, or more pairs of a cell and an
-# object of a common shape, or of a cell and a primitive of another object. They take 8, 4 and 150 bytes.
+# The most cells of all lights, the most pairs of a cell and an object of a common shape, and the most pairs of a cell
+# and a primitive of another object. Above any of these, cells become larger. They take 8, 4 and 150 bytes each.
 _MAX_CELLS, _MAX_ITEMS, _MAX_LISTED = 2**23, 2**24, 2**22
-# Entries of the list of all objects up to which rays to a light from beyond its reach go through that list: eight times
-# the primitives of which `walk` makes the same bits. A longer list takes too long for pixels at a horizon, and more
-# rounds than llvmpipe computes (cut_short.glsl). There the list of the cell has to do, which may then miss an object
+# The longest list of all objects that is used for rays to a light from beyond the light's reach: eight times the
+# primitives for which the evaluator `walk` gives equal bits. A longer list would take too long for pixels at a horizon,
+# and more rounds than llvmpipe computes (cut_short.glsl). Then the list of the cell is used, which may miss an object
 # that the ray only grazes, to within the ray's own rounding.
 _MOST_FROM_AFAR = 4096
-# Spheres times lights: to find in which cells each is seen takes 0.1 microseconds, and several times as long where the
-# cells have to be made larger: some seconds.
+# The most spheres times lights. Finding the cells of one sphere for one light takes 0.1 microseconds, and several times
+# as long if the cells have to be made larger: in all some seconds.
 _MAX_SEEN = 2**23
 
 
 class CameraLists(msgspec.Struct, frozen=True, eq=False):
-    """The part of the lists that the picture decides, whatever the lights."""
+    """The part of the lists that depends on the camera and the picture, for any lights."""
 
     lister: Lister
     batches: Batches
     lists: Lists
-    longest: int  # entries of the longest list
-    rectangles: NDArray[np.int32]  # (N, 8), of Lister.rectangles()
-    farthest: float  # more than any distance to objects in them
-    full_list: NDArray[np.int32]  # of all objects
+    longest: int  # number of entries of the longest list
+    rectangles: NDArray[np.int32]  # (N, 8), by Lister.rectangles()
+    farthest: float  # more than the distance to any object in the rectangles
+    full_list: NDArray[np.int32]  # the list of all objects
     items: NDArray[np.float32]  # the texels `items` of lists.glsl
     objects: NDArray[np.int32]  # the texels `objects` of shapes.vert
     shape: tuple[int, int]  # rows and columns of cells
@@ -57,14 +58,14 @@ class CameraLists(msgspec.Struct, frozen=True, eq=False):
 class LightLists(msgspec.Struct, frozen=True, eq=False):
     """The lists of the cells around lights, and all textures of lists.
 
-    Each texture is in parts, one after the other. The next frame takes the parts of lights that stay.
+    Each texture consists of parts, one after the other. The next frame shares the parts of unchanged lights.
     """
 
     camera: CameraLists
-    casters: tuple[Caster, ...]  # of light_casters()
+    casters: tuple[Caster, ...]  # by light_casters()
     has_mirrors: bool
     most_texels: int
-    grid: int  # cells of a side of each hemisphere
+    grid: int  # number of cells along each side of a hemisphere
     own: tuple[CasterLists, ...]  # the lists of each light
     # The texels `lists` of lists.glsl: the list of all objects, then the lists of the picture and of each light.
     entries: tuple[NDArray[np.int32], ...]
@@ -72,11 +73,11 @@ class LightLists(msgspec.Struct, frozen=True, eq=False):
     ends: tuple[NDArray[np.int32], ...]
     everything: tuple[int, int]  # where the list of all objects begins and ends
     picture_ends: NDArray[np.int32]  # (cells, 2): where the list of each cell of the picture begins and ends
-    rounds: tuple[int, int]  # of loops, of one ray of the camera or a mirror, and of one to a light
+    rounds: tuple[int, int]  # the most rounds of loops for a ray from the camera or a mirror, and for a ray to a light
 
 
 def make_camera_lists(view: View, batches: Batches, numbers: NDArray[np.float32], size: tuple[int, int]) -> CameraLists:
-    """The lists for a picture of `size`. `numbers` are the texels of surfaces.glsl."""
+    """Make the lists for a picture of `size` (width, height). `numbers` are the texels of surfaces.glsl."""
     lister = Lister(view, batches)
     rectangles, farthest = lister.rectangles(size)
     lists = lister.camera_lists(size)
@@ -95,7 +96,7 @@ def make_camera_lists(view: View, batches: Batches, numbers: NDArray[np.float32]
 
 
 def light_casters(lights: Sequence[PointLight]) -> tuple[Caster, ...]:
-    """The places and radii of lights, which decide their lists."""
+    """Return the positions and radii of lights, which decide their lists."""
     return tuple((light.position, light.radius) for light in lights)
 
 
@@ -110,9 +111,9 @@ def make_light_lists(
 ) -> LightLists:
     """Make the lists of lights that cast shadows.
 
-    `previous` is returned if nothing has changed. Otherwise it lends the lists of lights that stay.
+    The result is `previous` if nothing has changed. Otherwise it shares the lists of unchanged lights with `previous`.
 
-    Raises InputError if the lists take too much even with one cell for each hemisphere.
+    Raises InputError if the lists take too much time or memory even with one cell for each hemisphere.
     """
     casters = light_casters(lights)
     if previous and previous.camera is not camera:
@@ -127,7 +128,7 @@ def make_light_lists(
     is_short = len(camera.full_list) <= _MOST_FROM_AFAR
     full_list = camera.full_list if is_short or has_mirrors else camera.full_list[:0]
     entries = full_list, camera.lists.entries, *(one.lists.entries for one in own)
-    # For each light: the reach, and where the lists begin in the texture.
+    # For each light: its reach, and where its lists begin in the texture.
     headers = np.zeros((len(lights), 2), np.int32)
     reach = [one.reach if is_short else np.inf for one in own]
     headers[:, 0] = np.array(reach, np.float32).view(np.int32)
@@ -153,7 +154,10 @@ def make_light_lists(
 def _own_lists(
     lister: Lister, lights: Sequence[PointLight], spheres: int, most_texels: int, previous: LightLists | None
 ) -> tuple[int, tuple[CasterLists, ...]]:
-    """Make the lists of lights with as many cells as there is room for, and use: cells of a side, and these."""
+    """Make the lists of lights with as many cells as are useful and fit into memory.
+
+    Returns the number of cells along each side of a hemisphere, and the lists of each light.
+    """
     if spheres * len(lights) > _MAX_SEEN:
         raise InputError(
             f"expected at most {_MAX_SEEN} spheres times lights, got {spheres} x {len(lights)}, whose "
@@ -188,7 +192,8 @@ def _lists_of_lights(
 ) -> tuple[CasterLists, ...]:
     """Make the lists of lights for hemispheres of grid x grid cells.
 
-    Raises InputError for more pairs, in all, of a cell and an object of a common shape, or a primitive of another.
+    Raises InputError for more than `most` pairs of a cell and an object of a common shape, and for more than
+    `most_primitives` pairs of a cell and a primitive of another object, over all lights.
     """
     known: dict[Caster, CasterLists] = {}
     if previous and previous.grid == grid:
@@ -208,8 +213,10 @@ def _lists_of_lights(
 
 
 def _most_rounds(camera: CameraLists, longest_to_light: int, everything: int) -> tuple[int, int]:
-    """Rounds of loops of one ray, by the longest lists: a program takes as many for each root of its surfaces as it has
-    codes. But of the list of all objects, with `everything` entries, rays pass all objects of common shapes.
+    """Return the most rounds of loops for a ray from the camera or a mirror, and for a ray to a light.
+
+    They follow from the longest lists. A program takes as many rounds for each root of its surfaces as it has codes.
+    `everything` is the length of the list of all objects.
     """
     programs = camera.batches.programs
     trees = any(not batch.pruner.is_chain for batch in programs)
@@ -222,5 +229,5 @@ def _most_rounds(camera: CameraLists, longest_to_light: int, everything: int) ->
 
 
 def listed_cells(camera: CameraLists) -> NDArray[np.bool_]:
-    """(rows, columns): the cells of the picture in which there are lists, or rectangles."""
+    """Return the cells (rows, columns) of the picture with entries in their lists, or with rectangles."""
     return camera.lists.occupied().reshape(camera.shape) | cells_under(camera.rectangles, camera.shape, CELL)

@@ -1,4 +1,4 @@
-"""A scene's surfaces as arrays, in the order of the shaders' surface index: spheres, then planes."""
+"""A scene's surfaces as arrays, in the order of their index in the shaders: spheres, then planes."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ from raytracer.scene.solids import ROUNDING, Plane, leaves
 
 Array = NDArray[np.float64]
 
-# A share of the largest number: ROUNDING, and four times as much for the roundings of a sum of four terms.
+# The tolerance of a plane's distance, as a share of the largest number: ROUNDING, plus four times as much for the sum
+# of four terms.
 _NEAR = 5.0 * ROUNDING
-# A share of the largest numbers of a sphere and of a light: twice float32's roundings of their distance.
+# The tolerance of a sphere's distance from a light in float32, as a share of their largest numbers: twice the rounding.
 _COARSE = np.float32(2.0**-18)
-# A distance below which its square is not in float32's range.
+# The smallest distance whose square is in float32's range.
 _NEAREST = np.float32(2.0**-50)
 
 
@@ -29,21 +30,21 @@ class Surfaces(msgspec.Struct, frozen=True, eq=False):
 
     centers: Array  # (S, 3)
     radii: Array  # (S,)
-    extents: Array  # (S,): the largest coordinate of each centre, without its sign
+    extents: Array  # (S,): the largest absolute coordinate of each centre
     planes: list[Plane]
     normals: Array  # (P, 3), unit
-    offsets: Array  # (P,), of the unit normals
+    offsets: Array  # (P,), for the unit normals
     material: NDArray[np.int32]  # (S + P,), index into Scene.materials
-    used: list[int]  # the materials that occur
+    used: list[int]  # the indices of the materials in use
 
     @property
     def spheres(self) -> int:
-        """S"""
+        """The number S of spheres."""
         return len(self.radii)
 
     @property
     def size(self) -> int:
-        """S + P"""
+        """The number S + P of surfaces."""
         return len(self.material)
 
 
@@ -78,14 +79,14 @@ def make_surfaces(scene: Scene) -> Surfaces:
 
 
 def touched_surfaces(surfaces: Surfaces, lights: Sequence[PointLight]) -> list[int | None]:
-    """Find the index of the first surface that each light is on, if there is one.
+    """Find the index of the first surface that each light lies on, or None.
 
-    A point is on what Sphere.touches() and Plane.touches() say. A light with a radius is on its own sphere alone, which
-    PointLight.is_bulb() tells.
+    A point light lies on a surface by Sphere.touches() and Plane.touches(). A light with a radius lies only on its own
+    sphere, by PointLight.is_bulb().
     """
     with np.errstate(over="ignore", invalid="ignore"):
         x, y, z, radius = np.vstack((surfaces.centers.T, surfaces.radii)).astype(np.float32)
-        # Rounding to float32 moves the distance from a sphere by half as much at most.
+        # Rounding to float32 changes the distance from a sphere by at most half of this.
         slack = _COARSE * np.maximum(surfaces.extents, surfaces.radii).astype(np.float32)
         touched: list[int | None] = []
         for light in lights:
@@ -94,14 +95,14 @@ def touched_surfaces(surfaces: Surfaces, lights: Sequence[PointLight]) -> list[i
             distance = np.sqrt(dx * dx + dy * dy + dz * dz)
             off = distance if light.radius else np.abs(distance - radius)
             off -= slack
-            # Spheres count as near where squares leave float32's range: no comparison with such a number holds.
+            # Spheres count as near if squares leave float32's range: comparisons with such numbers are False.
             near = ~(off > _COARSE * max(map(abs, (a, b, c, own)))) | (distance < _NEAREST)
             touched.append(_touched(surfaces, light, np.flatnonzero(near)))
     return touched
 
 
 def _touched(surfaces: Surfaces, light: PointLight, near: NDArray[np.int64]) -> int | None:
-    """The index of the first surface that a light is on, of planes and the spheres `near` it."""
+    """Return the index of the first surface that a light lies on, among the planes and the spheres `near` it."""
     distance = np.linalg.norm(surfaces.centers[near] - light.position, axis=1)
     largest = max(map(abs, (*light.position, light.radius)))
     radii, extents = surfaces.radii[near], np.maximum(surfaces.extents[near], largest)
@@ -116,16 +117,16 @@ def _touched(surfaces: Surfaces, light: PointLight, near: NDArray[np.int64]) -> 
         return int(touching[0])
     if light.radius or not surfaces.planes:
         return None
-    # Plane.touches() sums without rounding, which takes long: only planes that are near are asked.
+    # Plane.touches() sums without rounding, which is slow, so only planes near the light are tested.
     off = np.abs(surfaces.normals @ light.position - surfaces.offsets)
     near = np.flatnonzero(off <= _NEAR * np.maximum(np.abs(surfaces.offsets), largest))
     return next((surfaces.spheres + int(p) for p in near if surfaces.planes[p].touches(light.position)), None)
 
 
 def powers(centers: Array, radii: Array, point: Vec3) -> Array:
-    """(S,): Sphere.power() of each, |center - point|^2 - radius^2 to all but its last bits."""
+    """Return |center - point|^2 - radius^2 of each sphere (S,), as Sphere.power(), to all but its last bits."""
     difference = centers - point
-    # The part that the subtraction rounded off (Knuth's two-sum).
+    # `rest` is the rounding error of the subtraction (Knuth's two-sum).
     back = difference - centers
     rest = (centers - (difference - back)) - (point + back)
     total, low = _square(radii)
@@ -141,7 +142,7 @@ def powers(centers: Array, radii: Array, point: Vec3) -> Array:
 
 
 def _square(x: Array) -> tuple[Array, Array]:
-    """x^2, and the part that it rounded off (Dekker 1971, after Veltkamp's splitting)."""
+    """Return x^2 and its rounding error (Dekker 1971, with Veltkamp's splitting)."""
     scaled = x * 134217729.0  # 2^27 + 1
     high = scaled - (scaled - x)
     low = x - high

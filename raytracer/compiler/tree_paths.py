@@ -1,4 +1,4 @@
-"""A tree cut into paths, so that a deep one is no more work than a shallow one (Sleator and Tarjan 1983)."""
+"""Heavy paths of a tree, with which a deep tree takes no more work than a shallow one (Sleator and Tarjan 1983)."""
 
 from __future__ import annotations
 
@@ -11,21 +11,24 @@ Ints = NDArray[np.int64]
 
 
 class Paths(NamedTuple):
-    """A tree cut into paths: from a node to the child with the most leaves, to that one's, and so on down to a leaf.
+    """A tree cut into paths. A path goes from a node to its child with the most leaves, and so on down to a leaf.
 
-    Above any node there are at most log2(leaves) other paths, however deep the tree is. A node's place is its own in
-    an order in which each path is one run from its leaf up.
+    Above any node there are at most log2(leaves) other paths, however deep the tree is. A node's place is its position
+    in an order in which each path is one run, from its leaf upwards.
     """
 
-    place: Ints  # of each node
-    node: Ints  # at each place
-    bottom: Ints  # (nodes,): the place of the leaf at the end of the path of each place
-    top: Ints  # likewise of its uppermost node
-    rank: Ints  # (nodes,): of each place, how many other paths its path hangs from
+    place: Ints  # (nodes,): the place of each node
+    node: Ints  # (nodes,): the node at each place
+    bottom: Ints  # (nodes,): for each place, the place of the leaf at the end of its path
+    top: Ints  # (nodes,): for each place, the place of the uppermost node of its path
+    rank: Ints  # (nodes,): for each place, the number of other paths above its path
 
 
 def paths(parent: list[int]) -> Paths:
-    """The paths of a tree by each node's parent; the root, which is its own, comes last, and parents after children."""
+    """Cut a tree into paths.
+
+    `parent` has each node's parent. Parents come after their children. The root comes last, and is its own parent.
+    """
     count = len(parent)
     leaves = [0] * count
     heavy = [-1] * count
@@ -37,7 +40,7 @@ def paths(parent: list[int]) -> Paths:
             if heavy[above] < 0 or leaves[node] > leaves[heavy[above]]:
                 heavy[above] = node
     rank, top = [0] * count, [0] * count
-    size = [0] * count  # of the path that a node is the top of
+    size = [0] * count  # for the top of a path: the path's number of nodes
     for node in reversed(range(count)):
         above = parent[node]
         if above == node:
@@ -47,7 +50,7 @@ def paths(parent: list[int]) -> Paths:
         else:
             rank[node], top[node] = rank[above] + 1, node
         size[top[node]] += 1
-    # On a path children have smaller numbers than their parents, so it keeps the order of the numbers.
+    # On a path, children have smaller numbers than their parents, so a path is in the order of the numbers.
     order = np.argsort(np.array(top), kind="stable")
     place = np.empty(count, np.int64)
     place[order] = np.arange(count)

@@ -1,4 +1,4 @@
-"""OpenGL: one device draws and computes, and threads take turns with it. moderngl is imported in this package alone.
+"""OpenGL: one device draws and computes, and threads take turns with it. Only this package imports moderngl.
 
 May import: core, compiler. Other packages may use
 
@@ -8,7 +8,7 @@ May import: core, compiler. Other packages may use
 - context: open_window, Backend, PACKAGES; adapters: Adapter
 - context_report: examine_contexts, ContextReport, for `raytracer doctor`
 - scene_buffers: SceneBuffers, the numbers of a frame; draw_player: DrawPlayer, which plays lists of draws
-- gl: set_constants, set_uniforms; Context, Framebuffer, Program and Texture, types of OpenGL's objects
+- gl: set_constants, set_uniforms; Context, Framebuffer, Program and Texture, the types of OpenGL's objects
 
-turns has the one lock of a process. cell_draw and rectangle_draw draw the meshes of compiler/meshes.py.
+turns holds the one lock of a process. cell_draw and rectangle_draw draw the meshes of compiler/meshes.py.
 """

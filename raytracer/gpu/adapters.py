@@ -1,4 +1,4 @@
-"""Adapters, which EGL and users call devices: one is chosen by its index, by a part of its name, or as the best one.
+"""Graphics adapters, which EGL and users call devices. Users choose one by its index or by a part of its name.
 
 The name of an adapter is its driver's GL_RENDERER and GL_VENDOR. Only an open adapter tells its name.
 """
@@ -15,39 +15,39 @@ from raytracer.core.shown import printable, shown
 from raytracer.core.validation import InputError, whole
 
 VARIABLE = "RAYTRACER_DEVICE"
-# More adapters than any machine has; EGL says itself where its list ends.
+# More adapters than any machine has. EGL reports the end of its list.
 MAX_ADAPTERS = 64
 REQUIRED = 330
-# Drivers that draw on the processor, by their GL_RENDERER in lower case: Mesa's, SwiftShader, Windows's own.
+# Drivers that draw on the processor, by their GL_RENDERER in lower case: Mesa's drivers, SwiftShader, Windows's own.
 _SOFTWARE = ("llvmpipe", "softpipe", "swr", "swrast", "software rasterizer", "swiftshader", "gdi generic")
 
 Adapter = int | str
 
 
 class Opened(NamedTuple):
-    """An adapter of the list: its context, or why it has none."""
+    """An adapter of the list, with its context, or the reason why none opened."""
 
-    number: int  # in the list
+    number: int  # its index in EGL's list
     context: moderngl.Context | None
-    name: str  # the renderer and the vendor
+    name: str  # GL_RENDERER and GL_VENDOR
     problem: str = ""
 
     @property
     def is_software(self) -> bool:
-        """Whether it draws on the processor."""
+        """Whether the adapter draws on the processor."""
         return any(name in self.name.lower() for name in _SOFTWARE)
 
     def matches(self, adapter: Adapter | None) -> bool:
-        """Whether it is the wanted adapter; for None, whether it is hardware."""
+        """Return whether this is the requested adapter; for None, whether it is hardware."""
         if adapter is None:
             return not self.is_software
         return adapter in self.name.lower() if isinstance(adapter, str) else adapter == self.number
 
 
 def wanted_adapter(adapter: Any = None) -> Adapter | None:
-    """`adapter`, or the value of RAYTRACER_DEVICE if None: an index, a part of a name in lower case; None for the best.
+    """Return the requested adapter: an index, a part of a name in lower case, or None for the best adapter.
 
-    Raises InputError for anything else.
+    `adapter` is an index or a part of a name; None reads RAYTRACER_DEVICE. Raises InputError for any other value.
     """
     where = VARIABLE if adapter is None else "device"
     value: Any = os.environ.get(VARIABLE) or None if adapter is None else adapter
@@ -65,10 +65,11 @@ def wanted_adapter(adapter: Any = None) -> Adapter | None:
 
 
 def open_adapter(adapter: Adapter | None = None, where: str = "device") -> moderngl.Context:
-    """A new context, current, on the adapter: for None the first that is hardware, or else the first that opens.
+    """Open a context on an adapter, and make it current.
 
-    Raises InputError for an adapter that is not there, with `where` it is named; RuntimeError if there is none, or if
-    the adapter does not open.
+    None stands for the first adapter that is hardware, or else for the first that opens. `where` names the option that
+    chose the adapter, for messages. Raises InputError for an adapter that does not exist; RuntimeError if there is no
+    adapter at all, or if the adapter does not open.
     """
     seen: list[Opened] = []
     software: moderngl.Context | None = None
@@ -98,16 +99,16 @@ def open_adapter(adapter: Adapter | None = None, where: str = "device") -> moder
 
 
 def opened_adapters(index: int | None = None) -> Iterator[Opened]:
-    """Yield all adapters, or the one of that index, each open and current; the caller releases it."""
+    """Yield all adapters, or only the adapter `index`, each open and current; the caller releases it."""
     for i in range(MAX_ADAPTERS) if index is None else (index,):
         try:
             context = _open(i)
         except Exception as error:  # every driver fails in its own way
             reason = str(error) or type(error).__name__
-            if "requested device index" in reason:  # beyond the list's end
+            if "requested device index" in reason:  # past the end of the list
                 return
             yield Opened(i, None, "", reason)
-            if "not loaded" in reason:  # EGL itself
+            if "not loaded" in reason:  # EGL itself is missing
                 return
         else:
             yield Opened(i, context, printable(f"{context.info['GL_RENDERER']}, {context.info['GL_VENDOR']}"))
@@ -118,23 +119,23 @@ def closed_adapters() -> Iterator[Opened]:
     for opened in opened_adapters():
         yield opened
         if opened.context:
-            leave(opened.context)  # a released one that is current keeps the next from opening
+            leave(opened.context)  # a current context, though released, would keep the next one from opening
             opened.context.release()
 
 
 def _open(index: int) -> moderngl.Context:
-    from glcontext import egl  # pyright: ignore[reportAttributeAccessIssue] # there is none on Windows and macOS
+    from glcontext import egl  # pyright: ignore[reportAttributeAccessIssue] # missing on Windows and macOS
 
-    # The run-time packages have the .so.1 names; bare .so is in -dev packages only. Without the names, glcontext would
-    # import a module to look libraries up, which takes half as long as all of this.
+    # The run-time packages have the .so.1 names; only -dev packages have the bare .so. Without these names, glcontext
+    # imports a module to look the libraries up, which takes half as long as opening the context.
     loader = egl.create_context(
         mode="standalone", glversion=REQUIRED, device_index=index, libgl="libGL.so.1", libegl="libEGL.so.1"
     )
     context = moderngl.create_context(require=REQUIRED, standalone=True, context=loader)
-    context.extra = loader  # what knows OpenGL's functions, for those that moderngl does not call (gl.py)
+    context.extra = loader  # the loader of OpenGL's functions, for those that moderngl does not call (gl.py)
     return context
 
 
 def leave(context: moderngl.Context) -> None:
-    """Have no context current: in this thread it could be in no other one."""
+    """Make no context current. While it is current in this thread, no other thread can use it."""
     context.__exit__(None, None, None)

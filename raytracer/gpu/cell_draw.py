@@ -1,4 +1,4 @@
-"""The draw of squares of a picture by cells.vert: whole cells, or blocks of them."""
+"""Draws squares of a picture with cells.vert: whole cells, or blocks of 4 x 4 pixels."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from raytracer.gpu.gl import largest_point, release, set_uniforms
 
 
 class CellDraw:
-    """Cells, for one program to draw with cells.vert. On the GPU until released."""
+    """A mesh of squares for one program, drawn with cells.vert. It stays on the GPU until released."""
 
     def __init__(self, context: moderngl.Context, program: moderngl.Program) -> None:
         self._context = context
         self.program = program
-        self._mesh: Cells | None = None  # the one in the buffer
+        self._mesh: Cells | None = None  # the mesh in the buffer
         self._buffer: moderngl.Buffer | None = None
-        self._arrays: tuple[moderngl.VertexArray, ...] = ()  # that draw rectangles, and points
+        self._arrays: tuple[moderngl.VertexArray, ...] = ()  # for rectangles and for points
         self._has_points = largest_point(context) >= CELL
 
     def upload(self, mesh: Cells) -> None:
-        """Bring a mesh to the GPU for the next draws, unless it is there. It may bind another framebuffer."""
+        """Upload a mesh for the next draws, unless the GPU has it already. It may bind another framebuffer."""
         if mesh is self._mesh:
             return
         self._mesh = None
@@ -50,7 +50,7 @@ class CellDraw:
             rectangle_array.render(moderngl.TRIANGLE_STRIP, 4, instances=len(self._mesh.rows))
 
     def release(self) -> None:
-        """Give back everything on the GPU but the program."""
+        """Release everything on the GPU but the program."""
         if self._buffer:
             release(self._context, *self._arrays, self._buffer)
             self._buffer = None

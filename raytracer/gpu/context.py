@@ -1,8 +1,8 @@
-"""OpenGL contexts: EGL, a hidden window, OSMesa; and a window to be seen.
+"""OpenGL contexts by three backends: EGL, a hidden window, OSMesa; and contexts on a visible window.
 
-`open_context()` returns a `moderngl.Context` of OpenGL 3.3 core or later, current in the calling
-thread. Which way is taken is the caller's choice, or the variable RAYTRACER_BACKEND's, or "auto".
-`open_window()` returns the like, and its window.
+`open_context()` returns a `moderngl.Context` of OpenGL 3.3 core or later, current in the calling thread. The caller
+chooses the backend; otherwise the variable RAYTRACER_BACKEND does. Default: "auto", the first backend that opens.
+`open_window()` returns such a context on a new window, and the window.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from raytracer.gpu.turns import ContextError, begin
 Backend = Literal["auto", "egl", "window", "osmesa"]
 VARIABLE = "RAYTRACER_BACKEND"
 
-
+# The Debian and Ubuntu packages that each backend needs.
 PACKAGES = {
     "egl": "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri",
     "window": "xvfb xauth libgl1 libglx-mesa0 libgl1-mesa-dri",
@@ -32,34 +32,35 @@ PACKAGES = {
 
 
 def backend_name(backend: str | None = None) -> str:
-    """`backend`, or what RAYTRACER_BACKEND says if None, or "auto".
+    """Return the name of a backend: `backend`, or if None the value of RAYTRACER_BACKEND, or "auto".
 
-    Raises InputError for a name that is none of auto, egl, window, osmesa.
+    Raises InputError for a name other than auto, egl, window and osmesa.
     """
     name = os.environ.get(VARIABLE) or "auto" if backend is None else backend
     return check_choice(name, VARIABLE if backend is None else "backend", get_args(Backend))
 
 
 def chosen(backend: str | None = None, adapter: Adapter | None = None) -> tuple[str, Adapter | None]:
-    """The backend's name, and the adapter, by arguments or else by variables; None for the best adapter.
+    """Return the backend's name and the adapter, from the arguments or else from the environment variables.
 
-    Only EGL has adapters: with one, "auto" is "egl". The variable RAYTRACER_DEVICE is for EGL alone. Raises InputError
-    as `backend_name` and `wanted_adapter`, and for the argument `adapter` with a backend that has none.
+    The adapter None stands for the best one. Only EGL has adapters: if one is chosen, "auto" becomes "egl". The
+    variable RAYTRACER_DEVICE is for EGL alone. Raises InputError as `backend_name` and `wanted_adapter` do, and for the
+    argument `adapter` with a backend other than EGL.
     """
     name = backend_name(backend)
     if name in ("auto", "egl"):
         adapter = wanted_adapter(adapter)
         return "egl" if adapter is not None else name, adapter
     if adapter is not None:
-        raise InputError(f"expected the backend egl, which alone has devices, got the backend {name}", "device")
+        raise InputError(f"expected the backend egl, the only one with devices, got the backend {name}", "device")
     return name, None
 
 
 def open_context(backend: str | None = None, adapter: Adapter | None = None) -> moderngl.Context:
-    """A new context, as `chosen(backend, adapter)`; "auto" is the first backend that opens.
+    """Open a context by the backend and adapter of `chosen(backend, adapter)`; "auto" is the first backend that opens.
 
-    Raises InputError as `chosen`, and for an adapter that is not there; ContextError if no context opens, or in a
-    process that was forked from one that had begun with OpenGL (turns.py).
+    Raises InputError as `chosen` does, and for an adapter that does not exist. Raises ContextError if no context opens,
+    or if this process was forked after its parent had used OpenGL (turns.py).
     """
     where = ADAPTER_VARIABLE if adapter is None else "device"
     name, adapter = chosen(backend, adapter)
@@ -77,11 +78,13 @@ def open_context(backend: str | None = None, adapter: Adapter | None = None) -> 
     remedy = f"\nOn Debian or Ubuntu this may help: apt-get install {packages or PACKAGES['window']}"
     remedy = remedy if sys.platform == "linux" else ""
     tried = "\n".join(f"  {name}: {problem}" for name, problem in problems.items())
-    raise ContextError(f"no OpenGL 3.3 context opens here; tried\n{tried}{remedy}", problems)
+    raise ContextError(f"no OpenGL 3.3 context opens on this machine; tried\n{tried}{remedy}", problems)
 
 
 def open_window(size: tuple[int, int], title: str) -> tuple[moderngl.Context, Any]:
-    """A new context on a new visible window of `size` in screen coordinates, and GLFW's handle of it.
+    """Open a visible window, and return a context on it and GLFW's handle of the window.
+
+    `size` is (width, height) in screen coordinates.
 
     Releasing the context closes the window. Raises ContextError if no window opens.
     """
@@ -90,12 +93,12 @@ def open_window(size: tuple[int, int], title: str) -> tuple[moderngl.Context, An
         return _open_glfw("any", size, title, visible=True)
     except Exception as error:
         reason = error or type(error).__name__
-        remedy = "`raytracer render SCENE -o OUT.png` makes the picture without one"
-        raise ContextError(f"there is no window here: {reason}\n{remedy}") from None
+        remedy = "`raytracer render SCENE -o OUT.png` renders the picture without a window"
+        raise ContextError(f"no window opens on this machine: {reason}\n{remedy}") from None
 
 
 class _GlfwLoader:
-    """A context of GLFW as moderngl takes it: it loads functions, becomes current, and is released."""
+    """A GLFW context with the interface that moderngl expects: it loads functions, becomes current, and is released."""
 
     def __init__(self, glfw: Any, window: Any, platform: str) -> None:
         self._glfw, self._window, self.platform = glfw, window, platform
@@ -115,12 +118,12 @@ class _GlfwLoader:
             _close(self._glfw, self._window)
 
 
-# The loaders of all open windows of GLFW, which has one platform a process at a time.
+# The loaders of all open GLFW windows. GLFW has one platform in a process at a time.
 _loaders: list[_GlfwLoader] = []
 
 
 def _close(glfw: Any, window: Any) -> None:
-    """Close a window, if there is one. Without any, GLFW ends, so that another platform can begin."""
+    """Close a window, if there is one. After the last window GLFW terminates, so that another platform can begin."""
     if window:
         glfw.destroy_window(window)
     if not _loaders:
@@ -130,7 +133,7 @@ def _close(glfw: Any, window: Any) -> None:
 def _open_glfw(
     platform: str, size: tuple[int, int] = (16, 16), title: str = "raytracer", *, visible: bool = False
 ) -> tuple[moderngl.Context, Any]:
-    # Imported where used: importing glfw starts a process to compare library versions.
+    # Imported here, because importing glfw starts a process that compares library versions.
     import glfw
 
     if sys.platform == "darwin" and threading.current_thread() is not threading.main_thread():
@@ -153,13 +156,13 @@ def _open_glfw(
         glfw.window_hint(glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE)
         if platform == "null":
             glfw.window_hint(glfw.CONTEXT_CREATION_API, glfw.OSMESA_CONTEXT_API)
-        else:  # macOS gives no core profile without it; OSMesa gives none with it
+        else:  # macOS needs this flag for a core profile, and OSMesa opens no core profile with it
             glfw.window_hint(glfw.OPENGL_FORWARD_COMPAT, glfw.TRUE)
         window = glfw.create_window(*size, title, None, None)
         glfw.make_context_current(window)
         loader: Any = _GlfwLoader(glfw, window, platform)
         context = moderngl.create_context(require=REQUIRED, context=loader)
-        context.extra = loader  # what knows OpenGL's functions, for those that moderngl does not call (gl.py)
+        context.extra = loader  # the loader of OpenGL's functions, for those that moderngl does not call (gl.py)
     except Exception:
         _close(glfw, window)
         raise
@@ -168,7 +171,7 @@ def _open_glfw(
 
 
 def _raise_glfw_error(_code: int, message: Any) -> NoReturn:
-    # The binding's own GLFWError shows the code and the bytes: (65550) b'...'.
+    # The binding's own GLFWError would show the code and the bytes: (65550) b'...'.
     raise RuntimeError(message.decode(errors="replace"))
 
 

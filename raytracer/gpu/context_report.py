@@ -1,4 +1,4 @@
-"""Reports of which OpenGL contexts open on this machine, on which device, with which driver."""
+"""Reports on the OpenGL contexts of this machine: the backends that open, with their devices and drivers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from raytracer.gpu.turns import ContextError, begin
 
 
 class ContextReport(msgspec.Struct, frozen=True):
-    """The driver's own words and limits for one way to reach OpenGL, or why no context opened."""
+    """The driver's names and limits for one backend and device, or the reason why no context opened."""
 
     backend: str
     opens: bool
@@ -25,12 +25,12 @@ class ContextReport(msgspec.Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """The backend, and the device's number if there are several."""
+        """The backend's name, with the device's number if there are several devices."""
         return self.backend if self.device is None else f"{self.backend} {self.device}"
 
 
 def examine_contexts() -> list[ContextReport]:
-    """Open and close a context of each kind, for EGL on each device."""
+    """Open and close a context of each backend, with EGL on each device, and report on them."""
     return [
         report
         for backend in BACKENDS
@@ -48,7 +48,7 @@ def _device_reports() -> list[ContextReport]:
     ]
     if len(reports) > 1 or any(report.opens for report in reports):
         return reports
-    # EGL itself is not there: no device is to blame.
+    # EGL itself is missing, so the problem is not one of a device.
     problem = "; ".join(report.problem for report in reports) or "no EGL device"
     return [ContextReport("egl", False, problem=problem)]
 
@@ -59,7 +59,7 @@ def _backend_report(backend: str) -> ContextReport:
     except ContextError as error:
         return ContextReport(backend, False, problem=error.problems[backend])
     report = _report(backend, context)
-    leave(context)  # a released one that is current keeps the next from opening
+    leave(context)  # a current context, though released, would keep the next one from opening
     context.release()
     return report
 

@@ -18,39 +18,40 @@ from raytracer.gpu.context import chosen, open_context
 from raytracer.gpu.gl import BufferTexture, Context, Program, varying_components
 from raytracer.gpu.turns import alone, check_process, turn
 
-# Characters of the texts of all programs that are kept, without the characters that every text has: llvmpipe takes some
-# 4 MB for the program of a tree of 8 spheres, 200 MB for one of 300, in all 0.8 to 2.3 kB a character. So many are up
-# to 1 GB, most often half of it. A page of all knobs (analysis/tradeoffs) times 58 programs of 275,000 characters.
+# The limit of the cache of programs: the characters in the texts of all programs, less the characters that every text
+# has. llvmpipe takes some 4 MB for the program of a tree of 8 spheres and 200 MB for one of 300, in all 0.8 to 2.3 kB a
+# character. So the limit is up to 1 GB, most often half of it. The largest known need: a page of all knobs
+# (analysis/tradeoffs) times 58 programs with 275,000 characters.
 KEPT_TEXT = 400_000
 _COMMON_TEXT = 24_000
 
-# One context serves all pictures of a process: opening a context takes longer than many a picture, and no program is
-# compiled twice. `rt.render` gets no device from its caller, so the process has to remember the open ones. The registry
-# only grows, by at most one device for each backend and adapter.
+# One context serves all pictures of a process: opening a context takes longer than many a picture, and a shared context
+# compiles no program twice. `rt.render` gets no device from its caller, so the process has to remember the open
+# devices. The registry only grows, by at most one device for each backend and adapter.
 _shared: dict[tuple[str, Adapter | None], Device] = {}
 
 
 def shared_device(backend: str | None = None, adapter: Adapter | None = None) -> Device:
-    """This process's one device of a backend and an adapter, opened at the first call.
+    """Return this process's one device of a backend and an adapter. The first call opens it.
 
-    Raises InputError for a backend or an adapter that is not there, ContextError if no context opens or in a process
-    that was forked from one that had begun with OpenGL (turns.py), RuntimeError within a progress callback.
+    Raises InputError for a backend or an adapter that does not exist; ContextError if no context opens, or if this
+    process was forked after its parent had used OpenGL (turns.py); RuntimeError within a progress callback.
     """
     key = chosen(backend, adapter)
     check_process()
     if key not in _shared:
         with alone():
-            if key not in _shared:  # another thread may have been before
+            if key not in _shared:  # another thread may have opened it meanwhile
                 context = open_context(backend, adapter)
                 try:
                     _shared[key] = Device(context, *key)
                 finally:
-                    leave(context)  # also where the constructor failed before its own end
+                    leave(context)  # also if the constructor failed
     return _shared[key]
 
 
 class Blending(NamedTuple):
-    """Factors of the new color and of the color that is there, as moderngl's constants."""
+    """The factors of the new colour and of the old colour of a pixel, as moderngl's constants."""
 
     new: int
     old: int
@@ -61,30 +62,30 @@ OVER = Blending(moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA)
 
 
 class Device:
-    """One OpenGL context with its driver's limits and the programs that were used last, by their texts."""
+    """One OpenGL context with its driver's limits, and a cache of programs by their texts."""
 
     def __init__(self, context: Context, backend: str | None = None, adapter: Adapter | None = None) -> None:
-        """Ask `context` for its limits, after which no context is current.
+        """Query the limits of `context`. Afterwards no context is current.
 
-        `backend` and `adapter` are how shared_device() finds such a device in another process.
+        `backend` and `adapter` are the arguments by which shared_device() opens such a device in another process.
         """
         self.context, self.backend, self.adapter = context, backend, adapter
-        self._programs: dict[tuple[str, str], Program] = {}  # the least recently used first
+        self._programs: dict[tuple[str, str], Program] = {}  # the least recently used program first
         self._held: WeakKeyDictionary[object, set[Program]] = WeakKeyDictionary()
         with context:
             self.limits = _limits(context)
 
     @contextmanager
     def turn(self) -> Iterator[None]:
-        """Have the context current for a block, in which no program is released. Errors are those of turns.turn()."""
+        """Make the context current for a block, in which no program is released. Raises the errors of turns.turn()."""
         with turn(self.context):
-            self._set_state()  # an interrupt may have come while a block put the defaults back
+            self._set_state()  # an interrupt may have kept an earlier block from restoring the defaults
             self.trim()
             yield
 
     @contextmanager
     def state(self, *, blending: Blending | None = None, depth_test: bool = False) -> Iterator[None]:
-        """Have OpenGL draw in these ways for a block, and in none of them after it. The context must be current.
+        """Set the blending and the depth test for a block, and switch both off after it. The context must be current.
 
         `depth_test` keeps the nearest pixel. Blocks do not nest.
         """
@@ -108,9 +109,10 @@ class Device:
             context.disable(moderngl.DEPTH_TEST)
 
     def program(self, source: Source, vertex: Source | None = None) -> Program:
-        """The program with this fragment shader, and screen.vert or another; the context must be current.
+        """Return the program of a fragment shader and a vertex shader. Default vertex shader: screen.vert.
 
-        Raises ShaderError with files and lines.
+        It compiles the program unless the cache has it. The context must be current. Raises ShaderError with files and
+        lines.
         """
         vertex = vertex or assemble("passes/screen.vert")
         key = vertex.text, source.text
@@ -127,25 +129,25 @@ class Device:
         return program
 
     def has_program(self, source: Source, vertex: Source) -> bool:
-        """Whether `program` compiles nothing."""
+        """Return whether program() with these arguments compiles nothing."""
         return (vertex.text, source.text) in self._programs
 
     def hold(self, owner: object, programs: Iterable[Program]) -> None:
-        """Keep `programs` as long as `owner` lives, in place of the programs held for it before.
+        """Keep `programs` in the cache as long as `owner` lives, instead of the programs that it held before.
 
-        A window holds the programs that it draws with, while other pictures are made by the same device.
+        A window holds the programs that it draws with, while the same device renders other pictures.
         """
         self._held[owner] = set(programs)
 
     def forget(self) -> None:
-        """Release all programs that nobody holds. The context must be current."""
+        """Release all programs without a holder. The context must be current."""
         for key in self._not_held():
             self._programs.pop(key).release()
 
     def trim(self) -> None:
-        """Release the least recently used programs that nobody holds, if there are more than KEPT_TEXT.
+        """Release the least recently used programs without a holder, until the cache's texts fit into KEPT_TEXT.
 
-        The context must be current, and no program in use but those that are held.
+        The context must be current. Programs in use must have a holder.
         """
         lengths = {key: max(len(key[0]) + len(key[1]) - _COMMON_TEXT, 0) for key in self._programs}
         total = sum(lengths.values())
@@ -156,13 +158,13 @@ class Device:
             self._programs.pop(key).release()
 
     def _not_held(self) -> list[tuple[str, str]]:
-        """The texts of the programs that nobody holds, the least recently used first."""
+        """Return the texts of the programs without a holder, the least recently used first."""
         held = set().union(*self._held.values())
         return [key for key, program in self._programs.items() if program not in held]
 
 
 def _limits(context: Context) -> DriverLimits:
-    """The limits of the driver of `context`, which must be current."""
+    """Query the limits of the driver of `context`, which must be current."""
     info = context.info
     return DriverLimits(
         driver=info["GL_RENDERER"],

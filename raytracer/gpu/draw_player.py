@@ -1,4 +1,4 @@
-"""The player of lists of draws (compiler/draws.py) for OpenGL."""
+"""The OpenGL player of lists of draws (compiler/draws.py): it binds textures, sets uniforms and draws meshes."""
 
 from __future__ import annotations
 
@@ -31,14 +31,15 @@ from raytracer.gpu.gl import (
 from raytracer.gpu.rectangle_draw import RectangleDraw
 from raytracer.gpu.texture_units import UNITS
 
-# Seconds that a draw should take: well below what stalls a desktop.
+# The target duration of one draw, in seconds: short enough that the desktop does not stall.
 _SHORT_DRAW = 0.05
-_FIRST_DRAW, _LEAST_DRAW = 2**16, 2**12  # pixels
+# The pixels of the first draw of a program, and of the smallest draw.
+_FIRST_DRAW, _LEAST_DRAW = 2**16, 2**12
 _BLENDING = {"replace": None, "add": ADD, "over": OVER}
 
 
 class ScreenDraw:
-    """A triangle that covers the viewport, for one program to draw. On the GPU until released."""
+    """A triangle that covers the viewport, for one program. It stays on the GPU until released."""
 
     def __init__(self, context: Context, program: Program) -> None:
         self._array = context.vertex_array(program, [])
@@ -47,11 +48,11 @@ class ScreenDraw:
         """Do nothing: screen.vert makes the triangle itself."""
 
     def draw(self) -> None:
-        """Draw it into the framebuffer in use."""
+        """Draw the triangle into the framebuffer in use."""
         self._array.render(vertices=3)
 
     def release(self) -> None:
-        """Give back everything on the GPU but the program."""
+        """Release everything on the GPU but the program."""
         self._array.release()
 
 
@@ -63,9 +64,9 @@ _MESHES: dict[type, type[CellDraw | RectangleDraw | ScreenDraw]] = {
 
 
 class DrawPlayer:
-    """Programs and textures by name, and the framebuffers and meshes that draws of them need. On the GPU until closed.
+    """Programs and textures by name, with the framebuffers and meshes that their draws need.
 
-    The device's context must be current in all calls.
+    They stay on the GPU until closed. The device's context must be current in all calls.
     """
 
     def __init__(self, device: Device) -> None:
@@ -73,12 +74,12 @@ class DrawPlayer:
         self._programs: dict[str, Program] = {}
         self._meshes: dict[str, CellDraw | RectangleDraw | ScreenDraw] = {}  # by program
         self._textures: dict[str, Any] = {}
-        self._names: Mapping[str, str] = {}  # of textures, for those that draws know by another
-        self._framebuffers: dict[tuple[str, ...], Framebuffer] = {}  # by textures, the one of depths last
-        self._long_draws: dict[str, int] = {}  # by program: how many pixels take _SHORT_DRAW
+        self._names: Mapping[str, str] = {}  # a texture's own name, by the name that draws use (rename())
+        self._framebuffers: dict[tuple[str, ...], Framebuffer] = {}  # by the textures' names, the depth texture last
+        self._long_draws: dict[str, int] = {}  # by program: the number of pixels that take _SHORT_DRAW
 
     def use(self, programs: Mapping[str, Program], replaced: Collection[str] = ()) -> None:
-        """Take programs by name. The programs with the names `replaced` are dropped if no new one has the name."""
+        """Add programs by name. Drop the programs with the names `replaced` unless a new program has the name."""
         for name in {*programs, *replaced} & self._programs.keys():
             if self._programs[name] is not programs.get(name):
                 if mesh := self._meshes.pop(name, None):
@@ -93,48 +94,46 @@ class DrawPlayer:
         self._device.hold(self, self._programs.values())
 
     def has_program(self, name: str) -> bool:
-        """Whether a program has that name."""
+        """Return whether there is a program of that name."""
         return name in self._programs
 
     def rename(self, names: Mapping[str, str]) -> None:
-        """From now on each of the `names` of a texture means the texture of the name beside it; other names mean what
-        they say.
-        """
+        """Let each key of `names` stand for the texture whose name is its value. It replaces earlier renames."""
         self._names = names
 
     def add_texture(self, name: str, size: tuple[int, int], components: int, dtype: str = "f4") -> None:
-        """Have a texture of `size` (width, height), in place of one that has the name.
+        """Create a texture of `size` (width, height). It replaces a texture of the same name.
 
-        Raises InputError if the GPU has no memory for it.
+        Raises InputError if the GPU has not enough memory.
         """
         self.remove_texture(name)
         self._textures[self._meant(name)] = self._context.texture(size, components, dtype=dtype)
         if self._context.error == "GL_OUT_OF_MEMORY":
             raise InputError(
-                f"expected memory on the GPU for a texture of {size[0]}x{size[1]} pixels, got none; a remedy is a "
-                "smaller picture",
+                f"expected memory on the GPU for a texture of {size[0]}x{size[1]} pixels, got too little; "
+                "a remedy is a smaller picture",
                 "size",
             )
 
     def add_depth(self, name: str, size: tuple[int, int]) -> None:
-        """Have a texture of depths, of `size` (width, height)."""
+        """Create a depth texture of `size` (width, height)."""
         self._textures[name] = depth_buffer(self._context, size)
 
     def texture(self, name: str) -> Texture:
-        """The texture of that name, for another player's draws."""
+        """Return the texture of that name, for another player's draws."""
         return self._textures[self._meant(name)]
 
     def has_texture(self, name: str) -> bool:
-        """Whether a texture has that name."""
+        """Return whether there is a texture of that name."""
         return self._meant(name) in self._textures
 
     def write(self, name: str, values: NDArray[Any]) -> None:
-        """Bring (H, W, ...) values, the lowest row first, to the lower left of a texture."""
+        """Write values (H, W, ...), the lowest row first, into the lower left of a texture."""
         height, width = values.shape[:2]
         self.texture(name).write(np.ascontiguousarray(values), viewport=(0, 0, width, height))
 
     def read(self, name: str, area: Rectangle, components: int) -> NDArray[Any]:
-        """(H, W, components): an area of a texture, the lowest row first."""
+        """Read an area of a texture (H, W, components), the lowest row first."""
         dtype: str = self.texture(name).dtype
         data = self._framebuffer((name,)).read(area, components=components, dtype=dtype)
         return np.frombuffer(data, {"f4": np.float32, "i4": np.int32}[dtype]).reshape(area[3], area[2], components)
@@ -150,7 +149,7 @@ class DrawPlayer:
         screen: Framebuffer | None = None,
         textures: Mapping[str, Texture] | None = None,
     ) -> None:
-        """Play a list of draws. `screen` is the target "screen", and `textures` are another player's."""
+        """Play a list of draws. `screen` is the target "screen"; `textures` are textures of another player."""
         renamed = {name: self._textures[meant] for name, meant in self._names.items() if meant in self._textures}
         known = self._textures | renamed | dict(textures or {})
         for part, group in groupby(steps, _part):
@@ -197,7 +196,7 @@ class DrawPlayer:
             mesh.draw()
 
     def _mesh(self, draw: Draw, program: Program) -> CellDraw | RectangleDraw | ScreenDraw:
-        """The mesh of a draw on the GPU."""
+        """Upload the mesh of a draw, and return it."""
         mesh = self._meshes.get(draw.program)
         if mesh is None:
             mesh = self._meshes[draw.program] = _MESHES[type(draw.mesh)](self._context, program)
@@ -205,7 +204,7 @@ class DrawPlayer:
         return mesh
 
     def _bands(self, area: Rectangle, program: str) -> Iterator[Rectangle]:
-        """The area in rows of pixels that take `program` long enough to be worth a draw, and no longer."""
+        """Yield the area in bands of rows, each of which takes `program` about _SHORT_DRAW seconds."""
         x, y, width, height = area
         top = y + height
         while y < top:
@@ -217,7 +216,7 @@ class DrawPlayer:
             y += rows
 
     def forget_times(self) -> None:
-        """Forget how long draws take: of few pixels it tells nothing."""
+        """Forget the durations of draws: those of few pixels say nothing about draws of many."""
         self._long_draws.clear()
 
     def _framebuffer(self, target: tuple[str, ...], depth: str | None = None) -> Framebuffer:
@@ -228,7 +227,7 @@ class DrawPlayer:
         return self._framebuffers[key]
 
     def remove_texture(self, name: str) -> None:
-        """Give back the texture of that name, if there is one."""
+        """Release the texture of that name, if there is one."""
         meant = self._meant(name)
         if meant in self._textures:
             for key in [key for key in self._framebuffers if meant in key]:
@@ -236,10 +235,11 @@ class DrawPlayer:
             release(self._context, self._textures.pop(meant))
 
     def _meant(self, name: str) -> str:
+        """Return a texture's own name."""
         return self._names.get(name, name)
 
     def close(self) -> None:
-        """Give back everything on the GPU but the programs."""
+        """Release everything on the GPU but the programs."""
         release(self._context, *self._framebuffers.values(), *self._meshes.values(), *self._textures.values())
         for kept in (self._framebuffers, self._meshes, self._textures, self._programs):
             kept.clear()
@@ -247,5 +247,5 @@ class DrawPlayer:
 
 
 def _part(step: Step) -> tuple[tuple[str, ...], Rectangle] | None:
-    """The target and area in which long draws follow each other part by part; None for others."""
+    """Return the target and area of a long draw, which is drawn band by band; None for any other step."""
     return (step.target, step.area) if isinstance(step, Draw) and step.is_long else None

@@ -1,7 +1,7 @@
-"""Calls of OpenGL that several modules share, and those that moderngl has not: buffer textures, float depth.
+"""OpenGL calls that several modules share, and calls that moderngl lacks: buffer textures, float depth.
 
-Each `context` comes from raytracer.gpu.context, and is current. Other packages take the types of OpenGL's objects from
-here: moderngl is imported in this package alone.
+Each `context` comes from raytracer.gpu.context, and must be current. Other packages import the types of OpenGL's
+objects from here, because only this package imports moderngl.
 """
 
 from __future__ import annotations
@@ -26,21 +26,22 @@ VertexArray = moderngl.VertexArray
 
 _ALIASED_POINT_SIZE_RANGE = 0x846D
 _TEXTURE0, _TEXTURE_BUFFER, _MAX_TEXTURE_BUFFER_SIZE = 0x84C0, 0x8C2A, 0x8C2B
-# Internal formats, by what is in a texel.
+# The internal format of a buffer texture, by the type and number of its components.
 _FORMATS = {("f", 4): 0x8814, ("i", 4): 0x8D82, ("i", 2): 0x823B, ("i", 1): 0x8235}
 _COLOR = 0x1800
 _INVERTING, _PACK_INVERT = "GL_MESA_pack_invert", 0x8758
 _MAX_VARYING_COMPONENTS, _MAX_VERTEX_OUTPUT_COMPONENTS = 0x8B4B, 0x9122
 _RENDERBUFFER, _DEPTH_COMPONENT32F = 0x8D41, 0x8CAC
-# OpenGL's calling convention is Windows's own there.
+# On Windows, OpenGL has Windows's own calling convention.
 _FUNCTION: Any = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)
 _Uint, _Int = ctypes.c_uint, ctypes.c_int
 
 
 def release(context: moderngl.Context, *objects: Any) -> None:
-    """Release OpenGL objects, framebuffers among them.
+    """Release OpenGL objects, which may be framebuffers.
 
-    When moderngl makes a framebuffer it binds the one used last again, which must not be gone by then.
+    When moderngl creates a framebuffer, it then binds the framebuffer that was in use before. That one must still
+    exist, so the default framebuffer is bound first.
     """
     context.detect_framebuffer(0).use()
     for each in objects:
@@ -48,9 +49,9 @@ def release(context: moderngl.Context, *objects: Any) -> None:
 
 
 def set_uniforms(program: moderngl.Program, **values: object) -> None:
-    """Set those of `values` that the program has: a compiler removes uniforms that do nothing.
+    """Set the uniforms that the program has. Others are ignored, because compilers remove unused uniforms.
 
-    Raises ShaderError for one that the shader declares as another type.
+    Raises ShaderError for a value that does not fit the type in the shader.
     """
     for name, value in values.items():
         uniform: Any = program.get(name, None)
@@ -62,15 +63,18 @@ def set_uniforms(program: moderngl.Program, **values: object) -> None:
 
 
 def set_constants(program: moderngl.Program, constants: Mapping[str, object]) -> None:
-    """Set uniforms that many draws share, unless `constants` was set last. Raises ShaderError as set_uniforms()."""
+    """Set uniforms that many draws share, unless the program has the same object `constants` already.
+
+    Raises ShaderError as set_uniforms() does.
+    """
     if program.extra is not constants:
-        program.extra = None  # until all of them are set: an interrupt or a mistake may come between
+        program.extra = None  # until all uniforms are set: an interrupt or an error may come first
         set_uniforms(program, **constants)
         program.extra = constants
 
 
 def depth_buffer(context: moderngl.Context, size: tuple[int, int]) -> moderngl.Renderbuffer:
-    """A depth buffer of 32-bit floats, of `size` (width, height): moderngl's own have 24 bits."""
+    """Create a depth buffer of 32-bit floats, of `size` (width, height). moderngl's own have 24 bits."""
     buffer = context.depth_renderbuffer(size)
     bind = _function(context, "glBindRenderbuffer", _Uint, _Uint)
     bind(_RENDERBUFFER, buffer.glo)
@@ -80,7 +84,7 @@ def depth_buffer(context: moderngl.Context, size: tuple[int, int]) -> moderngl.R
 
 
 def clear_integers(context: moderngl.Context, framebuffer: moderngl.Framebuffer) -> None:
-    """Make all of a framebuffer's first target, of integers, 0, and leave it in use."""
+    """Set all pixels of a framebuffer's first target, a texture of integers, to 0. The framebuffer stays in use."""
     framebuffer.scissor = (0, 0, *framebuffer.size)
     framebuffer.use()
     _function(context, "glClearBufferiv", _Uint, _Int, ctypes.POINTER(_Int))(_COLOR, 0, (_Int * 4)())
@@ -95,7 +99,7 @@ def read_top_first(
     """Read an area of a framebuffer into `out` (H, W, components), C-contiguous, the top row first."""
     components = out.shape[2]
     if _INVERTING in context.extensions:
-        # Mesa turns the rows while it reads: a copy less.
+        # Mesa reverses the rows while it reads, which saves a copy.
         store = _function(context, "glPixelStorei", _Uint, _Int)
         try:
             store(_PACK_INVERT, 1)
@@ -108,35 +112,35 @@ def read_top_first(
 
 
 def largest_point(context: moderngl.Context) -> int:
-    """The side of the largest point in pixels."""
+    """Return the side of the largest point, in pixels."""
     sizes = (ctypes.c_float * 2)()
     _function(context, "glGetFloatv", _Uint, ctypes.POINTER(ctypes.c_float))(_ALIASED_POINT_SIZE_RANGE, sizes)
     return int(sizes[1])
 
 
 def varying_components(context: moderngl.Context) -> int:
-    """The number of components that a vertex shader can hand on beside gl_Position and gl_PointSize."""
+    """Return the number of varying components of a vertex shader, besides gl_Position and gl_PointSize."""
     get = _function(context, "glGetIntegerv", _Uint, ctypes.POINTER(_Int))
     varyings, outputs = _Int(), _Int()
     get(_MAX_VARYING_COMPONENTS, ctypes.byref(varyings))
     get(_MAX_VERTEX_OUTPUT_COMPONENTS, ctypes.byref(outputs))
-    # OpenGL 3.3 promises 60 and 64. A driver may count gl_Position, 4 components, and gl_PointSize among the outputs.
+    # OpenGL 3.3 promises 60 and 64. A driver may count gl_Position (4 components) and gl_PointSize as outputs.
     return min(varyings.value, outputs.value - 5)
 
 
 def volume_texture(context: moderngl.Context, values: NDArray[np.float32]) -> moderngl.Texture3D:
-    """A texture for a sampler3D of (D, H, W, 3) float32."""
+    """Create a texture for a sampler3D from values (D, H, W, 3)."""
     depth, height, width, components = values.shape
     return context.texture3d((width, height, depth), components, np.ascontiguousarray(values), dtype="f4")
 
 
 class BufferTexture:
-    """A long row of texels for a samplerBuffer. To fetch one takes llvmpipe a third of what it takes from a plane."""
+    """A row of texels for a samplerBuffer. llvmpipe fetches a texel in a third of the time that a 2D texture takes."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._buffer: moderngl.Buffer | None = None
-        self._parts: dict[int, NDArray[Any]] = {}  # that are there, by the byte where they begin
+        self._parts: dict[int, NDArray[Any]] = {}  # the parts in the buffer, by the byte at which each begins
         self._name = _Uint()
         self._active = _function(context, "glActiveTexture", _Uint)
         self._bind = _function(context, "glBindTexture", _Uint, _Uint)
@@ -144,23 +148,24 @@ class BufferTexture:
 
     @staticmethod
     def most(context: moderngl.Context) -> int:
-        """How many texels one can have."""
+        """Return the limit of texels in one buffer texture."""
         texels = _Int()
         get = _function(context, "glGetIntegerv", _Uint, ctypes.POINTER(_Int))
         get(_MAX_TEXTURE_BUFFER_SIZE, ctypes.byref(texels))
         return texels.value
 
     def write(self, parts: Sequence[NDArray[Any]]) -> None:
-        """Hold parts one after the other, (N, 4) float32 or int32, (N, 2) or (N,) int32.
+        """Write parts one after the other: each (N, 4) float32 or int32, or (N, 2) or (N,) int32.
 
-        All must be of the kind that was written before. Parts that stay where they are are not written again.
+        All writes must have one type and number of components. A part that is the same object at the same place as
+        before is not written again.
         """
         size = sum(part.nbytes for part in parts)
-        before, self._parts = self._parts, {}  # until all of it is there
+        before, self._parts = self._parts, {}  # empty until all parts are written: an interrupt may come first
         if self._buffer is None or not size <= self._buffer.size <= 4 * max(size, 1024):
             if self._buffer:
                 self._buffer.release()
-            # Room to grow: lists change their length with every move.
+            # A quarter more than needed, because lists change their length with every move of the camera.
             self._buffer = self._context.buffer(reserve=max(1024, size + size // 4), dynamic=True)
             form = _FORMATS[parts[0].dtype.kind, parts[0].shape[1] if parts[0].ndim > 1 else 1]
             self._bind(_TEXTURE_BUFFER, self._name.value)
@@ -178,12 +183,12 @@ class BufferTexture:
         self._parts = now
 
     def use(self, unit: int) -> None:
-        """Bind it to a texture unit."""
+        """Bind the texture to a texture unit."""
         self._active(_TEXTURE0 + unit)
         self._bind(_TEXTURE_BUFFER, self._name.value)
 
     def release(self) -> None:
-        """Give it back."""
+        """Release the texture and its buffer."""
         delete = _function(self._context, "glDeleteTextures", _Int, ctypes.POINTER(_Uint))
         delete(1, ctypes.byref(self._name))
         if self._buffer:
@@ -191,14 +196,15 @@ class BufferTexture:
 
 
 def set_sampler(context: moderngl.Context, program: moderngl.Program, name: str, unit: int) -> None:
-    """Say which texture unit a sampler of `program` is on. moderngl does not for a samplerBuffer."""
+    """Set the texture unit of a sampler of `program`. moderngl cannot do so for a samplerBuffer."""
     _function(context, "glUseProgram", _Uint)(program.glo)
     location = program[name].location  # pyright: ignore[reportAttributeAccessIssue]
     _function(context, "glUniform1i", _Int, _Int)(location, unit)
 
 
 def _function(context: moderngl.Context, name: str, *types: Any) -> Any:
+    """Load an OpenGL function that returns nothing. `types` are the types of its arguments."""
     address = context.extra.load_opengl_function(name)
     if not address:
-        raise ContextError(f"this driver has no {name}, which is in OpenGL 3.3")
+        raise ContextError(f"this driver has no {name}, a function of OpenGL 3.3")
     return _FUNCTION(None, *types)(address)

@@ -4,9 +4,9 @@
     >>> glsl.call("isInside", [[0, 1], [2, 3]], 0.5)
     array([ True, False])
 
-The function runs on the GPU as it does when it renders, once for each element. GLSL types are
-NumPy types: float is float32, int is int32, uint is uint32, bool is bool, vec3 is (..., 3) float32, and a struct
-is a structured dtype, see `dtype()`. Functions over `real` (real.glsl) run in their float form.
+The function runs on the GPU with the code that renders, once for each element. GLSL types become NumPy types: float is
+float32, int is int32, uint is uint32, bool is bool, vec3 is (..., 3) float32, and a struct is a structured dtype, see
+`dtype()`. Functions with arguments of the type `real` (real.glsl) run in their float form.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from raytracer.core.validation import InputError
 from raytracer.gpu.device import Device, shared_device
 from raytracer.gpu.gl import release, set_uniforms, volume_texture
 
-# Words of a row of the data textures: any driver of OpenGL 3.3 takes 1024, llvmpipe 16384.
+# The width of the data textures, in words of 32 bits. Every driver of OpenGL 3.3 supports 1024; llvmpipe 16384.
 _WIDTH = 1024
 
 _BASIC: dict[str, np.dtype[Any]] = {
     "float": np.dtype("f4"),
     "int": np.dtype("i4"),
     "uint": np.dtype("u4"),
-    "bool": np.dtype("i4"),  # 0 or 1 on the way; a bool at the top level becomes NumPy's
+    "bool": np.dtype("i4"),  # 0 or 1 in the textures; a result of the type bool becomes a NumPy bool
     **{f"vec{n}": np.dtype(("f4", n)) for n in (2, 3, 4)},
     **{f"ivec{n}": np.dtype(("i4", n)) for n in (2, 3, 4)},
     "real": np.dtype("f4"),
@@ -59,15 +59,21 @@ def call(
 ) -> Any:
     """Call `function` for each of N elements.
 
-    An argument for each `in` and `inout` parameter: N elements of its type in an array, or one
-    for all. Returns an array of N elements of the function's type; if there are `out` or `inout`
-    parameters, a tuple of it (unless void) and of theirs in order. `defines` set constants such
-    as MAX_HITS. Scalars throughout mean N = 1. `generated` are texts that stand for files, by name; `file` is
-    the one that has the function, if none of shaders/ does; `volumes` are the values in each sampler3D, (D, H, W, 3).
-    `device` is where the function runs, by default the process's own.
+    Args:
+        function: The name of a GLSL function.
+        arguments: One for each `in` and `inout` parameter, in order: an array of N elements of the parameter's type, or
+            one element that serves all N. If all arguments are single elements, N is 1.
+        defines: Values of preprocessor constants such as MAX_HITS.
+        device: The device that runs the function. Default: the process's own.
+        generated: Generated texts that take the place of files, by file name.
+        file: The file of the function, if no file of shaders/ has it.
+        volumes: The values of each sampler3D, by its name (D, H, W, 3).
+
+    Returns an array of N elements of the function's type. With `out` or `inout` parameters it returns a tuple: the
+    function's result (unless void), then the values of these parameters in order.
 
     Raises ShaderError if shaders/ has no such function, InputError if `file` has none, TypeError for a wrong number of
-    arguments, ValueError if one does not fit its parameter.
+    arguments, ValueError for an argument that does not fit its parameter.
     """
     device = device or shared_device()
     types = _Types(file or _file_of(function), defines, generated)
@@ -80,7 +86,7 @@ def call(
     columns = [_elements(value, types.dtype(p.type), p.name) for value, p in zip(arguments, inputs, strict=True)]
     lengths = {len(column) for column in columns} - {1}
     if len(lengths) > 1:
-        raise ValueError(f"{function}: expected arguments of as many elements, or one, got {sorted(lengths)}")
+        raise ValueError(f"{function}: expected arguments of one length, or of length 1, got lengths {sorted(lengths)}")
     count = lengths.pop() if lengths else 1
     taken = np.dtype([(p.name, types.dtype(p.type)) for p in inputs])
     data = np.zeros(count, taken)
@@ -91,7 +97,7 @@ def call(
     results += [(p.name, p.type) for p in parameters if p.direction != "in"]
     returned = np.dtype([(name, types.dtype(kind)) for name, kind in results])
     source = types.program(function, result, parameters, taken, returned)
-    # As many elements at once as fit into a texture, in and out.
+    # One draw computes as many elements as fit into one texture of input and one of output.
     words = max(taken.itemsize, returned.itemsize) // 4
     step = _WIDTH * device.limits.target // words
     parts = [_run(device, source, data[i : i + step], returned, volumes or {}) for i in range(0, count, step)]
@@ -101,18 +107,18 @@ def call(
 
 
 def dtype(struct: str, defines: Defines | None = None) -> np.dtype[Any]:
-    """The NumPy dtype of a GLSL struct of `shaders/`, with the members' names. A bool in it is int32."""
+    """Return the NumPy dtype of a GLSL struct of `shaders/`, with the members' names. A bool member is int32."""
     return _Types(_file_of(struct), defines).dtype(struct)
 
 
 def struct_dtype(struct: str, file: str, generated: Mapping[str, str]) -> np.dtype[Any]:
-    """The same of a struct in a generated file."""
+    """Return the NumPy dtype of a struct in a generated `file`. `generated` holds the generated texts by file name."""
     return _Types(file, None, generated).dtype(struct)
 
 
 @cache
 def _definitions() -> dict[str, list[str]]:
-    """The files that define each function and struct."""
+    """Find the files that define each function and struct of `shaders/`, by its name."""
     files: dict[str, list[str]] = {}
     folder = shaders_folder()
     for path in sorted(folder.rglob("*.glsl")):
@@ -132,6 +138,8 @@ def _file_of(name: str) -> str:
 
 
 class _Parameter:
+    """A parameter of a GLSL function: its direction (in, out or inout), type and name."""
+
     def __init__(self, text: str) -> None:
         *direction, self.type, self.name = text.split()
         self.direction = direction[0] if direction else "in"
@@ -147,12 +155,14 @@ class _Types:
         self._structs = {name: _MEMBER.findall(body) for name, body in _STRUCT.findall(self._text)}
 
     def signature(self, function: str) -> tuple[str, list[_Parameter]]:
+        """Return the type and the parameters of a function. Raises InputError if the file has none of that name."""
         match = re.search(rf"^(\w+)\s+{re.escape(function)}\s*\(([^()]*)\)\s*\{{", self._text, re.MULTILINE)
         if not match:
-            raise InputError(f"expected a function that {self._file} has, got {shown(function)}", "function")
+            raise InputError(f"expected a function of {self._file}, got {shown(function)}", "function")
         return match[1], [_Parameter(text) for text in match[2].split(",") if text.strip()]
 
     def dtype(self, name: str) -> np.dtype[Any]:
+        """Return the NumPy dtype of a GLSL type."""
         if name in _BASIC:
             return _BASIC[name]
         members = []
@@ -172,7 +182,8 @@ class _Types:
         taken: np.dtype[Any],
         returned: np.dtype[Any],
     ) -> Source:
-        """A fragment shader whose fragment i computes word i of the answers, all elements' words in a row."""
+        """Return a fragment shader whose fragment i computes word i of the results of all elements, one after the
+        other."""
         body = [f"    {p.type} {p.name};" for p in parameters]
         offset = 0
         for p in parameters:
@@ -204,7 +215,8 @@ class _Types:
         return assemble("call", self._defines, self._generated | {"call": "\n".join(text)})
 
     def _words(self, kind: str, lvalue: str, offset: int, lines: list[str], form: str) -> int:
-        """Append a line of `form` for each word of a value of type `kind`; the next word's offset."""
+        """Append a line by the pattern `form` for each word of a value of the type `kind`, and return the next
+        offset."""
         if kind in self._structs:
             for member_kind, member, size in self._structs[kind]:
                 places = [f"[{i}]" for i in range(self._size(size))] if size else [""]
@@ -225,7 +237,7 @@ class _Types:
 
 
 def _elements(value: ArrayLike, kind: np.dtype[Any], name: str) -> NDArray[Any]:
-    """`value` as an array of one or N elements of a type."""
+    """Convert `value` to an array of one or N elements of a type."""
     base, shape = kind.subdtype or (kind, ())
     array = np.asarray(value, base)
     if array.ndim == len(shape):
@@ -242,6 +254,7 @@ def _run(
     returned: np.dtype[Any],
     volumes: Mapping[str, NDArray[np.float32]],
 ) -> NDArray[Any]:
+    """Run the program for the elements of `data`, and return their results."""
     context = device.context
     words = np.ascontiguousarray(data).view(np.int32).ravel() if data.dtype.itemsize else np.zeros(0, np.int32)
     padded = np.zeros((max(1, -(-len(words) // _WIDTH)), _WIDTH), np.int32)

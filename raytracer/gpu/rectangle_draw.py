@@ -1,4 +1,4 @@
-"""The draw of the rectangles of a picture in which objects of common shapes may be seen, by shapes.vert."""
+"""Draws the rectangles of a picture in which objects of common shapes may be seen, with shapes.vert."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ from raytracer.compiler.draws import MARGIN
 from raytracer.compiler.meshes import Rectangles
 from raytracer.gpu.gl import largest_point, release, set_uniforms
 
-# Pixels in the rectangles of one draw: some 20 ms on two cores.
+# The pixels in the rectangles of one draw: they take some 20 ms on two cores.
 _DRAW = 2**20
-# Vertices of a rectangle's two triangles, of four corners.
+# The corners, of four, of a rectangle's two triangles.
 _CORNERS = np.array([0, 1, 2, 2, 1, 3], np.int32)
 
 
 class RectangleDraw:
-    """Rectangles of a scene, for one program to draw. On the GPU until released."""
+    """A mesh of rectangles for one program. It stays on the GPU until released."""
 
     def __init__(self, context: moderngl.Context, program: moderngl.Program) -> None:
         self._context = context
         self.program = program
-        self._mesh: Rectangles | None = None  # the one in the buffer
+        self._mesh: Rectangles | None = None  # the mesh in the buffer
         self._buffer = context.buffer(reserve=24)
         self._array = context.vertex_array(program, [], index_buffer=self._buffer)
         self._points = False
         self._largest_point = min(2 * MARGIN, largest_point(context))
 
     def upload(self, mesh: Rectangles) -> None:
-        """Bring a mesh to the GPU for the next draws, unless it is there."""
+        """Upload a mesh for the next draws, unless the GPU has it already."""
         if mesh is self._mesh:
             return
         self._mesh = None
-        # Points if they are small: llvmpipe shades what lies along the diagonal of a rectangle twice.
+        # Small rectangles are drawn as points: llvmpipe shades the pixels along a rectangle's diagonal twice.
         self._points = mesh.largest <= self._largest_point
         indices = mesh.numbers if self._points else (4 * mesh.numbers[:, None] + _CORNERS).astype(np.int32)
         self._buffer.orphan(max(24, indices.nbytes))
@@ -40,7 +40,7 @@ class RectangleDraw:
         self._mesh = mesh
 
     def draw(self) -> None:
-        """Draw the mesh into the framebuffer in use, in several draws if it is large, and wait for each."""
+        """Draw the mesh into the framebuffer in use. A large mesh takes several draws; wait for each to finish."""
         assert self._mesh
         set_uniforms(self.program, points=self._points)
         self._context.enable(moderngl.PROGRAM_POINT_SIZE)
@@ -55,5 +55,5 @@ class RectangleDraw:
             first = last
 
     def release(self) -> None:
-        """Give back everything on the GPU but the program."""
+        """Release everything on the GPU but the program."""
         release(self._context, self._array, self._buffer)

@@ -1,4 +1,4 @@
-"""The texture unit of each sampler: no two share one, so that no draw takes another's texture."""
+"""The texture unit of each sampler. Each sampler has its own unit, so that no draw reads the texture of another."""
 
 from __future__ import annotations
 

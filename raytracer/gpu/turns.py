@@ -1,7 +1,7 @@
-"""Turns with OpenGL: one thread of a process at a time has a context current, and no forked process has any.
+"""Turns of threads with OpenGL: one thread of a process at a time has a current context; forked processes have none.
 
-A context can be current in one thread at a time, and a draw depends on what is bound in it. So threads take turns:
-`turn()` for as long as one of them draws, `alone()` while one opens a context.
+A context can be current in only one thread, and a draw depends on the context's bindings. So threads take turns: a
+thread holds `turn()` while it draws, and `alone()` while it opens a context.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import moderngl
 
 
 class ContextError(RuntimeError):
-    """No OpenGL context could be opened or used; the message says why, and a remedy.
+    """No OpenGL context could be opened or used. The message has the reason and a remedy.
 
-    `problems`: why each backend that was tried does not open, by its name.
+    `problems` has, by the backend's name, the reason why each tried backend did not open.
     """
 
     def __init__(self, message: str, problems: Mapping[str, str] | None = None) -> None:
@@ -26,10 +26,10 @@ class ContextError(RuntimeError):
 
 
 class _Process:
-    """The state of this process, which a fork makes anew."""
+    """The state of this process. A forked process gets a new one."""
 
     def __init__(self, *, is_cut_off: bool = False) -> None:
-        self.is_cut_off = is_cut_off  # forked from a process that had begun with OpenGL
+        self.is_cut_off = is_cut_off  # whether the process was forked after its parent had used OpenGL
         self.has_begun = False
         self.lock = threading.Lock()
         self.owner: int | None = None  # the thread that holds the lock
@@ -49,44 +49,44 @@ if hasattr(os, "register_at_fork"):  # not on Windows
 
 
 def check_process() -> None:
-    """Raise ContextError in a process that was forked from one that had begun with OpenGL.
+    """Raise ContextError in a process that was forked after its parent had used OpenGL.
 
-    A driver has threads and locks, and a fork copies no thread. So the driver waits for ever for threads that are not
-    there, also where it opens a new context: Mesa's contexts share a screen, and its threads.
+    A driver has threads and locks, and a fork copies no thread. So the driver waits for ever for threads that do not
+    exist, even for a new context: Mesa's contexts share a screen and its threads.
     """
     if _process.is_cut_off:
         raise ContextError(
-            "this process was forked after its parent used OpenGL, whose drivers do not survive a fork: start it by "
-            'multiprocessing.get_context("spawn"), or fork before the first picture'
+            "this process was forked after its parent used OpenGL, and OpenGL drivers do not survive a fork: start "
+            'it by multiprocessing.get_context("spawn"), or fork before the first picture'
         )
 
 
 def is_cut_off() -> bool:
-    """Whether this process was forked from one that had begun with OpenGL, and so cannot use OpenGL."""
+    """Return whether this process was forked after its parent had used OpenGL, and so cannot use OpenGL."""
     return _process.is_cut_off
 
 
 def has_turn() -> bool:
-    """Whether this thread has a turn, as a progress callback has, in which OpenGL is of no other use."""
+    """Return whether this thread holds a turn, for example in a progress callback, and cannot take another one."""
     return _process.owner == threading.get_ident()
 
 
 def begin() -> None:
-    """Take note that this process uses OpenGL from now on. Raises ContextError as check_process()."""
+    """Record that this process uses OpenGL from now on. Raises ContextError as check_process() does."""
     check_process()
     _process.has_begun = True
 
 
 @contextmanager
 def exclusive() -> Iterator[None]:
-    """Keep all other threads of this process from such a block.
+    """Hold the process's one lock for a block: no other thread is in such a block meanwhile.
 
     Raises RuntimeError within another such block of the same thread.
     """
     process = _process
     if process.owner == threading.get_ident():
         raise RuntimeError(
-            "expected no use of OpenGL from within a picture's progress callback: render when that picture is done"
+            "expected no use of OpenGL from within a picture's progress callback: render after that picture is done"
         )
     with process.lock:
         try:
@@ -98,7 +98,7 @@ def exclusive() -> Iterator[None]:
 
 @contextmanager
 def alone() -> Iterator[None]:
-    """Keep all other threads from OpenGL for a block. Errors are those of exclusive() and check_process()."""
+    """Keep all other threads from OpenGL for a block. Raises the errors of exclusive() and check_process()."""
     check_process()
     with exclusive():
         yield
@@ -106,11 +106,11 @@ def alone() -> Iterator[None]:
 
 @contextmanager
 def turn(context: moderngl.Context) -> Iterator[None]:
-    """Have `context` current for a block, and none after it. Errors are those of alone()."""
+    """Make `context` current for a block, and no context after it. Raises the errors of alone()."""
     with alone():
         try:
             context.__enter__()
             yield
         finally:
-            # Also where __enter__ was interrupted: a context that stays current in a thread is lost to all others.
+            # Also if __enter__ was interrupted: no other thread could use a context that stays current in this one.
             context.__exit__(None, None, None)

@@ -1,8 +1,9 @@
 // An angle from its sine and cosine, to the last bits of float32.
-// Provides angle(): the angle in [0, pi/2] whose sine and cosine are in the ratio of the two arguments, both >= 0; 0
-// where both are 0. Relative error 2e-7. GLSL's atan may be off by 4096 ulp, Mesa's is by 2e-5; and acos of a
-// float32 cosine has lost angles below 3e-4.
-// Folded to |t| <= tan(pi/8), then a polynomial (minimax for atan(t)/t, 2e-8).
+// Provides angle(sine, cosine): the angle in radians, in [0, pi/2]. Both arguments are >= 0. Only their ratio counts,
+// so they may have a common factor; the angle is 0 if both are 0.
+// Relative error: 2e-7. GLSL's own functions are worse: atan may be off by 4096 units in the last place (Mesa's is off
+// by 2e-5), and acos of a float32 cosine cannot resolve angles below 3e-4.
+// Method: reduce the ratio t to |t| <= tan(pi/8), then a minimax polynomial for atan(t) / t (error 2e-8).
 
 float angle(float sine, float cosine) {
     float less = min(sine, cosine), more = max(max(sine, cosine), 1e-37);

@@ -1,5 +1,9 @@
 // The Beckmann microfacet model: mirror facets in Beckmann's distribution (1963).
-// Provides beckmann(): f = F D G / (4 N.L N.V), with Smith's masking (Walter 2007). Needs fresnel(), masking().
+// Provides beckmann(): f cos(theta_i), per colour channel, with f = F D G / (4 N.L N.V): D is the distribution of facet
+// normals, G Smith's masking (Walter et al. 2007), and F the Fresnel reflectance at the angle between V and H.
+// N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
+// the viewer; N.L > 0. H is halfway between L and V.
+// Needs the generated fresnel() and masking(), which call the forms that the material chooses.
 
 #include "brdf/distribution_beckmann.glsl"
 #include "brdf/numbers.glsl"

@@ -1,9 +1,12 @@
 // Cook and Torrance's microfacet model (1982), with V-shaped cavities.
-// Provides cook_torrance(): f = rho / pi + ks constant F D G / (N.L N.V), with Beckmann's D, where the integral of
-// D cos is 1. Needs fresnel().
+// Provides cook_torrance(): f cos(theta_i), per colour channel, with f = rho / pi + ks constant F D G / (N.L N.V). D is
+// Beckmann's distribution of facet normals, whose integral over D cos is 1.
+// N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
+// the viewer; N.L > 0. F is taken at the angle between V and the halfway vector.
+// Needs the generated fresnel(), which calls the Fresnel form that the material chooses.
 //
-// The constant is 1/4 (Walter 2007). Cook and Torrance print 1/pi before a D without its 1/pi: that is 1 here, four
-// times what facets can reflect. Others have 1/pi.
+// The constant is 1/4 (Walter et al. 2007). Cook and Torrance print 1/pi before a D that lacks its own 1/pi; for the D
+// used here, that is a constant of 1, four times what facets can reflect. Other authors use 1/pi.
 
 #include "brdf/gaussian_slopes.glsl"
 #include "brdf/numbers.glsl"

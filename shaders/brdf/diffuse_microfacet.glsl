@@ -1,21 +1,25 @@
-// The diffuse microfacet model: Lambertian facets, each seen and lit by itself.
-// Provides diffuse_microfacet():
-//     f = rho / (N.L N.V) 1/pi int <L.m> <V.m> G(L, V) D(m) dm,
-// the article's equation xxiii; it has no closed form (Heitz and Dupuy 2015). G is Smith's, the same for all m. Light
-// that goes from facet to facet is lost.
+// The diffuse microfacet model: Lambertian facets, without light from facet to facet.
+// Provides diffuse_microfacet(): f cos(theta_i), per colour channel, by numerical integration over the facets m:
+//     f = rho / (N.L N.V) 1/pi int <L.m> <V.m> G(L, V) D(m) dm.
+// This is equation xxiii of Heitz and Dupuy (2015); the integral has no closed form. G is Smith's masking, equal for
+// all m.
+// N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
+// the viewer; N.L > 0.
 //
-// The rule is a product over azimuth and elevation of m, in coordinates in which the distribution is nearly flat:
-// m is along (scale sin(theta) cos(phi), scale sin(theta) sin(phi), cos(theta)), and GGX is a hemisphere of these
-// (theta, phi) for scale = alpha, stretched. Azimuths are parted where the facets' slopes turn from L, or from V: beyond, an
-// elevation ends where the first of the two is no longer seen. So what is integrated is smooth, also for grazing
-// directions on opposite sides, of which both see few facets. Over azimuths: the midpoint rule in Sidi's variable
-// x - sin(2 pi x) / (2 pi) (Sidi 1993), which puts nodes close to these ends; over elevations: Gauss's rule of 5
-// nodes, in each of equal parts if there are many nodes. Reciprocal to rounding: the nodes of (L, V) mirror those of
-// (V, L).
-// Very many nodes in a large picture may take a GPU longer than its system lets a draw last.
-// Relative error with 128 nodes, random directions with cosines in [0.02, 1]: median 1e-3, most 2e-2; with 512, median
-// 1e-4, most 1e-3; with 2048, 3e-6 and 4e-5. Where both cosines are below that and on opposite sides, it may reach 1,
-// of very little.
+// The quadrature is a product of rules over the azimuth and the elevation of m, in coordinates in which the
+// distribution is nearly flat: m is along (scale sin(theta) cos(phi), scale sin(theta) sin(phi), cos(theta)). In these
+// (theta, phi) with scale = alpha, GGX is a stretched hemisphere.
+// The azimuths are split where the facets' slopes turn away from L or from V. Beyond such an azimuth, the range of
+// elevations ends where the first of L and V no longer sees the facet. So the integrand is smooth, also for grazing
+// directions on opposite sides, from which few facets are visible to both.
+// Over azimuths: the midpoint rule in Sidi's variable x - sin(2 pi x) / (2 pi) (Sidi 1993), which clusters nodes at the
+// ends. Over elevations: Gauss's rule with 5 nodes, on several equal parts if there are many nodes. The nodes of (L, V)
+// mirror those of (V, L), so the result is reciprocal to rounding.
+//
+// Relative error, for random directions with cosines in [0.02, 1]: with 128 nodes median 1e-3 and maximum 2e-2, with
+// 512 nodes 1e-4 and 1e-3, with 2048 nodes 3e-6 and 4e-5. If both cosines are smaller and the directions on opposite
+// sides, the relative error may reach 1, of a value that is tiny.
+// With very many nodes a large picture may take a GPU longer than its system allows for one draw.
 
 #include "brdf/angle.glsl"
 #include "materials.glsl"
@@ -24,7 +28,8 @@ const int GAUSS = 5;
 const float GAUSS_AT[GAUSS] = float[](0.046910077, 0.230765345, 0.5, 0.769234655, 0.953089923);
 const float GAUSS_WEIGHT[GAUSS] = float[](0.118463443, 0.239314335, 0.284444444, 0.239314335, 0.118463443);
 
-// Over the elevations of one azimuth. What L and V see of a facet there is side sin(theta) + up cos(theta).
+// The integral over the elevations of one azimuth, in `parts` equal parts. The cosines of a facet with L (.x) and V
+// (.y) are side sin(theta) + up cos(theta), up to a common factor.
 float meridian(Material m, vec2 side, vec2 up, vec2 range, int parts) {
     vec2 last = vec2(side.x < 0.0 ? -up.x / side.x : range.y, side.y < 0.0 ? -up.y / side.y : range.y);
     float width = angle(min(range.y, min(last.x, last.y)), 1.0) / float(parts), sum = 0.0;
@@ -34,7 +39,7 @@ float meridian(Material m, vec2 side, vec2 up, vec2 range, int parts) {
             vec3 n = vec3(range.x * sine, 0.0, cosine);
             vec2 seen = max(side * sine + up * cosine, 0.0);
             float nn = dot(n, n);
-            // dm = scale^2 / |n|^3 sin(theta) dtheta dphi, and seen is |n| times its cosines.
+            // dm = scale^2 / |n|^3 sin(theta) dtheta dphi, and `seen` is |n| times the two cosines.
             sum += GAUSS_WEIGHT[i] * seen.x * seen.y * sine * D(m, vec3(0.0, 0.0, 1.0), n) / (nn * nn * sqrt(nn));
         }
     }
@@ -48,8 +53,8 @@ vec3 diffuse_microfacet(Material m, vec3 N, vec3 L, vec3 V) {
     vec3 l = cross(N, L), v = cross(N, V);
     vec2 side = range.x * vec2(length(l), length(v));
 
-    // The azimuth between L and V, as wide as where one of them sees the facets of all elevations; and what it lacks to
-    // pi, as wide as where both do.
+    // `one`: the azimuth between L and V, which is the width of the range where only one of the two sees the facets of
+    // all elevations. `both`: the rest of pi, which is the width of the range where both see them.
     float acute = angle(length(cross(l, v)), abs(dot(l, v)));
     float one = dot(l, v) < 0.0 ? PI - acute : acute, both = dot(l, v) < 0.0 ? acute : PI - acute;
 

@@ -1,9 +1,9 @@
 // The GGX distribution of facet normals (Trowbridge and Reitz 1975), and Smith's masking for it.
-// Provides ggxD(), ggxSlope() (Walter 2007).
-//
-// ggxD() is D of the direction S = L + V, which need not be unit. Not (alpha^2 - 1) (N.H)^2 + 1, which is lost to
-// rounding for alpha below 0.01: |N x H|^2 + (alpha N.H)^2 is the same, and never cancels (Lagrange).
-// ggxSlope() is mu (1 + Lambda) for a direction with the cosine mu.
+// Provides ggxD(): the density D, in 1/sr, at the direction S = L + V, which need not be unit. Provides ggxSlope():
+// mu (1 + Lambda) for a direction with the cosine mu to the normal, Lambda being Smith's auxiliary function (Walter et
+// al. 2007). N is the unit normal.
+// The denominator of D is |N x H|^2 + (alpha N.H)^2, which never cancels. The usual form (alpha^2 - 1) (N.H)^2 + 1 is
+// equal to it (Lagrange's identity), but rounding destroys it for alpha below 0.01.
 
 #include "brdf/extent.glsl"
 #include "brdf/numbers.glsl"

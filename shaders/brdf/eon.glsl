@@ -1,17 +1,21 @@
 // The EON model of rough diffuse surfaces, which keeps the light that bounces between facets.
-// Provides eon(): Oren, Nayar and Fujii's rough diffuse reflectance and the light that it loses between facets, so
-// that a white surface sends back all (Portsmouth, Kutz and Hill 2025), with the exact albedo E.
+// Provides eon(): f cos(theta_i), per colour channel (Portsmouth, Kutz and Hill 2025). It is Fujii's form of Oren and
+// Nayar's model plus the light that this form loses between facets, so a white surface reflects all light. The albedo E
+// is the exact one.
+// N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
+// the viewer; N.L > 0.
 //
 // With roughness r, c1 = 1/2 - 2 / (3 pi), c2 = 2/3 - 28 / (15 pi), A = 1 / (1 + c1 r):
 //     f = rho / pi A (1 + r s / t) + rho_ms / pi (1 - E(N.L)) (1 - E(N.V)) / (1 - <E>),
-// s = L.V - N.L N.V, t = max(N.L, N.V) where s > 0, else 1. Of this, 1 - E = A r k(mu) and 1 - <E> = A r (c1 - c2) cancel
-// where r or mu is small; so k is summed by itself, and r is cancelled. Where s is near -1, 1 + s is
-// (|l + v|^2 + (N.L)^2 + (N.V)^2) / 2, l and v the parts in the surface.
+// where s = L.V - N.L N.V, and t = max(N.L, N.V) if s > 0, else 1.
+// 1 - E = A r k(mu) and 1 - <E> = A r (c1 - c2) would cancel for a small r or mu. So eonLost() sums k directly, and r
+// drops out. For s near -1, the code computes 1 + s as (|l + v|^2 + (N.L)^2 + (N.V)^2) / 2, where l and v are the parts
+// of L and V in the tangent plane.
 
 #include "brdf/angle.glsl"
 #include "materials.glsl"
 
-// (1 - E(mu)) / (A r), 0 at mu = 0, for the cosine and sine of a direction.
+// k = (1 - E(mu)) / (A r) for a direction with the cosine mu and its sine; 0 at mu = 0.
 float eonLost(float mu, float sine) {
     const float PI = 3.14159265;
     float S = min(sine, 1.0), mu2 = mu * mu;

@@ -1,20 +1,25 @@
 // The full form of Oren and Nayar's model, with one bounce of light between facets.
-// Provides fullForm(): pi f cos(theta_i) / rho, which is
-// C1 + cos(phi) C2 tan(beta) + (1 - |cos(phi)|) C3 tan((alpha + beta) / 2), and the second bounce, with rho; alpha is
-// the larger and beta the smaller of the two angles. sigma comes in degrees, the formula has radians.
+// Provides fullForm(): pi f cos(theta_i) / rho, per colour channel (Oren and Nayar 1994). It is N.L times the sum of
+// direct light, C1 + cos(phi) C2 tan(beta) + (1 - |cos(phi)|) C3 tan((alpha + beta) / 2), and a second bounce in
+// proportion to rho. alpha is the larger and beta the smaller of the two angles to the normal, phi the azimuth between
+// L and V.
+// N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
+// the viewer; N.L > 0.
+// The material has sigma, the standard deviation of the facets' slope angle, in degrees; the formula takes radians.
 //
-// Tangents are made of sines and cosines, and N.L is in them before anything is divided, because they are infinite
-// where both directions graze. With s = sin(alpha) sin(beta) cos(phi), from the parts in the surface:
-// tan((alpha + beta) / 2) = (sin(alpha) + sin(beta)) / (N.L + N.V), and where cos(phi) < 0,
-// cos(phi) tan(beta) (sin(alpha) - (2 beta / pi)^3) = s / cos(beta) (1 - (2 beta / pi)^3 / sin(alpha)), whose
-// difference, near the horizon one of two numbers near 1, is made of their distances from 1.
+// The tangents are infinite if both directions graze. So they are computed from sines and cosines, and multiplied by
+// N.L before any division. With s = sin(alpha) sin(beta) cos(phi), from the parts of L and V in the tangent plane:
+//     tan((alpha + beta) / 2) = (sin(alpha) + sin(beta)) / (N.L + N.V)
+//     cos(phi) tan(beta) (sin(alpha) - (2 beta / pi)^3) = s / cos(beta) (1 - (2 beta / pi)^3 / sin(alpha))
+// The second equation is for cos(phi) < 0. Near the horizon its last bracket is a difference of two numbers near 1; the
+// code computes it from their distances to 1.
 
 #include "brdf/angle.glsl"
 #include "materials.glsl"
 
 vec3 fullForm(Material m, vec3 N, vec3 L, vec3 V) {
     const float TWO_OVER_PI = 0.63661977;
-    const float TINY = 1e-30; // sin(alpha) is 0 only if beta is, and then what is divided by it
+    const float TINY = 1e-30; // a divisor above 0: sin(alpha) is 0 only if beta is 0, and so is the numerator then
     float NoL = dot(N, L), NoV = max(dot(N, V), 0.0), sigma = radians(m.sigma), s2 = sigma * sigma;
     float sinL = length(cross(N, L)), sinV = length(cross(N, V));
     float s = dot(L - NoL * N, V - NoV * N), cosPhi = clamp(s / max(sinL * sinV, TINY), -1.0, 1.0);

@@ -1,9 +1,10 @@
 // The Fresnel reflectance of a smooth surface between two transparent media.
-// Provides dielectricFresnel(), for unpolarised light and indices of refraction that are as 1 to ior (Fresnel 1823;
-// form of Cook and Torrance 1982). It is 1 for total internal reflection.
+// Provides dielectricFresnel(), a share in [0, 1] of unpolarised light (Fresnel 1823; form of Cook and Torrance 1982).
+// VoH is the cosine of the angle between the direction and the facet's normal, clamped to [0, 1]. ior is the ratio of
+// the refractive indices, the far medium's to the near one's. The share is 1 for total internal reflection.
 //
-// The amplitudes (g - c) / (g + c) and (ior^2 c - g) / (ior^2 c + g), g^2 = ior^2 - 1 + c^2, with their differences
-// multiplied out, so that nothing cancels for an ior near 1.
+// The amplitudes are (g - c) / (g + c) and (ior^2 c - g) / (ior^2 c + g), with g^2 = ior^2 - 1 + c^2 and c = VoH. Their
+// differences are multiplied out, so that nothing cancels for an ior near 1.
 
 #include "materials.glsl"
 

@@ -1,10 +1,11 @@
 // The distribution of facet normals with Gaussian slopes (Beckmann 1963).
-// Provides gaussianSlopes(): for slopes of variance alpha^2 / 2 along each axis, the distribution at the direction S,
-// which need not be unit: exp(-tan^2 / alpha^2) / (pi alpha^2 cos^4).
+// Provides gaussianSlopes(): the density, in 1/sr, at the direction S, which need not be unit. It is
+// exp(-tan^2 / alpha^2) / (pi alpha^2 cos^4) of the angle between S and the unit normal N. The slopes have the variance
+// alpha^2 / 2 along each axis.
 
 #include "brdf/numbers.glsl"
 
-// Beyond, it is 0 in float32 times any power of the cosine.
+// The largest tan^2 / alpha^2: above it exp() underflows in float32, and the density is 0.
 const float LARGEST_EXPONENT = 87.0;
 
 float gaussianSlopes(float alpha, vec3 N, vec3 S) {

@@ -1,5 +1,9 @@
 // The GGX microfacet model: mirror facets in the distribution of Trowbridge and Reitz (1975).
-// Provides ggx(): f = F D G / (4 N.L N.V), with Smith's masking (Walter 2007). Needs fresnel(), masking().
+// Provides ggx(): f cos(theta_i), per colour channel, with f = F D G / (4 N.L N.V): D is the distribution of facet
+// normals, G Smith's masking (Walter et al. 2007), and F the Fresnel reflectance at the angle between V and H.
+// N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
+// the viewer; N.L > 0. H is halfway between L and V.
+// Needs the generated fresnel() and masking(), which call the forms that the material chooses.
 
 #include "brdf/distribution_ggx.glsl"
 #include "brdf/numbers.glsl"

@@ -1,21 +1,28 @@
 // He's model: reflection by a rough surface in wave optics (He, Torrance, Sillion and Greenberg 1991).
 // Provides he(), heMirrored(), with Westin's corrections: shadowing with its e^(-q^2), and tau over the wavelength.
-// he() is the diffuse rest rho / pi and the directional diffuse part, per channel of one wavelength,
-//     f = ks F G S D / (pi N.L N.V),   with v = L + V:
-// G = (v.v / v.N)^2: the paper's products of its polarisations s and p are |L x V|^2 each, and cancel.
-// D = pi^2 tau^2 / (4 lambda^2) sum over m >= 1 of g^m e^-g / (m! m) exp(-vxy^2 pi^2 tau^2 / (lambda^2 m)).
-// g = (2 pi sigma / lambda (N.L + N.V))^2, sigma the height that is not in shadow: sigma0 / sqrt(1 + W), W
-// Lambert's function of ((K_L + K_V)^2 / (8 pi)), K = tan(theta) erfc(q), q = tau / (2 sigma0 tan(theta)).
-// For large g it is the geometric optics of Beckmann's distribution, with alpha = 2 sigma / tau.
+// N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
+// the viewer; N.L > 0. The lengths sigma0 (height), tau (correlation) and the wavelengths have one unit.
+// Needs the generated fresnel(), which calls the Fresnel form that the material chooses.
 //
-// heMirrored() is the third part, coherent: what the radiance from the mirror direction is multiplied with.
+// he() is f cos(theta_i): the diffuse part rho / pi plus the directional diffuse part, per colour channel with its own
+// wavelength lambda, with v = L + V:
+//     f = ks F G S D / (pi N.L N.V)
+//     G = (v.v / v.N)^2
+//     D = pi^2 tau^2 / (4 lambda^2) sum over m >= 1 of g^m e^-g / (m! m) exp(-vxy^2 pi^2 tau^2 / (lambda^2 m))
+//     g = (2 pi sigma / lambda (N.L + N.V))^2
+// sigma = sigma0 / sqrt(1 + W) is the height of the unshadowed parts, W Lambert's function of ((K_L + K_V)^2 / (8 pi)),
+// K = tan(theta) erfc(q) and q = tau / (2 sigma0 tan(theta)).
+// In the paper, G has products of the polarisations s and p; each is |L x V|^2, and they cancel.
+// For large g this is the geometric optics of Beckmann's distribution with alpha = 2 sigma / tau.
 //
-// g^m e^-g / m!, Poisson's probability of m, is made of Loader's deviance (2000), not of powers: m log g - g has no
-// digits left for a large g. The sum is over the terms around its largest, to HALF standard deviations. If these are
-// more than `terms`, it is over every so many, times that: the sum of a bell curve over points up to its width apart is
-// its integral. So the default of 64 does for any g, to a relative 6e-6, where the paper's first terms would have to be
-// more than g; 32 are good to 1e-3, 24 to 1e-2, 16 to 0.2.
-// Finite to the horizon: both cosines are divided analytically.
+// heMirrored() is the third part, the coherent one: the factor of the radiance from the mirror direction.
+//
+// Numerics: g^m e^-g / m! is Poisson's probability of m. It comes from Loader's deviance (2000), because powers lose
+// all digits: m log g - g cancels for a large g. The sum runs over the terms within HALF standard deviations of the
+// largest term. If these are more than `terms`, it takes terms at equal steps, and multiplies by the step: samples of a
+// bell curve at steps up to its width add up to its integral. So the default of 64 terms serves any g, with a relative
+// error of 6e-6; 32 terms reach 1e-3, 24 reach 1e-2, 16 reach 0.2. The paper sums the first terms, of which there must
+// be more than g. The result is finite up to the horizon, as both divisions by cosines are done analytically.
 
 #include "brdf/erfc.glsl"
 #include "materials.glsl"
@@ -23,21 +30,23 @@
 const float HE_PI = 3.14159265;
 const float HE_TINY = 1e-30;
 
-// q, at most 20, where erfc(q) and exp(-q^2) are 0 in float32, for the cosine and sine of a direction.
+// q of a direction with the cosine mu and its sine. Limit: 20, where erfc(q) and exp(-q^2) are 0 in float32.
 float heSteepness(Material m, float mu, float sine) {
     return min(m.tau * mu / max(2.0 * m.sigma0 * sine, HE_TINY), 20.0);
 }
 
-// S1 / mu = (1 - erfc(q) / 2) / ((1 + Lambda) mu), Lambda = (exp(-q^2) / (sqrt(pi) q) - erfc(q)) / 2.
+// S1 / mu, the shadowing of a direction over its cosine mu: (1 - erfc(q) / 2) / ((1 + Lambda) mu), Lambda = (exp(-q^2)
+// / (sqrt(pi) q) - erfc(q)) / 2.
 float heShadowing(Material m, float mu, float sine) {
-    const float FLAT = 1e-12; // below any N.V of unit float32 vectors, and its product for L and V is finite
+    const float FLAT = 1e-12; // less than any N.V of unit float32 vectors; the product for L and V stays finite
     float q = heSteepness(m, mu, sine), inLight = 1.0 - 0.5 * erfc(q);
     return inLight / max(mu * inLight + 0.56418958 * m.sigma0 * sine / m.tau * exp(-q * q), FLAT);
 }
 
-// 1 + W. Newton's steps for log(w) + w = log(z) (Iacono and Boyd 2017) are exact after the third.
+// 1 + W, for the cosines and sines of L and V. Newton's method for log(w) + w = log(z) (Iacono and Boyd 2017) is exact
+// to float32 after three steps.
 float heShadowed(Material m, vec2 mu, vec2 sine) {
-    const float LEAST = 1e-18; // of a cosine: the square of its reciprocal is finite
+    const float LEAST = 1e-18; // the smallest divisor: the square of its reciprocal is finite
     float z = 0.0;
     for (int i = 0; i < 2; i++)
         z += sine[i] / max(mu[i], LEAST) * erfc(heSteepness(m, mu[i], sine[i]));
@@ -48,35 +57,36 @@ float heShadowed(Material m, vec2 mu, vec2 sine) {
     return 1.0 + w;
 }
 
-// log(m!) - log(sqrt(2 pi m) (m / e)^m), m >= 1: our own minimax fit in 1 / m, 7e-8 off.
+// log(m!) - log(sqrt(2 pi m) (m / e)^m), m >= 1: a minimax fit of this project in 1 / m, with an error of 7e-8.
 float heStirling(float m) {
     float x = 1.0 / m;
     float p = -0.00282896713 + x * (0.000187374939 + x * (0.00058458614 - x * 0.000219535557));
     return x * (0.0833332655 + x * (4.67525307e-06 + x * p));
 }
 
-// Poisson's probability of m = g + d.
+// Poisson's probability of m = g + d for the mean g.
 float hePoisson(float g, float d, float m) {
-    const float CLOSE = 0.2; // below, the series' next term is v^9 / 11 < 1e-7 of it
+    const float CLOSE = 0.2; // below this |v|, the next term of the series is v^9 / 11, less than 1e-7 of the sum
     float v = d / (g + m), v2 = v * v;
     float series = d * v + 2.0 * m * v * v2 * (1.0 / 3.0 + v2 * (1.0 / 5.0 + v2 * (1.0 / 7.0 + v2 / 9.0)));
     float deviance = abs(v) < CLOSE ? series : m * log(m / g) - d;
     return exp(-deviance - heStirling(m)) / sqrt(2.0 * HE_PI * m);
 }
 
-// The sum of g^m e^-g / (m! m) exp(-b / m) over m >= 1, over g.
+// The sum of g^m e^-g / (m! m) exp(-b / m) over m >= 1, divided by g.
 float heSum(float g, float b, float terms) {
     const float HALF = 6.0;
     if (g < 1e-6) {
-        // The first two terms: of the third, g^2 / 18 e^(-b / 3), is nothing to be seen.
+        // The first two terms suffice: the third, g^2 / 18 e^(-b / 3), is below float32's resolution.
         return exp(-b) + 0.25 * g * exp(-0.5 * b);
     }
-    // The largest term: y = m / g, y^2 log(y) = b / g^2. Newton's steps from a y that is too large stay so.
+    // The largest term is at m = y g with y^2 log(y) = b / g^2. Newton's method starts with a y that is too large, and
+    // approaches the solution from above.
     float c = b / (g * g), y = 1.0 + min(c, sqrt(c));
     for (int i = 0; i < 5; i++)
         y -= (y * y * log(y) - c) / (2.0 * y * log(y) + y);
     float top = max(floor(g * y + 0.5), 1.0), deviation = sqrt(top);
-    // To either side; for a small mean Poisson's distribution reaches farther up.
+    // The ranges on both sides of it. The upper one is larger: for a small mean, Poisson's distribution is skewed.
     float below = min(HALF * deviation, top - 1.0), above = HALF * deviation + 10.0;
     float apart = max((below + above) / terms, 1.0), first = top - g - (apart > 1.0 ? below : floor(below));
     float sum = 0.0;

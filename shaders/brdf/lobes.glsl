@@ -1,6 +1,8 @@
 // The highlights of the lecture: max(R.V, 0)^h and max(N.H, 0)^h.
-// Provides mirrorLobe(), halfwayLobe().
-// N, L, V are unit, N.L > 0, h >= 0. L = -V has no halfway vector; N.H is then taken as 0.
+// Provides mirrorLobe() for Phong's highlight and halfwayLobe() for Blinn's, each a number in [0, 1]. R is the mirror
+// direction of L, and H is halfway between L and V.
+// N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
+// the viewer; N.L > 0. The exponent h is >= 0. For L = -V there is no halfway vector, and N.H counts as 0.
 
 #include "brdf/cosine_lobe.glsl"
 

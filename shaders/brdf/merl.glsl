@@ -1,15 +1,20 @@
 // Measured reflectance: an isotropic table, such as those of the MERL database (Matusik et al. 2003).
-// Provides merl(): the table's value, linear between the middles of its cells. raytracer/scene/materials/merl.py says how the table is
-// stored.
+// Provides merl(): f cos(theta_i), per colour channel, f interpolated linearly between the centres of the table's
+// cells.
+// N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
+// the viewer; N.L > 0.
+// A table has 90 x 90 x 180 cells over the half and difference angles of Rusinkiewicz (1998): theta_h in the square
+// root of the angle up to 90 degrees, theta_d in steps of 1 degree, phi_d in steps of 1 degree up to 180 degrees.
+// raytracer/scene/materials/merl.py describes the files.
 //
-// The half and difference angles (Rusinkiewicz 1998) by what is left of his rotations for S = L + V:
-// phi_d = atan(L . (N x H), (N.V - N.L) |S| / 2), which cancels nowhere.
+// The angles come from S = L + V, without the paper's rotations: phi_d = atan(L . (N x H), (N.V - N.L) |S| / 2) cancels
+// nowhere.
 
 #include "brdf/angle.glsl"
 #include "brdf/numbers.glsl"
 #include "materials.glsl"
 
-uniform sampler3D measured;  // phi_d, theta_d, theta_h, one table after another
+uniform sampler3D measured;  // axes phi_d, theta_d, theta_h; the tables follow each other along theta_h
 
 vec3 merlRow(int table, ivec2 h, ivec2 d, ivec2 phi, vec3 part, int i) {
     int z = 90 * table + (i < 2 ? h.x : h.y), y = (i & 1) == 0 ? d.x : d.y;
@@ -24,7 +29,7 @@ vec3 merl(Material m, vec3 N, vec3 L, vec3 V) {
     float y = 2.0 * dot(L, cross(N, V)), x = length(S) * (NoV - NoL);
     float phiD = x == 0.0 && y == 0.0 ? 0.0 : atan(y, x);
     if (phiD < 0.0) phiD += PI;
-    // In cells, from the middle of the first.
+    // The place in the table, in cells from the centre of the first cell.
     vec3 at = vec3(90.0 * sqrt(thetaH / (0.5 * PI)), thetaD * (180.0 / PI), phiD * (180.0 / PI)) - 0.5;
     vec3 low = floor(at), part = at - low;
     ivec2 h = clamp(ivec2(low.x, low.x + 1.0), 0, 89), d = clamp(ivec2(low.y, low.y + 1.0), 0, 89);

@@ -1,6 +1,8 @@
 // The ideal mirror: f = F delta(V - R) / N.L.
-// Provides mirror(), mirrorMirrored(). A mirror reflects a point light to one direction only: so f is 0, and F is the
-// factor of the ray to the mirror direction (Whitted 1980). Needs fresnel().
+// Provides mirror(), which is 0: a mirror reflects a point light to a single direction. Provides mirrorMirrored(): F,
+// the factor of the light from the mirror direction, per colour channel (Whitted 1980).
+// N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
+// the viewer. Needs the generated fresnel(), which calls the Fresnel form that the material chooses.
 
 #include "materials.glsl"
 

@@ -2,5 +2,5 @@
 // Provides PI, GRAZING.
 
 const float PI = 3.14159265;
-// The least N.V that is divided by: rounding makes it 0, or negative, where a surface is seen edge-on.
+// The smallest N.V that models divide by: on a surface seen edge-on, rounding makes N.V 0 or negative.
 const float GRAZING = 1e-20;

@@ -1,6 +1,8 @@
 // Phong's model in the lecture's form: kd N.L + ks max(R.V, 0)^h, R the mirror direction of L.
-// Provides phong() (Phong 1975).
-// As a reflectance it is kd + ks (R.V)^h / N.L: neither reciprocal nor bounded.
+// Provides phong() (Phong 1975): the factor of the light's colour, per colour channel.
+// N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
+// the viewer; N.L > 0.
+// As a reflectance the highlight is ks (R.V)^h / N.L, which is neither reciprocal nor bounded.
 
 #include "brdf/lobes.glsl"
 #include "materials.glsl"

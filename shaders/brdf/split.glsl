@@ -1,8 +1,12 @@
 // The split model: mirror facets reflect the share F of the light, and the rest is diffuse.
-// Provides split(): f = (1 - F) (1 - metalness) rho / pi + F D G / (4 N.L N.V),
-// F = f0 + (1 - f0) (1 - V.H)^5, f0 going to rho with metalness (the cheat sheet's kd f_lambert + ks f_microfacet
-// with ks = F, but F once: f_microfacet has it; Karis 2013). Needs D(), slope(), masking().
-// 1 - F is Schlick's at V.H, not what is transmitted in and out again.
+// Provides split(): f cos(theta_i), per colour channel, with f = (1 - F) (1 - metalness) rho / pi + F D G / (4 N.L N.V)
+// and Schlick's F = f0 + (1 - f0) (1 - V.H)^5. f0 changes to rho as metalness goes to 1 (Karis 2013).
+// N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
+// the viewer; N.L > 0.
+// Needs the generated D(), slope() and masking(), which call the distribution and masking that the material chooses.
+//
+// The course's cheat sheet has kd f_lambert + ks f_microfacet with ks = F. Here F occurs once, within f_microfacet.
+// 1 - F is Schlick's at V.H. It is not the share that passes into the material and out again.
 
 #include "brdf/numbers.glsl"
 #include "materials.glsl"

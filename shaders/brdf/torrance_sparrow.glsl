@@ -1,7 +1,10 @@
 // Torrance and Sparrow's microfacet model (1967), with V-shaped cavities.
-// Provides torrance_sparrow(): f = rho / pi + ks constant F D G / (N.L N.V), D = c exp(-(angle / m)^2) of the angle
-// between N and H. Needs fresnel().
-// c is free there; 0 stands for 1 / (pi m^2), which makes the integral over D cos 1 for small m.
+// Provides torrance_sparrow(): f cos(theta_i), per colour channel, with f = rho / pi + ks constant F D G / (N.L N.V)
+// and D = c exp(-(angle / m)^2), of the angle between N and the halfway vector H.
+// N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
+// the viewer; N.L > 0. F is taken at the angle between V and H.
+// Needs the generated fresnel(), which calls the Fresnel form that the material chooses.
+// The paper leaves c free. c = 0 stands for 1 / (pi m^2), which makes the integral over D cos equal to 1 for a small m.
 
 #include "brdf/angle.glsl"
 #include "brdf/numbers.glsl"

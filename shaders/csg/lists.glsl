@@ -2,18 +2,19 @@
 // Provides endsAt(), listAt(), ballAt(), struct Item, itemAt(), surfaceOf(), struct Nearest, nearer(), meets(),
 // hemisphereCell(), for the generated loop over a list. raytracer/compiler/candidate_lists.py describes the entries.
 //
-// A ray from the camera through a cell of the picture, or one to a light from a cell around it,
-// can meet only what that cell lists.
+// A cell is a square of the picture, for rays from the camera, or a cell of a hemisphere around a light, for rays to
+// that light. A ray through a cell can meet only the objects in the cell's list. All lengths are in view space.
 
 #include "geometry/ray.glsl"
 #include "geometry/surfaces.glsl"
 
 uniform isamplerBuffer lists;  // the entries of all cells' lists
-uniform isamplerBuffer ends;   // of each light the longest ray and where its lists begin; then, from there on, where the
-                               // list of each cell of each light begins and ends
+// First a texel for each light: the length of ray up to which its lists are complete (float bits), and where its lists
+// begin in `lists`. Then a texel for each cell of each light: where its list begins and ends, counted from there.
+uniform isamplerBuffer ends;
 uniform samplerBuffer items;   // 4 texels for each object of a common shape: see ballAt() and itemAt()
 
-flat in int grid;              // cells of a side of each hemisphere around a light
+flat in int grid;              // the number of cells along each side of a hemisphere around a light
 
 ivec2 endsAt(int cell) {
     return texelFetch(ends, cell).xy;
@@ -27,7 +28,7 @@ vec4 itemsAt(int i) {
     return texelFetch(items, i);
 }
 
-// The ball around an object of a common shape.
+// The bounding sphere of an object of a common shape: centre, radius.
 vec4 ballAt(int item) {
     return itemsAt(4 * item);
 }
@@ -36,8 +37,8 @@ struct Item {
     int shape;
     int first;   // index of its first surface
     int object;  // its number in the scene
-    vec4 power;  // of its surfaces: coarse.w, and sameAs()
-    vec4 same;
+    vec4 power;  // coarse.w of each of its surfaces (surfaces.glsl)
+    vec4 same;   // the coincidence number of each, sameAs()
 };
 
 Item itemAt(int item) {
@@ -45,26 +46,28 @@ Item itemAt(int item) {
     return Item(int(numbers.x), int(numbers.y), int(numbers.z), itemsAt(4 * item + 2), itemsAt(4 * item + 3));
 }
 
-// A surface of it, with what rays other than the camera's need: fewer texels than surfaceOf() of its index.
+// The item's surface number `leaf`, with the members that rays to a light need. It reads fewer texels than surfaceOf()
+// of the surface's index.
 Surface surfaceOf(Item i, int leaf) {
     return Surface(shapeOf(i.first + leaf), vec4(i.power[leaf]), vec4(i.same[leaf]));
 }
 
-// The first surface so far; of several at the same distance that of the first object in the scene.
+// The nearest surface so far; among several at one distance, the surface of the object that comes first in the scene.
 struct Nearest {
     real t;
-    int mat;     // as in surfaces.glsl
-    int object;  // its number; -1 for none
+    int mat;     // the surface's index + 1, negative where the ray leaves the primitive; 0 for none
+    int object;  // the object's number in the scene; -1 for none
 };
 
 bool nearer(real t, int object, Nearest than) {
     return t < than.t || (t == than.t && object < than.object);
 }
 
-// Of a distance: ten times, for lenses (raytracer/compiler/batches.py), what float32 rounding moves a ray or a root by, 32 u.
+// The tolerance of meets(), as a share of a distance. Float32 rounding moves a ray or a root by up to 32 u, u = 2^-24.
+// The factor of ten is for bounding spheres of lenses, which grow by more (raytracer/compiler/batches.py).
 const real SLACK = 2e-5;
 
-// Whether the ray may meet something in a ball before the distance `end`.
+// Whether the ray may meet a surface within a ball (centre, radius) before the distance `end`.
 bool meets(Ray ray, vec4 ball, real end) {
     real3 toCenter = ball.xyz - ray.ro;
     real3 moment = cross(toCenter, ray.rd);
@@ -73,7 +76,8 @@ bool meets(Ray ray, vec4 ball, real end) {
     return dot(moment, moment) <= radius * radius && along >= -radius && along - radius <= end;
 }
 
-// The cell, of grid x grid on each of two hemispheres around a light, in direction D from it. `size` is the length of D.
+// The cell in the direction D from a light, among grid x grid cells on each of two hemispheres. `size` is the length of
+// D.
 int hemisphereCell(vec3 D, float size) {
     vec2 at = D.xy / (abs(D.z) + size);
     ivec2 cell = clamp(ivec2((at + 1.0) * (0.5 * float(grid))), ivec2(0), ivec2(grid - 1));

@@ -1,10 +1,11 @@
 // The parts of the stack machine for programs: CSG trees reduced to the leaves that one cell may meet.
 // Provides leafRoots(), mayMeet(), leafHolds(), leafOwner(), joinedHolds(), joinedOwner(), for the generated machine
-// and for chain.glsl. raytracer/compiler/csg_pruning.py says what the codes mean:
-// leaf << 5 | swapped << 4 | negated << 3 | operation.
+// and for chain.glsl. A code is leaf << 5 | swapped << 4 | negated << 3 | operation; leaf is a surface's index
+// (raytracer/compiler/csg_pruning.py).
 //
-// One machine finds how long the tree's value at a distance holds (walk.glsl). The other finds whose surface
-// it is there: its values are before | after << 1 | mat << 2, mat being as in surfaces.glsl.
+// The generated text has two machines. One computes the distance up to which the tree's value at a distance holds
+// (walk.glsl). The other finds the owner of the surface at a distance. The owner machine's values are before | after <<
+// 1 | mat << 2: whether the ray is inside just before and just after, and the surface as in surfaces.glsl.
 
 #include "geometry/terms.glsl"
 #include "csg/walk.glsl"
@@ -21,7 +22,7 @@ real2 leafRoots(Ray ray, int index) {
 #endif
 }
 
-// Whether the ray may meet the leaf before the distance `end`, with `blur` more than SLACK.
+// Whether the ray may meet the leaf before the distance `end`. A sphere's radius grows by `blur`. Planes always count.
 bool mayMeet(Ray ray, int index, real blur, real end) {
 #ifdef HAS_SPHERES
     vec4 shape = shapeOf(index);

@@ -1,24 +1,23 @@
 // Constructive solid geometry by hit lists (Roth diagrams), in the words of the course assignment.
 // Provides struct Hit, struct Roth, raySphere(), rayPlane(), unionCSG(), intersectionCSG(), complementCSG(),
-// differenceCSG(), firstHit(). (Roth, "Ray casting for modeling solids", 1982.)
+// differenceCSG(), firstHit(). (Roth, "Ray casting for modeling solids", 1982.) All lengths are in view space.
 //
-// A Roth diagram is the list of a ray's crossings with a solid, along the whole line and not
-// just ahead of ro, in order of t, strictly increasing. The ray is inside the solid from hit 0
-// to hit 1, from hit 2 to hit 3, and so on, so n is even. A solid that has no end along the line
-// begins at -INF or ends at INF. So an empty solid is n = 0, everything is [-INF, INF], and the
-// complement of either is the other:
+// A Roth diagram is the list of a ray's crossings with a solid, in strictly increasing order of the distance t. It
+// covers the whole line, also behind the ray's origin ro. The ray is inside the solid from hit 0 to hit 1, from hit 2
+// to hit 3, and so on, so the number n of hits is even. A solid that is unbounded along the line begins at -INF or ends
+// at INF. An empty solid has n = 0, and all of space is [-INF, INF]; each of the two is the complement of the other:
 //
 //     A             ------[=======]--------[===]------
 //     complement    ======]-------[========]---[======
 //
-// That is what makes the filters right with the camera inside a solid, with an empty operand and
-// with complements of complements. The lists are readable rather than fast; walk.glsl describes the faster way.
+// So the filters are right also with the camera inside a solid, with an empty operand, and with complements of
+// complements. The lists are for reading rather than for speed; walk.glsl describes the faster way.
 
 #include "geometry/ray.glsl"
 #include "geometry/sphere.glsl"
 #include "geometry/plane.glsl"
 
-// The host computes from a scene's trees what it can need, so a list never overflows.
+// The host computes the bound from the scene's trees, so a list never overflows. Default: 8.
 #ifndef MAX_HITS
 #define MAX_HITS 8
 #endif
@@ -26,7 +25,7 @@
 struct Hit {
     real t;        // distance along the ray
     real3 normal;  // unit, outward from the solid; 0 at +-INF
-    int mat;       // which surface, and so which material: see hit.glsl
+    int mat;       // the surface's index + 1, negative where the ray leaves the primitive; 0 at +-INF
 };
 
 struct Roth {
@@ -34,7 +33,8 @@ struct Roth {
     Hit hit[MAX_HITS];
 };
 
-// The crossings of a ball. sphere and terms are sphereSpan()'s, surface is sphereEnds()'s.
+// The crossings of a ball. sphere: centre and radius. terms: the two numbers of sphereSpan(). surface: the coincidence
+// number of sphereEnds(). mat: the surface's index + 1.
 Roth raySphere(Ray ray, real4 sphere, real2 terms, int surface, int mat) {
     Roth r;
     r.n = 0;
@@ -47,8 +47,8 @@ Roth raySphere(Ray ray, real4 sphere, real2 terms, int surface, int mat) {
     return r;
 }
 
-// The crossings of a half-space: one, and the end that has none. plane and slope are planeSpan()'s,
-// surface is planeEnds()'s.
+// The crossings of a half-space: one root, and an end at infinity. plane: normal and offset. slope: dot(normal,
+// ray.rd). surface: the coincidence number of planeEnds(). mat: the surface's index + 1.
 Roth rayPlane(Ray ray, real4 plane, real slope, int surface, int mat) {
     Roth r;
     r.n = 0;
@@ -61,9 +61,8 @@ Roth rayPlane(Ray ray, real4 plane, real slope, int surface, int mat) {
     return r;
 }
 
-// The part of the line where at least `depth` of a and b are: 1 is the union, 2 the intersection.
-// Hits of a and b at the same t are crossed at once, so that coincident faces are one face or
-// none; the hit is then a's.
+// The parts of the line that are inside at least `depth` of a and b: 1 is the union, 2 the intersection. Hits of a and
+// b at the same t count as one step, so coincident faces become one face or none; the hit is then the one of a.
 Roth atLeast(int depth, Roth a, Roth b) {
     Roth r;
     r.n = 0;
@@ -99,7 +98,8 @@ Roth intersectionCSG(Roth a, Roth b) {
     return atLeast(2, a, b);
 }
 
-// The same crossings the other way round; an end at infinity becomes none, and the reverse.
+// The complement: the same crossings with inside and outside exchanged. An end at infinity disappears, and an end that
+// was finite becomes one at infinity.
 Roth complementCSG(Roth a) {
     Roth r;
     r.n = 0;
@@ -123,12 +123,12 @@ Roth complementCSG(Roth a) {
     return r;
 }
 
-// A - B = A and not B.
+// The difference A - B, which is A and not B.
 Roth differenceCSG(Roth a, Roth b) {
     return intersectionCSG(a, complementCSG(b));
 }
 
-// Take the first crossing ahead of the ray's origin if it is nearer than `nearest.t`.
+// Set `nearest` to the first crossing ahead of the ray's origin if that is nearer than `nearest.t`.
 void firstHit(Roth r, inout Hit nearest) {
     for (int i = 0; i < r.n; i++) {
         if (r.hit[i].t > 0.0) {

@@ -1,8 +1,10 @@
 // The surface, the point and the normal of a hit.
-// Provides hitSurface(), isPlane(), pointAt(). They take the hit's `mat` (surfaces.glsl), which must not be 0.
+// Provides hitSurface(), isPlane(), pointAt(), in view space. They take the hit's number `mat`: the surface's index +
+// 1, negative where the ray leaves the primitive (surfaces.glsl). mat must not be 0.
 //
-// Needs what terms.glsl needs. Where the host knows that rays meet only one surface, it defines ONLY as what that
-// is called, and where it knows that they meet no sphere, NO_SPHERES.
+// Needs sphere.glsl if there are spheres, and plane.glsl if there are planes. If the host knows that rays meet only one
+// surface, it defines ONLY as the expression for that surface. If it knows that rays meet no sphere, it defines
+// NO_SPHERES.
 
 #include "geometry/terms.glsl"
 
@@ -32,14 +34,15 @@ void pointAt(int mat, Ray ray, out real3 P, out real3 n) {
         real2 span = sphereRoots(ray, s);
         real t = mat > 0 ? span.x : span.y;
         n = sphereNormal(ray, s.shape, sphereTerms(ray, s), mat > 0);
-        // Projected onto the sphere, unless that is so huge that its radius has fewer bits than the distance.
+        // P is projected onto the sphere, unless the radius is larger than t: it then resolves less than the distance
+        // does.
         P = s.shape.w < t ? s.shape.xyz + s.shape.w * n : ray.ro + t * ray.rd;
     }
 #endif
 #ifdef HAS_PLANES
     if (isPlane(mat)) {
         n = s.shape.xyz;
-        // On the plane to the rounding of its own coordinates: to project it would round as much again.
+        // P is on the plane up to the rounding of its own coordinates. A projection would add as much rounding again.
         P = ray.ro + planeRoot(ray, s) * ray.rd;
     }
 #endif

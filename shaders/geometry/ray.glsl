@@ -1,30 +1,29 @@
 // Rays, and the surfaces that their ends are known to lie on.
 // Provides INF, struct Contact, struct Ray.
 //
-// All of shaders/ works in view space: the camera is at the origin, +x right, +y up, looking
-// along -z. The host brings the scene there in float64. So nothing depends on how far a scene is
-// from its own origin, a camera ray starts at exactly 0, and the small sideways parts of its
-// direction keep all their bits however narrow the field of view.
+// All of shaders/ works in view space: the camera is at the origin, +x is right, +y is up, and the camera looks along
+// -z. The host transforms the scene in float64. So nothing depends on how far a scene is from its own origin. A camera
+// ray starts at exactly 0, and the small sideways parts of its direction keep all their bits, however narrow the field
+// of view.
 
 #include "geometry/real.glsl"
 
-// Further than any root: lengths are at most 1e12, and a ray that is all but parallel to a plane
-// is clamped to this.
+// A distance beyond any root. Lengths are at most 1e12, and the root of a ray that is nearly parallel to a plane is
+// clamped to INF.
 const real INF = 1e30;
 
 // A surface that an end of a ray is known to lie on.
 struct Contact {
-    int surface;  // the number that it and all that coincide with it have, sameAs() of terms.glsl; 0 for none
+    int surface;  // its coincidence number, which all surfaces at its place share, sameAs() of terms.glsl; 0 for none
     real3 n;      // its outward unit normal there
 };
 
-// A half-line ro + t rd, t > 0.
+// A half-line ro + t rd with t > 0, in view space.
 //
-// A shadow ray says which surface it leaves, and which one the light at its other end lies on, if
-// any: there one root is known to be exactly 0, or exactly `distance`, and the other follows from the
-// normal without cancellation. So no shadow ray is pushed off its surface by a bias, and a
-// light on a surface, which ends all roads to it, is in the shadow of none. For the camera's rays
-// the host knows more: see terms.glsl.
+// A shadow ray names the surface that it starts on, and the surface, if any, that the light at its other end lies on.
+// On these surfaces one root is known to be exactly 0, or exactly `distance`, and the other root follows from the
+// normal without cancellation. So no shadow ray needs a bias (epsilon) against self-shadowing, and the root at the
+// light does not block the light. For camera rays the host computes more terms: see terms.glsl.
 struct Ray {
     real3 ro;
     real3 rd;       // unit to rounding

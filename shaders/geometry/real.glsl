@@ -1,6 +1,6 @@
 // The number types of all geometry: float, or double for 64 bits.
-// Provides real, real2, real3, real4. They are double and its vectors if the host defines DOUBLES (--precision 64,
-// GLSL 400). No other file names a double; colours and reflectance are always float.
+// Provides real, real2, real3, real4. They are double and its vectors if the host defines DOUBLES (--precision 64, GLSL
+// 400). No other file names a double; colours and reflectance are always float.
 
 #ifdef DOUBLES
 #define real double

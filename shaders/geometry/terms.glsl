@@ -1,23 +1,24 @@
-// The roots of a ray with the scene's surfaces, with the terms that would cancel taken from the host.
-// Provides sphereTerms(), planeSlope(), sphereRoots(), planeRoots(), sameAs().
-// All camera rays start at one point, so the host computes those terms in float64. Needs sphere.glsl if there are
-// spheres, plane.glsl if there are planes.
+// The roots of a ray with the scene's surfaces; for camera rays the host computes the terms that would cancel.
+// Provides sphereTerms(), planeSlope(), sphereRoots(), planeRoots(), sameAs(), all in view space. Roots are distances
+// along the ray. Because all camera rays start at one point, the host can compute their terms in float64, once for each
+// surface.
+// Needs sphere.glsl if there are spheres, and plane.glsl if there are planes.
 
 #include "geometry/surfaces.glsl"
 #include "geometry/camera.glsl"
 
-// A number that a surface has in common with all that coincide with it, their sides aside; at least 1.
+// The coincidence number of a surface, at least 1: equal for all surfaces at one place, whichever side is inside.
 int sameAs(Surface s) {
     return int(s.fine.w);
 }
 
 #if defined(HAS_SPHERES) && !defined(NO_SPHERES)
-// For sphereSpan() and sphereNormal().
+// The `terms` for sphereSpan() and sphereNormal().
 real2 sphereTerms(Ray ray, Surface s) {
     if (ray.ofCamera) return real2(cameraSlope(s.coarse.xyz, s.fine.xyz), s.coarse.w);
     real2 terms = sphereTermsOf(ray, s.shape);
-    // From the camera's power if that is the nearer one to go out from: beside a huge sphere the
-    // distance of its centre has no bits left for how near its surface is.
+    // If the camera is nearer to ro than the sphere's centre is, start from the camera's power: beside a huge sphere,
+    // the distance of the centre is too coarse to resolve the distance of the surface.
     real3 toCenter = s.shape.xyz - ray.ro;
     if (dot(ray.ro, ray.ro) < dot(toCenter, toCenter))
         terms.y = s.coarse.w - dot(ray.ro, s.shape.xyz + toCenter);
@@ -30,7 +31,7 @@ real2 sphereRoots(Ray ray, Surface s) {
 #endif
 
 #ifdef HAS_PLANES
-// dot(normal, rd), for planeSpan().
+// The slope dot(normal, rd), for planeSpan().
 real planeSlope(Ray ray, Surface s) {
     if (ray.ofCamera) return cameraSlope(s.coarse.xyz, s.fine.xyz);
     return dot(s.shape.xyz, ray.rd);
@@ -41,17 +42,18 @@ real2 planeRoots(Ray ray, Surface s) {
     return planeEnds(ray, slope, sameAs(s), planeSpan(ray, s.shape, slope));
 }
 
-// Where a ray that meets nothing but half-spaces crosses the plane; INF if it does not.
+// The distance at which a ray that meets nothing but half-spaces crosses the plane; INF if it does not.
 real planeRoot(Ray ray, Surface s) {
     return planeCrossing(ray, s.shape, planeSlope(ray, s), sameAs(s));
 }
 
-// The mat (surfaces.glsl) of that crossing: ahead of it, a ray comes out of a half-space that it is in.
+// The `mat` (surfaces.glsl) of the crossing at planeRoot(): negative if the ray's origin is in the half-space, so that
+// the ray leaves it there. `index` is the plane's index.
 int planeMat(Ray ray, Surface s, int index) {
     return s.shape.w > dot(s.shape.xyz, ray.ro) ? -index - 1 : index + 1;
 }
 
-// The number in the scene of an object that is this half-space.
+// The number in the scene of the object that consists of this half-space.
 int planeObject(Surface s) {
     return int(s.coarse.w);
 }

@@ -1,8 +1,8 @@
 // The cells of the picture that one program draws, squares of `side` pixels.
-// They come as rectangles, an instance for each `block` of squares: the column and row of its first square, counted from
-// the lower left, and how many columns and rows of squares it has. Or they come as points of one square each, because
-// llvmpipe shades the pixels along a rectangle's diagonal twice, once for each triangle.
-// If the host defines PROGRAMS, `list` is where the list of that cell begins and ends (lists.glsl).
+// The mesh has an instance for each `block` of squares: the column and row of its first square, counted from the lower
+// left of the picture, and its numbers of columns and rows. A block is drawn as a rectangle, or if `points`, as a point
+// that is one square. (llvmpipe shades the pixels along a rectangle's diagonal twice, once for each triangle.) If the
+// host defines PROGRAMS, `list` holds where the candidate list of that cell begins and ends (lists.glsl).
 
 #include "passes/draw.glsl"
 #include "constants.glsl"

@@ -1,12 +1,12 @@
 // A check whether the driver ended loops of this shader too early.
 // Provides isCutShort(), CUT_SHORT.
 //
-// llvmpipe leaves every loop after its first round once a shader has gone through 65,535 rounds of all its loops,
-// for some pixels that are drawn together. It reports nothing, and the picture is wrong there.
+// After 65,535 rounds of all loops of a shader together, llvmpipe leaves every further loop after its first round, for
+// pixels that are drawn together. It reports nothing, and the picture is wrong there.
 
-uniform int two;  // 2; the compiler does not know
+uniform int two;  // 2, but not a constant: the compiler must not unroll the loop below
 
-// The value of `surface` (visibility.frag) then: no surface has this number.
+// The value that visibility.frag writes for such a pixel: no surface has this number.
 const int CUT_SHORT = -2147483647 - 1;
 
 bool isCutShort() {

@@ -1,33 +1,33 @@
 // The constants of one draw, which the vertex shaders hand on to the fragment shaders.
 // Provides struct Draw, draw, handOn(), placeOf().
 //
-// They are not uniforms of the fragment shaders: llvmpipe loads each number of those anew for every few pixels, some
-// 20 cycles each, a third of a simple picture's time. It keeps in registers what a vertex shader hands on flat.
+// They are not uniforms of the fragment shaders, because llvmpipe loads each uniform anew for every few pixels: some 20
+// cycles each, a third of a simple picture's time. It keeps the flat outputs of a vertex shader in registers.
 
 #include "geometry/real.glsl"
 
 struct Draw {
     vec2 resolution;    // W, H of the whole picture in pixels
     vec2 tileOrigin;    // the lower left pixel of the tile being drawn
-    vec4 viewport;      // its lower left pixel, width and height: a tile and a margin, as points with a centre
-                        // beyond it are not drawn
-    vec2 samplePlace;   // where in the pixel the sample lies, from its upper left corner, in 2^-24 of the pixel
-    real scatter;       // which digits of that are flipped, for each pixel others (camera.glsl): all, -1, or none, 0.
-                        // Not an int: llvmpipe mixes up a double, the next one, that shares its slot with none.
+    vec4 viewport;      // lower left pixel, width and height of the tile plus a margin: OpenGL does not draw points
+                        // whose centre is outside the viewport
+    vec2 samplePlace;   // the sample point, from the pixel's upper left corner, in units of 2^-24 pixel
+    real scatter;       // a mask of the digits of samplePlace that pixels may flip (camera.glsl): -1 all, 0 none.
+                        // Not an int: llvmpipe corrupts a double that is alone in its slot, as pixelScale would be.
     real pixelScale;    // tan(fov/2) / H
     vec3 ambient;
     vec3 background;
-    int firstPlane;     // how many spheres there are (surfaces.glsl)
-    int grid;           // cells of a side of each hemisphere around a light (lists.glsl)
-    float depthScale;   // of distances, so that those of all objects of common shapes (raytracer/compiler/batches.py) are below 1
+    int firstPlane;     // the number of spheres, which is the index of the first plane (surfaces.glsl)
+    int grid;           // the number of cells along each side of a hemisphere around a light (lists.glsl)
+    float depthScale;   // the factor that makes the distances of all objects of common shapes less than 1
 #ifdef SPHERE_LIGHTS
-    int lightIndex;     // of the point on each light (sobol.glsl)
+    int lightIndex;     // the index of the sample point on each light (sobol.glsl)
 #endif
 };
 
 uniform Draw draw;
 #ifdef SAMPLES
-uniform vec2 samplePlaces[SAMPLES];  // where each sample lies, if there are several
+uniform vec2 samplePlaces[SAMPLES];  // the place of each sample, if several are drawn at once
 #endif
 
 flat out vec2 resolution;
@@ -78,7 +78,7 @@ void handOn() {
 #endif
 }
 
-// Where a point of the picture, in pixels from its lower left, is in the viewport.
+// The clip coordinates of a point of the picture, which is in pixels from the picture's lower left.
 vec4 placeOf(vec2 pixel) {
     return vec4(2.0 * (pixel - draw.viewport.xy) / draw.viewport.zw - 1.0, 0.0, 1.0);
 }

@@ -2,9 +2,9 @@
 
 flat in vec3 background;
 
-uniform float samples;  // how many samples of a pixel are drawn at once
+uniform float samples;  // the number of samples of a pixel that are drawn at once
 
-out vec4 radiance;  // and, in a, its squared length: the sums of both tell their error (error.frag)
+out vec4 radiance;  // linear RGB; .a is its squared length, and the sums of both give the error (error.frag)
 
 void main() {
     radiance = samples * vec4(background, dot(background, background));

@@ -1,6 +1,6 @@
 // Both passes in one: the light that reaches the camera, for scenes of few primitives and for plane-only cells.
-// A plane-only cell sees nothing but half-spaces, and no other object casts a shadow there (raytracer/compiler/culling.py).
-// If the host defines SAMPLES, it is the sum of so many samples.
+// In a plane-only cell nothing but half-spaces is visible, and no other object casts a shadow
+// (raytracer/compiler/grounds.py). If the host defines SAMPLES, the result is the sum of that many samples.
 
 #include "scene.glsl"
 #include "shading/lighting.glsl"
@@ -10,7 +10,7 @@
 
 flat in vec3 background;
 
-out vec4 radiance;  // and, in a, its squared length: the sums of both tell their error (error.frag)
+out vec4 radiance;  // linear RGB; .a is its squared length, and the sums of both give the error (error.frag)
 
 vec4 sampled() {
     Ray view = cameraRay();
@@ -27,7 +27,7 @@ vec4 sampled() {
 
 void main() {
 #ifdef SAMPLES
-    // Written out: in a loop llvmpipe takes as long as for one sample after another.
+    // The samples are written out: in a loop they would take llvmpipe as long as separate draws.
     samplePlace = samplePlace0;
     radiance = sampled();
     samplePlace = samplePlace1;
@@ -40,6 +40,6 @@ void main() {
     radiance = sampled();
 #endif
 #ifdef MANY_ROUNDS
-    if (isCutShort()) radiance = vec4(-INF);  // as in shade.frag
+    if (isCutShort()) radiance = vec4(-INF);  // the host's sign that the pixel is wrong (shade.frag)
 #endif
 }

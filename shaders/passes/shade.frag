@@ -1,5 +1,6 @@
 // Pass 2: the light that reaches the camera from the surface that each pixel sees.
-// If the host defines OVER_PLANES, `surface` leaves out half-spaces, and all surfaces in it are nearer than those.
+// If the host defines OVER_PLANES, `surface` leaves out half-spaces, all surfaces in it are nearer than the
+// half-spaces, and this pass finds the half-spaces itself.
 
 #include "scene.glsl"
 #include "shading/lighting.glsl"
@@ -10,7 +11,7 @@
 uniform isampler2D surface;  // from visibility.frag
 flat in vec3 background;
 
-out vec4 radiance;  // and, in a, its squared length: the sums of both tell their error (error.frag)
+out vec4 radiance;  // linear RGB; .a is its squared length, and the sums of both give the error (error.frag)
 
 void main() {
     Ray view = cameraRay();
@@ -32,7 +33,7 @@ void main() {
 #endif
     radiance = vec4(c, dot(c, c));
 #ifdef MANY_ROUNDS
-    // No light is negative: the host knows it by that, whatever other samples add.
+    // No light is negative, so a sum of -INF tells the host that the pixel is wrong, whatever other samples add.
     if (wrong || isCutShort()) radiance = vec4(-INF);
 #endif
 }

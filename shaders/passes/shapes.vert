@@ -1,11 +1,13 @@
 // The rectangles of the picture in which small objects of common shapes may be seen.
-// There is one for each object, the smallest that holds all pixels that may see it. Vertices 4 i to 4 i + 3 are the
-// corners of rectangle i. Or they come as points: vertex i is a square around rectangle i (see cells.vert).
+// There is one rectangle for each object: the smallest that holds all pixels that may see the object. Vertices 4 i to 4
+// i + 3 are the corners of rectangle i. If `points`, vertex i is a point: a square around rectangle i (see cells.vert).
 
 #include "passes/draw.glsl"
 #include "geometry/surfaces.glsl"
 
-uniform isamplerBuffer objects;  // 2 texels each: rectangles() of raytracer/compiler/candidate_lists.py
+// 2 texels for each object: first column and row of pixels, and one past the last; shape, index of the first surface,
+// and number in the scene.
+uniform isamplerBuffer objects;
 
 flat out int shape;
 flat out int first;

@@ -1,15 +1,16 @@
 // The movement of a block's means between two numbers of samples, and the largest variance of a pixel's samples.
-// A fragment is a block of BLOCK x BLOCK pixels. raytracer/rendering/estimator.py estimates the picture's error from both.
+// A fragment is a block of BLOCK x BLOCK pixels. raytracer/rendering/estimator.py estimates the picture's error from
+// both numbers. They are in the squared units of radianceSum.
 
 #include "sampling/sums.glsl"
 
-uniform sampler2D earlierSum;  // the sums of all samples there were before
-uniform float earlier;         // how many samples they are of
-uniform float summed;          // how many radianceSum is of
-uniform float samples;         // how many there are now
-uniform ivec2 drawn;           // width and height of what is drawn of radianceSum
+uniform sampler2D earlierSum;  // the sums of the earlier number of samples
+uniform float earlier;         // the number of samples in earlierSum
+uniform float summed;          // the number of samples in radianceSum
+uniform float samples;         // the number of all samples now
+uniform ivec2 drawn;           // width and height of the part of radianceSum that holds the tile
 
-out vec2 found;  // of the block's pixels: the sum of |movement|^2, the largest variance of the samples
+out vec2 found;  // over the block's pixels: the sum of |movement|^2, and the largest variance of the samples
 
 void main() {
     ivec2 corner = BLOCK * ivec2(gl_FragCoord.xy);

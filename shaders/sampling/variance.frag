@@ -4,9 +4,9 @@
 #include "sampling/sums.glsl"
 
 #ifdef CHOSEN
-uniform isampler2D blockSamples;  // how many samples each block of BLOCK x BLOCK pixels got
+uniform isampler2D blockSamples;  // the number of samples of each block of BLOCK x BLOCK pixels
 #else
-uniform float samples;            // how many samples each pixel got
+uniform float samples;            // the number of samples of each pixel
 #endif
 
 out float variance;

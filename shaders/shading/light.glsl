@@ -1,19 +1,19 @@
 // The lights of the scene, in view space.
-// Provides struct Light, lights[]. If the host defines SPHERE_LIGHTS, some have a radius; if FALLOFF, some are
-// attenuated.
+// Provides struct Light, lights[]. The host defines SPHERE_LIGHTS if any light has a radius, and FALLOFF if any light
+// is attenuated with distance.
 
 #include "geometry/real.glsl"
 
 struct Light {
     real3 position;
-    int on;      // sameAs() of the surface that it lies on (terms.glsl); 0 for none
-    real3 n;     // and that surface's outward unit normal there
+    int on;      // coincidence number (sameAs(), terms.glsl) of the surface that the light lies on; 0 for none
+    real3 n;     // the outward unit normal of that surface at the light
 #ifdef SPHERE_LIGHTS
-    real radius; // 0 for a point; of others `on` is the sphere that is the light's own, and n is not given
+    real radius; // 0 for a point light; for others, `on` is the light's own sphere in the scene, and n is unused
 #endif
     vec3 color;  // I, linear RGB >= 0
 #ifdef FALLOFF
-    int falloff; // see irradiance.glsl
+    int falloff; // 0: none, 1: by the square of the distance (irradiance.glsl)
 #endif
 };
 
@@ -21,7 +21,7 @@ layout(std140) uniform Lights {
     Light lights[LIGHTS];
 };
 
-// The vertex shader (draw.glsl) hands on the lights that a text names. If the driver has no room for them there, the
+// The vertex shader (draw.glsl) hands on the lights that a text names. If the driver has too few varyings for them, the
 // host defines FETCHED_LIGHTS.
 #if !defined(VERTEX) && LIGHTS <= 2
 #ifdef FETCHED_LIGHTS

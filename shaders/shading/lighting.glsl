@@ -1,19 +1,21 @@
 // The light that a surface sends back along a ray: Le + ka Ia + sum over lights of S Il f cos(theta_i).
-// Provides radianceAt(). With f cos(theta_i) = kd N.L + ks spec it is the lecture's formula.
-// Needs what the generated scene.glsl provides: reflected(), and shadow() if the host defines SHADOWS.
+// Provides radianceAt(): linear RGB. With f cos(theta_i) = kd N.L + ks spec it is the lecture's formula. S is the
+// shadow factor: 0 for an occluded light, 1 for a visible one, or between.
+// Needs the generated reflected(), which is f cos(theta_i), and shadow() if the host defines SHADOWS.
 
 #include "shading/material.glsl"
 
 flat in vec3 ambient;  // Ia
 
 #ifdef SPHERE_LIGHTS
-flat in int lightIndex;  // of the point on each light (sobol.glsl)
+flat in int lightIndex;  // the index of the sample point on each light (sobol.glsl)
 #endif
 
 #if LIGHTS > 0
-// What a point P with the outward unit normal n, on the surface `mat`, sends towards V of a light, number i.
+// The light of a light source, number i, that a point P sends back in the direction V. P is on the surface `mat`
+// (surfaces.glsl), n is the outward unit normal there, and V is unit; all in view space.
 vec3 reflectedOf(Light light, int i, Material m, int mat, real3 P, real3 n, vec3 V) {
-    // Exactly n or -n, so that N.L > 0 and the shadow ray's own root agree on which side L is.
+    // N is exactly n or -n, so that the sign of N.L and the shadow ray's own root agree on the side of L.
     real3 N = mat > 0 ? n : -n;
     real3 toLight = light.position - P;
     real distance = length(toLight);
@@ -32,10 +34,10 @@ vec3 reflectedOf(Light light, int i, Material m, int mat, real3 P, real3 n, vec3
         light.color *= ray.weight;
     }
 #endif
-    // A light in the plane itself grazes it: N.L is 0, whatever rounding makes of it.
+    // A light in the plane itself grazes it: N.L counts as 0, whatever its rounded value is.
     bool grazes = isPlane(mat) && end.surface == start.surface;
     float NoL = float(dot(N, L));
-    // On the surface itself, at distance 0, a light has no direction.
+    // A light on P itself, at distance 0, has no direction.
     if (distance == 0.0 || grazes || NoL <= 0.0) return vec3(0.0);
     vec3 I = light.color * reflected(m, vec3(N), vec3(L), V);
 #ifdef SHADOWS
@@ -45,7 +47,7 @@ vec3 reflectedOf(Light light, int i, Material m, int mat, real3 P, real3 n, vec3
 }
 #endif
 
-// The ray meets the surface `mat`, which is not 0 (surfaces.glsl).
+// The radiance that a ray `view` receives from the surface `mat` that it meets; mat is not 0 (surfaces.glsl).
 vec3 radianceAt(int mat, Ray view) {
     Material m = hitMaterial(mat);
     vec3 I = vec3(0.0);
@@ -59,7 +61,8 @@ vec3 radianceAt(int mat, Ray view) {
     real3 P, n;
     pointAt(mat, view, P, n);
     vec3 V = vec3(-view.rd);
-    // A loop would take llvmpipe a third longer. But Roth's filters twice in a row take it minutes to compile.
+    // Two lights are written out, because a loop would take llvmpipe a third longer; but not with hit lists, because it
+    // needs minutes to compile Roth's filters twice in a row.
 #if LIGHTS == 1 || (LIGHTS == 2 && !defined(MAX_HITS))
     I += reflectedOf(light0, 0, m, mat, P, n, V);
 #if LIGHTS == 2

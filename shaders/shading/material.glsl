@@ -1,6 +1,7 @@
 // The material of the surface that a ray hits.
-// Provides hitMaterial(). struct Material and materialAt() are generated (raytracer/compiler/glsl/materials.py): they have
-// the parameters that the models in use need, and no others.
+// Provides hitMaterial(mat), mat being the number of the hit in surfaces.glsl. struct Material and materialAt() are
+// generated (raytracer/compiler/glsl/materials.py): they have the parameters that the models in use need, and no
+// others.
 
 #include "geometry/surfaces.glsl"
 #include "materials.glsl"

@@ -1,6 +1,7 @@
 // The light along a ray that mirrors reflect on, up to BOUNCES of them in a row (Whitted 1980).
-// Provides radianceByMirrors(), for a ray that meets the surface `mat` (0: none).
-// Needs what the generated scene.glsl provides: mirrored(), rayCSG().
+// Provides radianceByMirrors(): linear RGB, for a ray `view` that meets the surface `mat` (0: none, and the background
+// counts).
+// Needs the generated mirrored(), the share that a material mirrors, and rayCSG(), the first surface along a ray.
 
 #include "shading/lighting.glsl"
 

@@ -11,7 +11,7 @@ uniform bool inView;
 out vec4 color;
 
 const vec3 BLACK = vec3(0.0), WHITE = vec3(1.0);
-// Where the bands end, from the outermost inwards, as shares of the radius.
+// The inner edges of the bands, from the outermost inwards, as shares of the radius.
 const float RIM = 0.84, RING = 0.56, INNER_RIM = 0.42;
 
 void main() {

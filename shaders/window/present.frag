@@ -1,18 +1,18 @@
 // The picture in the window: the mean of the samples, as sRGB.
-// ENLARGED: each pixel is a square of `enlarged` pixels of the window.
-// REFINED: there may be sums of earlier samples, and blocks that get no more samples.
+// If the host defines ENLARGED, each pixel of the picture is a square of `enlarged` pixels of the window. If it defines
+// REFINED, there may be sums of earlier samples, and blocks that get no more samples.
 
 #include "window/srgb.glsl"
 
-uniform sampler2D radianceSum;    // sums of the samples since it was last read
-uniform float lightScale;         // times which light the sums are of
-uniform float samples;            // of all pixels whose block has no number of its own
+uniform sampler2D radianceSum;    // the sums of the samples since the host last read it, times lightScale
+uniform float lightScale;         // the scale of all light in the sums
+uniform float samples;            // the number of samples of each pixel, unless its block has stopped
 #ifdef ENLARGED
 uniform int enlarged;
 #endif
 #ifdef REFINED
-uniform sampler2D summedBefore;   // of those before, if there are any
-uniform isampler2D blockSamples;  // for each block of BLOCK x BLOCK pixels that gets no more samples: how many it got
+uniform sampler2D summedBefore;   // the sums of the samples before those, if hasBefore
+uniform isampler2D blockSamples;  // the number of samples of each stopped block of BLOCK x BLOCK pixels; 0 for others
 uniform bool hasBefore;
 uniform bool hasStopped;
 #endif
@@ -32,5 +32,5 @@ void main() {
     if (stopped > 0) count = float(stopped);
 #endif
     vec3 radiance = sum / (count * lightScale);
-    color = vec4(srgbFromLinear(radiance), 1.0);  // the window clamps what is above 1
+    color = vec4(srgbFromLinear(radiance), 1.0);  // the window clamps values above 1
 }

@@ -1,11 +1,11 @@
 // The distance to the visible surface, as grey.
-// The grey is 1 / (1 + t / focus): white at the camera, half as bright at the distance of the point that the camera
-// looks at, black for nothing. So it needs no range of its own.
+// The grey is 1 / (1 + t / focus), in sRGB: 1 (white) at the camera, 1/2 at the distance of the point that the camera
+// looks at, 0 (black) if no surface is visible. So it needs no range of its own.
 
 #include "window/srgb.glsl"
 
 uniform sampler2D normalDepth;  // from visibility.frag
-uniform float focus;            // distance from the camera to what it looks at
+uniform float focus;            // the distance from the camera to the point that it looks at
 
 out vec4 radiance;
 

@@ -1,4 +1,4 @@
-// The material of the visible surface, as a colour of its own; black for nothing.
+// The material of the visible surface, as a colour of its own; black if no surface is visible.
 
 #include "shading/material.glsl"
 #include "window/srgb.glsl"
@@ -13,7 +13,7 @@ void main() {
         radiance = vec4(0.0, 0.0, 0.0, 1.0);
         return;
     }
-    // Hues in steps of the golden section: each new one falls into a widest gap between those before.
+    // Hues are in steps of the golden section: each new hue falls into one of the widest gaps between earlier hues.
     float hue = fract(0.618034 * float(materialAt(indexOf(mat)).number));
     vec3 c = 0.5 + 0.45 * cos(6.2831853 * (hue - vec3(0.0, 1.0, 2.0) / 3.0));
     radiance = vec4(linearFromSrgb(c), 1.0);

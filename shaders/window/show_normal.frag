@@ -1,5 +1,6 @@
 // The normal of the visible surface, as a colour.
-// The colour is 0.5 + 0.5 N, N the unit normal in world space: x red, y green, z blue; black for nothing.
+// The colour is 0.5 + 0.5 N in sRGB, where N is the unit normal in world space: x red, y green, z blue; black if no
+// surface is visible.
 
 #include "window/srgb.glsl"
 

@@ -656,6 +656,6 @@ def test_without_a_display_the_message_is_plain_and_names_render() -> None:
     command = (sys.executable, "-m", "raytracer", "view", str(ASSIGNMENT))
     done = finished(*command, cwd=CHECKOUT, env=environment())
     assert done.returncode == 1
-    assert done.stderr.startswith("raytracer: there is no window here: ")
+    assert done.stderr.startswith("raytracer: no window opens on this machine: ")
     assert "`raytracer render" in done.stderr
     assert "Traceback" not in done.stderr and "b'" not in done.stderr

@@ -138,7 +138,7 @@ def test_the_argument_overrides_the_variable_and_both_apply_to_egl_only(monkeypa
     assert chosen(adapter=1) == ("egl", 1)
     assert chosen("osmesa") == ("osmesa", None)
     with pytest.raises(
-        rt.InputError, match=r"^device: expected the backend egl, which alone has devices, got .* osmesa"
+        rt.InputError, match=r"^device: expected the backend egl, the only one with devices, got .* osmesa"
     ):
         chosen("osmesa", 1)
     monkeypatch.setenv("RAYTRACER_DEVICE", "")

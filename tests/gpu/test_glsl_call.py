@@ -57,7 +57,7 @@ def test_errors_about_wrong_calls_state_the_expected_arguments(renderer: Rendere
         glsl.call("holds", 1, device=renderer.device)
     with pytest.raises(ValueError, match=r"span: expected an array of shape \(N, 2\)"):
         glsl.call("isInside", np.zeros((4, 3)), 0.0, device=renderer.device)
-    with pytest.raises(ValueError, match=r"or one, got \[3, 4\]"):
+    with pytest.raises(ValueError, match=r"or of length 1, got lengths \[3, 4\]"):
         glsl.call("isInside", np.zeros((4, 2)), np.zeros(3), device=renderer.device)
     with pytest.raises(ShaderError, match="no function or struct nothing in exactly one file"):
         glsl.call("nothing", device=renderer.device)

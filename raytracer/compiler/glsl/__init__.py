@@ -1,1 +1,1 @@
-"""GLSL text: shaders that are put together of `shaders/` and of text generated for a scene."""
+"""GLSL text: shaders assembled from the files of `shaders/` and from text generated for a scene."""

@@ -1,6 +1,7 @@
-"""The constants that the vertex shaders hand on: as many as a driver has varyings for. Fragment shaders fetch the rest.
+"""Handed constants: the vertex shaders hand on as many as fit into a driver's varyings; fragment shaders fetch the
+rest.
 
-Handed on they are quicker (draw.glsl), and have the same bits.
+Fragment shaders read handed constants faster (draw.glsl). The bits are equal either way.
 """
 
 from __future__ import annotations
@@ -13,30 +14,30 @@ from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.glsl.csg import NamedPlane, Tree
 from raytracer.compiler.glsl.csg_lists import most_leaves
 
-# Components of the varyings of a scene that wants the most of them: 125 and some.
+# More varying components than any scene needs: the most is 125 and some.
 ALL = 128
-# Components of a Surface (surfaces.glsl) at 32 bits, three vec4. Surfaces of 64 bits are not handed on.
+# The components of a struct Surface (surfaces.glsl) with 32 bits: three vec4. Surfaces with 64 bits are not handed on.
 _SURFACE = 12
-# Up to so many surfaces, and lights, are handed on by the vertex shader, where there is room.
+# The most surfaces, and the most lights, that the vertex shader hands on if they fit.
 CONSTANTS, CONSTANT_LIGHTS = 6, 2
-# Components of the other varyings of cells.vert and shapes.vert (draw.glsl): vectors and colours; 2 of `real`; and
-# components that only lists, programs, common shapes, and lights with a radius have.
+# The components of the other varyings of cells.vert and shapes.vert (draw.glsl): vectors and colours; two numbers of
+# the type `real`; and the components for lists, for programs, for common shapes, and for lights with a radius.
 _DRAW, _DRAW_REALS, _DRAW_LISTS, _DRAW_PROGRAMS, _DRAW_SHAPES, _DRAW_SPHERE_LIGHTS = 12, 2, 3, 2, 3, 1
 
 
 class Handed(NamedTuple):
-    """The constants that are handed on."""
+    """The constants that the vertex shaders hand on."""
 
-    surfaces: Sequence[int]  # by their index
-    leaves: int  # surfaces of an object of a common shape (shapes.vert)
-    lights: bool
-    material: bool  # the only one
+    surfaces: Sequence[int]  # indices of surfaces
+    leaves: int  # number of surfaces of an object of a common shape (shapes.vert)
+    lights: bool  # whether all lights
+    material: bool  # whether the only material
 
 
 def handed_constants(compiled: CompiledScene, varyings: int) -> Handed:
-    """The constants that the vertex shaders hand on with so many components of varyings.
+    """Return the constants that fit into `varyings` varying components.
 
-    The texts of one program must be made with the same ones.
+    All texts of one program must be made with equal constants.
     """
     real, layout, lights = compiled.options.precision // 32, compiled.layout, len(compiled.lights)
     wanted = Handed(
@@ -58,9 +59,14 @@ def handed_constants(compiled: CompiledScene, varyings: int) -> Handed:
 
 
 def _fitting(room: int, shapes_room: int, wanted: Handed, lights: int, material: int) -> Handed:
-    """The part of `wanted` for which there is room, in components: in cells.vert, and for leaves in shapes.vert.
+    """Return the part of `wanted` that fits.
 
-    `lights` and `material` are the components of all lights, and of the material.
+    Args:
+        room: The free components in cells.vert.
+        shapes_room: The free components in shapes.vert.
+        wanted: The constants to hand on.
+        lights: The components of all lights.
+        material: The components of the material.
     """
     leaves = min(wanted.leaves, max(shapes_room, 0) // _SURFACE)
     both = min(room, shapes_room - leaves * _SURFACE) if wanted.leaves else room
@@ -72,20 +78,20 @@ def _fitting(room: int, shapes_room: int, wanted: Handed, lights: int, material:
 
 
 def shape_trees(compiled: CompiledScene) -> list[Tree]:
-    """The trees of objects of common shapes, over their own leaves."""
+    """Return the trees of the common shapes, with numbers of their own as leaves."""
     return [batch.tree for batch in compiled.batches.shapes]
 
 
 def handed_names(compiled: CompiledScene, handed: Handed) -> dict[int, str]:
-    """The surfaces, by index, that the vertex shader hands to all others, and their names."""
+    """Return the GLSL names of the handed surfaces, by surface index."""
     names = _nameable(compiled)
     return {k: names[k] for k in handed.surfaces}
 
 
 def _nameable(compiled: CompiledScene) -> dict[int, str]:
-    """The same where there is room for all."""
+    """Return the GLSL names of all surfaces that may be handed on, by surface index."""
     planes, size = compiled.batches.planes, compiled.surfaces.size
-    if compiled.has_lists:  # beside the leaves of an object of a common shape
+    if compiled.has_lists:  # leave room for the leaves of an object of a common shape
         named = planes if len(planes) <= CONSTANTS - SHAPE_LEAVES else []
         return {k: f"plane{k - compiled.surfaces.spheres}" for k in named}
     names = {k: f"surface{k}" for k in (range(size) if size <= CONSTANTS else planes)}
@@ -93,18 +99,18 @@ def _nameable(compiled: CompiledScene) -> dict[int, str]:
 
 
 def surface_index(compiled: CompiledScene, surface: int) -> str:
-    """The expression for a surface's index."""
+    """Return the GLSL expression for a surface's index."""
     return f"firstPlane + {surface - compiled.surfaces.spheres}" if compiled.has_lists else str(surface)
 
 
 def surface_texts(compiled: CompiledScene, handed: Handed) -> dict[int, str]:
-    """The expression for each surface that texts may name."""
+    """Return the GLSL expression for each surface that texts may name, by surface index."""
     every = compiled.batches.planes if compiled.has_lists else range(compiled.surfaces.size)
     fetched = {k: f"surfaceOf({surface_index(compiled, k)})" for k in every}
     return fetched | handed_names(compiled, handed)
 
 
 def named_planes(compiled: CompiledScene, handed: Handed) -> list[NamedPlane]:
-    """The objects that are one half-space."""
+    """Return the single half-spaces, each with the GLSL expressions for it and for its index."""
     texts = surface_texts(compiled, handed)
     return [(texts[k], surface_index(compiled, k)) for k in compiled.batches.planes]

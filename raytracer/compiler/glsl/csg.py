@@ -1,6 +1,6 @@
-"""The GLSL text that finds the first surface of CSG trees that a ray meets: rayCSG() and blockedAt().
+"""Generates the GLSL text of rayCSG() and blockedAt(): the first surface of CSG trees that a ray meets.
 
-Trees are lists in postfix, with their leaves' surface indices instead of the leaves: spheres first, then planes.
+Trees are postfix lists with surface indices instead of leaves: spheres first, then planes.
 """
 
 from __future__ import annotations
@@ -10,31 +10,31 @@ from collections.abc import Mapping
 from raytracer.scene.solids import Complement, Difference, Intersection, Solid, Union
 
 Tree = list[Solid | int]
-# Up to so many surfaces, a walk computes their roots one after the other: quickest. Of more it does so in a loop, which
-# for 200 surfaces compiles in a third of the time, and with 64 bits in an eighth; and of so many at once.
+# The most surfaces whose roots a walk computes by written-out code, which is fastest. For more it uses a loop, _AT_ONCE
+# surfaces in each round. For 200 surfaces the loop compiles in a third of the time, and with 64 bits in an eighth.
 FEW_SPANS, _AT_ONCE = 12, 8
 NamedPlane = tuple[str, str]  # the expressions for a half-space, and for its index
 
 RAY_CSG = [
-    "// The first surface ahead of the ray and nearer than its end: its distance, point, unit normal (on either",
-    "// side) and number as in hit.glsl; or the ray's distance, that far point, 0 and 0.",
+    "// The first surface ahead of the ray's origin and before its end: its distance, point, unit normal (on either",
+    "// side) and `mat` (surfaces.glsl). Without one: the ray's distance, the point there, 0 and 0.",
     "real rayCSG(Ray ray, out real3 P, out real3 N, out int mat) {",
 ]
 BLOCKED_AT = [
-    "// How far a ray to a light gets: to the first surface, or to its end.",
+    "// The distance to the first surface on a ray to a light, or to the ray's end.",
     "real blockedAt(Ray ray, int light) {",
 ]
 
 
 def _roots(index: int, spheres: int, surface: str) -> str:
-    """The call that gives both roots of a surface."""
+    """Return the call that computes both roots of a surface."""
     return f"{'sphere' if index < spheres else 'plane'}Roots(ray, {surface})"
 
 
 def roth(trees: list[Tree], spheres: int, surfaces: Mapping[int, str]) -> list[str]:
-    """By the assignment's filters: a function for each object, and the nearest of their first hits.
+    """Generate the evaluator `roth`: a function of the assignment's filters for each object, and the nearest first hit.
 
-    `surfaces` are the expressions for them.
+    `surfaces` has the GLSL expression for each surface.
     """
     lines = []
     for number, tree in enumerate(trees):
@@ -80,17 +80,17 @@ _LOGIC: dict[type[Solid], str] = {Union: "{} || {}", Intersection: "{} && {}", D
 
 
 def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, with_owner: bool) -> list[str]:
-    """By one walk over all objects, to the first root at which one of them changes.
+    """Generate the evaluator `walk`: a walk over all objects, to the first root at which an object's value changes.
 
-    `surfaces` are the expressions for them; `with_owner`: also the surface's owner.
+    `surfaces` has the GLSL expression for each surface. With `with_owner` the text is rayCSG(), else blockedAt().
     """
-    holds: list[str] = []  # the lines that compute v0, v1, ..., of each object
+    holds: list[str] = []  # the lines that compute v0, v1, ..., the value of each object
     spans = _spans(len(surfaces), spheres, surfaces)
     for k, tree in enumerate(trees):
         holds += _holds(tree, f"v{k}")
     objects = range(len(trees))
-    # `at` is set last in the loop: a value that a loop computes before it is left is lost by llvmpipe
-    # (Mesa 22.3) for pixels that leave it earlier than others drawn with them.
+    # The loop sets `at` last: llvmpipe (Mesa 22.3) loses a value that a loop computes before its exit, for pixels that
+    # leave the loop earlier than other pixels drawn with them.
     lines = [
         *spans,
         "    real at = 0.0;",
@@ -109,7 +109,7 @@ def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, with_o
 
 
 def _walk_function(lines: list[str], owner_lines: list[str] | None) -> list[str]:
-    """The function around the lines that compute `at`: rayCSG(), or blockedAt() without lines for the owner."""
+    """Wrap the lines that compute `at` in rayCSG(), or without lines for the owner in blockedAt()."""
     if owner_lines is None:
         return [*BLOCKED_AT, *lines, "    return at;", "}"]
     return [
@@ -125,7 +125,7 @@ def _walk_function(lines: list[str], owner_lines: list[str] | None) -> list[str]
 
 
 def _spans(count: int, spheres: int, surfaces: Mapping[int, str]) -> list[str]:
-    """The lines that compute both roots of all surfaces, which call them s0, s1, ..."""
+    """Generate the lines that compute both roots of all surfaces, as s0, s1, ..."""
     if count <= FEW_SPANS:
         return [f"    real2 s{k} = {_roots(k, spheres, surfaces[k])};" for k in range(count)]
     lines = [f"    real2 spans[{count}];"]
@@ -140,7 +140,10 @@ def _spans(count: int, spheres: int, surfaces: Mapping[int, str]) -> list[str]:
 
 
 def _holds(tree: Tree, name: str) -> list[str]:
-    """The lines that compute how long a tree's value at `at` holds, one a node: compilers take no deep expression."""
+    """Generate the lines that compute the distance up to which a tree's value at `at` holds.
+
+    Each node has a line of its own, because compilers refuse deep expressions.
+    """
     lines: list[str] = []
     stack: list[str] = []
     for node in tree:
@@ -156,8 +159,11 @@ def _holds(tree: Tree, name: str) -> list[str]:
 
 
 def owner(trees: list[Tree], offset: str = "") -> list[str]:
-    """Whose surface it is at `at`: the first object's that changes, and in it, of an operator's operands the
-    first that does."""
+    """Generate the lines that find the owner of the surface at `at`.
+
+    The owner is in the first object that changes there, and below an operator in the first operand that changes.
+    `offset` is added to the leaves' numbers.
+    """
     lines, objects = [], []
     k = 0
     for tree in trees:
@@ -179,13 +185,13 @@ def owner(trees: list[Tree], offset: str = "") -> list[str]:
             stack.append(k)
             k += 1
         objects.append(stack[0])
-    # The last one that is set stays, so the first object comes last. Not by `else`: beyond 80 levels of it llvmpipe
-    # runs branches for pixels that are in others.
+    # The last assignment counts, so the first object comes last. The lines use no `else`: beyond 80 levels of it
+    # llvmpipe runs branches for pixels that are in other branches.
     return [*lines, *(f"    if (b{k} != a{k}) mat = o{k};" for k in reversed(objects))]
 
 
 def nearest_plane(planes: list[NamedPlane], *, with_owner: bool) -> list[str]:
-    """The walk where every object is one half-space: to the nearest root ahead."""
+    """Generate the walk for objects that are single half-spaces: to the nearest root ahead."""
     lines = ["    real at = ray.distance, root;"]
     for s, index in planes:
         lines += [
@@ -199,7 +205,10 @@ def nearest_plane(planes: list[NamedPlane], *, with_owner: bool) -> list[str]:
 
 
 def holds_of(tree: Tree, leaf: str) -> str:
-    """The expression for how long a tree's value at `at` holds; `leaf` is the expression for leaf {}."""
+    """Return the expression for the distance up to which a tree's value at `at` holds.
+
+    `leaf` is the expression for leaf {}.
+    """
     terms: list[str] = []
     for node in tree:
         if isinstance(node, int):

@@ -1,4 +1,4 @@
-"""The GLSL text of rayCSG() and blockedAt() where there are many primitives: by lists of what rays may meet."""
+"""Generates the GLSL text of rayCSG() and blockedAt() for scenes of many primitives, with candidate lists."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from raytracer.compiler.glsl.csg import BLOCKED_AT, RAY_CSG, NamedPlane, Tree, h
 
 
 def seen(depth: int, planes: list[NamedPlane]) -> list[str]:
-    """The objects that are programs, and the planes, that the camera's rays meet first: by lists, see lists.glsl.
+    """Generate rayCSG() for camera rays against programs and single half-spaces, with the lists of lists.glsl.
 
-    `depth` is the depth of the deepest program that may be no chain (0: all are chains), `planes` are the objects that
-    are one half-space.
+    `depth` is the largest stack depth of a program that is no chain; 0 if all are chains. `planes` are the single
+    half-spaces.
     """
     return [
         '#include "csg/walk.glsl"',
@@ -18,7 +18,7 @@ def seen(depth: int, planes: list[NamedPlane]) -> list[str]:
         '#include "csg/chain.glsl"',
         *(_programs(depth, with_owner=True) if depth else []),
         *_meet(shapes=False, programs=True, trees=bool(depth), any_hit=False),
-        "flat in ivec2 cellList;  // where the list of this pixel's cell begins and ends",
+        "flat in ivec2 cellList;  // where the candidate list of this pixel's cell begins and ends",
         *RAY_CSG,
         *_nearest_plane(planes),
         "    meetList(ray, cellList.x, cellList.y, nearest);",
@@ -35,11 +35,12 @@ _OTHER_DRAWN = [
 
 
 def seen_shapes(shapes: list[Tree], planes: list[NamedPlane] | None, handed: int) -> list[str]:
-    """Where the camera's rays meet the object of a common shape.
+    """Generate rayCSG() for camera rays against one object of a common shape, and otherAt() for all other objects.
 
-    The vertex shader (shapes.vert) hands it on, with the first `handed` of its surfaces.
-
-    All others are `planes`; for None, an earlier draw found the others.
+    Args:
+        shapes: The trees of the common shapes.
+        planes: The single half-spaces, if there are no other objects; None if an earlier draw found the other objects.
+        handed: The number of the object's surfaces that the vertex shader (shapes.vert) hands on.
     """
     spans = _spans(shapes)
     arguments = ", ".join(spans)
@@ -51,7 +52,7 @@ def seen_shapes(shapes: list[Tree], planes: list[NamedPlane] | None, handed: int
         *(f"flat in Surface sphere{j};" for j in range(handed)),
         *_shape_holds(shapes),
         *_shape_owner(shapes),
-        "// What else the ray meets.",
+        "// The first surface of the other objects.",
         *(_OTHER_DRAWN if planes is None else ["Nearest otherAt(Ray ray) {", *_nearest_plane(planes)]),
         "    return nearest;",
         "}",
@@ -78,13 +79,20 @@ def blocked(
     with_owner: bool,
     has_area_lights: bool,
 ) -> list[str]:
-    """The way that rays to a light get, by lists. With `any_hit`, whatever blocks them will do, not the nearest; with
-    `with_owner` meetList() also finds the owner, for anywhere(). Cells list every object that a ray to a light may
-    meet, as far as the balls' widening() holds; longer rays look at everything.
+    """Generate blockedAt() for rays to a light, with the lists of the cells around the light.
 
-    `shapes` are trees over their own leaves, `programs` is whether there are any, and else as seen(). With
-    `has_area_lights`, rays may end beside a light's centre, and the cell is the one in which their origin is seen from
-    there.
+    A cell lists every object that a ray to the light may meet, up to the length for which the balls' widening() holds;
+    longer rays test the list of all objects.
+
+    Args:
+        shapes: The trees of the common shapes.
+        programs: Whether there are programs.
+        depth: The largest stack depth of a program that is no chain; 0 if all are chains.
+        planes: The single half-spaces.
+        any_hit: Whether any blocking surface serves, not only the nearest one.
+        with_owner: Whether meetList() also finds the surface's owner, for anywhere().
+        has_area_lights: Whether rays may end beside a light's centre. The cell is then the one of the ray's origin, as
+            seen from the centre.
     """
     direction, length = (
         ("vec3(ray.ro - lights[light].position)", "length(D)") if has_area_lights else ("vec3(-ray.rd)", "1.0")
@@ -101,7 +109,7 @@ def blocked(
             if shapes or programs
             else ["#define meetList(a, b, c, d)"]
         ),
-        "uniform ivec2 everything;  // where the list of all objects begins and ends",
+        "uniform ivec2 everything;  // where the candidate list of all objects begins and ends",
         *BLOCKED_AT,
         *_nearest_plane(planes),
         f"    vec3 D = {direction};",
@@ -116,7 +124,7 @@ def blocked(
 
 
 def anywhere(planes: list[NamedPlane]) -> list[str]:
-    """The first surface that a ray from anywhere meets: it may be any. After blocked()."""
+    """Generate rayCSG() for rays from any origin. The text must follow that of blocked(), with its owners."""
     return [
         *RAY_CSG,
         *_nearest_plane(planes),
@@ -136,18 +144,20 @@ _AT_NEAREST = [
 
 
 def _nearest_plane(planes: list[NamedPlane]) -> list[str]:
-    lines = ["    Nearest nearest = Nearest(ray.distance, 0, -1), found;"]
+    """Generate the lines that set `nearest` to the nearest of the single half-spaces, or to the ray's end."""
+    lines = ["    Nearest nearest = Nearest(ray.distance, 0, -1), plane;"]
     for s, index in planes:
         plane = f"Nearest(planeRoot(ray, {s}), planeMat(ray, {s}, {index}), planeObject({s}))"
         lines += [
-            f"    found = {plane};",
-            "    if (found.t > 0.0 && nearer(found.t, found.object, nearest)) nearest = found;",
+            f"    plane = {plane};",
+            "    if (plane.t > 0.0 && nearer(plane.t, plane.object, nearest)) nearest = plane;",
         ]
     return lines
 
 
 def _to_change(holds: str, end: str) -> list[str]:
-    """The walk along one object to `at`, where it changes; `end` leaves it where `next` is too far."""
+    """Generate the walk along one object to `at`, where its value changes. `end` leaves the walk if `next` is too
+    far."""
     return [
         "    real at = 0.0;",
         "    bool inside = false;",
@@ -163,7 +173,7 @@ def _to_change(holds: str, end: str) -> list[str]:
 
 
 def _walk_one(holds: str, owner: str) -> list[str]:
-    """The walk along one object, to where it changes, if that is nearer than `nearest`."""
+    """Generate the walk along one object, which sets `nearest` if the object's first surface is nearer."""
     return [
         *_to_change(holds, "if (!nearer(next, object, nearest)) return;"),
         f"    nearest = Nearest(at, {owner}, object);",
@@ -172,15 +182,17 @@ def _walk_one(holds: str, owner: str) -> list[str]:
 
 
 def most_leaves(shapes: list[Tree]) -> int:
-    """The number of leaves of the largest tree."""
+    """Return the number of leaves of the largest tree."""
     return max(sum(isinstance(node, int) for node in tree) for tree in shapes)
 
 
 def _spans(shapes: list[Tree]) -> list[str]:
+    """Return the names of the spans of a shape's leaves, s0, s1, ..."""
     return [f"s{j}" for j in range(most_leaves(shapes))]
 
 
 def _shape_holds(shapes: list[Tree]) -> list[str]:
+    """Generate shapeHolds(): the distance up to which a shape's value at `at` holds."""
     parameters = ", ".join(f"real2 {span}" for span in _spans(shapes))
     holds = [holds_of(tree, "holds(s{}, at)") for tree in shapes]
     choice = "".join(f"shape == {k} ? {text} : " for k, text in enumerate(holds[:-1])) + holds[-1]
@@ -188,6 +200,7 @@ def _shape_holds(shapes: list[Tree]) -> list[str]:
 
 
 def _shape_owner(shapes: list[Tree]) -> list[str]:
+    """Generate shapeOwner(): the surface of a shape at `at`."""
     parameters = ", ".join(f"real2 {span}" for span in _spans(shapes))
     lines = [f"int shapeOwner(int shape, int first, {parameters}, real at) {{", "    int mat = 0;"]
     for k, tree in enumerate(shapes):
@@ -196,6 +209,7 @@ def _shape_owner(shapes: list[Tree]) -> list[str]:
 
 
 def _meet_shape(shapes: list[Tree], with_owner: bool) -> list[str]:
+    """Generate meetShape(): set `nearest` if an object of a common shape is nearer."""
     spans = _spans(shapes)
     return [
         *_shape_holds(shapes),
@@ -212,7 +226,7 @@ def _meet_shape(shapes: list[Tree], with_owner: bool) -> list[str]:
 
 
 def _programs(depth: int, with_owner: bool) -> list[str]:
-    """The machine's stack is as many variables as the deepest program needs: one more is on its way to the top."""
+    """Generate meetProgram() and its stack machines. The stack is variables, depth - 1 of them (at least one)."""
     return [
         '#include "csg/program.glsl"',
         *_machine("real", "Holds", max(depth - 1, 1)),
@@ -225,6 +239,7 @@ def _programs(depth: int, with_owner: bool) -> list[str]:
 
 
 def _machine(kind: str, name: str, slots: int) -> list[str]:
+    """Generate a stack machine for values of the type `kind`, with `slots` variables as its stack."""
     zero = "0.0" if kind == "real" else "0"
     push = [f"v{j} = v{j - 1};" for j in range(slots - 1, 0, -1)]
     pop = [f"v{j} = v{j + 1};" for j in range(1, slots - 1)]
@@ -247,43 +262,46 @@ def _machine(kind: str, name: str, slots: int) -> list[str]:
 
 
 def _meet(shapes: bool, programs: bool, trees: bool, any_hit: bool) -> list[str]:
-    """The walk through a list. A loop of its own looks for the next ball: pixels that are drawn together look for
-    their balls at once, and then evaluate the objects at once."""
+    """Generate meetList(): the walk through a candidate list.
+
+    An inner loop searches for the next ball that the ray meets. So pixels that are drawn together search together, and
+    then evaluate their objects together.
+    """
     candidate = (
         "entry < 0 || meets(ray, ballAt(entry), nearest.t)" if programs else "meets(ray, ballAt(entry), nearest.t)"
     )
     search = [
-        "        int found = NOTHING;",
+        "        int candidate = NOTHING;",
         "        while (k < end) {",
         "            int entry = listAt(k);",
         "            k++;",
         f"            if ({candidate}) {{",
-        "                found = entry;",
+        "                candidate = entry;",
         "                break;",
         "            }",
         "        }",
-        "        if (found == NOTHING) break;",
+        "        if (candidate == NOTHING) break;",
     ]
     if not shapes:
-        search = ["        if (k >= end) break;", "        int found = listAt(k);", "        k++;"]
-    call = "meet{}(ray, k + 1, k - found, listAt(k), nearest);"
+        search = ["        if (k >= end) break;", "        int candidate = listAt(k);", "        k++;"]
+    call = "meet{}(ray, k + 1, k - candidate, listAt(k), nearest);"
     program = [
         *([f"if ((listAt(k + 1) & 7) == PUSH) {call.format('Program')}", "else"] if trees else []),
         call.format("Chain"),
-        "k -= found;",
+        "k -= candidate;",
     ]
-    if not (shapes or programs):  # half-spaces alone
+    if not (shapes or programs):  # only half-spaces
         return ["void meetList(Ray ray, int begin, int end, inout Nearest nearest) {}"]
     if shapes and programs:
         body = [
-            "if (found >= 0) {",
-            "    meetShape(ray, found, nearest);",
+            "if (candidate >= 0) {",
+            "    meetShape(ray, candidate, nearest);",
             "} else {",
             *(f"    {line}" for line in program),
             "}",
         ]
     else:
-        body = ["meetShape(ray, found, nearest);"] if shapes else program
+        body = ["meetShape(ray, candidate, nearest);"] if shapes else program
     return [
         "void meetList(Ray ray, int begin, int end, inout Nearest nearest) {",
         "    const int NOTHING = 0x7fffffff;",

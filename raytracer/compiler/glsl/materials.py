@@ -1,8 +1,8 @@
-"""The GLSL of a scene's materials: a struct Material of just the parameters that its models need, how it is fetched,
-and reflected(), which calls just those models.
+"""Generates the GLSL of a scene's materials: struct Material, materialAt() and reflected().
 
-The models themselves are in `shaders/brdf/`, one file each, with one signature:
-`vec3 ggx(Material m, vec3 N, vec3 L, vec3 V)`, f cos(theta_i) for unit vectors with N.L > 0.
+struct Material has only the parameters that the models in use need, and reflected() calls only these models. The models
+are in `shaders/brdf/`, one file each, with one signature: `vec3 ggx(Material m, vec3 N, vec3 L, vec3 V)` returns
+f cos(theta_i) for unit vectors with N.L > 0.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from raytracer.compiler.material_layout import LOBE_PARTS, Layout
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 
-# Parts of models: a scene's shader has only the forms that its materials choose. Each function has a type, a name, and
-# parameters besides the Material. With "fresnel", fresnel() calls schlickFresnel() of brdf/fresnel_schlick.glsl, or
-# the function of another form.
+# The functions of each part of models with several forms: type, name, and parameters besides the Material. A scene's
+# shader has only the forms that its materials choose. For example fresnel() calls schlickFresnel() of
+# brdf/fresnel_schlick.glsl, or the function of another form.
 Function = tuple[str, str, str]
 FUNCTIONS: dict[str, tuple[Function, ...]] = {
     "fresnel": (("vec3", "fresnel", "float VoH"),),
@@ -31,7 +31,7 @@ FUNCTIONS: dict[str, tuple[Function, ...]] = {
 
 
 def material_text(layout: Layout) -> str:
-    """The text of materials.glsl: struct Material, materialAt(), and what else the files of shaders/ ask."""
+    """Generate materials.glsl: struct Material, materialAt(), and the defines that shaders/ tests."""
     struct, fetch = [], []
     for i, name in enumerate(layout.colors):
         struct.append(f"    vec3 {name};")
@@ -71,14 +71,15 @@ def material_text(layout: Layout) -> str:
 def reflected_text(
     layout: Layout, *, mirrors: bool = False, materials: Collection[Material] | None = None
 ) -> list[str]:
-    """reflected(): f cos(theta_i) by each material's own model; and the forms that these choose.
+    """Generate reflected(), which is f cos(theta_i) by each material's own model, with the forms that models choose.
 
-    With `mirrors` also mirrored(): the share of the light from the mirror direction. The text serves `materials`, some
-    of the layout's (default: all of these): llvmpipe computes all models of a text for each pixel.
+    With `mirrors` the text also has mirrored(), the share of the light from the mirror direction. It serves
+    `materials`, some of the layout's (default: all). Fewer models are faster, because llvmpipe computes all models of a
+    text for each pixel.
     """
     lines: list[str] = []
     models = {i: model for i, model in enumerate(layout.models) if _is_used("model", model, materials)}
-    for name, functions in FUNCTIONS.items():  # in this order: one may call those before
+    for name, functions in FUNCTIONS.items():  # in this order, because a function may call earlier ones
         options = {
             i: option for i, option in enumerate(layout.choices.get(name, [])) if _is_used(name, option, materials)
         }
@@ -104,13 +105,13 @@ def reflected_text(
 
 
 def _is_used(name: str, value: str, materials: Collection[Material] | None) -> bool:
-    """Whether a material's model, or its choice `name`, is `value`."""
+    """Return whether the model of any material, or its choice `name`, is `value`. None stands for all materials."""
     if materials is None:
         return True
     return any((material.model if name == "model" else material.get(name)) == value for material in materials)
 
 
 def _chosen(member: str, calls: Mapping[int, str]) -> str:
-    """The call whose number is `member`; the only one, if there is one."""
+    """Return the expression that selects a call by the number `member`; a single call needs no selection."""
     *others, last = calls.items()
     return "".join(f"{member} == {i} ? {call} : " for i, call in others) + last[1]

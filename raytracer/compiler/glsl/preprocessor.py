@@ -1,5 +1,7 @@
-"""GLSL text from the files of `shaders/`: `#include` once each, with `#line`, so that a compiler's
-message can be traced back to a file and line."""
+"""The preprocessor: resolves `#include` in the files of `shaders/`, each file once.
+
+It writes `#line` numbers, so that a compiler's message can be traced back to a file and line.
+"""
 
 from __future__ import annotations
 
@@ -12,38 +14,39 @@ from typing import NamedTuple
 
 from raytracer.core.files import packaged, read_packaged
 
-# Doubles came with OpenGL 4.0.
+# The GLSL versions without and with doubles, which need OpenGL 4.0.
 _VERSION, _VERSION_OF_DOUBLES = 330, 400
 
 _INCLUDE = re.compile(r'^[ \t]*#include[ \t]+"([^"\n]+)"[ \t]*$')
-# Line 12 of file 3 is numbered 3000012: #line can give a number of the file too, but Mesa forgets that
-# in all errors but those of syntax.
+# The step of line numbers between files: line 12 of file 3 has the number 3000012. #line could also set a file number,
+# but Mesa reports it only with syntax errors.
 _LINES = 1_000_000
-FileVersion = tuple[int, int]  # the time and the size of a file
-# Pieces of so many files are kept: of all there are, and of some that were changed meanwhile.
+FileVersion = tuple[int, int]  # a file's modification time (ns) and size
+# The number of files in the cache: all files, and earlier versions of some.
 _KEPT_FILES = 256
-# Mesa: "0:3000012(5): error: ...", NVIDIA: "0(3000012) : error ...", others: "ERROR: 0:3000012: ...".
+# The forms of a line number in a message. Mesa: "0:3000012(5): error: ...", NVIDIA: "0(3000012) : error ...", others:
+# "ERROR: 0:3000012: ...".
 _PLACE = re.compile(r"\b0(?::(\d+)(?:\(\d+\))?|\((\d+)\))")
 
 
 class ShaderError(RuntimeError):
-    """The GLSL compiler refused a text; the message names files and lines of `shaders/`."""
+    """The GLSL compiler rejected a text. The message names files and lines of `shaders/`."""
 
 
 def shaders_folder() -> Path:
-    """Where the shaders' files are."""
+    """Return the folder of the shaders."""
     return packaged("shaders", "shaders")
 
 
 class Source(NamedTuple):
-    """A complete text, and the files that it is made from, in the order of their `#line` numbers."""
+    """A complete text, with the files that it consists of, in the order of their `#line` numbers."""
 
     text: str
     files: tuple[str, ...]
-    versions: tuple[tuple[str, FileVersion], ...]  # of the files that are not generated, with their names
+    versions: tuple[tuple[str, FileVersion], ...]  # the names and versions of the files that are not generated
 
     def explain(self, log: str) -> str:
-        """A compiler's log with the numbers of files replaced by names: `geometry/sphere.glsl:12: error ...`."""
+        """Replace file numbers in a compiler's log by names: `geometry/sphere.glsl:12: error ...`."""
 
         def name(match: re.Match[str]) -> str:
             file, line = divmod(int(match[1] or match[2]), _LINES)
@@ -53,15 +56,16 @@ class Source(NamedTuple):
 
 
 def is_current(versions: Mapping[str, FileVersion]) -> bool:
-    """Whether no file of `shaders/` has changed since these were its versions."""
+    """Return whether all files of `shaders/` in `versions` still have these versions."""
     folder = shaders_folder()
     try:
         return all(_version(f"{folder}/{name}") == version for name, version in versions.items())
-    except OSError:  # it is gone
+    except OSError:  # the file was removed
         return False
 
 
 def _version(path: str) -> FileVersion:
+    """Return the version of a file."""
     status = os.stat(path)
     return status.st_mtime_ns, status.st_size
 
@@ -69,13 +73,14 @@ def _version(path: str) -> FileVersion:
 class _Piece(NamedTuple):
     """The lines of a file up to an `#include`, or to the end."""
 
-    line: int  # the number of the first
-    text: str | None  # None for no lines
-    include: str  # the name of a file, or "" at the end
+    line: int  # the number of its first line
+    text: str | None  # None without lines
+    include: str  # the included file, or "" at the end of the file
     end: int  # the number of the line with the `#include`
 
 
 def _split(text: str) -> list[_Piece]:
+    """Split a file's text at its `#include` lines."""
     pieces: list[_Piece] = []
     first = 0
     lines = text.splitlines()
@@ -87,7 +92,7 @@ def _split(text: str) -> list[_Piece]:
 
 
 def _read(folder: Path, name: str, wanted_by: str) -> tuple[list[_Piece], FileVersion]:
-    """The pieces of a file of `shaders/`, and the file's version. Raises ShaderError."""
+    """Return the pieces of a file of `shaders/`, and the file's version. Raises ShaderError."""
     path = f"{folder}/{name}"
     try:
         version = _version(path)
@@ -101,17 +106,17 @@ def _read(folder: Path, name: str, wanted_by: str) -> tuple[list[_Piece], FileVe
 
 @lru_cache(maxsize=_KEPT_FILES)
 def _file_pieces(path: str, _version: FileVersion) -> list[_Piece]:
-    """The pieces of a file, which are read anew when it was changed: with another time or size of the file."""
+    """Return the pieces of a file. The version is a part of the cache key, so a changed file is read again."""
     return _split(read_packaged(Path(path)))
 
 
 def assemble(
     top: str, defines: Mapping[str, int | str] | None = None, generated: Mapping[str, str] | None = None
 ) -> Source:
-    """The text of file `top` with everything that it includes, each file once, at its first mention.
+    """Assemble the text of the file `top` and all files that it includes, each once, where it is first included.
 
-    `defines` become `#define NAME value`. `generated` holds texts that stand for files, by name.
-    Raises ShaderError for a file that is not there.
+    `defines` become `#define NAME value`. `generated` holds generated texts, by the names of the files that they stand
+    for. Raises ShaderError for a missing file.
     """
     folder = shaders_folder()
     files: list[str] = []

@@ -1,4 +1,4 @@
-"""The GLSL text of rayCSG() and blockedAt() of a compiled scene, by its evaluator."""
+"""Generates the GLSL text of rayCSG() and blockedAt() for a compiled scene, by its evaluator."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from raytracer.scene.solids import Plane, Solid, Sphere, simplified
 
 
 def camera_query(compiled: CompiledScene, handed: Handed) -> list[str]:
-    """rayCSG() for rays of the camera."""
+    """Generate rayCSG() for camera rays."""
     if compiled.options.evaluator == "roth":
         return _roth(compiled, handed)
     if compiled.has_lists:
@@ -25,14 +25,14 @@ def camera_query(compiled: CompiledScene, handed: Handed) -> list[str]:
 
 
 def mirror_query(compiled: CompiledScene, handed: Handed) -> list[str]:
-    """rayCSG() for rays that come from anywhere; for some evaluators with blockedAt()."""
+    """Generate rayCSG() for rays from any origin. For some evaluators the text also has blockedAt()."""
     if not compiled.has_lists:
         return camera_query(compiled, handed)
     return [*shadow_query(compiled, handed), *csg_lists.anywhere(named_planes(compiled, handed))]
 
 
 def shadow_query(compiled: CompiledScene, handed: Handed) -> list[str]:
-    """blockedAt()."""
+    """Generate blockedAt(), for rays to a light."""
     if compiled.options.evaluator == "roth":
         return _roth(compiled, handed)
     if compiled.has_lists:
@@ -49,6 +49,7 @@ def shadow_query(compiled: CompiledScene, handed: Handed) -> list[str]:
 
 
 def _roth(compiled: CompiledScene, handed: Handed) -> list[str]:
+    """Generate rayCSG() and blockedAt() of the evaluator `roth`."""
     most = max(map(max_hits, compiled.scene.solids()))
     trees = _trees(compiled.scene, compiled.surfaces.spheres)
     text = csg.roth(trees, compiled.surfaces.spheres, surface_texts(compiled, handed))
@@ -56,13 +57,14 @@ def _roth(compiled: CompiledScene, handed: Handed) -> list[str]:
 
 
 def _walk(compiled: CompiledScene, handed: Handed, *, with_owner: bool) -> list[str]:
+    """Generate rayCSG() of the evaluator `walk`, or without `with_owner` blockedAt()."""
     trees = _trees(compiled.scene, compiled.surfaces.spheres)
     text = csg.walk(trees, compiled.surfaces.spheres, surface_texts(compiled, handed), with_owner=with_owner)
     return ['#include "csg/walk.glsl"', *text]
 
 
 def _trees(scene: Scene, sphere_count: int) -> list[csg.Tree]:
-    """The trees of all objects, with their surfaces' indices instead of the leaves."""
+    """Return the trees of all objects, with surface indices instead of leaves."""
     spheres, planes = itertools.count(), itertools.count(sphere_count)
 
     def numbered(node: Solid) -> Solid | int:

@@ -1,10 +1,10 @@
-"""Compiled scene -> GLSL text.
+"""Generates the GLSL texts of all programs of a compiled scene.
 
-A scene's structure goes into the text: its CSG trees, its kinds of primitive, its reflectance
-models, how many lights, which shadows. Its numbers do not, but for whether any material has an
-ambient factor, shines, or is anisotropic: they are in textures, or handed on by the vertex shader.
-So scenes of one structure share a program, and a scene's shader has only code that the scene uses. No
-OpenGL here, and no text of a user's: names in the generated code are made of numbers only.
+The text depends on the scene's structure: its CSG trees, its types of primitives, its reflectance models, the number of
+lights, and the type of shadows. It depends on a material's numbers only in whether any material has an ambient factor,
+emits light, or is anisotropic. All other numbers are in textures, or the vertex shader hands them on. So scenes of one
+structure share programs, and a scene's shader has only code that the scene uses. There is no OpenGL here, and no text
+of a user's: the generated code forms names from numbers only.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from raytracer.compiler.rounds import has_model_loops, may_take_many_rounds
 from raytracer.scene.materials.material import Material
 from raytracer.scene.options import Shadows
 
-# The image that the second pass makes: the picture, or one of three to look into it.
+# The image that the second pass draws: the picture, or one of three views of the geometry.
 Show = Literal["picture", "normal", "depth", "material"]
 _Constant = tuple[str, str, str]  # type, name, and the value in the vertex shader
 
@@ -53,11 +53,14 @@ def program_sources(
     plane_only: bool = True,
     several: bool = False,
 ) -> dict[str, ProgramSource]:
-    """The programs that draw a scene, by their names (meshes.py); with `show` None they draw only what each pixel sees.
+    """Generate the programs that draw a scene, by their names (meshes.py).
 
-    Without `plane_only`, plane-only cells are drawn as all others are. With `several`, there is a program that draws
-    them for several samples at once, where that saves time. `varyings` is how many components of varyings the driver
-    has.
+    Args:
+        compiled: The scene.
+        show: The image to draw. None draws only the surface that each pixel sees.
+        varyings: The number of the driver's varying components.
+        plane_only: Whether plane-only cells have a program of their own.
+        several: Whether to add a program that draws several samples of plane-only cells at once, if it saves time.
     """
     handed = handed_constants(compiled, varyings)
     sources: dict[str, ProgramSource] = {}
@@ -78,7 +81,7 @@ def program_sources(
         if plane_only and compiled.batches.planes:
             sources[PLANE_ONLY] = ProgramSource(cells, _plane_only_source(compiled, handed))
             if several and _are_samples_cheap(compiled):
-                # Each further sample has a place, of two components.
+                # Each further sample needs two components for its place.
                 handed = handed_constants(compiled, varyings - 2 * (TOGETHER - 1))
                 vertex = _vertex_source(compiled, handed, TOGETHER)
                 sources[SEVERAL] = ProgramSource(vertex, _plane_only_source(compiled, handed, TOGETHER))
@@ -87,20 +90,20 @@ def program_sources(
 
 
 def _are_samples_cheap(compiled: CompiledScene) -> bool:
-    """Whether a plane-only pixel's samples take about as long as adding them up, and are quickly compiled."""
+    """Return whether a plane-only sample takes about as long as adding it up, and its shader compiles fast."""
     is_simple = not compiled.has_area_lights and not has_model_loops(compiled)
     return is_simple and len(compiled.lights) <= CONSTANT_LIGHTS and compiled.options.precision == 32
 
 
 def plain_vertex_source() -> Source:
-    """The vertex shader for programs that need nothing of a scene."""
+    """Return the vertex shader for programs that need no numbers of a scene."""
     return assemble("passes/cells.vert", generated={"constants.glsl": "void setConstants() {}"})
 
 
 def _vertex_source(compiled: CompiledScene, handed: Handed, samples: int = 1) -> Source:
-    """The vertex shader of all programs that draw cells. It hands them the constants of draw.glsl.
+    """Generate the vertex shader of all programs that draw cells. It hands on the constants of draw.glsl.
 
-    The programs draw so many `samples` at once.
+    The programs draw `samples` samples at once.
     """
     constants = _surface_constants(compiled, handed)
     if handed.material:
@@ -116,7 +119,8 @@ def _vertex_source(compiled: CompiledScene, handed: Handed, samples: int = 1) ->
 
 
 def _visibility_source(compiled: CompiledScene, handed: Handed, *, geometry: bool) -> Source:
-    """The fragment shader that finds what each pixel sees; with `geometry`, its distance and normal too."""
+    """Generate the fragment shader that finds the surface of each pixel; with `geometry`, its distance and normal
+    too."""
     defines = _defines(compiled) | ({"GEOMETRY": 1} if geometry else {})
     if compiled.has_lists and compiled.batches.shapes and compiled.batches.programs:
         defines["OTHERS"] = 1
@@ -125,7 +129,7 @@ def _visibility_source(compiled: CompiledScene, handed: Handed, *, geometry: boo
 
 
 def _shapes_source(compiled: CompiledScene, handed: Handed, *, geometry: bool) -> ProgramSource:
-    """The shaders that find the same where objects of common shapes (batches.py) are seen."""
+    """Generate the shaders that find the surfaces of objects of common shapes (batches.py)."""
     trees = shape_trees(compiled)
     defines = _defines(compiled)
     spheres = [("Surface", f"sphere{j}", f"surfaceOf(first + {j})") for j in range(handed.leaves)]
@@ -138,7 +142,7 @@ def _shapes_source(compiled: CompiledScene, handed: Handed, *, geometry: bool) -
 
 
 def _picture_source(compiled: CompiledScene, handed: Handed) -> Source:
-    """The fragment shader that finds what each pixel sees and computes its light."""
+    """Generate the fragment shader that finds the surface of each pixel and computes its light."""
     defines = _defines(compiled) | _light_defines(compiled) | _handed_defines(compiled, handed)
     generated = [*_includes(compiled, handed), "", *camera_query(compiled, handed)]
     if compiled.lights or compiled.has_mirrors:
@@ -153,7 +157,7 @@ def _picture_source(compiled: CompiledScene, handed: Handed) -> Source:
 
 
 def _shade_source(compiled: CompiledScene, handed: Handed) -> Source:
-    """The fragment shader that computes the light from what each pixel sees."""
+    """Generate the fragment shader that computes the light from the surface of each pixel."""
     options, lights, has_mirrors = compiled.options, compiled.lights, compiled.has_mirrors
     defines = _defines(compiled) | _light_defines(compiled) | _handed_defines(compiled, handed)
     if not lights and not compiled.is_over_planes and not has_mirrors:
@@ -179,9 +183,9 @@ def _shade_source(compiled: CompiledScene, handed: Handed) -> Source:
 
 
 def _plane_only_source(compiled: CompiledScene, handed: Handed, samples: int = 1) -> Source:
-    """The fragment shader that does both where only half-spaces are to be seen, and nothing else casts shadows there.
+    """Generate the fragment shader of plane-only cells (grounds.py), which finds the half-space and computes its light.
 
-    A scene that has plane-only cells (grounds.py) has it.
+    The program draws `samples` samples at once.
     """
     planes = named_planes(compiled, handed)
     defines = _defines(compiled) | _light_defines(compiled) | {"NO_SPHERES": 1} | _handed_defines(compiled, handed)
@@ -201,6 +205,7 @@ def _plane_only_source(compiled: CompiledScene, handed: Handed, samples: int = 1
 
 
 def _defines(compiled: CompiledScene) -> dict[str, int | str]:
+    """Return the defines for the scene's surfaces."""
     surfaces = compiled.surfaces
     defines: dict[str, int | str] = {"HAS_SPHERES": 1} if surfaces.spheres else {}
     defines |= {"HAS_PLANES": 1} if surfaces.planes else {}
@@ -213,6 +218,7 @@ def _defines(compiled: CompiledScene) -> dict[str, int | str]:
 
 
 def _light_defines(compiled: CompiledScene) -> dict[str, int]:
+    """Return the defines for the scene's lights."""
     defines = {"LIGHTS": len(compiled.lights)}
     defines |= {"SPHERE_LIGHTS": 1} if compiled.has_area_lights else {}
     return defines | ({"FALLOFF": 1} if compiled.has_falloff else {})
@@ -223,20 +229,20 @@ def _sample_defines(samples: int) -> dict[str, int]:
 
 
 def _handed_defines(compiled: CompiledScene, handed: Handed) -> dict[str, int]:
-    """The defines by which fragment shaders know which varyings there are."""
+    """Return the defines that tell fragment shaders which constants are varyings."""
     few = len(compiled.lights) <= CONSTANT_LIGHTS
     return {"FETCHED_LIGHTS": 1} if few and not handed.lights else {}
 
 
 def _includes(compiled: CompiledScene, handed: Handed) -> list[str]:
-    """The files that know where rays meet the scene's surfaces."""
+    """Return the includes for the intersection of rays with the scene's surfaces."""
     lines = ['#include "geometry/sphere.glsl"'] if compiled.surfaces.spheres else []
     lines += ['#include "geometry/plane.glsl"'] if compiled.surfaces.planes else []
     return [*lines, *_declared(compiled, handed), '#include "geometry/hit.glsl"']
 
 
 def _declared(compiled: CompiledScene, handed: Handed) -> list[str]:
-    """The surfaces that a text names, from the vertex shader."""
+    """Return the declarations of the handed surfaces."""
     names = handed_names(compiled, handed).values()
     return ['#include "geometry/surfaces.glsl"', *(f"flat in Surface {name};" for name in names)]
 
@@ -247,7 +253,7 @@ def _surface_constants(compiled: CompiledScene, handed: Handed) -> list[_Constan
 
 
 def _set_constants(constants: list[_Constant]) -> list[str]:
-    """The end of a vertex shader's generated text: it hands these on."""
+    """Generate setConstants(), with which a vertex shader hands on the constants."""
     lines = [f"flat out {kind} {name};" for kind, name, _ in constants]
     return [*lines, "void setConstants() {", *(f"    {name} = {value};" for _, name, value in constants), "}"]
 
@@ -257,19 +263,19 @@ def _material(compiled: CompiledScene) -> dict[str, str]:
 
 
 def _shadow(shadows: Shadows) -> str:
-    """The file of shadows: for the one point of a light that a sample looks at, soft shadows are hard ones."""
+    """Return the include for shadows. Soft shadows use hard ones: each sample tests one point on the light."""
     return f'#include "shading/shadow_{"diluted" if shadows == "diluted" else "hard"}.glsl"'
 
 
 def _light_rays(compiled: CompiledScene) -> list[str]:
-    """The files for lights that are more than the lecture's."""
+    """Return the includes for lights with falloff or with a radius, which the lecture does not have."""
     names = ["shading/irradiance.glsl"] if compiled.has_falloff else []
     names += ["sampling/sobol.glsl", "shading/sphere_light.glsl"] if compiled.has_area_lights else []
     return [f'#include "{name}"' for name in names]
 
 
 def _lights(compiled: CompiledScene, materials: Collection[Material] | None = None) -> list[str]:
-    """The lights, and reflected(), with just the models in use, or in use by some of the `materials`."""
+    """Generate the lights and reflected(), with the models in use by `materials` (default: by all materials)."""
     return [
         *(['#include "shading/light.glsl"'] if compiled.lights else []),
         '#include "shading/material.glsl"',
