@@ -1,4 +1,4 @@
-"""The bench of reflectance models: it measures correctly, marks what it cannot resolve, and checks expectations."""
+"""The bench of reflectance models: correct measurements, marks for unresolved results, and checks of expectations."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_every_model_but_merl_has_expectations_and_each_expectation_has_a_reason
         assert [v.when for v in EXPECTATIONS if v.model == model and id(v) not in applied] == []
 
 
-# Ranges that end above this number, such as that of an exponent, are sampled by logarithm, not evenly.
+# A parameter whose range ends above this number, such as an exponent, is drawn by its logarithm, not evenly.
 _LONG = 1e3
 
 
@@ -363,7 +363,7 @@ def test_check_reports_faults_for_parameters_without_a_listed_expectation(
         (("check", "ggx", "--set", "h=5"), "ggx has no parameter h (known: ka, alpha"),
         (("check", "ggx", "--set", "alpha=5"), "a number in [0.0001, 1]"),
         (("check", "ggx", "--set", "alpha=x"), "--set alpha=x: expected a number"),
-        # Its time and memory would grow with the square of the key's parts: it must fail at once, not fill the memory.
+        # Parsing this key would take time and memory by the square of its parts, so it must be refused at once.
         (("check", "lafortune", "--set", f"lobes={{{'.'.join('a' * 60_000)} = 1}}"), "expected lobes as in a scene"),
         (("check", "ggx", "--set", "f0=1,2"), "3 numbers"),
         (("check", "ggx", "--set", "masking=none"), "correlated, separable"),
@@ -483,7 +483,7 @@ def test_the_gallery_shows_every_model_with_valid_parameters() -> None:
 
 @pytest.mark.gl
 def test_the_lectures_two_highlights_are_alike_in_the_plane_of_incidence_only() -> None:
-    """Blinn's (N.H)^(4 h) stands for Phong's (R.V)^h.
+    """Blinn's (N.H)^(4 h) takes the place of Phong's (R.V)^h.
 
     In the plane of incidence, cos^4h(x / 2) - cos^h(x) is 0.0043 at most for h = 32.
     """

@@ -1,4 +1,4 @@
-"""Events of the window: the state after an event, and what the window must redraw."""
+"""Events of the window: the state after an event, and the parts that the window must redraw."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Constructive solid geometry on the GPU: the filters against set algebra, and seven known defects, one test each.
 
-The defects are those of a public solution of the same assignment, whose hit lists lost surfaces in seven ways.
+The defects come from a public solution of the same assignment, whose hit lists lost surfaces in seven ways.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""Soft shadows with candidate lists and plane-only cells equal those of the walk, which tests all primitives."""
+"""Soft shadows with candidate lists and plane-only cells look the same as with the walk, which tests all primitives."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ ENCODINGS = [
 
 
 def run(*arguments: str | bytes, folder: Path, **environment: str) -> tuple[int, bytes]:
-    """Run a command; return its exit status and all that it printed."""
+    """Run a command; return its exit status and its output."""
     command = [sys.executable, "-m", "raytracer", *arguments]
     variables = {**os.environ, "PYTHONPATH": str(scenes.CHECKOUT), "RAYTRACER_BACKEND": "egl", **environment}
     done = subprocess.run(
