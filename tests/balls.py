@@ -1,4 +1,4 @@
-"""Balls around a point, rays from there, and the cells that these are in, by brute force."""
+"""Spheres around a point, rays from the point, and the direction cells of the rays, by brute force."""
 
 from __future__ import annotations
 
@@ -11,20 +11,23 @@ from raytracer.compiler.direction_cells import Array, Ints
 
 
 def some_balls(rng: np.random.Generator, count: int) -> tuple[Array, Array]:
-    """All around the origin: near and far, tiny and huge, holding it, touching it or the planes through it."""
+    """Return spheres all around the origin: near and far, tiny and huge.
+
+    Some contain or touch the origin, or touch a plane through it.
+    """
     centers = rng.normal(size=(count, 3)) * 10.0 ** rng.uniform(-2, 2, (count, 1))
     distance = np.linalg.norm(centers, axis=1)
     radii = distance * 10.0 ** rng.uniform(-4, 0.3, count)
-    kinds = np.array_split(rng.permutation(count), 6)
-    radii[kinds[0]] = distance[kinds[0]]
-    radii[kinds[1]] = np.abs(centers[kinds[1], 2])
-    radii[kinds[2]] = np.abs(centers[kinds[2], 0])
-    radii[kinds[3]] = np.abs(distance[kinds[3]] - 10.0 ** rng.uniform(-9, 0, len(kinds[3])))
+    groups = np.array_split(rng.permutation(count), 6)
+    radii[groups[0]] = distance[groups[0]]
+    radii[groups[1]] = np.abs(centers[groups[1], 2])
+    radii[groups[2]] = np.abs(centers[groups[2], 0])
+    radii[groups[3]] = np.abs(distance[groups[3]] - 10.0 ** rng.uniform(-9, 0, len(groups[3])))
     return centers, radii
 
 
 def meets(directions: Array, centers: Array, radii: Array) -> tuple[Ints, Ints]:
-    """(ray, ball): which rays from the origin meet which balls."""
+    """Return (ray, ball), each [N]: which rays from the origin hit which spheres."""
     d = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     along = np.maximum(d @ centers.T, 0.0)
     nearest = np.linalg.norm(along[:, :, None] * d[:, None, :] - centers, axis=2)
@@ -40,7 +43,7 @@ def missing(cell: Ints, item: Ints, wanted_cell: Ints, wanted_item: Ints) -> int
 
 
 def direction_cell(D: NDArray[np.floating[Any]], grid: int) -> Ints:
-    """The definition of hemisphere_cells(), of one direction at a time; in the precision of D."""
+    """Return the cells of directions, one at a time by the definition in hemisphere_cells(), in the precision of D."""
     result = []
     for d in D:
         half, size = d.dtype.type(0.5), np.sqrt(np.sum(d * d))
@@ -50,9 +53,9 @@ def direction_cell(D: NDArray[np.floating[Any]], grid: int) -> Ints:
 
 
 def edge_directions(rng: np.random.Generator, count: int, grid: int) -> Array:
-    """(count, 3): directions at the edges and corners of cells, and at the equator, to within 1e-7."""
+    """Return directions at the edges and corners of cells and at the equator, to within 1e-7 [count, 3]."""
     at = rng.uniform(-0.7, 0.7, (count, 2))
-    on_line = np.rint(0.5 * grid * at) * 2.0 / grid  # for even grids
+    on_line = np.rint(0.5 * grid * at) * 2.0 / grid  # on the edges of an even grid
     at = np.where(rng.random((count, 2)) < 0.7, on_line, at)
     angle = rng.uniform(0.0, 2.0 * np.pi, count)
     at[::3] = np.column_stack((np.cos(angle), np.sin(angle)))[::3]

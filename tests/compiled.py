@@ -1,4 +1,4 @@
-"""Compiled scenes, their programs' texts and their frames, without a driver."""
+"""Compiled scenes, their shader texts and their frames, without a driver."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from raytracer.scene.settings import Settings
 
 Mask = NDArray[np.bool_]
 
-# Of a driver that is in no scene's way.
+# The limits of an imaginary driver, too large to affect any scene.
 LIMITS = DriverLimits(
     driver="none",
     version=450,
@@ -46,7 +46,7 @@ def sources(
 
 
 def fragment(scene: rt.Scene, name: str, settings: Settings | None = None) -> str:
-    """The text of a program's fragment shader."""
+    """Return the text of a program's fragment shader."""
     return sources(scene, settings)[name].fragment.text
 
 
@@ -55,6 +55,9 @@ def frame(scene: rt.Scene, size: tuple[int, int], settings: Settings | None = No
 
 
 def cells(scene: rt.Scene, size: tuple[int, int], settings: Settings | None = None) -> tuple[Mask, Mask]:
-    """(rows, columns) each, the lowest row first: where half-spaces are all that is seen, and where nothing is."""
+    """Return two masks of cells, the lowest row first: only half-spaces or background visible, and only background.
+
+    Shape of each: [rows, columns].
+    """
     masks = frame(scene, size, settings).cells
     return masks.plane_only | masks.empty, masks.empty

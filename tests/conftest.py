@@ -1,4 +1,4 @@
-"""One OpenGL context for the whole session; every test leaves it without an error."""
+"""Fixtures: one OpenGL context for the whole session, and a check that every test leaves it without an error."""
 
 import shutil
 import signal
@@ -15,11 +15,11 @@ from raytracer.compiler.glsl import preprocessor
 from raytracer.gpu.device import _shared, shared_device
 from raytracer.rendering.renderer import Renderer
 
-pytest.register_assert_rewrite("tests.pictures")  # so that an assertion that fails there shows its values
+pytest.register_assert_rewrite("tests.pictures")  # a failed assertion of this module then shows its values
 
 
 def pytest_configure() -> None:
-    """Let tests that are terminated, as by a time limit, end what they started."""
+    """Let tests that are terminated, for example by a time limit, end the processes that they started."""
     signal.signal(signal.SIGTERM, _end)
 
 
@@ -29,14 +29,16 @@ def _end(number: int, _frame: object) -> NoReturn:
 
 @pytest.fixture
 def renderer() -> Renderer:
-    """The session's renderer, on the backend that RAYTRACER_BACKEND names. No context is a failure."""
+    """Return the session's renderer, on the backend that RAYTRACER_BACKEND names. A missing context is a failure."""
     return Renderer(shared_device())
 
 
 @pytest.fixture
 def has_round_limit(renderer: Renderer) -> bool:
-    """Whether the driver leaves all loops of a shader after 65,535 rounds (cut_short.glsl): llvmpipe of Mesa 22.3 does,
-    and that of Mesa 25.0 does not."""
+    """Return whether the driver ends every loop of a shader after 65,535 rounds, which cut_short.glsl must detect.
+
+    llvmpipe of Mesa 22.3 does; llvmpipe of Mesa 25.0 does not.
+    """
     context = renderer.device.context
     vertex = "#version 330\nvoid main() { gl_Position = vec4(gl_VertexID % 2 * 4 - 1, gl_VertexID / 2 * 4 - 1, 0, 1); }"
     fragment = """#version 330
@@ -57,14 +59,14 @@ def has_round_limit(renderer: Renderer) -> bool:
         array.render(vertices=3)
         value = np.frombuffer(framebuffer.read(components=1, dtype="f4"), np.float32)[0]
         context.detect_framebuffer(0).use()
-        for each in (array, framebuffer, program):
-            each.release()
+        for resource in (array, framebuffer, program):
+            resource.release()
     return bool(value)
 
 
 @pytest.fixture
 def shaders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A copy of the shaders' folder, which takes its place."""
+    """Return a copy of the shaders' folder, which the program uses instead of the original."""
     folder = tmp_path / "shaders"
     shutil.copytree(preprocessor.shaders_folder(), folder)
     for module in (preprocessor, file_watcher):
@@ -74,7 +76,10 @@ def shaders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def always_listed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """So that the walk, whose text grows with a scene, can be compared."""
+    """Use candidate lists for any number of objects.
+
+    Scenes with few objects can then be compared with the walk, whose shader text grows with the scene.
+    """
     monkeypatch.setattr(compiled_scene, "FEW", 0)
 
 

@@ -1,4 +1,4 @@
-"""Pairs of directions to try reflectance models with, in float32 as the GPU gets them."""
+"""Pairs of directions for tests of reflectance models, in float32 like on the GPU."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ Array = NDArray[np.float32]
 
 
 def above_horizon(rng: np.random.Generator, count: int, least: float = 1e-3) -> Array:
-    """(count, 3) unit directions: half spread by their cosine, half by its logarithm down to `least`."""
+    """Return unit directions whose cosines are at least `least` [count, 3].
+
+    Half of the cosines are evenly distributed, and half of them by logarithm.
+    """
     low = least ** rng.random(count)
     cosine = np.where(np.arange(count) % 2, rng.uniform(least, 1.0, count), low)
     phi = rng.uniform(0.0, 2.0 * np.pi, count)
@@ -18,7 +21,10 @@ def above_horizon(rng: np.random.Generator, count: int, least: float = 1e-3) -> 
 
 
 def pairs(count: int = 4000, seed: int = 0, least: float = 1e-3) -> tuple[Array, Array]:
-    """(wi, wo), cosines of at least `least`: half at random, half 1e-5 to 1 beside the mirror direction."""
+    """Return (wi, wo) with cosines of at least `least`, each [N, 3].
+
+    Half of the pairs are random; in the other half, wo is 1e-5 to 1 away from the mirror direction of wi.
+    """
     rng = np.random.default_rng(seed)
     wi, wo = above_horizon(rng, count, least), above_horizon(rng, count, least)
     near = wi * (-1, -1, 1) + rng.normal(size=(count, 3)) * 10.0 ** -rng.uniform(0, 5, (count, 1))
@@ -29,10 +35,10 @@ def pairs(count: int = 4000, seed: int = 0, least: float = 1e-3) -> tuple[Array,
 
 
 def extremes() -> tuple[Array, Array]:
-    """(wi, wo), all pairs of directions at the pole, grazing and next to each other."""
-    found = [(0.0, 0.0, 1.0)]
+    """Return (wi, wo), each [N, 3]: all pairs of directions at the pole, at grazing angles and next to each other."""
+    directions = [(0.0, 0.0, 1.0)]
     for cosine in (1.0 - 1e-7, 0.7, 1e-3, 1e-7, 1e-20, 0.0):
         sine = np.sqrt(1.0 - cosine**2)
-        found += [(sine, 0.0, cosine), (-sine, 0.0, cosine), (0.6 * sine, 0.8 * sine, cosine)]
-    d = np.array(found, np.float32)
+        directions += [(sine, 0.0, cosine), (-sine, 0.0, cosine), (0.6 * sine, 0.8 * sine, cosine)]
+    d = np.array(directions, np.float32)
     return np.repeat(d, len(d), axis=0), np.tile(d, (len(d), 1))

@@ -18,17 +18,20 @@ from PIL import ImageGrab
 from .processes import output_of, running
 from .scenes import CHECKOUT
 
-# Of the window, in pixels.
+# The size of the window in pixels.
 SIZE = (320, 180)
-# For what takes a few seconds on two slow cores.
+# Seconds, for actions that take a few seconds on two slow cores.
 TIMEOUT = 120.0
-# What would lead to another window system than the one that the test gives.
+# Variables that would lead to another window system than the test's own.
 SESSION = ("DISPLAY", "WAYLAND_DISPLAY", "XDG_SESSION_TYPE")
 
 
 @contextmanager
 def x_server(width: int, height: int, scale: int = 1) -> Iterator[str]:
-    """The name of a display of that size in pixels, and of that display scale. A missing Xvfb is a failure."""
+    """Start an X server with a display of this size in pixels and this display scale; yield the display's name.
+
+    A missing Xvfb is a failure.
+    """
     for program in ("Xvfb", "xdotool"):
         assert shutil.which(program), f"{program} is missing: apt-get install xvfb xdotool"
     read, write = os.pipe()
@@ -42,12 +45,12 @@ def x_server(width: int, height: int, scale: int = 1) -> Iterator[str]:
             _set_resources(f":{number}", f"Xft.dpi:\t{96 * scale}\n".encode())
             yield f":{number}"
         finally:
-            server.terminate()  # killed, it would leave files
+            server.terminate()  # a killed server would leave files
             server.wait(60)
 
 
 def _set_resources(display: str, text: bytes) -> None:
-    """What xrdb does: programs find the display's scale there."""
+    """Set the X resources as xrdb does. Programs read the display scale there."""
     x11 = ctypes.CDLL("libX11.so.6")
     x11.XOpenDisplay.restype = ctypes.c_void_p
     x11.XDefaultRootWindow.restype = x11.XInternAtom.restype = ctypes.c_ulong
@@ -59,18 +62,18 @@ def _set_resources(display: str, text: bytes) -> None:
 
 
 def environment(**variables: str) -> dict[str, str]:
-    """This process's environment without its own window system, and `variables`."""
+    """Return this process's environment without its own window system, with `variables` added."""
     return {name: value for name, value in os.environ.items() if name not in SESSION} | variables
 
 
 def shown(display: str, size: tuple[int, int] = SIZE) -> np.ndarray:
-    """(H, W, 3) int: the upper left part of a display."""
+    """Return the upper left part of a display as int [H, W, 3]."""
     picture = ImageGrab.grab((0, 0, *size), xdisplay=display)
     return np.asarray(picture.convert("RGB")).astype(int)
 
 
 class Window:
-    """A process of `raytracer view`: its pictures, and what a user does to it."""
+    """A process of `raytracer view`, with the picture that it shows and the actions of a user."""
 
     def __init__(
         self, process: Popen[Any], display: str, variables: Mapping[str, str], output: IO[str], errors: IO[str]
@@ -79,34 +82,34 @@ class Window:
         self.output, self.errors = output, errors
 
     def act(self, actions: str) -> None:
-        """Do what xdotool does for these words."""
+        """Run xdotool with these words."""
         output_of("xdotool", *actions.split(), env=self.variables)
 
     def shown(self, size: tuple[int, int] = SIZE) -> np.ndarray:
-        """(H, W, 3) int: the upper left part of the display."""
+        """Return the upper left part of the display as int [H, W, 3]."""
         return shown(self.display, size)
 
-    def until(self, what: Callable[[], bool], says: str, seconds: float = TIMEOUT) -> float:
-        """Wait until something holds; the seconds that it took."""
+    def until(self, is_met: Callable[[], bool], failure: str, seconds: float = TIMEOUT) -> float:
+        """Wait until a condition holds, else fail with the message `failure`; return the seconds that it took."""
         begin = time.monotonic()
-        while not what():
+        while not is_met():
             assert self.process.poll() is None, self.said(self.errors)
-            assert time.monotonic() < begin + seconds, f"{says}\n{self.said(self.errors)}"
+            assert time.monotonic() < begin + seconds, f"{failure}\n{self.said(self.errors)}"
             time.sleep(0.02)
         return time.monotonic() - begin
 
     def until_shown(self, wanted: np.ndarray, after: str) -> None:
-        """Wait for a picture, to 1/255 at every pixel."""
+        """Wait until the display shows a picture, to 1/255 at every pixel."""
         size = wanted.shape[1], wanted.shape[0]
         self.until(lambda: bool(np.abs(self.shown(size) - wanted).max() <= 1), f"not the picture due after {after}")
 
     def said(self, file: IO[str]) -> str:
-        """What the process has written so far."""
+        """Return the text that the process has written to a file so far."""
         file.seek(0)
         return file.read()
 
     def close(self) -> str:
-        """Press Escape; standard output."""
+        """Press Escape; return standard output."""
         self.act("key Escape")
         assert self.process.wait(TIMEOUT) == 0, self.said(self.errors)
         return self.said(self.output)
@@ -116,11 +119,14 @@ class Window:
 def window(
     folder: Path, *arguments: str, size: tuple[int, int] = SIZE, display: tuple[int, int] = SIZE, scale: int = 1
 ) -> Iterator[Window]:
-    """A window on a display of its own, with the mouse in its middle. Without a window manager it is at (0, 0)."""
+    """Open a window on a display of its own, with the mouse in its middle.
+
+    Without a window manager the window is at (0, 0).
+    """
     command = (sys.executable, "-m", "raytracer", "view", *arguments, "--size", f"{size[0]}x{size[1]}")
     with (
         x_server(*display, scale) as name,
-        # Not pipes: who reads those would have to read both at all times.
+        # Files, not pipes: pipes would have to be read all the time.
         tempfile.TemporaryFile("w+") as output,
         tempfile.TemporaryFile("w+") as errors,
     ):

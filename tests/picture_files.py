@@ -1,4 +1,4 @@
-"""Files of pictures, made by the standards."""
+"""Picture files, made according to the standards."""
 
 import struct
 import zlib
@@ -26,7 +26,7 @@ def chunk(kind: bytes, data: bytes = b"") -> bytes:
 
 
 def png16(pixels: np.ndarray) -> bytes:
-    """A PNG file of 16 bits, by the standard (ISO/IEC 15948), each row as the difference to the left neighbour."""
+    """Return a PNG file of 16 bits by the standard (ISO/IEC 15948), with differences to left neighbours in all rows."""
     height, width, channels = pixels.shape
     rows = pixels.astype(">u2").view(np.uint8).reshape(height, -1)
     left = np.pad(rows, ((0, 0), (2 * channels, 0)))[:, : rows.shape[1]]
@@ -38,7 +38,7 @@ def png16(pixels: np.ndarray) -> bytes:
 
 
 def png(pixels: np.ndarray, bits: int, colour: int, interlaced: bool, more: bytes = b"") -> list[bytes]:
-    """A PNG file, by the standard, in parts: signature, IHDR, `more`, two IDAT, IEND. Pixels are (H, W, samples)."""
+    """Return a PNG file by the standard, in parts: signature, IHDR, `more`, two IDAT, IEND. Pixels: [H, W, samples]."""
     height, width, _ = pixels.shape
     whole = [(0, 0, 1, 1)]
     passes = [(0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2)]

@@ -1,4 +1,4 @@
-"""Processes that tests start: none outlives its test, and each takes Ctrl-C, whatever the tests' own parent does."""
+"""Processes of tests: none outlives its test, and each reacts to Ctrl-C, even if the tests' own parent ignores it."""
 
 import contextlib
 import os
@@ -10,20 +10,20 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
-# For what takes a minute on two slow cores that do other things, too.
+# Seconds, for processes that take a minute on two busy slow cores.
 TIMEOUT = 600.0
 
 
 @contextmanager
 def running(*command: str | Path, **options: Any) -> Iterator[subprocess.Popen[Any]]:
-    """A process in a group of its own, which is killed with all that it started when the block ends in any way.
+    """Run a process in a group of its own, and kill the whole group when the block ends in any way.
 
     `options` are subprocess.Popen's.
     """
-    # Terminated, as by a time limit, this process would end without any `finally`. pytest has a way of its own.
+    # By default SIGTERM, for example from a time limit, ends this process without any `finally`. pytest has a handler.
     if signal.getsignal(signal.SIGTERM) == signal.SIG_DFL:
         signal.signal(signal.SIGTERM, _exit)
-    # What a shell starts with `&` ignores SIGINT, and so would all that it starts. A handler of ours is not inherited.
+    # A background job of a shell (`&`) ignores SIGINT, and its children inherit that. They do not inherit a handler.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         process = subprocess.Popen(command, start_new_session=True, **options)
@@ -32,7 +32,7 @@ def running(*command: str | Path, **options: Any) -> Iterator[subprocess.Popen[A
     try:
         yield process
     finally:
-        with contextlib.suppress(ProcessLookupError, PermissionError):  # all of the group has ended
+        with contextlib.suppress(ProcessLookupError, PermissionError):  # the whole group has ended
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()
         for pipe in filter(None, (process.stdin, process.stdout, process.stderr)):
@@ -44,7 +44,7 @@ def _exit(number: int, _frame: object) -> NoReturn:
 
 
 def finished(*command: str | Path, timeout: float = TIMEOUT, **options: Any) -> subprocess.CompletedProcess[str]:
-    """A process that has ended by itself, with its standard output and error. `options` are subprocess.Popen's."""
+    """Run a process until it ends; return it with its standard output and error. `options` are subprocess.Popen's."""
     pipes: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with running(*command, **pipes, text=True, **options) as process:
         output, errors = process.communicate(timeout=timeout)
@@ -52,14 +52,14 @@ def finished(*command: str | Path, timeout: float = TIMEOUT, **options: Any) -> 
 
 
 def output_of(*command: str | Path, **options: Any) -> str:
-    """The standard output of a process that must end with status 0. Else as finished()."""
+    """Run a process that must end with status 0; return its standard output. `options`: as for finished()."""
     done = finished(*command, **options)
     assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
     return done.stdout
 
 
 def in_group(group: int) -> list[str]:
-    """The processes of a group that still run, as Linux shows them."""
+    """Return the running processes of a group, as lines of /proc on Linux."""
     stats = []
     for file in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):

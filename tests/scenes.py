@@ -19,7 +19,7 @@ FLOOR = rt.Plane((0, 1, 0), 0, COLORS[3])
 BALL = rt.Sphere((0, 1, 0), 1, COLORS[0]) - rt.Sphere((0.6, 1.6, 0.5), 0.7, COLORS[1])
 SUN, LAMP = rt.PointLight((4, 7, 4)), rt.PointLight((-3, 2, 3), (0.5, 0.4, 0.3))
 
-# A scene file that is right, in which tests make mistakes.
+# A valid scene file, into which tests insert mistakes.
 GOOD = """\
 background = [0.5, 0.7, 0.9]
 [camera]
@@ -80,7 +80,10 @@ def assignment() -> rt.Scene:
 
 
 def copy_checkout(to: Path) -> None:
-    """What runs: so that its shaders can be edited. `python -m raytracer` in folder `to` takes them."""
+    """Copy the program to the folder `to`, where tests can edit its shaders.
+
+    `python -m raytracer` in that folder runs the copy.
+    """
     for folder in ("raytracer", "shaders", "assets/scenes"):
         shutil.copytree(CHECKOUT / folder, to / folder, ignore=shutil.ignore_patterns("__pycache__"))
 
@@ -93,19 +96,19 @@ def glint() -> rt.Scene:
 def of(
     *objects: rt.Solid | rt.Instances, eye: Sequence[float] = (0, 0, 5), at: Sequence[float] = (0, 0, 0)
 ) -> rt.Scene:
-    """`objects` seen from `eye`, under two lights."""
+    """Return a scene of `objects`, seen from `eye` in the direction of `at`, under two lights."""
     lights = [rt.PointLight((4, 7, 4)), rt.PointLight((-5, 3, 6), (0.5, 0.4, 0.3))]
     return rt.Scene(objects, lights, rt.Camera(tuple(eye), tuple(at), vertical_fov=60))  # pyright: ignore[reportArgumentType]
 
 
 def under_spheres(scene: rt.Scene, *radii: float) -> rt.Scene:
-    """`scene` with lights of these radii, in turn."""
+    """Return `scene` with these radii for its lights, repeated in order."""
     lights = [msgspec.structs.replace(l, radius=radii[i % len(radii)]) for i, l in enumerate(scene.lights)]
     return msgspec.structs.replace(scene, lights=lights)
 
 
 def lens(x: float, y: float, z: float, scale: float = 1.0) -> rt.Solid:
-    """Two spheres' intersection with a bite taken out."""
+    """Return the intersection of two spheres, with a bite taken out."""
     a, b, c = ((x + dx * scale, y, z + dz * scale) for dx, dz in ((-0.4, 0), (0.4, 0), (0.1, 0.6)))
     return (rt.Sphere(a, scale, COLORS[0]) & rt.Sphere(b, scale, COLORS[1])) - rt.Sphere(c, 0.7 * scale, COLORS[2])
 
@@ -117,7 +120,7 @@ def still_life(
     at: tuple[float, float, float] = (0, 1, 0),
     fov: float = 53.13,
 ) -> rt.Scene:
-    """A cut ball on the ground."""
+    """Return a scene with a cut sphere on the ground, and more solids."""
     return rt.Scene([BALL, FLOOR, *more], lights, rt.Camera(eye, at, vertical_fov=fov))
 
 
@@ -126,7 +129,7 @@ def with_lights(scene: rt.Scene, *lights: rt.PointLight) -> rt.Scene:
 
 
 def some_light(rng: np.random.Generator, low: float, high: float) -> rt.PointLight:
-    """One in any direction, mostly from above, 10^low to 10^high away."""
+    """Return a light in a random direction, mostly from above, at a distance of 10^low to 10^high."""
     place = rng.normal(size=3)
     place *= 10.0 ** rng.uniform(low, high) / np.linalg.norm(place)
     if rng.random() < 0.8:
@@ -135,7 +138,7 @@ def some_light(rng: np.random.Generator, low: float, high: float) -> rt.PointLig
 
 
 def random_tree(rng: np.random.Generator, spheres: int) -> rt.Solid:
-    """One tree of all operators over random spheres."""
+    """Return a random tree over random spheres, with all operators."""
     solids: list[rt.Solid] = [
         rt.Sphere(tuple(rng.uniform(-1.5, 1.5, 3)), rng.uniform(0.3, 1.5), COLORS[rng.integers(4)])
         for _ in range(spheres)
@@ -149,7 +152,7 @@ def random_tree(rng: np.random.Generator, spheres: int) -> rt.Solid:
 
 
 def random_scene(seed: int) -> rt.Scene:
-    """2 to 12 spheres in one random tree above a ground half-space; one in four has the camera in their midst."""
+    """Return a random tree of 2 to 12 spheres above a ground. One camera in four is among the spheres."""
     rng = np.random.default_rng(seed)
     tree = random_tree(rng, int(rng.integers(2, 13)))
     direction = rng.normal(size=3)

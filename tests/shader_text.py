@@ -1,4 +1,4 @@
-"""The text of shaders as a compiler sees it."""
+"""The text of shaders, as a compiler sees it."""
 
 import re
 
@@ -6,10 +6,10 @@ from raytracer.compiler.glsl.preprocessor import Source
 
 
 def code(source: Source) -> str:
-    """The text without comments, and without what its own `#if` leave out."""
+    """Return the text without comments, and without the parts that its `#if` lines exclude."""
     defined: dict[str, str] = {}
     kept: list[str] = []
-    taken: list[bool] = []  # of each #if around
+    taken: list[bool] = []  # whether the condition of each #if around the line holds
 
     def holds(condition: str) -> bool:
         condition = re.sub(r"defined\((\w+)\)", lambda m: str(m[1] in defined), condition)

@@ -1,4 +1,4 @@
-"""What a user installs: the wheel, in an environment of its own, away from the checkout."""
+"""The wheel that a user installs, in an environment of its own, away from the checkout."""
 
 import os
 import sys
@@ -15,12 +15,12 @@ from .scenes import CHECKOUT
 
 
 def run(folder: Path, *command: str | Path) -> str:
-    """Standard output of `command`, run in `folder` where nothing leads to the checkout."""
+    """Run `command` in `folder`, where no variable leads to the checkout; return standard output."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     return output_of(*command, cwd=folder, env=environment)
 
 
-def test_the_wheel_holds_what_it_needs_and_renders_an_example_by_its_bare_name(tmp_path: Path) -> None:
+def test_the_wheel_contains_all_its_files_and_renders_an_example_by_its_name(tmp_path: Path) -> None:
     pip = (sys.executable, "-m", "pip", "--disable-pip-version-check")
     run(tmp_path, *pip, "wheel", "--no-deps", "--wheel-dir", tmp_path, CHECKOUT)
     (wheel,) = tmp_path.glob("*.whl")

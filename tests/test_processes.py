@@ -1,4 +1,4 @@
-"""What tests start ends with them, and takes Ctrl-C."""
+"""Processes of tests end with the tests, and react to Ctrl-C."""
 
 import os
 import signal
@@ -18,13 +18,13 @@ SLEEP = "import time; print('ready', flush=True); time.sleep(600)"
 
 @pytest.fixture(params=[signal.SIG_IGN, signal.default_int_handler], ids=["ignored", "handled"])
 def interrupts(request: pytest.FixtureRequest) -> Iterator[object]:
-    """SIGINT as a background job of a shell has it, and as one in the foreground."""
+    """Set SIGINT as for a background job of a shell, and as for a job in the foreground."""
     before = signal.signal(signal.SIGINT, request.param)
     yield request.param
     signal.signal(signal.SIGINT, before)
 
 
-def test_a_process_takes_ctrl_c_whether_or_not_its_parent_does(interrupts: object) -> None:
+def test_a_process_reacts_to_ctrl_c_even_if_its_parent_ignores_it(interrupts: object) -> None:
     with running(sys.executable, "-c", SLEEP, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         assert signal.getsignal(signal.SIGINT) == interrupts
         assert process.stdout and process.stdout.readline() == b"ready\n"
@@ -32,7 +32,7 @@ def test_a_process_takes_ctrl_c_whether_or_not_its_parent_does(interrupts: objec
         assert process.wait(60) != 0
 
 
-def test_a_process_and_what_it_started_end_with_the_block() -> None:
+def test_a_process_and_its_children_end_with_the_block() -> None:
     script = f"import subprocess, sys; subprocess.Popen([sys.executable, '-c', {SLEEP!r}]).wait()"
     with (
         pytest.raises(ZeroDivisionError),
@@ -47,14 +47,14 @@ def test_a_process_and_what_it_started_end_with_the_block() -> None:
 
 
 def until_none(group: int) -> None:
-    """Wait for the end of processes that were killed."""
+    """Wait until all processes of a killed group have ended."""
     deadline = time.monotonic() + 60
-    while left := in_group(group):
-        assert time.monotonic() < deadline, left
+    while remaining := in_group(group):
+        assert time.monotonic() < deadline, remaining
         time.sleep(0.01)
 
 
-IT = f"""
+TEST_FILE = f"""
 import subprocess, sys
 from tests.processes import running
 def test_it():
@@ -67,13 +67,13 @@ if __name__ == '__main__':
 """
 
 
-@pytest.mark.parametrize("by", [[], ["-m", "pytest", "-s", "-p", "tests.conftest", "-p", "no:cacheprovider"]])
-def test_tests_and_benchmarks_that_are_terminated_end_what_they_started(by: list[str], tmp_path: Path) -> None:
+@pytest.mark.parametrize("runner", [[], ["-m", "pytest", "-s", "-p", "tests.conftest", "-p", "no:cacheprovider"]])
+def test_terminated_tests_and_benchmarks_end_the_processes_that_they_started(runner: list[str], tmp_path: Path) -> None:
     script = tmp_path / "test_it.py"
-    script.write_text(IT)
+    script.write_text(TEST_FILE)
     variables = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with running(sys.executable, *by, script, cwd=CHECKOUT, env=variables, **pipes) as process:
+    with running(sys.executable, *runner, script, cwd=CHECKOUT, env=variables, **pipes) as process:
         assert process.stderr
         group = int(process.stderr.readline())
         process.terminate()
@@ -81,7 +81,7 @@ def test_tests_and_benchmarks_that_are_terminated_end_what_they_started(by: list
     until_none(group)
 
 
-def test_the_output_is_that_of_a_process_that_did_well() -> None:
+def test_output_of_returns_standard_output_and_fails_with_the_process() -> None:
     assert output_of(sys.executable, "-c", "print(2)") == "2\n"
     with pytest.raises(AssertionError, match="no good"):
         output_of(sys.executable, "-c", "raise SystemExit('no good')")

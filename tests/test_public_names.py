@@ -1,4 +1,4 @@
-"""The package's names: what is public, whatever is imported and in whatever order."""
+"""The package's public names, which do not depend on the modules that are imported or on their order."""
 
 import inspect
 import pickle
@@ -49,7 +49,7 @@ assert all(globals()[name] is getattr(rt, name) for name in rt.__all__) and dir(
 
 
 @pytest.mark.parametrize("order", ["forwards", "backwards", "1", "2"])
-def test_functions_are_functions_and_dir_is_the_same_in_whatever_order_modules_are_imported(order: str) -> None:
+def test_public_functions_and_dir_do_not_depend_on_the_order_of_imports(order: str) -> None:
     run(IMPORT_ALL, order, *modules())
 
 
@@ -64,15 +64,15 @@ def test_functions_are_functions_and_dir_is_the_same_in_whatever_order_modules_a
         "rendering.brdf",
     ],
 )
-def test_functions_are_functions_whatever_module_is_imported_first(first: str) -> None:
+def test_public_functions_do_not_depend_on_the_first_import(first: str) -> None:
     run(f"import raytracer.{first}\nassert all(callable(getattr(raytracer, f)) for f in {FUNCTIONS})")
 
 
-def test_a_star_import_gives_functions() -> None:
+def test_a_star_import_provides_the_public_functions() -> None:
     run(f"from raytracer import *\nimport inspect\nassert all(inspect.isfunction(globals()[f]) for f in {FUNCTIONS})")
 
 
-def test_a_scene_is_made_and_shown_without_numpy_and_opengl() -> None:
+def test_a_scene_is_made_and_printed_without_numpy_and_opengl() -> None:
     run(
         "import sys, raytracer as rt\n"
         "scene = rt.Scene([rt.Sphere((0, 0, 0), 1)], [], rt.Camera((0, 0, 5), (0, 0, 0)))\n"
@@ -101,7 +101,7 @@ CAMERA = rt.Camera((0, 0, 5), (0, 0, 0))
     ],
     ids=lambda value: type(value).__name__,
 )
-def test_the_text_of_what_was_unpickled_is_read_where_no_name_was_used_before(value: object) -> None:
+def test_the_repr_of_an_unpickled_value_evaluates_in_a_fresh_process(value: object) -> None:
     run(
         "import pickle, sys, raytracer as rt\n"
         "value = pickle.loads(bytes.fromhex(sys.argv[1]))\n"
@@ -110,26 +110,26 @@ def test_the_text_of_what_was_unpickled_is_read_where_no_name_was_used_before(va
     )
 
 
-def test_a_users_own_class_is_not_taken_for_a_public_one() -> None:
+def test_a_users_own_class_does_not_replace_a_public_class() -> None:
     sphere = rt.Sphere
     type("Sphere", (sphere,), {})
     assert rt.Sphere is sphere
 
 
 @pytest.mark.parametrize(
-    "made", ['rt.published("lafortune/clay")', "rt.compare([[[0, 0, 0]]], [[[1, 0, 0]]])"], ids=["published", "compare"]
+    "call", ['rt.published("lafortune/clay")', "rt.compare([[[0, 0, 0]]], [[[1, 0, 0]]])"], ids=["published", "compare"]
 )
-def test_the_text_of_what_a_function_gives_is_read_where_no_name_was_used_before(made: str) -> None:
-    run(f"import raytracer as rt\nvalue = {made}\nassert eval(repr(value), vars(rt)) == value")
+def test_the_repr_of_a_returned_value_evaluates_in_a_fresh_process(call: str) -> None:
+    run(f"import raytracer as rt\nvalue = {call}\nassert eval(repr(value), vars(rt)) == value")
 
 
-def test_dir_is_what_is_public() -> None:
+def test_dir_lists_exactly_the_public_names() -> None:
     assert [name for name in dir(rt) if not name.startswith("_")] == sorted(rt.__all__)
     assert {"__version__", "__all__", "__doc__", "__file__"} <= set(dir(rt))
     assert all(getattr(rt, name).__doc__ for name in rt.__all__)
 
 
-def test_public_functions_say_what_they_take() -> None:
+def test_public_functions_document_their_parameters() -> None:
     for name in FUNCTIONS:
         function = getattr(rt, name)
         for parameter in inspect.signature(function).parameters.values():

@@ -1,4 +1,4 @@
-"""The library as Python's users take it: settings, files, arrays, comparisons, references, and the README's lines."""
+"""The library as Python users see it: settings, files, arrays, comparisons, references, and the README's code."""
 
 import os
 import re
@@ -17,11 +17,11 @@ from raytracer.scene.settings_patch import SettingsPatch, checked_patch
 from tests import scenes
 
 SIZE = (16, 9)
-wrong: Any = rt  # where types are wrong on purpose
+wrong: Any = rt  # for calls with wrong types
 
 
 @pytest.mark.gl
-def test_render_takes_settings_and_keywords_before_their_fields() -> None:
+def test_keywords_of_render_override_the_fields_of_settings() -> None:
     scene = scenes.assignment()
     settings = rt.Settings(samples=4, shadows="diluted", shading="blinn", bounces=1)
     by_keywords = rt.render(scene, SIZE, samples=4, shadows="diluted", shading="blinn", bounces=1)
@@ -40,21 +40,23 @@ def test_render_takes_settings_and_keywords_before_their_fields() -> None:
         image = rt.render(scene, SIZE, settings, **keywords)
         used = (checked_patch(settings) | SettingsPatch.without_none(**keywords)).resolve()
         assert f"{SIZE[0]}x{SIZE[1]}, {used}" == image.metadata["Description"]
-    # They exclude each other: the keyword is in place of the field.
+    # These settings exclude each other: the keyword replaces the field.
     assert "adaptive=0.1, " in rt.render(scene, SIZE, rt.quality("normal"), adaptive=0.1).metadata["Description"]
-    asked = rt.render(scene, SIZE, rt.Settings(samples=16, adaptive=0.1), max_error=0.5).metadata["Description"]
-    assert "adaptive=None" in asked and "max_error=0.5" in asked and "samples=4096" in asked
+    description = rt.render(scene, SIZE, rt.Settings(samples=16, adaptive=0.1), max_error=0.5).metadata["Description"]
+    assert "adaptive=None" in description and "max_error=0.5" in description and "samples=4096" in description
 
 
 @pytest.mark.parametrize("settings", ["high", {"samples": 4}, 4, rt.Settings, True], ids=repr)
-def test_what_is_no_settings_is_refused(settings: Any) -> None:
+def test_a_value_that_is_not_settings_is_refused(settings: Any) -> None:
     for function in (rt.render, rt.reference):
         with pytest.raises(rt.InputError, match=r"^settings: expected Settings"):
             function(scenes.assignment(), SIZE, settings)
 
 
 @pytest.mark.gl
-def test_all_that_a_file_says_is_read_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_load_all_reads_the_scene_the_size_and_the_settings_in_one_go(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     file = tmp_path / "scene.toml"
     file.write_text(
         f'{scenes.ASSIGNMENT.read_text()}\n[settings]\nsize = [16, 9]\nquality = "draft"\nshadows = "off"\n'
@@ -79,7 +81,7 @@ def test_all_that_a_file_says_is_read_at_once(tmp_path: Path, monkeypatch: pytes
         rt.load_all(file)
 
 
-def test_a_warning_of_a_file_names_the_line_that_loads_it(tmp_path: Path) -> None:
+def test_a_warning_about_a_file_names_the_line_of_python_that_loads_it(tmp_path: Path) -> None:
     file = tmp_path / "scene.toml"
     spare = '\n[shapes.spare]\nsphere = { center = [0, 0, 0], radius = 1 }\nmaterial = "red"\n'
     file.write_text(scenes.ASSIGNMENT.read_text() + spare)
@@ -92,7 +94,7 @@ def test_a_warning_of_a_file_names_the_line_that_loads_it(tmp_path: Path) -> Non
 
 
 @pytest.mark.gl
-def test_an_image_is_its_radiance() -> None:
+def test_an_image_converts_to_the_array_of_its_radiance() -> None:
     image = rt.render(scenes.assignment(), SIZE)
     assert np.asarray(image) is image.radiance and image.radiance.dtype == np.float32
     assert np.asarray(image).shape == (SIZE[1], SIZE[0], 3)
@@ -110,25 +112,27 @@ def test_an_image_is_its_radiance() -> None:
 
 
 @pytest.mark.gl
-def test_an_image_gives_the_bytes_that_it_saves(tmp_path: Path) -> None:
+def test_png_returns_the_bytes_that_save_writes(tmp_path: Path) -> None:
     image = rt.render(scenes.assignment(), SIZE)
     image.save(tmp_path / "a.png")
     assert (tmp_path / "a.png").read_bytes() == image.png() == image._repr_png_()
 
 
 @pytest.mark.parametrize("radiance", [None, "x", [[[0, 0, 0]]], np.zeros((2, 2)), np.zeros((0, 1, 3)), np.zeros(3)])
-def test_an_image_of_no_picture_is_refused(radiance: Any) -> None:
+def test_an_image_without_pixels_is_refused(radiance: Any) -> None:
     with pytest.raises(rt.InputError, match=r"^radiance: expected an array \(H, W, 3\)"):
         rt.Image(radiance)
 
 
 @pytest.mark.gl
-def test_images_and_arrays_are_compared() -> None:
+def test_compare_takes_images_and_arrays() -> None:
     a, b = (rt.render(scenes.assignment(), SIZE, samples=n) for n in (1, 16))
-    of_images = rt.compare(a, b)
-    assert of_images.rmse == pytest.approx(np.sqrt(np.mean((a.radiance.astype(float) - b.radiance) ** 2)), rel=1e-12)
-    assert of_images.rmse > 0.0
-    assert of_images == rt.compare(a.radiance, b) == rt.compare(a, b.radiance.tolist()) and rt.compare(a, a).rmse == 0.0
+    comparison = rt.compare(a, b)
+    assert comparison.rmse == pytest.approx(np.sqrt(np.mean((a.radiance.astype(float) - b.radiance) ** 2)), rel=1e-12)
+    assert comparison.rmse > 0.0
+    assert (
+        comparison == rt.compare(a.radiance, b) == rt.compare(a, b.radiance.tolist()) and rt.compare(a, a).rmse == 0.0
+    )
     other = rt.render(scenes.assignment(), (8, 9))
     with pytest.raises(rt.InputError, match=r"^expected pictures of one size, got 16x9 and 8x9"):
         rt.compare(a, other)
@@ -151,12 +155,12 @@ def test_images_and_arrays_are_compared() -> None:
 
 @pytest.fixture
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where references are kept during a test."""
+    """Return the folder of the cached references during a test."""
     monkeypatch.setenv("RAYTRACER_CACHE", str(tmp_path / "cache"))
     return tmp_path / "cache"
 
 
-def test_a_reference_is_what_the_command_makes(cache: Path, tmp_path: Path) -> None:
+def test_a_reference_equals_the_picture_of_the_command(cache: Path, tmp_path: Path) -> None:
     from raytracer.app.cli import main
 
     arguments = ["--size", "16x9", "--samples", "16", "--shadows", "diluted", "--no-cache"]
@@ -166,7 +170,7 @@ def test_a_reference_is_what_the_command_makes(cache: Path, tmp_path: Path) -> N
     assert image.radiance.dtype == np.float64 and isinstance(image, rt.Image) and not cache.exists()
     with np.load(tmp_path / "a.npz") as arrays:
         np.testing.assert_array_equal(image.radiance, arrays["radiance"])
-    # Keywords come before the fields of settings; what was made once is read.
+    # Keywords override the fields of settings. A reference that exists already is read from the cache.
     blinn = [
         rt.reference(scenes.assignment(), SIZE, settings, samples=16),
         rt.reference(scenes.assignment(), np.array(SIZE), shading="blinn", shadows="diluted", samples=np.int64(16)),  # pyright: ignore[reportArgumentType]
@@ -177,7 +181,7 @@ def test_a_reference_is_what_the_command_makes(cache: Path, tmp_path: Path) -> N
 
 
 @pytest.mark.gl
-def test_a_picture_is_as_far_from_its_reference_as_it_says(cache: Path) -> None:
+def test_the_estimate_of_a_picture_agrees_with_its_error_against_the_reference(cache: Path) -> None:
     scene = scenes.assignment()
     image = rt.render(scene, (64, 36), samples=16)
     comparison = rt.compare(image, rt.reference(scene, (64, 36), samples=256, workers=1))
@@ -185,7 +189,7 @@ def test_a_picture_is_as_far_from_its_reference_as_it_says(cache: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         ({"scene": "assignment"}, "scene: expected a Scene"),
         ({"size": (0, 9)}, "size: expected"),
@@ -199,8 +203,8 @@ def test_a_picture_is_as_far_from_its_reference_as_it_says(cache: Path) -> None:
         ({"workers": True}, "workers: expected"),
     ],
 )
-def test_a_reference_that_cannot_be_is_refused(cache: Path, arguments: dict[str, Any], says: str) -> None:
-    with pytest.raises(rt.InputError, match=f"^{re.escape(says)}"):
+def test_a_reference_with_a_wrong_argument_is_refused(cache: Path, arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(rt.InputError, match=f"^{re.escape(message)}"):
         rt.reference(**{"scene": scenes.assignment(), "size": SIZE, **arguments})
 
 

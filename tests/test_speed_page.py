@@ -26,19 +26,19 @@ INNER = SpeedRow("literal", "inner: draws", "the literal shader", 15, never)
 
 
 def rows_of(text: str) -> list[list[str]]:
-    """The cells of the rows of all tables in Markdown, without the lines under headings."""
+    """Return the cells of the rows of all tables in Markdown, without the lines below the headings."""
     lines = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| ")]
     return [[cell.strip() for cell in cells] for cells in lines if set("".join(cells)) - set("- ")]
 
 
-def test_a_goal_is_a_ratio_to_be_reached_or_not_to_be_exceeded() -> None:
+def test_a_goal_is_the_least_or_the_largest_allowed_ratio() -> None:
     assert FAST.ratio(Timing(0.02, 0.3)) == 15 and FAST.is_reached(Timing(0.02, 0.3))
     assert not FAST.is_reached(Timing(0.03, 0.3))
     assert LONG.ratio(Timing(0.3, 0.2)) == 0.3 / 0.2 and not LONG.is_reached(Timing(0.3, 0.2))
     assert LONG.is_reached(Timing(0.2, 0.2))
 
 
-def test_the_page_says_for_each_row_times_goal_and_agreement() -> None:
+def test_each_row_of_the_page_has_times_a_goal_and_the_agreement() -> None:
     right, wrong = Agreement(), Agreement()
     picture = np.zeros((2, 2, 3), np.uint8)
     right.compare(picture, picture, "POV-Ray's")
@@ -73,7 +73,7 @@ def test_the_page_says_for_each_row_times_goal_and_agreement() -> None:
     assert calls[0] == page[0][:6] and calls[1:] == [cells[:6] for cells in page[1:3]], "calls alone"
 
 
-def test_rows_are_named_by_users_calls_and_inner_ones_say_so() -> None:
+def test_rows_have_the_names_of_users_calls_or_start_with_inner() -> None:
     names = [(row.call, row.against) for row in ROWS]
     assert len(names) == len(set(names))
     assert {row.group for row in ROWS if row.call.startswith("inner: ")} == {"lights", "literal"}

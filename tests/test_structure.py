@@ -1,4 +1,4 @@
-"""The structure of the package: what a file may hold, and where. The directions of imports are `lint-imports`'s."""
+"""The structure of the package: the allowed content of its files. `lint-imports` checks the directions of imports."""
 
 import ast
 import re
@@ -11,27 +11,27 @@ import raytracer as rt
 ROOT, TESTS = Path(rt.__file__).parent, Path(__file__).parent
 LONGEST = 340  # lines of a file
 
-# The functions whose values are kept for as long as the process runs, and why these values stay right and few.
+# Functions whose values are kept as long as the process runs, with the reason why the values stay right and few.
 CACHED = {
-    ("compiler/glsl/preprocessor.py", "_file_pieces"): "of files of the package, read anew where a file was changed",
-    ("formats/material_library.py", "_library"): "of files of the package, which has a few hundred materials",
-    ("gpu/glsl_call.py", "_definitions"): "of files of the package: a function's file never changes",
-    ("analysis/reflectance/properties.py", "_known_rule"): "of numbers alone, and at most 64",
+    ("compiler/glsl/preprocessor.py", "_file_pieces"): "files of the package, which are read again after a change",
+    ("formats/material_library.py", "_library"): "files of the package, which has a few hundred materials",
+    ("gpu/glsl_call.py", "_definitions"): "files of the package: the file of a function never changes",
+    ("analysis/reflectance/properties.py", "_known_rule"): "depends on numbers alone, and keeps at most 64 values",
 }
-# The names of modules that are bound anew, or collect what comes, while the process runs, and why.
+# Variables of modules that are set again, or collect values, while the process runs, with the reason.
 VARIABLES = {
-    ("gpu/context.py", "_loaders"): "the open windows of GLFW, which ends with the last of them",
+    ("gpu/context.py", "_loaders"): "the open windows of GLFW, which is terminated with the last of them",
     ("gpu/device.py", "_shared"): "the devices that rt.render() and glsl.call() share",
-    ("gpu/turns.py", "_process"): "which thread of this process draws, anew after a fork",
+    ("gpu/turns.py", "_process"): "the thread of this process that draws, set again after a fork",
     ("rendering/renderer.py", "_shared"): "the renderer of each shared device, with the one scene that was drawn last",
-    ("ground_truth/workers.py", "_worker"): "in a process that does nothing else",
+    ("ground_truth/workers.py", "_worker"): "the state of a process that does nothing else",
 }
 COLLECTIONS = ("OrderedDict", "WeakKeyDictionary", "WeakSet", "WeakValueDictionary", "defaultdict", "deque")
 COLLECTIONS += ("dict", "list", "set")
 
 
 def parsed(folder: Path) -> dict[str, ast.Module]:
-    """The modules in a folder and below, by their paths in it."""
+    """Return the modules in a folder and below, by their paths in it."""
     return {path.relative_to(folder).as_posix(): ast.parse(path.read_text()) for path in sorted(folder.rglob("*.py"))}
 
 
@@ -39,7 +39,7 @@ MODULES = parsed(ROOT)
 
 
 def imports(module: ast.Module) -> set[str]:
-    """The names of all modules that are imported anywhere in a module, also for types only, and of what is in them."""
+    """Return the names of all modules that a module imports anywhere, also for types only, and of their members."""
     names: set[str] = set()
     for node in ast.walk(module):
         if isinstance(node, ast.Import):
@@ -49,22 +49,22 @@ def imports(module: ast.Module) -> set[str]:
     return names
 
 
-def test_the_root_holds_the_public_names_and_the_command_only() -> None:
+def test_the_root_has_only_the_public_names_and_the_command() -> None:
     assert {name for name in MODULES if "/" not in name} <= {"__init__.py", "__main__.py", "version.py"}
 
 
-def test_no_file_is_long() -> None:
+def test_no_file_has_more_lines_than_the_limit() -> None:
     lines = {name: len((ROOT / name).read_text().splitlines()) for name in MODULES}
     assert not {name: count for name, count in lines.items() if count > LONGEST}
 
 
-def test_a_package_says_what_it_is_for_and_holds_nothing_else() -> None:
+def test_the_init_file_of_a_package_has_a_docstring_and_nothing_else() -> None:
     packages = {name: module for name, module in MODULES.items() if name.endswith("/__init__.py")}
     assert len(packages) >= 9
     assert not [name for name, module in packages.items() if not ast.get_docstring(module) or len(module.body) > 1]
 
 
-def test_opengl_is_called_in_gpu_alone() -> None:
+def test_only_the_package_gpu_calls_opengl() -> None:
     users = {name.partition("/")[0] for name, module in MODULES.items() if {"moderngl", "glcontext"} & imports(module)}
     assert users == {"gpu"}
 
@@ -76,16 +76,16 @@ def test_no_module_or_package_has_the_name_of_a_public_function() -> None:
 
 
 def cached(module: ast.Module) -> Iterator[str]:
-    """The functions of a module whose values functools keeps."""
+    """Yield the functions of a module whose values functools caches."""
     for node in ast.walk(module):
         if isinstance(node, ast.FunctionDef):
-            decorators = [ast.unparse(each).partition("(")[0].rpartition(".")[2] for each in node.decorator_list]
+            decorators = [ast.unparse(item).partition("(")[0].rpartition(".")[2] for item in node.decorator_list]
             if {"cache", "lru_cache"} & {*decorators}:
                 yield node.name
 
 
 def variables(module: ast.Module) -> Iterator[str]:
-    """The names of a module that a function binds anew, or that begin as an empty collection."""
+    """Yield the variables of a module that a function sets again, or that start as an empty collection."""
     for node in ast.walk(module):
         if isinstance(node, ast.Global):
             yield from node.names
@@ -103,15 +103,15 @@ def is_empty_collection(value: ast.expr) -> bool:
     return False
 
 
-def test_only_objects_keep_what_was_made_but_for_a_few_names_with_reasons() -> None:
+def test_only_the_listed_functions_and_variables_keep_values_in_a_module() -> None:
     assert {(name, function) for name, module in MODULES.items() for function in cached(module)} == {*CACHED}
     assert {(name, variable) for name, module in MODULES.items() for variable in variables(module)} == {*VARIABLES}
 
 
-def test_tests_stand_where_the_packages_do_and_import_no_test() -> None:
+def test_the_folders_of_tests_are_those_of_packages_and_no_test_imports_a_test() -> None:
     tests = parsed(TESTS)
     assert {name.partition("/")[0] for name in tests if "/" in name} <= {name.partition("/")[0] for name in MODULES}
-    assert not {name for name, module in tests.items() if any(".test_" in each for each in imports(module))}
+    assert not {name for name, module in tests.items() if any(".test_" in item for item in imports(module))}
 
 
 def test_a_package_lists_the_names_that_other_packages_import() -> None:

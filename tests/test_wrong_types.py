@@ -1,4 +1,4 @@
-"""Values of wrong types in the Python API are refused at once, by the argument's name; all real numbers are taken."""
+"""Values of wrong types in the Python API are refused by the argument's name; all real numbers are accepted."""
 
 import decimal
 import fractions
@@ -16,7 +16,7 @@ import raytracer as rt
 from raytracer.core.shown import shown
 from raytracer.formats.image_files import load_radiance
 
-api: Any = rt  # where types are wrong on purpose
+api: Any = rt  # for calls with wrong types
 CAMERA = rt.Camera((0, 1, 5), (0, 0, 0))
 BALL = rt.Sphere((0, 0, 0), 1)
 FLOOR = rt.Plane((0, 1, 0), 0)
@@ -29,7 +29,7 @@ LOOP.append(LOOP)
 
 
 class Hostile:
-    """What raises whatever is asked of it."""
+    """An object that raises an exception on any access."""
 
     def __float__(self) -> float:
         raise RuntimeError("boom")
@@ -41,14 +41,14 @@ class Hostile:
 
 
 class NotANumber(float):
-    """A float that is something else when it is asked."""
+    """A float that converts to NaN."""
 
     def __float__(self) -> float:
         return float("nan")
 
 
 class Odd(float):
-    """A number whose comparisons and text are not to be trusted."""
+    """A number whose comparisons and text are unreliable."""
 
     def __lt__(self, other: object) -> bool:
         return False
@@ -57,7 +57,7 @@ class Odd(float):
         raise RuntimeError("boom")
 
 
-# Wrong wherever anything but a collection is expected, and in it.
+# Values that are wrong for any argument, unless it is a collection, and wrong as an item of a collection.
 WRONG: dict[str, Any] = {
     "None": None,
     "object": object(),
@@ -81,7 +81,7 @@ WRONG: dict[str, Any] = {
     "huge": 10**5000,
     "huge fraction": fractions.Fraction(10**5000, 3),
     "longdouble": np.longdouble(1e300) ** 2,
-    "float that is none": NotANumber(0.5),
+    "float that converts to NaN": NotANumber(0.5),
     "date": np.datetime64("2020"),
     "masked": np.ma.masked,
     "structured": np.zeros((), "f4, f4"),
@@ -104,7 +104,7 @@ def without(*names: str) -> dict[str, Any]:
     return {name: value for name, value in WRONG.items() if name not in names}
 
 
-NAMES = without("text", "number as text")  # that a name may be
+NAMES = without("text", "number as text")  # both are valid names
 SETTINGS = without("None")
 GREY = np.full((3, 4, 3), 0.5, np.float32)
 IMAGE = rt.Image(GREY)
@@ -242,7 +242,7 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_a_value_of_a_wrong_type_is_refused_by_the_name_of_its_argument(place: str) -> None:
+def test_the_error_of_a_wrong_type_names_the_argument(place: str) -> None:
     argument, call, values = PLACES[place]
     for name, value in values.items():
         with pytest.raises(rt.InputError) as error:
@@ -252,14 +252,14 @@ def test_a_value_of_a_wrong_type_is_refused_by_the_name_of_its_argument(place: s
         assert message.startswith(argument) and message.isprintable() and len(message) < 400, name
 
 
-def test_no_error_has_its_keys_or_its_file_in_the_reason() -> None:
+def test_the_reason_of_an_error_does_not_repeat_its_keys_or_its_file() -> None:
     sources = sorted(Path(rt.__file__).parent.rglob("*.py"))
     written = re.compile(r"""InputError\(\s*f?["'](?!column |\{_COLUMNS)(?:[\w.\[\]-]|\{[^{}"]*\})+: """)
     assert [(path.name, match[0]) for path in sources for match in written.finditer(path.read_text())] == []
 
 
 @pytest.mark.parametrize("value", [*WRONG.values(), ""], ids=[*WRONG, "empty"])
-def test_a_published_material_of_no_such_name_is_refused(value: Any) -> None:
+def test_an_unknown_name_of_a_published_material_is_refused(value: Any) -> None:
     with pytest.raises(rt.InputError, match=r"^name: expected a published material as") as error:
         api.published(value)
     assert error.value.keys == ("name",)
@@ -302,20 +302,20 @@ def test_whole_numbers_of_all_types_become_ints(four: Any) -> None:
 
 
 @pytest.mark.parametrize("vector", [np.array([1, 2, 3]), np.array([1, 2, 3], np.float32), range(1, 4), iter([1, 2, 3])])
-def test_ordered_collections_of_3_are_vectors(vector: Any) -> None:
+def test_ordered_collections_of_3_numbers_are_vectors(vector: Any) -> None:
     assert rt.Sphere(vector, 1).center == (1.0, 2.0, 3.0)
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("size", [[8, 6], np.array([8, 6]), (np.int64(8), np.uint8(6))])
-def test_a_size_may_be_a_list_an_array_or_of_numbers_of_numpy(size: Any) -> None:
+def test_a_size_may_be_a_list_an_array_or_a_tuple_of_numpy_numbers(size: Any) -> None:
     image = rt.render(SCENE, size, samples=np.int64(1), geometry=np.bool_(True))  # pyright: ignore[reportArgumentType]
     assert image.radiance.shape == (6, 8, 3)
 
 
-def test_a_value_is_shown_whatever_it_is() -> None:
+def test_shown_returns_a_short_printable_text_for_any_value() -> None:
     shared: Any = BALL
-    for _ in range(200):  # a tree of 2^200 leaves, whose repr would not end
+    for _ in range(200):  # a tree of 2^200 leaves, whose repr would never end
         shared = rt.Union(shared, shared)
     values = [*WRONG.values(), shared, Odd(1), -(10**5000), [10**5000], {1: NEST}, "\x1b[2J\n" * 10**6, b"\0" * 10**6]
     limit = sys.get_int_max_str_digits()

@@ -1,11 +1,11 @@
-"""Calls in threads, all at once."""
+"""Calls in threads at the same time."""
 
 import threading
 from collections.abc import Callable
 
 
 def in_threads(*calls: Callable[[], object]) -> list[object]:
-    """The result of each call, or its exception; all run at once, each in a thread of its own."""
+    """Run all calls at once, each in a thread of its own; return the result of each, or its exception."""
     results: list[object] = [None] * len(calls)
 
     def run(k: int) -> None:

@@ -1,4 +1,4 @@
-"""The ledger in its shorter form, and what it is made of."""
+"""The ledger of extremes in its shorter form, and the measurements behind its rows."""
 
 import csv
 import dataclasses
@@ -39,7 +39,9 @@ BALL = rt.Sphere((0, 0, 0), 1, scenes.COLORS[0])
     [pytest.param(row, marks=pytest.mark.slow if row.__name__ == "valid_scenes" else []) for row in ROWS],
     ids=lambda row: row.__name__,
 )
-def test_the_bounds_of_the_ledger_are_kept(renderer: Renderer, row: Callable[..., Iterator[Finding]]) -> None:
+def test_every_measurement_of_the_ledger_is_within_its_bound(
+    renderer: Renderer, row: Callable[..., Iterator[Finding]]
+) -> None:
     findings = list(row(renderer, True))
     assert findings and [f for f in findings if not f.kept] == []
 
@@ -50,13 +52,13 @@ def test_random_scenes_over_all_ranges_have_no_fault(renderer: Renderer) -> None
     assert [f for f in fuzz.measure_random_scenes(renderer, 200) if not f.kept] == []
 
 
-def test_fuzzed_scenes_are_the_same_for_the_same_seed_and_cover_the_ranges() -> None:
+def test_random_scenes_repeat_for_one_seed_and_cover_the_ranges() -> None:
     assert fuzz.random_scene(17) == fuzz.random_scene(17)
-    found = [fuzz.random_scene(seed) for seed in range(300)]
-    radii = [leaf.radius for s in found for o in s.solids() for leaf in _spheres(o)]
-    fovs = [s.camera.vertical_fov for s in found]
+    random_scenes = [fuzz.random_scene(seed) for seed in range(300)]
+    radii = [leaf.radius for s in random_scenes for o in s.solids() for leaf in _spheres(o)]
+    fovs = [s.camera.vertical_fov for s in random_scenes]
     assert min(radii) < 1e-6 and max(radii) > 1e6 and min(fovs) < 0.05 and max(fovs) > 150
-    assert max(m.h for s in found for m in s.materials) > 3e5
+    assert max(m.h for s in random_scenes for m in s.materials) > 3e5
 
 
 def _spheres(solid: rt.Solid) -> list[rt.Sphere]:
@@ -65,16 +67,16 @@ def _spheres(solid: rt.Solid) -> list[rt.Sphere]:
     return [leaf for leaf in leaves(solid) if isinstance(leaf, rt.Sphere)]
 
 
-# Literal bad cases: found by fuzzing what was before, with the numbers that it had.
+# Regressions that fuzzing found: each scene with the error that its normals had, or 0 if another number was wrong.
 MATTE = rt.Material(ka=0, kd=(0.8, 0.1, 0.1), ks=0)
 BAD: dict[str, tuple[rt.Scene, float]] = {
-    # Normals from a hit point that is rounded in units of its distance, 1e6 radii: off by 0.086. In 1 pixel
-    # of 7 it is in doubt whether float32 sees the ball at all: its roots are within the depth's error.
+    # Normals came from a hit point that is rounded at the scale of its distance, 1e6 radii: off by 0.086. In 1 pixel
+    # of 7 float32 may miss the sphere: its two roots differ by less than the error of the depth.
     "normals of a small sphere far away": (
         rt.Scene([rt.Sphere((3e5, -2e5, -9e5), 1)], [], rt.Camera((0, 0, 0), (3e5, -2e5, -9e5), vertical_fov=2e-4)),
         0.086,
     ),
-    # The same, and so 52 pixels dark that face the light.
+    # The same rounding made 52 pixels dark that face the light.
     "the dark side of a sphere far away": (
         rt.Scene(
             [rt.Sphere((-1713136.237163081, -5061952.163780087, -1615279.4041327743), 3379.277859586039, MATTE)],
@@ -88,7 +90,8 @@ BAD: dict[str, tuple[rt.Scene, float]] = {
         ),
         0.045,
     ),
-    # Inside a ball at 179.9 degrees: 1.1e-6 of the depth, 2.5 times the bound, by a scalar product that cancels.
+    # The camera is inside a sphere, with a field of view of 179.9 degrees. A scalar product that cancels made the
+    # depth wrong by 1.1e-6 of itself, 2.5 times the bound.
     "the border of a very wide picture": (
         rt.Scene(
             [rt.Sphere((15707.330604341218, -12719.35233186662, 20963.752224910186), 1.2064661164300412, MATTE)],
@@ -102,7 +105,7 @@ BAD: dict[str, tuple[rt.Scene, float]] = {
         ),
         0.0,
     ),
-    # In the reference itself: normals from a hit point in world coordinates, 21 times the bound of doubles.
+    # The reference was wrong: its normals came from a hit point in world coordinates, 21 times the bound of doubles.
     "1e11 from the origin": (
         rt.Scene([rt.Sphere((6e10, 3e10, -7e10), 1.5)], [], rt.Camera((6e10, 3e10, -7e10 + 6), (6e10, 3e10, -7e10))),
         0.0,
@@ -113,13 +116,15 @@ BAD: dict[str, tuple[rt.Scene, float]] = {
 @pytest.mark.gl
 @pytest.mark.parametrize("precision", [32, 64])
 @pytest.mark.parametrize("name", BAD)
-def test_what_was_wrong_once_is_right(renderer: Renderer, name: str, precision: Precision) -> None:
-    scene, normal_was = BAD[name]
+def test_scenes_that_once_were_wrong_agree_with_the_reference(
+    renderer: Renderer, name: str, precision: Precision
+) -> None:
+    scene, previous_normal_error = BAD[name]
     image = renderer.render(scene, (96, 64), Settings(precision=precision))
     truth = ray_tracer.trace(scene, (96, 64))
     resolved = find_pixel_doubt(scene, (96, 64), precision)
     assert_agrees(image, truth, resolved, doubt=0.15)
-    assert normal_was == 0 or normal_was > 100 * resolved.normal[~resolved.doubtful].max()
+    assert previous_normal_error == 0 or previous_normal_error > 100 * resolved.normal[~resolved.doubtful].max()
     dark = (image.radiance == 0).all(axis=2) != (truth.radiance == 0).all(axis=2)
     assert not (dark & ~resolved.doubtful & ~resolved.unlit).any()
 
@@ -129,13 +134,15 @@ HIGHLIGHTS = [(1e4, 0.01, 1.7e-3), (1e5, 0.004, 1e-2), (1e6, 0.001, 0.19)]
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize(("h", "angle", "was"), HIGHLIGHTS)
-def test_a_sharp_highlight_keeps_what_pow_loses(renderer: Renderer, h: float, angle: float, was: float) -> None:
+@pytest.mark.parametrize(("h", "angle", "pow_error"), HIGHLIGHTS)
+def test_a_sharp_highlight_is_more_precise_than_pow(
+    renderer: Renderer, h: float, angle: float, pow_error: float
+) -> None:
     V = (np.sin(angle), 0, np.cos(angle))
     value = glsl.call("mirrorLobe", (0, 0, 1), (0, 0, 1), V, h, device=renderer.device)[0]
     V32 = np.array(V, np.float32).astype(float)
     exact = np.exp(-0.5 * h * np.log1p((V32[0] / V32[2]) ** 2))
-    assert abs(value / exact - 1) < 1e-5 < was
+    assert abs(value / exact - 1) < 1e-5 < pow_error
 
 
 @pytest.mark.gl
@@ -147,7 +154,7 @@ def test_a_highlight_of_any_exponent_is_1_at_its_middle_and_0_behind(renderer: R
         expected = 1 if h == 0 else 0
         assert glsl.call("mirrorLobe", z, z, back, h, device=renderer.device)[0] == expected
         assert glsl.call("mirrorLobe", z, z, side, h, device=renderer.device)[0] == expected  # R.V = 0
-        assert glsl.call("halfwayLobe", z, z, (0, 0, -1), h, device=renderer.device)[0] == expected  # no H
+        assert glsl.call("halfwayLobe", z, z, (0, 0, -1), h, device=renderer.device)[0] == expected  # H is undefined
 
 
 @pytest.mark.gl
@@ -163,7 +170,7 @@ def test_doubles_make_the_same_picture_more_precisely(renderer: Renderer, evalua
 
 
 @pytest.mark.gl
-def test_a_line_in_a_plane_is_inside_and_crosses_nothing(renderer: Renderer) -> None:
+def test_a_line_in_a_plane_lies_inside_the_half_space_and_crosses_nothing(renderer: Renderer) -> None:
     rays = np.zeros(3, glsl.dtype("Ray"))
     rays["ro"], rays["rd"] = [(0, 2, 0), (0, 1.5, 0), (0, 2.5, 0)], (1, 0, 0)
     span = glsl.call("planeSpan", rays, (0, 1, 0, 2), 0.0, device=renderer.device)
@@ -171,8 +178,8 @@ def test_a_line_in_a_plane_is_inside_and_crosses_nothing(renderer: Renderer) -> 
 
 
 @pytest.mark.gl
-def test_where_32_bits_end_64_go_on(renderer: Renderer) -> None:
-    # A ball of 1e-9 of its distance: in float32 both its roots are one number.
+def test_64_bits_resolve_a_sphere_that_32_bits_cannot(renderer: Renderer) -> None:
+    # A sphere whose radius is 1e-9 of its distance: in float32 its two roots are one number.
     ball = rt.Sphere((3e8, -2e8, -9e8), 1)
     scene = rt.Scene(
         [ball], [rt.PointLight((3e8, -2e8 + 3, -9e8 + 4))], rt.Camera((0, 0, 0), ball.center, vertical_fov=2e-7)
@@ -183,12 +190,12 @@ def test_where_32_bits_end_64_go_on(renderer: Renderer) -> None:
     check_truth(renderer, scene, (32, 32), Settings(precision=64))
 
 
-def test_a_warning_comes_where_the_smallest_radius_is_lost_and_not_before() -> None:
+def test_the_precision_warning_starts_where_float32_loses_the_smallest_radius() -> None:
     def warned(*objects: rt.Solid, eye: float = 5.0) -> bool:
         return precision_warning(scenes.of(*objects, eye=(0, 0, eye)), Settings()) is not None
 
     assert not warned(BALL) and not warned(BALL, eye=4e4) and warned(BALL, eye=4.3e4)
-    # A huge ball is no distance: what is seen of it is near. Its far side from within is far.
+    # A huge sphere is as near as its nearest point, which float32 resolves. From inside, its far side is far away.
     assert not warned(BALL, rt.Sphere((0, -1e7 - 1, 0), 1e7), eye=2)
     assert warned(BALL, ~rt.Sphere((0, 0, 0), 1e7), eye=2)
     assert precision_warning(scenes.assignment(), Settings()) is None
@@ -196,7 +203,7 @@ def test_a_warning_comes_where_the_smallest_radius_is_lost_and_not_before() -> N
         rt.render(scenes.of(BALL, eye=(0, 0, 1e6)), (2, 2))
 
 
-def test_the_command_warns_and_refuses_where_doubles_are_missing(tmp_path: Path) -> None:
+def test_render_warns_of_low_precision_and_refuses_doubles_that_the_driver_lacks(tmp_path: Path) -> None:
     scene = tmp_path / "far.toml"
     scene.write_text(
         "[camera]\nposition = [0, 0, 0]\nlook_at = [0, 0, -1]\nvertical_fov = 1e-4\n[materials.m]\n"
@@ -221,12 +228,12 @@ def test_the_command_warns_and_refuses_where_doubles_are_missing(tmp_path: Path)
     status, errors = run()
     assert status == 0 and errors.startswith(f"raytracer: warning: {scene}: ") and "--precision 64" in errors
     assert run("--precision", "64") == (0, "")
-    # Mesa can be told to offer no more than OpenGL 3.3, as other drivers do.
+    # An environment variable limits Mesa to OpenGL 3.3, the version of some other drivers.
     status, errors = run("--precision", "64", MESA_GL_VERSION_OVERRIDE="3.3")
     assert status == 2 and "precision: 64 needs OpenGL 4.0 or later, got 3.3" in errors and errors.count("\n") == 1
 
 
-def test_the_power_of_a_point_has_all_its_bits_on_a_huge_sphere() -> None:
+def test_the_power_of_a_point_is_exact_to_double_rounding_for_any_radius() -> None:
     rng = np.random.default_rng(6)
     for _ in range(300):
         center, radius = rng.normal(size=3) * 10 ** rng.uniform(-6, 9), 10 ** rng.uniform(-6, 9)
@@ -239,7 +246,7 @@ def test_the_power_of_a_point_has_all_its_bits_on_a_huge_sphere() -> None:
         assert abs(Fraction(power) - exact) <= abs(exact) * Fraction(2) ** -52
 
 
-def test_what_touches_a_surface_does_so_to_the_rounding_of_its_numbers() -> None:
+def test_a_point_touches_a_surface_within_the_rounding_of_its_coordinates() -> None:
     ball, floor = rt.Sphere((0, 1, 0), 1), rt.Plane((1, 2, 7), 5)
     assert ball.touches((0.6, 1, 0.8)) and ball.touches((0, 0, 0)) and not ball.touches((0.6, 1, 0.8 + 1e-14))
     assert floor.touches((0.1, 0.7, 0.5)) and not floor.touches((0.1, 0.7, 0.5 + 1e-14))
@@ -247,22 +254,22 @@ def test_what_touches_a_surface_does_so_to_the_rounding_of_its_numbers() -> None
     assert far.touches((1e9 + 0.6, 1, 0.8)) and not far.touches((1e9 + 0.61, 1, 0.8))
 
 
-def test_doubt_is_only_near_tangents_and_ties() -> None:
+def test_pixels_are_doubtful_only_near_tangents_and_ties() -> None:
     camera = rt.Camera((0, 0, 5), (0, 0, 0), vertical_fov=60)
     ball = rt.Scene([BALL], [], camera)
     assert not find_pixel_doubt(ball, (400, 400)).doubtful.any()
-    # Looking straight at the outline, so closely that a pixel is less than a unit in the last place.
+    # The camera looks straight at the outline, so closely that a pixel is smaller than a unit in the last place.
     tangent = rt.Camera((0, 0, 5), (2 * 6**0.5 / 5, 0, 0.2), vertical_fov=1e-6)
     doubtful = find_pixel_doubt(rt.Scene([BALL], [], tangent), (16, 16))
     assert doubtful.doubtful.all()
     assert not find_pixel_doubt(rt.Scene([BALL], [], tangent), (16, 16), 64).doubtful.all()
-    # Coincident surfaces are no tie, almost coincident ones are.
+    # Coincident surfaces are no tie; almost coincident surfaces are.
     for radius, tie in ((1.0, False), (1.0 + 1e-9, True), (1.0 + 1e-4, False)):
         twins = rt.Scene([BALL, rt.Sphere((0, 0, 0), radius)], [], camera)
         assert find_pixel_doubt(twins, (9, 9)).doubtful[4, 4] == tie
 
 
-def test_a_bound_that_is_not_kept_is_said_and_is_the_exit_status(
+def test_a_finding_beyond_its_bound_is_reported_and_sets_the_exit_status(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def broken(renderer: Renderer, short: bool) -> Iterator[Finding]:
@@ -283,7 +290,7 @@ def test_a_bound_that_is_not_kept_is_said_and_is_the_exit_status(
     assert main([*command[:1], "-o", str(tmp_path / "nowhere")]) == 2
 
 
-def test_the_worst_is_what_is_not_kept_and_then_what_is_largest() -> None:
+def test_the_worst_finding_is_one_beyond_its_bound_or_else_the_largest() -> None:
     fine = Finding("w", "a", 32, "m", 0.5, 1)
     larger, broken = dataclasses.replace(fine, at="b", found=0.9), dataclasses.replace(fine, at="c", bound=0.4)
     assert worst([fine, larger])[0].at == "b"

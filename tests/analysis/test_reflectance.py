@@ -1,4 +1,4 @@
-"""The bench measures what is so, says what it cannot resolve, and holds every model to its expectation."""
+"""The bench of reflectance models: correct measurements, marks for unresolved results, and checks of expectations."""
 
 from __future__ import annotations
 
@@ -45,39 +45,39 @@ def checked(model: str) -> list[Verification]:
 
 
 def albedo(material: Material, *cosines: float) -> list[float]:
-    found = properties.measure_material(material, [math.degrees(math.acos(c)) for c in cosines]).albedos
-    assert all(a.resolved for a in found)
-    return [a.value for a in found]
+    albedos = properties.measure_material(material, [math.degrees(math.acos(c)) for c in cosines]).albedos
+    assert all(a.resolved for a in albedos)
+    return [a.value for a in albedos]
 
 
-# What is written down.
+# Expectations.
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("model", MEASURED)
-def test_every_model_is_as_its_verdict_says_at_the_ends_of_its_ranges(model: str) -> None:
-    found = checked(model)
-    assert len(found) > 1 and all(check.expectation for check in found)
-    assert [f"{check.parameters}: {check.differs}" for check in found if check.differs] == []
+def test_every_model_meets_its_expectations_at_the_ends_of_its_parameter_ranges(model: str) -> None:
+    checks = checked(model)
+    assert len(checks) > 1 and all(check.expectation for check in checks)
+    assert [f"{check.parameters}: {check.differs}" for check in checks if check.differs] == []
 
 
-def test_every_model_but_the_measured_one_has_expectations_and_each_says_why() -> None:
+def test_every_model_but_merl_has_expectations_and_each_expectation_has_a_reason() -> None:
     assert [model for model in MODELS if model not in MEASURED] == ["merl"]
     assert {expectation.model for expectation in EXPECTATIONS} == set(MEASURED)
     assert all(expectation.why for expectation in EXPECTATIONS)
     for model in MEASURED:
-        # The last row that fits holds: so none is without effect.
+        # The last row that matches applies, so each row must be the last match of some material.
         materials = [Material(model, **settings) for settings in tried_parameters(model)]
-        held = {id(expectation_of(material)) for material in materials}
-        assert [v.when for v in EXPECTATIONS if v.model == model and id(v) not in held] == []
+        applied = {id(expectation_of(material)) for material in materials}
+        assert [v.when for v in EXPECTATIONS if v.model == model and id(v) not in applied] == []
 
 
-# Numbers such as a highlight's exponent, whose range is too long to be drawn from evenly.
+# A parameter whose range ends above this number, such as an exponent, is drawn by its logarithm, not evenly.
 _LONG = 1e3
 
 
-def anywhere(model: str, fixed: Mapping[str, Any], random: np.random.Generator) -> Material:
-    """A material with parameters anywhere in their ranges, but for fixed ones, as in an expectation's `when`."""
+def random_material(model: str, fixed: Mapping[str, Any], random: np.random.Generator) -> Material:
+    """Return a material with random parameters, but for `fixed` ones: values or ranges, as in Expectation.when."""
     parameters = MODELS[model].parameters
     conditions = dict(p.when for p in parameters.values() if p.when and p.name in fixed)
     fixed = {**conditions, **fixed}
@@ -99,15 +99,16 @@ def anywhere(model: str, fixed: Mapping[str, Any], random: np.random.Generator) 
     return Material(model, **values)
 
 
-def test_numbers_and_runs_are_expected_only_where_they_were_found() -> None:
-    """And laws everywhere."""
+def test_expected_numbers_apply_only_to_the_listed_parameters_and_laws_apply_to_all() -> None:
     listed = expectation_of(Material("oren_nayar", ka=0.3))
     assert listed and listed.largest and listed.conserving and listed.resolved
     for model in MEASURED:
         random = np.random.default_rng(1)
-        found = expectation_of(anywhere(model, {}, random))
-        assert found is None or (found.largest is None and found.at is None and not found.resolved)
-        assert model in NOT_RECIPROCAL or (found and found.reciprocal)
+        expectation = expectation_of(random_material(model, {}, random))
+        assert expectation is None or (
+            expectation.largest is None and expectation.at is None and not expectation.resolved
+        )
+        assert model in NOT_RECIPROCAL or (expectation and expectation.reciprocal)
     cases: list[tuple[str, dict[str, Any], bool | None]] = [
         ("ggx", {"alpha": 0.77, "f0": 1.0}, True),
         ("split", {"alpha": 0.5}, None),
@@ -119,8 +120,8 @@ def test_numbers_and_runs_are_expected_only_where_they_were_found() -> None:
         ("cook_torrance", {"rho": 0.5}, None),
     ]
     for model, settings, conserving in cases:
-        found = expectation_of(Material(model, **settings))
-        assert found and found.reciprocal and found.conserving is conserving, (model, settings)
+        expectation = expectation_of(Material(model, **settings))
+        assert expectation and expectation.reciprocal and expectation.conserving is conserving, (model, settings)
     assert expectation_of(Material("phong", h=0.0, ks=0.0)) is None
     assert expectation_of(Material("phong", kd=0.1)) is None
 
@@ -128,34 +129,34 @@ def test_numbers_and_runs_are_expected_only_where_they_were_found() -> None:
 @pytest.mark.slow
 @pytest.mark.gl
 @pytest.mark.parametrize("model", MEASURED)
-def test_laws_hold_with_any_other_parameters(model: str) -> None:
+def test_laws_hold_for_random_parameters(model: str) -> None:
     random = np.random.default_rng(2)
     rows = [{}, *(expectation.when for expectation in EXPECTATIONS if expectation.model == model and expectation.law)]
     for when in rows:
         for _ in range(2):
-            material = anywhere(model, when, random)
-            found = verify(model, material.parameters, degrees=(0.0, 45.0, 75.0, 88.0, 89.9))
-            assert found.differs == [], material
+            material = random_material(model, when, random)
+            verification = verify(model, material.parameters, degrees=(0.0, 45.0, 75.0, 88.0, 89.9))
+            assert verification.differs == [], material
 
 
 @pytest.mark.gl
-def test_what_theory_says_of_the_models_is_measured() -> None:
-    """The issue's examples, by name."""
+def test_measurements_confirm_the_properties_that_theory_predicts() -> None:
+    """Well-known examples, with the parameters that differ from the defaults."""
 
-    def found(model: str, **settings: Any) -> properties.MaterialProperties:
+    def measured_properties(model: str, **settings: Any) -> properties.MaterialProperties:
         return next(c.properties for c in checked(model) if dict(c.parameters) == settings)
 
-    assert not found("phong").reciprocal and found("phong").conserving is False
-    assert found("minnaert").reciprocal and found("minnaert").conserving is False  # k = 0.5
-    assert found("minnaert", k=2.0, rho=1.0).conserving
-    full = found("oren_nayar", rho=1.0)
+    assert not measured_properties("phong").reciprocal and measured_properties("phong").conserving is False
+    assert measured_properties("minnaert").reciprocal and measured_properties("minnaert").conserving is False  # k = 0.5
+    assert measured_properties("minnaert", k=2.0, rho=1.0).conserving
+    full = measured_properties("oren_nayar", rho=1.0)
     assert full.reciprocal and full.conserving is False and 1.01 < full.largest.value < 1.03
-    assert found("ggx").reciprocal and found("ggx").conserving
-    assert found("mirror").delta and not found("ggx").delta
+    assert measured_properties("ggx").reciprocal and measured_properties("ggx").conserving
+    assert measured_properties("mirror").delta and not measured_properties("ggx").delta
 
 
 @pytest.mark.gl
-def test_a_wrong_verdict_is_found_out() -> None:
+def test_a_wrong_expectation_is_reported() -> None:
     measured = properties.measure_material(Material("lambert", rho=1.0))
     assert list(_differences(measured, expectation_of(measured.material))) == []
     assert list(_differences(measured, Expectation("lambert", True, None, "open"))) == []
@@ -165,7 +166,7 @@ def test_a_wrong_verdict_is_found_out() -> None:
 
 @pytest.mark.gl
 @pytest.mark.parametrize(
-    ("break_it", "says"),
+    ("break_it", "message"),
     [
         (lambda f, wi, wo: 1.01 * f, "conserving"),
         (lambda f, wi, wo: f * (1.0 - 0.01 * wi[..., :1]), "reciprocal"),
@@ -173,29 +174,29 @@ def test_a_wrong_verdict_is_found_out() -> None:
         (lambda f, wi, wo: np.where(wi[..., 2:] < 1e-5, np.nan, f), "NaN"),
     ],
 )
-def test_a_wrong_shader_is_found_out(monkeypatch: pytest.MonkeyPatch, break_it: Any, says: str) -> None:
+def test_a_wrong_shader_is_reported(monkeypatch: pytest.MonkeyPatch, break_it: Any, message: str) -> None:
     true = properties.evaluate
 
-    def broken(material: Material, wi: Any, wo: Any, **more: Any) -> Any:
-        return break_it(true(material, wi, wo, **more), np.asarray(wi), np.asarray(wo))
+    def broken(material: Material, wi: Any, wo: Any, **options: Any) -> Any:
+        return break_it(true(material, wi, wo, **options), np.asarray(wi), np.asarray(wo))
 
     monkeypatch.setattr(properties, "evaluate", broken)
     measured = properties.measure_material(Material("lambert", rho=1.0))
-    assert any(says in text for text in _differences(measured, expectation_of(measured.material)))
+    assert any(message in text for text in _differences(measured, expectation_of(measured.material)))
 
 
 # The quadrature.
 
 
 @pytest.mark.parametrize("degrees", [0.0, 1e-3, 30.0, 60.0, 84.0, 89.9])
-def test_rules_add_up_to_the_hemisphere(degrees: float) -> None:
+def test_quadrature_weights_add_up_to_the_hemisphere(degrees: float) -> None:
     w = properties.unit_direction(degrees)
     tilted = properties.unit_direction(degrees, 40.0)
     below = -properties.unit_direction(max(90.0 - degrees, 5.0))
     rules = {
         "halfway": halfway(w, FINE.times(2)),
         "polar": polar(w * (-1, -1, 1), FINE.times(2)),
-        "of an axis below": polar(below, FINE.times(2)),
+        "polar, axis below the horizon": polar(below, FINE.times(2)),
         "normal": polar(NORMAL, FINE, kinks=w),
         "whole circles": halfway(tilted, Fineness(12, 32, whole=True)),
         "several": about_all([w * (-1, -1, 1), properties.unit_direction(40.0), below], FINE.times(4)),
@@ -206,7 +207,7 @@ def test_rules_add_up_to_the_hemisphere(degrees: float) -> None:
         np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1.0, atol=1e-12)
 
 
-def test_normals_that_face_a_direction_add_up() -> None:
+def test_the_weights_of_normals_that_face_a_direction_add_up_to_their_solid_angle() -> None:
     """The lune between two planes at the angle t has the solid angle 2 (pi - t)."""
     for degrees in (0.0, 30.0, 80.0):
         m, weights = facing(properties.unit_direction(degrees), FINE)
@@ -215,8 +216,8 @@ def test_normals_that_face_a_direction_add_up() -> None:
 
 
 @pytest.mark.gl
-def test_albedos_are_the_published_ones() -> None:
-    """Of separate quadratures in float64, to the digits they are given with."""
+def test_albedos_agree_with_published_values() -> None:
+    """The values come from separate quadratures in float64. The tolerances follow from their digits."""
     one: dict[str, Any] = {"f0": 1.0}
     assert albedo(Material("ggx", alpha=1.0, **one), 1.0, 0.5, 0.1) == pytest.approx(
         [1.0 - math.log(2.0), 0.4507, 0.7602], abs=2e-4
@@ -243,31 +244,31 @@ def test_albedos_are_the_published_ones() -> None:
 
 @pytest.mark.gl
 @pytest.mark.parametrize("model", ["ggx", "beckmann"])
-def test_albedos_of_sharp_lobes_are_right(model: str) -> None:
-    """Against float64, by a rule four times as fine in both coordinates."""
+def test_albedos_of_sharp_lobes_agree_with_a_finer_quadrature(model: str) -> None:
+    """The reference is computed in float64, by a rule four times as fine in both coordinates."""
     material = Material(model, alpha=1e-3, f0=1.0)
-    for found in properties.measure_material(material, (0.0, 60.0, 88.0, 89.9)).albedos:
-        w = properties.unit_direction(found.degrees)
+    for measured in properties.measure_material(material, (0.0, 60.0, 88.0, 89.9)).albedos:
+        w = properties.unit_direction(measured.degrees)
         directions, weights = halfway(w, FINE.times(4))
         N, V = (np.broadcast_to(x, directions.shape) for x in (NORMAL, w))
         right = float((weights @ reflectance.reflected(material, N, directions, V))[0])
-        assert found.resolved and abs(found.value - right) < 1e-3
+        assert measured.resolved and abs(measured.value - right) < 1e-3
 
 
 @pytest.mark.gl
-def test_what_is_not_resolved_says_so() -> None:
-    """A lobe of 1e-7 is nothing to float32: whatever the sum is, it is not called an albedo."""
-    found = properties.measure_material(Material("he", tau=1e6), (85.0,))
-    assert not found.largest.resolved and found.conserving is not True
-    check = Verification("he", {"tau": 1e6}, found, None, [])
+def test_an_unresolved_sum_is_marked_and_not_called_an_albedo() -> None:
+    """Float32 cannot resolve a lobe of 1e-7, whatever its sum is."""
+    measured = properties.measure_material(Material("he", tau=1e6), (85.0,))
+    assert not measured.largest.resolved and measured.conserving is not True
+    check = Verification("he", {"tau": 1e6}, measured, None, [])
     assert "?" in tables._row(check)[4] and tables._row(check)[3] == "?"
 
 
 @pytest.mark.gl
 def test_an_anisotropic_material_is_measured_at_several_azimuths() -> None:
-    """Lobes that are scaled along x only have their largest albedo for viewers off that axis: by a plain sum."""
+    """A lobe that is scaled along x only has its largest albedo off that axis, as a plain sum confirms."""
     material = Material("lafortune", rho=0.0, lobes=[{"cx": -0.5, "cy": -1.0, "cz": 1.0, "n": 8.0}])
-    found = properties.measure_material(material, (60.0,)).albedos[0]
+    measured = properties.measure_material(material, (60.0,)).albedos[0]
     wi, weights = polar(NORMAL, Fineness(12, 64, whole=True))
     N = np.broadcast_to(NORMAL, wi.shape)
     sums = {}
@@ -276,22 +277,22 @@ def test_an_anisotropic_material_is_measured_at_several_azimuths() -> None:
         value = np.maximum(wi * wo @ np.array([-0.5, -1.0, 1.0]), 0.0) ** 8
         sums[azimuth] = float(weights @ (value * np.sum(N * wi, axis=1)))
     assert max(sums, key=lambda a: sums[a]) == 90.0 and sums[90.0] > 1.1 * sums[0.0]
-    assert found.value == pytest.approx(sums[90.0], abs=1e-3)
+    assert measured.value == pytest.approx(sums[90.0], abs=1e-3)
 
 
 @pytest.mark.gl
-def test_a_published_material_is_measured() -> None:
-    found = properties.measure_material(published("lafortune/clay"), (0.0, 60.0))
-    assert found.reciprocal and found.finite and all(a.resolved for a in found.albedos)
-    assert 0.2 < found.albedos[0].value < 0.6
+def test_a_published_material_is_reciprocal_with_a_plausible_albedo() -> None:
+    measured = properties.measure_material(published("lafortune/clay"), (0.0, 60.0))
+    assert measured.reciprocal and measured.finite and all(a.resolved for a in measured.albedos)
+    assert 0.2 < measured.albedos[0].value < 0.6
 
 
 @pytest.mark.gl
-def test_the_mirror_is_a_delta_whose_albedo_is_fresnels() -> None:
+def test_the_mirror_is_a_delta_whose_albedo_is_the_fresnel_reflectance() -> None:
     material = Material("mirror", f0=(0.2, 0.4, 0.9))
-    found = properties.measure_material(material, (0.0, 60.0))
-    assert found.delta and found.reciprocity == 0.0
-    assert [a.value for a in found.albedos] == pytest.approx([0.9, 0.9 + 0.1 * 0.5**5], abs=1e-6)
+    measured = properties.measure_material(material, (0.0, 60.0))
+    assert measured.delta and measured.reciprocity == 0.0
+    assert [a.value for a in measured.albedos] == pytest.approx([0.9, 0.9 + 0.1 * 0.5**5], abs=1e-6)
 
 
 # The command line.
@@ -304,16 +305,16 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, 
 
 
 @pytest.mark.gl
-def test_check_prints_a_table_or_json_and_says_whether_all_is_as_expected(
+def test_check_prints_a_table_or_json_and_reports_unmet_expectations(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     status, out, _ = run(capsys, "check", "ggx", "--set", "alpha=0.1", "--set", "f0=1,0.8,0.3")
     assert status == 0 and "alpha=0.1" in out and "as expected" in out and "89.9" in out
     status, out, _ = run(capsys, "check", "lambert", "--json")
-    found = json.loads(out)["checks"]
-    assert status == 0 and len(found) == 3
-    assert found[2]["settings"] == {"rho": 1.0} and found[2]["largest"]["value"] == pytest.approx(1.0, abs=1e-3)
-    assert found[2]["reciprocal"] is True and found[2]["conserving"] is True and found[2]["differs"] == []
+    checks = json.loads(out)["checks"]
+    assert status == 0 and len(checks) == 3
+    assert checks[2]["settings"] == {"rho": 1.0} and checks[2]["largest"]["value"] == pytest.approx(1.0, abs=1e-3)
+    assert checks[2]["reciprocal"] is True and checks[2]["conserving"] is True and checks[2]["differs"] == []
     monkeypatch.setattr(expectations, "EXPECTATIONS", (Expectation("lambert", True, False, "wrong", law=True),))
     status, out, _ = run(capsys, "check", "lambert", "--set", "rho=0.5")
     assert status == 1 and "lambert rho=0.5: conserving, not conserving expected" in out
@@ -321,7 +322,7 @@ def test_check_prints_a_table_or_json_and_says_whether_all_is_as_expected(
 
 @pytest.mark.gl
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         ("oren_nayar --set rho=0.5", "of 1 it is not written down whether it conserves"),
         ("phong_normalized --set kd=0.2", "of 1 it is not written down whether it conserves"),
@@ -331,30 +332,30 @@ def test_check_prints_a_table_or_json_and_says_whether_all_is_as_expected(
         ("ggx --set alpha=0.77", "none not as expected\n"),
     ],
 )
-def test_check_does_not_hold_settings_to_what_is_known_of_others(
-    capsys: pytest.CaptureFixture[str], arguments: str, says: str
+def test_check_does_not_apply_the_expectations_of_other_parameters(
+    capsys: pytest.CaptureFixture[str], arguments: str, message: str
 ) -> None:
     status, out, _ = run(capsys, "check", *arguments.split())
-    assert status == 0 and says in out and "1 measured, none not as expected" in out
+    assert status == 0 and message in out and "1 measured, none not as expected" in out
 
 
 @pytest.mark.gl
-def test_check_finds_out_what_is_wrong_with_settings_that_are_not_listed(
+def test_check_reports_faults_for_parameters_without_a_listed_expectation(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     true = properties.evaluate
     monkeypatch.setattr(
-        properties, "evaluate", lambda m, wi, wo, **more: true(m, wi, wo, **more) * (1.0 - 0.1 * wi[:, :1])
+        properties, "evaluate", lambda m, wi, wo, **options: true(m, wi, wo, **options) * (1.0 - 0.1 * wi[:, :1])
     )
     status, out, _ = run(capsys, "check", "oren_nayar", "--set", "rho=0.5")
     assert status == 1 and "oren_nayar rho=0.5: not reciprocal, reciprocal expected" in out
-    monkeypatch.setattr(properties, "evaluate", lambda m, wi, wo, **more: 1.2 * true(m, wi, wo, **more))
+    monkeypatch.setattr(properties, "evaluate", lambda m, wi, wo, **options: 1.2 * true(m, wi, wo, **options))
     status, out, _ = run(capsys, "check", "lambert", "--set", "rho=0.9")
     assert status == 1 and "not conserving, conserving expected" in out and "0.9 by its closed form" in out
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         ((), "COMMAND"),
         (("check", "nope"), "expected one of phong"),
@@ -362,7 +363,7 @@ def test_check_finds_out_what_is_wrong_with_settings_that_are_not_listed(
         (("check", "ggx", "--set", "h=5"), "ggx has no parameter h (known: ka, alpha"),
         (("check", "ggx", "--set", "alpha=5"), "a number in [0.0001, 1]"),
         (("check", "ggx", "--set", "alpha=x"), "--set alpha=x: expected a number"),
-        # Time and memory that go with the square of a key's parts: at once, or the test's machine has no memory left.
+        # Parsing this key would take time and memory by the square of its parts, so it must be refused at once.
         (("check", "lafortune", "--set", f"lobes={{{'.'.join('a' * 60_000)} = 1}}"), "expected lobes as in a scene"),
         (("check", "ggx", "--set", "f0=1,2"), "3 numbers"),
         (("check", "ggx", "--set", "masking=none"), "correlated, separable"),
@@ -394,34 +395,34 @@ def test_wrong_input_is_refused_with_a_remedy(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     arguments: tuple[str, ...],
-    says: str,
+    message: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     status, _, error = run(capsys, *arguments)
-    assert status == 2 and says in error and error.count("\n") == 1
+    assert status == 2 and message in error and error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
 
-def test_settings_are_typed_by_the_table() -> None:
+def test_parameters_get_their_types_from_the_table_of_models() -> None:
     assert parsed("ggx", ["alpha=0.25", "f0=1,0.5,0", "masking=separable"]) == {
         "alpha": 0.25,
         "f0": [1.0, 0.5, 0.0],
         "masking": "separable",
     }
-    found = parsed("lafortune", ["lobes=[{ cx = -1, cz = 1, n = 20 }]", "tangent=0,1,0"])
-    assert found == {"lobes": [{"cx": -1, "cz": 1, "n": 20}], "tangent": [0.0, 1.0, 0.0]}
+    parameters = parsed("lafortune", ["lobes=[{ cx = -1, cz = 1, n = 20 }]", "tangent=0,1,0"])
+    assert parameters == {"lobes": [{"cx": -1, "cz": 1, "n": 20}], "tangent": [0.0, 1.0, 0.0]}
 
 
 @pytest.mark.gl
-def test_list_shows_what_is_measured_and_what_a_model_takes(capsys: pytest.CaptureFixture[str]) -> None:
+def test_list_shows_the_measured_properties_and_the_parameters_of_a_model(capsys: pytest.CaptureFixture[str]) -> None:
     status, out, _ = run(capsys, "list", "minnaert")
     assert status == 0 and "Minnaert 1941" in out and "0 to 100" in out
     assert "reciprocal: yes; conserving: no, in 3 of 7 settings (defaults, rho=1, k=0)" in out
     assert "conserving: yes, but not resolved in 3 of 19 settings (alpha=0.0001, " in run(capsys, "list", "ggx")[1]
     assert "needs a file" in run(capsys, "list", "merl")[1]
     status, out, _ = run(capsys, "list", "lambert", "--json")
-    found = json.loads(out)["lambert"]
-    assert status == 0 and found["parameters"][1]["name"] == "rho" and len(found["measured"]) == 3
+    description = json.loads(out)["lambert"]
+    assert status == 0 and description["parameters"][1]["name"] == "rho" and len(description["measured"]) == 3
 
 
 def test_other_commands_do_not_load_the_analysis_of_reflectance() -> None:
@@ -439,7 +440,7 @@ def test_other_commands_do_not_load_the_analysis_of_reflectance() -> None:
 def test_plots_are_written_whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("matplotlib")
     out = tmp_path / "x.png"
-    # A material that is given twice is there twice.
+    # A material that the user names twice is plotted twice.
     assert run(capsys, "plot", "phong", "ggx:alpha=0.01", "phong", "--set", "h=8", "-o", str(out))[0] == 0
     with Image.open(out) as picture:
         assert picture.width > 900 and len(np.unique(np.asarray(picture.convert("L")))) > 100
@@ -448,7 +449,7 @@ def test_plots_are_written_whole(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert sorted(tmp_path.iterdir()) == [out, lecture]
 
 
-def test_without_matplotlib_the_extra_is_named(
+def test_plot_names_the_missing_extra_if_matplotlib_is_not_installed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in [name for name in sys.modules if name.startswith("matplotlib")]:
@@ -467,38 +468,41 @@ def test_the_gallery_has_a_labelled_cell_for_each_model(tmp_path: Path, monkeypa
     gallery.write_gallery(out, 64, 1, None, Renderer(shared_device()), None)
     with Image.open(out) as picture:
         sheet = np.asarray(picture.convert("RGB")).astype(int)
-    phong, lambert, nothing = (sheet[6:70, x : x + 64] for x in (6, 76, 146))
-    assert np.unique(nothing.reshape(-1, 3), axis=0).shape == (1, 3)
-    # The same floor under either light; the highlight is phong's alone.
+    phong, lambert, empty = (sheet[6:70, x : x + 64] for x in (6, 76, 146))
+    assert np.unique(empty.reshape(-1, 3), axis=0).shape == (1, 3)
+    # Both cells show one floor under one light; only phong has a highlight.
     np.testing.assert_allclose(phong[-4:, :8], lambert[-4:, :8], atol=1)
     assert phong.max() > lambert.max() + 20
-    assert (sheet[71:86, 6:70].min(axis=2) < 100).any(), "its name is below"
+    assert (sheet[71:86, 6:70].min(axis=2) < 100).any(), "the model's name is below its picture"
 
 
-def test_every_model_is_shown_by_the_gallery_with_what_it_takes() -> None:
+def test_the_gallery_shows_every_model_with_valid_parameters() -> None:
     for model in MEASURED:
         assert gallery.shown_materials()[model][0].model == model
 
 
 @pytest.mark.gl
 def test_the_lectures_two_highlights_are_alike_in_the_plane_of_incidence_only() -> None:
-    """The seed's (N.H)^(4 h) for (R.V)^h. In the plane, cos^4h(x / 2) - cos^h(x) is 0.0043 at most for h = 32."""
+    """Blinn's (N.H)^(4 h) takes the place of Phong's (R.V)^h.
+
+    In the plane of incidence, cos^4h(x / 2) - cos^h(x) is 0.0043 at most for h = 32.
+    """
     x = np.linspace(0.0, np.pi / 4, 100_001)
-    most = float((np.cos(x / 2) ** 128 - np.cos(x) ** 32).max())
-    assert most == pytest.approx(0.0043, abs=1e-4)
-    off = np.radians(np.linspace(-20.0, 20.0, 401))
-    apart = {}
+    largest = float((np.cos(x / 2) ** 128 - np.cos(x) ** 32).max())
+    assert largest == pytest.approx(0.0043, abs=1e-4)
+    offsets = np.radians(np.linspace(-20.0, 20.0, 401))
+    differences = {}
     for across in (False, True):
-        wi, wo = properties.unit_direction(60.0, 180.0), plots._around(properties.unit_direction(60.0), off, across)
+        wi, wo = properties.unit_direction(60.0, 180.0), plots._around(properties.unit_direction(60.0), offsets, across)
         r, n = (
             properties.evaluate(Material(model, kd=0.0, ks=1.0, h=h), wi, wo)[:, 0]
             for model, h in (("phong", 32.0), ("blinn", 128.0))
         )
-        apart[across] = float(np.abs(r - n).max())
-    assert apart[False] == pytest.approx(most, abs=1e-4) and apart[True] > 0.4
+        differences[across] = float(np.abs(r - n).max())
+    assert differences[False] == pytest.approx(largest, abs=1e-4) and differences[True] > 0.4
 
 
-def test_a_wrong_name_is_no_material() -> None:
+def test_an_unknown_material_is_refused_with_the_published_names() -> None:
     with pytest.raises(InputError, match="published"):
         from raytracer.analysis.reflectance.verification import material_of
 
@@ -506,7 +510,7 @@ def test_a_wrong_name_is_no_material() -> None:
 
 
 @pytest.mark.gl
-def test_a_baked_model_reflects_as_the_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_baked_table_reflects_as_its_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "ggx.binary"
     assert main(["brdf", "bake", "ggx:alpha=0.5", "--set", "f0=0.5", "-o", str(file)]) == 0
     assert capsys.readouterr().out.startswith(f"wrote {file}")

@@ -1,4 +1,4 @@
-"""What `raytracer tune` picks meets what was asked for, and is what it prints."""
+"""`raytracer tune`: the pick meets the target, and the printed flags and table reproduce the pick."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ SIZE = (128, 72)
 
 @pytest.fixture
 def few_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
-    """For tests of which pictures are compared: no time is to be known well."""
+    """Time each candidate only once, for tests that compare pictures and need no exact times."""
     for name in ("_ROUNDS", "_MORE_ROUNDS", "_SMALL_ROUNDS"):
         monkeypatch.setattr(tune_module, name, 1)
 
 
-def test_candidates_are_all_different_and_keep_what_is_given() -> None:
-    found = grid(Settings(shadows="soft")) + asked(Settings(shadows="soft"), 0.01)
-    assert len(set(found)) == len(found) and {settings.shadows for settings in found} == {"soft"}
-    assert {settings.samples for settings in found if settings.adaptive is None} >= {*LADDER}
+def test_candidates_are_all_different_and_keep_the_callers_settings() -> None:
+    candidates = grid(Settings(shadows="soft")) + asked(Settings(shadows="soft"), 0.01)
+    assert len(set(candidates)) == len(candidates) and {settings.shadows for settings in candidates} == {"soft"}
+    assert {settings.samples for settings in candidates if settings.adaptive is None} >= {*LADDER}
 
 
 @pytest.mark.slow
@@ -44,17 +44,18 @@ def test_candidates_are_all_different_and_keep_what_is_given() -> None:
 @pytest.mark.usefixtures("few_rounds")
 def test_the_pick_meets_the_error_against_many_random_samples(renderer: Renderer) -> None:
     scene = scenes.assignment()
-    found = tune(renderer, scene, SIZE, Settings(), max_error=0.005)
-    assert found.pick and found.pick.error <= 0.005
-    picture = renderer.render(scene, SIZE, found.pick.settings).radiance
-    # 4096 random samples are off by a 64th of what one is, 0.02 here: squared, less than 1 % of what is measured.
+    result = tune(renderer, scene, SIZE, Settings(), max_error=0.005)
+    assert result.pick and result.pick.error <= 0.005
+    picture = renderer.render(scene, SIZE, result.pick.settings).radiance
+    # The error of 4096 random samples is 1/64 of the error of one sample, which is 0.02 here. Squared, it is less than
+    # 1 % of the measured mean square.
     truth = renderer.render(scene, SIZE, Settings(samples=4096, sequence="random")).radiance
     assert np.sqrt(np.mean((picture.astype(float) - truth) ** 2)) <= 1.05 * 0.005
 
 
-def test_the_search_goes_on_beside_the_best_until_none_is_better() -> None:
-    class Known(Trials):
-        """A scene whose errors and times are known: half a sample more where the threshold is half of what it was."""
+def test_the_search_continues_around_the_best_candidate_until_no_neighbour_is_better() -> None:
+    class KnownTrials(Trials):
+        """Trials with known errors and times: half the threshold takes half a sample more."""
 
         def __init__(self) -> None:
             self._known = {}
@@ -69,38 +70,38 @@ def test_the_search_goes_on_beside_the_best_until_none_is_better() -> None:
         def in_turns(self, candidates: Iterable[Trial], rounds: int) -> list[Trial]:
             return list(candidates)
 
-    target, stage = tune_module._Goal(0.05, None), Known()
-    start = stage.measure(Settings(samples=64, adaptive=0.001))
-    pick, count = tune_module._descended(stage, [start], target, lambda what: None)
-    met = filter(target.is_met, (Known().measure(s) for s in grid(Settings()) if s.adaptive is not None))
+    target, trials = tune_module._Goal(0.05, None), KnownTrials()
+    start = trials.measure(Settings(samples=64, adaptive=0.001))
+    pick, count = tune_module._descended(trials, [start], target, lambda progress: None)
+    met = filter(target.is_met, (KnownTrials().measure(s) for s in grid(Settings()) if s.adaptive is not None))
     assert pick == min(met, key=target.order) and pick.settings == Settings(samples=24, adaptive=0.005)
     assert count < 40
 
 
 @pytest.mark.gl
-def test_what_the_pick_is_compared_with_is_another_picture_and_an_exact_one_has_no_error(renderer: Renderer) -> None:
-    stage = Trials(renderer, scenes.assignment(), Settings(), SIZE)
-    stage.refer(4)
-    assert stage.samples == 256
-    r2 = stage.measure(Settings(samples=256, sequence="r2"))
-    assert r2.error < 1e-6 < stage.measure(Settings(samples=64)).error
-    assert stage.measure(Settings(samples=4)).error > stage.measure(Settings(samples=16)).error
+def test_the_reference_uses_another_sequence_and_an_identical_picture_has_no_error(renderer: Renderer) -> None:
+    trials = Trials(renderer, scenes.assignment(), Settings(), SIZE)
+    trials.refer(4)
+    assert trials.samples == 256
+    r2 = trials.measure(Settings(samples=256, sequence="r2"))
+    assert r2.error < 1e-6 < trials.measure(Settings(samples=64)).error
+    assert trials.measure(Settings(samples=4)).error > trials.measure(Settings(samples=16)).error
 
 
 @pytest.mark.gl
 @pytest.mark.usefixtures("few_rounds")
-def test_no_settings_meet_an_error_that_few_pixels_hold_where_the_reference_is_as_wrong(
+def test_no_settings_meet_a_target_if_few_pixels_hold_the_error_and_the_reference_is_uncertain(
     renderer: Renderer, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     metal = scenes.GLINT.replace(
         "alpha = 0.001", "alpha = 0.05"
     )  # few pixels hold the error, but the reference is right
-    for text, known in ((scenes.GLINT, False), (metal, True)):
-        stage = Trials(renderer, parse_document(tmp_path / "a.toml", text).scene, Settings(), (80, 45))
-        stage.refer(16)
-        trial = stage.measure(Settings(samples=16))
-        assert trial.uncertain is not known and trial.error > 0.0
-        assert tune_module._Goal(trial.error, None).is_met(trial) == known
+    for text, is_certain in ((scenes.GLINT, False), (metal, True)):
+        trials = Trials(renderer, parse_document(tmp_path / "a.toml", text).scene, Settings(), (80, 45))
+        trials.refer(16)
+        trial = trials.measure(Settings(samples=16))
+        assert trial.uncertain is not is_certain and trial.error > 0.0
+        assert tune_module._Goal(trial.error, None).is_met(trial) == is_certain
     file = tmp_path / "glint.toml"
     file.write_text(scenes.GLINT)
     assert main(["tune", str(file), "--max-error", "0.5", "--size", "80x45"]) == 1
@@ -109,8 +110,8 @@ def test_no_settings_meet_an_error_that_few_pixels_hold_where_the_reference_is_a
 
 
 @pytest.mark.gl
-def test_times_are_medians_of_turns(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
-    stage = Trials(renderer, scenes.assignment(), Settings(), SIZE)
+def test_times_are_medians_over_interleaved_rounds(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    trials = Trials(renderer, scenes.assignment(), Settings(), SIZE)
     times = {1: iter((1.0, 9.0, 2.0)), 4: iter((5.0, 3.0, 4.0))}
     order = []
 
@@ -118,12 +119,12 @@ def test_times_are_medians_of_turns(renderer: Renderer, monkeypatch: pytest.Monk
         order.append(settings.samples)
         return next(times[settings.samples])
 
-    monkeypatch.setattr(stage, "seconds", seconds)
-    found = stage.in_turns([Trial(Settings(samples=n), 0.0, 0.1, n, 0.0) for n in (1, 4)], 3)
-    assert [(each.least, each.seconds) for each in found] == [(1.0, 2.0), (3.0, 4.0)] and order == [1, 4] * 3
+    monkeypatch.setattr(trials, "seconds", seconds)
+    timed = trials.in_turns([Trial(Settings(samples=n), 0.0, 0.1, n, 0.0) for n in (1, 4)], 3)
+    assert [(trial.least, trial.seconds) for trial in timed] == [(1.0, 2.0), (3.0, 4.0)] and order == [1, 4] * 3
 
 
-def test_the_table_holds_what_is_not_by_default() -> None:
+def test_the_printed_table_holds_only_settings_that_differ_from_the_defaults() -> None:
     for settings in (
         Settings(samples=24, adaptive=0.01, shadows="soft"),
         Settings(samples=4096, max_error=0.002, precision=64),
@@ -131,30 +132,30 @@ def test_the_table_holds_what_is_not_by_default() -> None:
     ):
         table = tomllib.loads(section_text(settings))["settings"]
         if settings.sampling.has_stopping_rule:
-            assert "samples" not in table, "the default is another one then"
+            assert "samples" not in table, "`samples` has another default with a stopping rule"
             table["samples"] = settings.samples
         assert Settings(**table) == settings
 
 
 @pytest.mark.gl
 @pytest.mark.usefixtures("few_rounds")
-def test_what_the_command_prints_makes_what_it_measured_as_flags_over_the_file_and_as_its_table(
+def test_the_printed_flags_and_the_printed_table_both_reproduce_the_measured_settings(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "scene.toml"
-    of_file = 'size = [96, 54]\nsamples = 24\nadaptive = 0.01\nsequence = "r2"\nshadows = "off"\nbounces = 3\n'
-    file.write_text(f"{scenes.ASSIGNMENT.read_text()}\n[settings]\n{of_file}")
-    found = []
+    file_settings = 'size = [96, 54]\nsamples = 24\nadaptive = 0.01\nsequence = "r2"\nshadows = "off"\nbounces = 3\n'
+    file.write_text(f"{scenes.ASSIGNMENT.read_text()}\n[settings]\n{file_settings}")
+    results = []
     search = tune_module.tune
 
-    def seen(*arguments, **options):
-        found.append(search(*arguments, **options))
-        return found[-1]
+    def recording_search(*arguments, **options):
+        results.append(search(*arguments, **options))
+        return results[-1]
 
-    monkeypatch.setattr(tune_module, "tune", seen)
+    monkeypatch.setattr(tune_module, "tune", recording_search)
     assert main(["tune", str(file), "--max-error", "0.01", "--shadows", "diluted"]) == 0
     line, table = capsys.readouterr().out.split("\n\n")
-    measured = found[0].pick.settings
+    measured = results[0].pick.settings
     assert (measured.shadows, measured.bounces) == ("diluted", 3) and "at 96x54" in line
     parser = argparse.ArgumentParser()
     add_settings(parser, 1, adaptive=True)
@@ -167,7 +168,7 @@ def test_what_the_command_prints_makes_what_it_measured_as_flags_over_the_file_a
 @pytest.mark.gl
 @pytest.mark.usefixtures("few_rounds")
 @pytest.mark.parametrize("target", [("--time", "1e-6"), ("--max-error", "1e-9")])
-def test_what_cannot_be_met_is_status_1_with_the_closest_and_no_search_through_all(
+def test_an_unreachable_target_is_status_1_and_names_the_closest_settings_after_few_trials(
     target: tuple[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["tune", str(scenes.ASSIGNMENT), *target, "--size", "32x18"]) == 1
@@ -179,18 +180,18 @@ def test_what_cannot_be_met_is_status_1_with_the_closest_and_no_search_through_a
 @pytest.mark.gl
 @pytest.mark.usefixtures("few_rounds")
 @pytest.mark.parametrize("measured", [0, 3])
-def test_ctrl_c_prints_the_best_of_what_was_measured(
+def test_ctrl_c_prints_the_best_of_the_settings_measured_by_then(
     measured: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     measure, count = Trials.measure, 0
 
-    def interrupted(stage: Trials, settings: Settings) -> Trial:
+    def interrupted(trials: Trials, settings: Settings) -> Trial:
         nonlocal count
-        if stage.size == (32, 18):
+        if trials.size == (32, 18):
             count += 1
             if count > measured:
                 raise KeyboardInterrupt
-        return measure(stage, settings)
+        return measure(trials, settings)
 
     monkeypatch.setattr(Trials, "measure", interrupted)
     assert main(["tune", str(scenes.ASSIGNMENT), "--max-error", "0.5", "--size", "32x18"]) == 130

@@ -1,4 +1,4 @@
-"""The command line: statuses, messages, and files that are written whole or not at all."""
+"""The command line: exit statuses, messages, and files that are written whole or not at all."""
 
 import json
 import os
@@ -21,9 +21,9 @@ from tests.displays import environment, x_server
 from tests.processes import TIMEOUT, finished, output_of, running
 
 SCENE = str(scenes.ASSIGNMENT)
-# Where the system offers no OSMesa (Mesa 25.1 and later), `make test` says so here; else all must open.
+# `make test` names fewer backends on a system without OSMesa (Mesa 25.1 and later has none). Otherwise, all must open.
 BACKENDS = os.environ.get("RAYTRACER_TEST_BACKENDS", "egl window osmesa").split()
-needs_osmesa = pytest.mark.skipif("osmesa" not in BACKENDS, reason="the system offers no OSMesa")
+needs_osmesa = pytest.mark.skipif("osmesa" not in BACKENDS, reason="this system has no OSMesa")
 
 
 def test_render_writes_a_png_with_the_scene_the_settings_and_the_version(tmp_path: Path) -> None:
@@ -46,8 +46,8 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
         sky, ground = arrays["depth"][0, 0], arrays["depth"][-1, 0]
         materials = arrays["material"]
         metadata = json.loads(str(arrays["metadata"]))
-    kind = shapes.pop("metadata")
-    assert kind[0] == () and kind[1].startswith("<U") and metadata["Title"] == "assignment"
+    metadata_layout = shapes.pop("metadata")
+    assert metadata_layout[0] == () and metadata_layout[1].startswith("<U") and metadata["Title"] == "assignment"
     assert shapes == {
         "radiance": ((18, 32, 3), "<f4"),
         "depth": ((18, 32), "<f4"),
@@ -55,12 +55,12 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
         "material": ((18, 32), "<i4"),
         "error": ((18, 32), "<f4"),
     }
-    assert np.isinf(sky) and np.isfinite(ground), "top row first"
-    assert materials[0, 0] == -1 and materials[-1, 0] == 3, "the file's materials in order"
+    assert np.isinf(sky) and np.isfinite(ground), "the top row comes first"
+    assert materials[0, 0] == -1 and materials[-1, 0] == 3, "materials are numbered in the order of the file"
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         ([], "COMMAND"),
         (["--foo"], "unknown option '--foo' (see"),
@@ -119,11 +119,11 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
     ],
 )
 def test_wrong_input_is_status_2_and_one_line(
-    arguments: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([argument.replace("{tmp}", str(tmp_path)) for argument in arguments]) == 2
     errors = capsys.readouterr().err
-    assert says in errors and errors.count("\n") == 1 and errors.startswith("raytracer: ")
+    assert message in errors and errors.count("\n") == 1 and errors.startswith("raytracer: ")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -138,7 +138,7 @@ def test_help_shows_examples(command: list[str], capsys: pytest.CaptureFixture[s
 SMALL = "--size", "64x36"
 
 
-def test_an_error_that_was_not_reached_is_status_1_with_the_picture_and_a_remedy(
+def test_a_missed_error_target_is_status_1_with_the_picture_and_a_remedy(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def run(*options: str) -> tuple[int, str, str]:
@@ -168,7 +168,7 @@ def test_an_error_that_was_not_reached_is_status_1_with_the_picture_and_a_remedy
 
 
 @pytest.mark.parametrize("in_file", [False, True])
-def test_an_error_that_is_known_to_be_at_least_so_much_is_not_reached(
+def test_an_uncertain_error_estimate_never_reaches_the_target(
     in_file: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file, out = tmp_path / "glint.toml", tmp_path / "a.png"
@@ -184,7 +184,7 @@ def test_an_error_that_is_known_to_be_at_least_so_much_is_not_reached(
         assert picture.info["Error"] == error
 
 
-def test_what_is_given_nearest_holds(tmp_path: Path) -> None:
+def test_options_override_the_quality_which_overrides_the_files_settings(tmp_path: Path) -> None:
     file = tmp_path / "scene.toml"
 
     def drawn(settings: str, *options: str) -> str:
@@ -194,7 +194,7 @@ def test_what_is_given_nearest_holds(tmp_path: Path) -> None:
         with Pillow.open(out) as picture:
             return str(picture.info["Description"])
 
-    for settings, options, says in (
+    for settings, options, description in (
         ("size = [9, 8]\nsamples = 2", (), "9x8, Settings(samples=2, "),
         ("size = [9, 8]\nsamples = 2", ("--size", "8x9", "--samples", "3"), "8x9, Settings(samples=3, "),
         ("size = [9, 8]\nquality = 'normal'", (), "samples=256, "),
@@ -210,7 +210,7 @@ def test_what_is_given_nearest_holds(tmp_path: Path) -> None:
         ("size = [9, 8]\nshading = 'ggx'\nshadows = 'soft'", ("--shading", "none"), "shading=None, shadows='off'"),
         ("size = [9, 8]\nsequence = 'grid'\nsamples = 4", ("--samples", "9"), "sequence='grid'"),
     ):
-        assert says in drawn(settings, *options), (settings, options)
+        assert description in drawn(settings, *options), (settings, options)
 
 
 def test_a_conflict_of_the_files_settings_with_an_option_names_both(
@@ -228,17 +228,17 @@ def start(*arguments: str, errors: int = subprocess.PIPE) -> AbstractContextMana
 
 
 def imported(*arguments: str) -> set[str]:
-    """The modules that `raytracer *arguments` has imported when it is done."""
+    """Return the names of all modules that are loaded when `raytracer *arguments` is done."""
     script = "import sys; from raytracer.app.cli import main; main(); print(*sys.modules)"
     return set(output_of(sys.executable, "-c", script, *arguments, cwd=scenes.CHECKOUT).splitlines()[-1].split())
 
 
-def test_render_imports_no_more_than_it_needs(tmp_path: Path) -> None:
+def test_render_imports_only_the_modules_that_it_needs(tmp_path: Path) -> None:
     out = str(tmp_path / "a.png")
     modules = imported("render", SCENE, "-o", out, "--size", "8x8", "--backend", "egl")
     ours = {name.removeprefix("raytracer.") for name in modules if name.startswith("raytracer.")}
     assert {"numpy", "moderngl"} <= modules and {"formats.image", "rendering.renderer"} <= ours, (
-        "this test sees what is imported"
+        "this test sees the imported modules"
     )
     assert not modules & {"rich", "glfw", "tomlkit", "PIL", "asyncio", "logging", "tempfile", "ctypes.util", "numpy.ma"}
     assert not ours & {
@@ -255,7 +255,7 @@ def test_render_imports_no_more_than_it_needs(tmp_path: Path) -> None:
     }
 
 
-def test_wrong_input_is_found_without_numpy_and_opengl(tmp_path: Path) -> None:
+def test_wrong_input_is_refused_before_numpy_and_opengl_are_imported(tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.toml"
     wrong.write_text("[camera")
     assert not imported("render", str(wrong), "-o", str(tmp_path / "a.png")) & {"numpy", "moderngl", "glcontext"}
@@ -280,7 +280,7 @@ def test_progress_is_shown_on_a_terminal(tmp_path: Path) -> None:
         while select.select([leader], [], [], TIMEOUT)[0]:
             try:
                 data = os.read(leader, 4096)
-            except OSError:  # Linux: the other end is closed
+            except OSError:  # Linux raises it when the other end is closed
                 break
             if not data:
                 break
@@ -290,7 +290,7 @@ def test_progress_is_shown_on_a_terminal(tmp_path: Path) -> None:
     assert b"rendering a.png" in shown and b"%" in shown
 
 
-def test_no_context_is_status_1_and_says_what_was_tried(tmp_path: Path) -> None:
+def test_a_missing_opengl_context_is_status_1_with_the_attempts_and_a_remedy(tmp_path: Path) -> None:
     environment = {**os.environ, "__EGL_VENDOR_LIBRARY_FILENAMES": "/nowhere", "RAYTRACER_BACKEND": "egl"}
     command = [sys.executable, "-m", "raytracer", "render", SCENE, "-o", str(tmp_path / "a.png"), "--size", "8x8"]
     done = finished(*command, env=environment, cwd=scenes.CHECKOUT)
@@ -299,7 +299,7 @@ def test_no_context_is_status_1_and_says_what_was_tried(tmp_path: Path) -> None:
 
 
 @pytest.mark.window
-def test_every_way_to_opengl_opens_here_and_makes_the_same_picture(tmp_path: Path) -> None:
+def test_every_backend_opens_here_and_renders_the_same_picture(tmp_path: Path) -> None:
     pictures = []
     with x_server(640, 480) as display:
         command = [sys.executable, "-m", "raytracer"]
@@ -315,7 +315,7 @@ def test_every_way_to_opengl_opens_here_and_makes_the_same_picture(tmp_path: Pat
         np.testing.assert_allclose(picture, pictures[0], atol=1e-5)
 
 
-def test_doctor_names_each_way_and_the_driver() -> None:
+def test_doctor_names_each_backend_and_the_driver() -> None:
     command = [sys.executable, "-m", "raytracer", "doctor"]
     done = output_of(*command, cwd=scenes.CHECKOUT)
     for word in ("egl", "window", "osmesa", "Mesa", "16384"):
@@ -324,7 +324,7 @@ def test_doctor_names_each_way_and_the_driver() -> None:
 
 @pytest.mark.window
 @needs_osmesa
-def test_contexts_of_one_process_do_not_end_each_other() -> None:
+def test_opening_a_context_does_not_end_the_other_contexts_of_a_process() -> None:
     script = """
 import raytracer as rt
 scene = rt.Scene([rt.Sphere((0, 0, 0), 1)], [], rt.Camera((0, 0, 5), (0, 0, 0)))
@@ -341,7 +341,7 @@ for backend in ("egl", "osmesa", "window"):
 
 @pytest.mark.window
 @needs_osmesa
-def test_a_window_that_fails_after_it_opened_is_not_in_the_way_of_the_next() -> None:
+def test_a_window_that_fails_after_opening_does_not_block_the_next_context() -> None:
     script = """
 from unittest import mock
 import moderngl

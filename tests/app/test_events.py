@@ -1,4 +1,4 @@
-"""What the window does with an event: the state after it, and what must be redone."""
+"""Events of the window: the state after an event, and the parts that the window must redraw."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def two_lights() -> rt.Scene:
     return msgspec.structs.replace(scenes.assignment(), lights=lights)
 
 
-def test_dragging_along_the_height_of_the_window_turns_by_half_a_circle_with_either_button() -> None:
+def test_dragging_along_the_windows_height_turns_the_light_or_the_camera_by_half_a_circle() -> None:
     light = turn_light(scenes.assignment(), 0, math.pi / 4, math.pi / 8)
     camera = turn_camera(scenes.assignment(), math.pi / 4, math.pi / 8)
     cases: list[tuple[Literal["left", "right"], rt.Scene]] = [("left", light), ("right", camera)]
@@ -92,10 +92,10 @@ def test_dragging_along_the_height_of_the_window_turns_by_half_a_circle_with_eit
         other: Literal["left", "right"] = "right" if button == "left" else "left"
         assert redo(after(state, Release(other)), Cursor(0.9, 0.9)) == Redo.SAMPLES
         assert redo(after(state, Release(button)), Cursor(0.9, 0.9)) == Redo.NOTHING
-        assert state.document.scene == scenes.assignment(), "what the file says is kept"
+        assert state.document.scene == scenes.assignment(), "the scene of the file does not change"
 
 
-def test_the_wheel_changes_the_lights_distance_and_with_shift_the_cameras() -> None:
+def test_the_wheel_scales_the_distance_of_the_light_and_with_shift_of_the_camera() -> None:
     centre = scenes.assignment().camera.look_at
 
     def distances(state: State) -> tuple[float, float]:
@@ -108,7 +108,7 @@ def test_the_wheel_changes_the_lights_distance_and_with_shift_the_cameras() -> N
     assert distances(after(opened(), Wheel(3.0, True), Wheel(-3.0, True))) == pytest.approx((light, camera))
 
 
-def test_tab_selects_the_light_that_moves_and_home_and_r_put_things_back() -> None:
+def test_tab_selects_a_light_home_resets_the_camera_and_r_resets_the_scene() -> None:
     state = after(opened(two_lights()), Key("Tab"), Wheel(1.0, False), Wheel(1.0, True))
     assert state.light == 1 and redo(state, Key("Tab")) == Redo.PRESENT
     assert (
@@ -127,30 +127,30 @@ def test_tab_selects_the_light_that_moves_and_home_and_r_put_things_back() -> No
     ("key", "presses"),
     [("B", len(SHADINGS)), ("S", len(get_args(Shadows))), ("A", 4), ("N", 2), ("Z", 2), ("M", 2)],
 )
-def test_a_toggle_makes_a_new_picture_at_each_press_and_comes_back(key: str, presses: int) -> None:
-    state, seen = opened(), []
+def test_a_toggle_draws_a_new_picture_at_each_press_and_returns_to_the_first(key: str, presses: int) -> None:
+    state, states = opened(), []
     for _ in range(presses):
         assert redo(state, Key(key)) == Redo.SAMPLES
-        seen.append(state)
+        states.append(state)
         state = after(state, Key(key))
-    assert state == seen[0] and len(set(map(repr, seen))) == presses
+    assert state == states[0] and len(set(map(repr, states))) == presses
 
 
 @pytest.mark.parametrize("key", ["L", "H"])
-def test_an_overlay_is_shown_and_hidden_without_a_new_picture(key: str) -> None:
+def test_an_overlay_appears_and_disappears_without_a_new_picture(key: str) -> None:
     state = after(opened(), Key(key))
     assert state != opened() and redo(opened(), Key(key)) == Redo.PRESENT
     assert after(state, Key(key)) == opened()
 
 
-def test_each_of_the_shadings_and_shadows_there_are_is_reached_by_its_key() -> None:
+def test_the_keys_b_and_s_reach_every_shading_and_every_kind_of_shadow() -> None:
     lamp = msgspec.structs.replace(scenes.assignment(), lights=[rt.PointLight((4, 7, 4), radius=0.5)])
-    state, seen = opened(lamp), set()
+    state, reached = opened(lamp), set()
     for _ in range(80):
         state = after(state, Key("S"), Key("B"))
-        seen |= {state.settings.shadows, state.settings.shading}
-    # None, the scene's own shading, is phong here.
-    assert seen == {*get_args(Shadows), None, *SHADINGS} - {"phong"}
+        reached |= {state.settings.shadows, state.settings.shading}
+    # None stands for the scene's own shading, which is phong here.
+    assert reached == {*get_args(Shadows), None, *SHADINGS} - {"phong"}
 
     mixed = rt.Sphere((0, 0, 0), 1, rt.Material()) | rt.Sphere((1, 0, 0), 1, rt.Material(model="blinn"))
     state, order = opened(scenes.of(mixed)), []
@@ -158,11 +158,11 @@ def test_each_of_the_shadings_and_shadows_there_are_is_reached_by_its_key() -> N
         state = after(state, Key(key))
         order.append(state.settings.shading)
     assert order == ["phong", "blinn", "phong", None, SHADINGS[-1], None]
-    given = opened(shading="phong")
-    assert after(given, Key("B")).settings.shading == "blinn", "no key press without effect"
+    chosen = opened(shading="phong")
+    assert after(chosen, Key("B")).settings.shading == "blinn", "every key press has an effect"
 
 
-def test_saving_the_file_keeps_what_the_user_moved_unless_the_file_moves_it_too() -> None:
+def test_reloading_the_file_keeps_the_users_moves_unless_the_file_moves_the_same_object() -> None:
     state = after(opened(two_lights()), Key("Tab"), Wheel(1.0, False), Wheel(1.0, True), Failed("oh"))
     brighter = msgspec.structs.replace(two_lights(), ambient=(2, 2, 2))
     kept = after(state, loaded("new", brighter))
@@ -177,7 +177,7 @@ def test_saving_the_file_keeps_what_the_user_moved_unless_the_file_moves_it_too(
     other = (rt.PointLight((4, 7, 4), (1, 0, 0)), rt.PointLight((9, 9, 9)), rt.PointLight((1, 1, 1)))
     partly = after(state, loaded("new", msgspec.structs.replace(two_lights(), camera=wider, lights=other))).scene
     assert partly.camera == msgspec.structs.replace(wider, position=state.scene.camera.position)
-    assert partly.lights == (other[0], other[1], other[2]), "the one that the user moved, the file has moved too"
+    assert partly.lights == (other[0], other[1], other[2]), "the file, too, has moved the light that the user moved"
     colored = (two_lights().lights[0], rt.PointLight((-3, 5, 2), (1, 0, 0)))
     kept = after(state, loaded("new", msgspec.structs.replace(two_lights(), lights=colored))).scene
     assert kept.lights == (colored[0], rt.PointLight(state.scene.lights[1].position, (1, 0, 0)))
@@ -186,7 +186,7 @@ def test_saving_the_file_keeps_what_the_user_moved_unless_the_file_moves_it_too(
     assert taken.scene == moved and taken.light == 0
 
 
-def test_what_cannot_be_drawn_is_taken_back_and_nothing_else() -> None:
+def test_reverting_restores_the_document_the_scene_and_the_settings_and_nothing_else() -> None:
     good = opened(two_lights())
     state = after(good, Key("L"), Key("Tab"), Cursor(0.3, 0.3), Key("B"), loaded("new", scenes.assignment()))
     back = reverted(state, good)
@@ -199,7 +199,7 @@ def test_what_cannot_be_drawn_is_taken_back_and_nothing_else() -> None:
     assert not back.marker and back.cursor == (0.3, 0.3)
 
 
-def test_an_error_stays_until_the_file_is_right_and_a_notice_until_the_next_key() -> None:
+def test_an_error_stays_until_the_file_is_valid_and_a_notice_until_the_next_key() -> None:
     state = after(opened(), Failed("line 3"), Told("wrote it"), Cursor(0.3, 0.3))
     assert (state.error, state.notice) == ("line 3", "wrote it")
     state = after(state, Key("H"), Wheel(1.0, False))
@@ -212,9 +212,9 @@ def test_other_keys_do_nothing() -> None:
         assert step(opened(), Key(name)) == (opened(), Redo.NOTHING)
 
 
-def test_p_e_and_escape_ask_for_what_only_the_window_can_do() -> None:
-    for key, wanted in (("P", Redo.SCREENSHOT), ("E", Redo.EXPORT), ("Escape", Redo.CLOSE)):
-        assert step(opened(), Key(key)) == (opened(), wanted)
+def test_the_keys_p_e_and_escape_request_actions_of_the_window() -> None:
+    for key, request in (("P", Redo.SCREENSHOT), ("E", Redo.EXPORT), ("Escape", Redo.CLOSE)):
+        assert step(opened(), Key(key)) == (opened(), request)
 
 
 def test_the_help_and_the_readme_show_the_table_of_controls(capsys: pytest.CaptureFixture[str]) -> None:
@@ -232,35 +232,35 @@ def test_the_help_and_the_readme_show_the_table_of_controls(capsys: pytest.Captu
     assert len({control.key for control in CONTROLS}) == len(CONTROLS)
 
 
-def test_the_title_says_how_far_the_picture_is_and_what_is_on() -> None:
+def test_the_title_states_the_progress_the_error_and_the_settings() -> None:
     state = after(opened(two_lights()), Key("B"), Key("S"), Key("Tab"))
     assert title(state, 12, 31.4) == (
         "assignment - 31 ms, 12 of 256 samples, blinn, diluted shadows, light 2 of 2, H for help"
     )
-    for unknown, says in (("", "about"), (FEW_PIXELS, "at least")):
+    for unknown, qualifier in (("", "about"), (FEW_PIXELS, "at least")):
         estimate = Estimate(64, 1.0, 0.00128, 0.01, (3, 4), unknown)
         title_text = title(opened(max_error=0.001), 64, 9.0, estimate)
-        assert f"64 of 4096 samples, error {says} 0.0013, " in title_text
+        assert f"64 of 4096 samples, error {qualifier} 0.0013, " in title_text
     assert "phong" in title(opened(), 1, 1.0) and "showing depth" in title(after(opened(), Key("Z")), 1, 1.0)
 
 
-def test_what_is_compiled_is_named_in_the_title_and_over_the_picture() -> None:
+def test_the_title_and_the_overlay_name_the_settings_that_are_being_compiled() -> None:
     state = after(opened(), Key("B"), Key("S"))
     assert compiling(state) == "compiling blinn, diluted shadows ..."
     assert compiling_title(state) == "assignment - compiling blinn, diluted shadows ..., H for help"
     assert "compiling showing normal ..." in compiling_title(after(state, Key("N")))
 
 
-def test_a_hint_stays_until_the_next_key_or_until_it_is_taken_back_and_is_seen() -> None:
+def test_a_hint_is_visible_until_the_next_key_or_until_it_is_withdrawn() -> None:
     state = after(opened(), Hinted("H: help"), Cursor(0.3, 0.3))
     assert state.hint == "H: help" and len(panels(state, (640, 360), 1.0)) == 1
     assert redo(state, Hinted("")) == Redo.PRESENT and after(state, Hinted("")).hint == ""
     assert after(state, Key("L")).hint == "" and after(state, Told("wrote it")).hint == ""
     kept = after(opened(), Told("wrote it"), Hinted("H: help"), Hinted(""))
-    assert kept.notice == "wrote it", "what else is told is not taken back"
+    assert kept.notice == "wrote it", "withdrawing a hint does not remove a notice"
 
 
-def test_s_says_why_there_are_no_soft_shadows() -> None:
+def test_the_key_s_explains_why_there_are_no_soft_shadows() -> None:
     points = [rt.PointLight((4, 7, 4)), rt.PointLight((-4, 7, 4))]
     why = "no soft shadows: no light has a radius"
     expected = [("diluted", ""), ("off", why), ("hard", "")]
@@ -275,15 +275,15 @@ def test_s_says_why_there_are_no_soft_shadows() -> None:
 
 
 @pytest.mark.parametrize("letter", [6.0, 9.0, 12.0, 16.0, 24.0, 32.0])
-def test_two_dashes_are_seen_as_two(letter: float) -> None:
+def test_the_overlay_shows_two_dashes_as_two(letter: float) -> None:
     for text in ("--", "--samples"):
         ink = _box([text], letter, (0, 0, 0, 255))[..., 0].astype(int)
         dashes = ink[ink[:, : 2 * round(0.6 * letter)].sum(axis=1).argmax()]
-        seen = np.flatnonzero(np.diff((dashes > 64).astype(int)) == 1)
-        assert len(seen) >= 2 and seen[1] - seen[0] < letter, "side by side, and apart"
+        starts = np.flatnonzero(np.diff((dashes > 64).astype(int)) == 1)
+        assert len(starts) >= 2 and starts[1] - starts[0] < letter, "side by side, with a gap"
 
 
-def test_the_command_renders_the_picture_that_is_shown() -> None:
+def test_the_exported_command_renders_the_picture_of_the_window() -> None:
     state = after(opened(), Key("B"), Key("S"), Key("A"))
     arguments = shlex.split(command(state, (640, 360), "a b-1.toml"))
     assert arguments == shlex.split(
@@ -291,7 +291,7 @@ def test_the_command_renders_the_picture_that_is_shown() -> None:
     )
 
 
-def test_the_command_renders_with_what_the_window_has_whatever_the_file_says() -> None:
+def test_the_exported_command_has_the_windows_settings_whatever_the_file_has() -> None:
     files = [
         EMPTY,
         SettingsPatch(samples=16, shading="ggx"),
@@ -311,7 +311,7 @@ def test_the_command_renders_with_what_the_window_has_whatever_the_file_says() -
     assert "--max-error 0.001 " in command(opened(max_error=0.001), (8, 8), "a.toml") + " "
 
 
-def test_saved_settings_are_taken_up_where_the_file_has_changed_them() -> None:
+def test_reloading_applies_only_the_settings_that_changed_in_the_file() -> None:
     state = after(opened(file_settings=SettingsPatch(samples=16, shadows="soft"), bounces=3), Key("B"))
     assert (state.settings.samples, state.limit) == (16, 16)
     same = after(state, loaded(TEXT, scenes.assignment(), SettingsPatch(shadows="soft", samples=16)))
@@ -337,7 +337,7 @@ def test_the_overlay_is_twice_as_large_at_display_scale_2_and_fits_into_any_wind
     failed = after(failed, Told("wrote a file"))
     assert len(panels(failed, (1280, 720), 1.0)) == 3, "a notice does not hide behind an error"
     for size in ((1280, 720), (320, 180), (40, 30), (1, 1)):
-        found = panels(failed, size, 1.0)
-        assert len(found) >= 2
-        for pixels, (x, y) in found:
+        boxes = panels(failed, size, 1.0)
+        assert len(boxes) >= 2
+        for pixels, (x, y) in boxes:
             assert 0 <= x <= x + pixels.shape[1] <= size[0] and 0 <= y <= y + pixels.shape[0] <= size[1]

@@ -1,4 +1,4 @@
-"""Ctrl-C whenever it comes: the status 130 or, when all is done, 0; at most one line, and nothing half written."""
+"""Ctrl-C at any time: exit status 130, or 0 when all is done; at most one line, and no half-written file."""
 
 import os
 import signal
@@ -19,7 +19,7 @@ import signal, sys
 def press():
     signal.raise_signal(signal.SIGINT)
 """
-# Presses as the import of a module begins, once.
+# Presses Ctrl-C once, when the import of the module `name` begins.
 AT_IMPORT = """
 class Finder:
     def find_spec(self, name, *_):
@@ -36,9 +36,12 @@ sys.exit(main())
 
 
 def run(script: str, out: Path, *, handler: str = "default_int_handler") -> tuple[int, str]:
-    """The status of a program, and its standard error. A parent of the tests may ignore the signal."""
+    """Run `script`, then a rendering; return the exit status and standard error.
+
+    `handler` is set for SIGINT before the script, as a parent of the tests may ignore the signal.
+    """
     text = PRESS + f"signal.signal(signal.SIGINT, signal.{handler})\n" + script + RUN.format(out=str(out))
-    # After the timeout it is killed.
+    # The process is killed after the timeout.
     done = subprocess.run(
         [sys.executable, "-c", text], cwd=scenes.CHECKOUT, capture_output=True, text=True, timeout=100
     )
@@ -58,8 +61,8 @@ def run(script: str, out: Path, *, handler: str = "default_int_handler") -> tupl
         "moderngl",
     ],
 )
-def test_while_a_module_is_imported_it_is_one_line_without_a_traceback(module: str, tmp_path: Path) -> None:
-    # What has no handler yet, as nothing that takes time was imported, has no words yet either.
+def test_ctrl_c_during_an_import_prints_one_line_without_a_traceback(module: str, tmp_path: Path) -> None:
+    # The module `signal` is imported before the program has a handler, and so before the program can print a line.
     out = tmp_path / "a.npz"
     preload = "del sys.modules['signal']\n" if module == "signal" else ""
     status, errors = run(AT_IMPORT.format(name=module) + preload, out)
@@ -67,19 +70,19 @@ def test_while_a_module_is_imported_it_is_one_line_without_a_traceback(module: s
     assert list(tmp_path.iterdir()) == []
 
 
-def test_while_a_module_is_imported_the_status_is_130_also_without_standard_error(tmp_path: Path) -> None:
+def test_ctrl_c_during_an_import_is_status_130_even_without_standard_error(tmp_path: Path) -> None:
     script = "import os; os.close(2)\n" + AT_IMPORT.format(name="msgspec")
     assert run(script, tmp_path / "a.npz") == (130, "")
 
 
-def test_nothing_that_takes_time_is_imported_before_there_is_a_handler() -> None:
+def test_no_slow_module_is_imported_before_the_handler_is_installed() -> None:
     script = "import sys; before = set(sys.modules); import raytracer.__main__; print(*set(sys.modules) - before)"
     done = subprocess.run([sys.executable, "-c", script], cwd=scenes.CHECKOUT, capture_output=True, text=True)
     assert set(done.stdout.split()) <= {"raytracer", "raytracer.__main__", "__future__"}
 
 
 @pytest.mark.gl
-def test_while_the_file_is_written_it_vanishes(tmp_path: Path) -> None:
+def test_ctrl_c_while_the_file_is_written_removes_the_file(tmp_path: Path) -> None:
     script = """
 import numpy as np
 def interrupted(file, **arrays):
@@ -92,7 +95,7 @@ np.savez = interrupted
 
 
 @pytest.mark.gl
-def test_as_the_file_is_begun_it_vanishes(tmp_path: Path) -> None:
+def test_ctrl_c_as_the_file_is_created_removes_the_file(tmp_path: Path) -> None:
     script = """
 import os
 def interrupted(path, *arguments):
@@ -107,9 +110,9 @@ opened, os.open = os.open, interrupted
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("where", ["pathlib.Path.replace", "raytracer.app.commands.render_cli.say"])
-def test_before_it_is_said_that_the_file_is_written_it_is_said_by_the_interrupt(where: str, tmp_path: Path) -> None:
-    module, _, name = where.rpartition(".")
+@pytest.mark.parametrize("function", ["pathlib.Path.replace", "raytracer.app.commands.render_cli.say"])
+def test_ctrl_c_between_writing_and_the_message_still_reports_the_written_file(function: str, tmp_path: Path) -> None:
+    module, _, name = function.rpartition(".")
     script = f"""
 import pathlib, raytracer.app.commands.render_cli
 def interrupted(*arguments):
@@ -125,14 +128,14 @@ original, {module}.{name} = {module}.{name}, interrupted
 @pytest.mark.parametrize(
     ("when", "status"), [("import atexit\natexit.register(press)\n", 0), ("class Late:\n    __del__ = press\n", 0)]
 )
-def test_when_all_is_written_it_is_too_late(when: str, status: int, tmp_path: Path) -> None:
+def test_ctrl_c_after_the_last_message_has_no_effect(when: str, status: int, tmp_path: Path) -> None:
     out = tmp_path / "a.npz"
     assert run(when, out) == (status, "")
     assert list(tmp_path.iterdir()) == [out]
 
 
 @pytest.mark.gl
-def test_one_in_a_destructor_is_not_lost(tmp_path: Path) -> None:
+def test_ctrl_c_in_a_destructor_is_not_lost(tmp_path: Path) -> None:
     script = """
 import raytracer.rendering.renderer as module
 class Fragile:
@@ -149,7 +152,7 @@ module.Renderer.render = render
 
 
 @pytest.mark.gl
-def test_an_error_that_code_in_c_makes_of_it_is_still_an_interrupt(tmp_path: Path) -> None:
+def test_ctrl_c_that_c_code_turns_into_another_error_is_still_an_interrupt(tmp_path: Path) -> None:
     script = """
 import raytracer.rendering.renderer as module
 def render(*_, **__):
@@ -164,7 +167,7 @@ module.Renderer.render = render
 
 
 @pytest.mark.gl
-def test_a_second_press_at_once_does_not_stop_the_cleaning_up(tmp_path: Path) -> None:
+def test_a_second_ctrl_c_does_not_stop_the_clean_up(tmp_path: Path) -> None:
     script = """
 import raytracer.rendering.renderer as module
 def render(*_, **__):
@@ -179,13 +182,13 @@ module.Renderer.render = render
 
 
 @pytest.mark.gl
-def test_where_the_parent_ignores_it_it_stays_ignored(tmp_path: Path) -> None:
+def test_ctrl_c_stays_ignored_if_the_parent_ignores_it(tmp_path: Path) -> None:
     out = tmp_path / "a.npz"
     assert run(AT_IMPORT.format(name="numpy"), out, handler="SIG_IGN") == (0, "")
     assert list(tmp_path.iterdir()) == [out]
 
 
-def test_one_that_is_deferred_comes_at_the_end_of_the_block() -> None:
+def test_a_deferred_interrupt_is_raised_at_the_end_of_the_block() -> None:
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     reached = False
     try:
@@ -200,7 +203,7 @@ def test_one_that_is_deferred_comes_at_the_end_of_the_block() -> None:
         signal.signal(signal.SIGINT, before)
 
 
-def test_in_other_threads_which_get_none_nothing_is_deferred_and_errors_are_as_without() -> None:
+def test_deferred_changes_no_error_in_other_threads_which_receive_no_interrupts() -> None:
     def fail() -> None:
         with deferred():
             raise OSError
@@ -211,12 +214,12 @@ def test_in_other_threads_which_get_none_nothing_is_deferred_and_errors_are_as_w
 
 
 @pytest.mark.gl
-def test_one_while_a_program_is_made_waits_as_moderngl_would_crash() -> None:
+def test_ctrl_c_waits_while_moderngl_makes_a_program_as_it_would_crash() -> None:
     script = """
 import signal, sys
 import raytracer as rt
 signal.signal(signal.SIGINT, signal.default_int_handler)
-def press(frame, event, _):  # in what C calls for each uniform
+def press(frame, event, _):  # during a call from C for each uniform
     if event == "call" and frame.f_code.co_name.startswith("make_uniform"):
         signal.raise_signal(signal.SIGINT)
 sys.setprofile(press)

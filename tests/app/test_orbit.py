@@ -1,4 +1,4 @@
-"""Moving a light and the camera: on a sphere around what the camera looks at, at every scale."""
+"""Moving a light and the camera on spheres around the camera's target, at every scale."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RIGHT, UP, FORWARD = np.array(CAMERA.axes())
 
 
 def light_at(*offset: float) -> rt.Scene:
-    """A scene whose first light is at look_at + offset in the camera's right, level and up directions."""
+    """Return a scene whose first light is at look_at + offset, along the camera's right, level and up directions."""
     level = np.cross(RIGHT, CAMERA.up)  # towards the camera
     position = LOOK_AT + np.array(offset) @ (RIGHT, level, CAMERA.up)
     return rt.Scene([BALL], [rt.PointLight(tuple(position)), rt.PointLight((0, 9, 0))], CAMERA)
@@ -30,7 +30,7 @@ def offset(scene: rt.Scene) -> np.ndarray:
 
 
 @pytest.mark.parametrize("radius", [1e-6, 5.0, 1e6])
-def test_a_light_turns_around_the_scene_and_rises(radius: float) -> None:
+def test_a_light_turns_around_the_target_and_rises(radius: float) -> None:
     front = light_at(0.0, radius, 0.0)
     quarter = turn_light(front, 0, math.pi / 2, 0.0)
     rounding = 1e-9 * radius + 1e-15
@@ -43,7 +43,7 @@ def test_a_light_turns_around_the_scene_and_rises(radius: float) -> None:
     assert turn_light(front, 1, 1.0, 0.0).lights[0] == front.lights[0] != turn_light(front, 0, 1.0, 0.0).lights[0]
 
 
-def test_one_turn_after_another_goes_on_from_there_and_never_over_the_pole() -> None:
+def test_successive_turns_add_up_and_never_pass_the_pole() -> None:
     scene = light_at(1.0, 2.0, 1.0)
     heights = []
     for _ in range(20):
@@ -63,32 +63,32 @@ def test_a_light_straight_above_can_be_brought_down() -> None:
 def test_a_light_at_the_extremes_can_be_moved(position: tuple[float, float, float]) -> None:
     scene = rt.Scene([BALL], [rt.PointLight(position)], CAMERA)
     for angle in np.linspace(-7.0, 7.0, 57):
-        scale_light(turn_light(scene, 0, 2.0, float(angle)), 0, 1.1)  # raises nothing
+        scale_light(turn_light(scene, 0, 2.0, float(angle)), 0, 1.1)  # must not raise an exception
     if position != CAMERA.look_at:
         assert turn_light(scene, 0, 0.0, 0.0).lights[0].position == pytest.approx(position)
 
 
-def test_a_light_in_the_very_middle_can_be_brought_out() -> None:
+def test_a_light_at_the_target_can_be_moved_away() -> None:
     middle = light_at(0.0, 0.0, 0.0)
     for out in (scale_light(middle, 0, 1.1), turn_light(middle, 0, 0.1, 0.1)):
         assert 0.05 < math.dist(out.lights[0].position, LOOK_AT) / math.dist(CAMERA.position, LOOK_AT) < 0.2
 
 
-def test_without_lights_nothing_moves() -> None:
+def test_a_scene_without_lights_stays_the_same_object() -> None:
     scene = rt.Scene([BALL], [], CAMERA)
     assert turn_light(scene, 0, 1.0, 1.0) is scene is scale_light(scene, 0, 2.0)
 
 
-def test_what_the_camera_sees_turns_with_the_mouse_and_stays_in_the_middle() -> None:
+def test_the_view_turns_with_the_mouse_and_keeps_the_target_in_the_middle() -> None:
     scene = light_at(0.0, 5.0, 0.0)
-    ahead = LOOK_AT - 0.1 * FORWARD  # a point before what the camera looks at
+    ahead = LOOK_AT - 0.1 * FORWARD  # a point between the camera and its target
 
-    def seen(scene: rt.Scene) -> np.ndarray:
+    def in_camera_axes(scene: rt.Scene) -> np.ndarray:
         return np.array(scene.camera.axes()) @ (ahead - scene.camera.position)
 
     level = 0.1 * math.hypot(FORWARD[0], FORWARD[2])
-    assert seen(turn_camera(scene, 0.1, 0.0))[0] == pytest.approx(level * math.sin(0.1)), "to the right"
-    assert seen(turn_camera(scene, 0.0, 0.1))[1] == pytest.approx(0.1 * math.sin(0.1)), "up"
+    assert in_camera_axes(turn_camera(scene, 0.1, 0.0))[0] == pytest.approx(level * math.sin(0.1)), "to the right"
+    assert in_camera_axes(turn_camera(scene, 0.0, 0.1))[1] == pytest.approx(0.1 * math.sin(0.1)), "up"
     for moved in (turn_camera(scene, 2.0, -0.3), scale_camera(scene, 1e-3), scale_camera(scene, 1e3)):
         right, up, forward = np.array(moved.camera.axes()) @ (LOOK_AT - moved.camera.position)
         np.testing.assert_allclose((right, up), 0.0, atol=1e-12 * forward)
@@ -98,7 +98,7 @@ def test_what_the_camera_sees_turns_with_the_mouse_and_stays_in_the_middle() -> 
         assert math.dist(camera.position, camera.look_at) == pytest.approx(factor * distance)
 
 
-def test_the_camera_can_be_moved_without_end_and_is_valid_always() -> None:
+def test_the_camera_stays_valid_after_any_number_of_moves() -> None:
     near = far = steep = light_at(0.0, 5.0, 0.0)
     for _ in range(1000):
         near, far, steep = scale_camera(near, 1 / 1.1), scale_camera(far, 1.1), turn_camera(steep, 0.1, 0.1)

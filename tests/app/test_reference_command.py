@@ -1,4 +1,4 @@
-"""`raytracer reference`: what it writes and says, what it refuses, and how it ends."""
+"""`raytracer reference`: its output, the input that it refuses, and its reaction to Ctrl-C."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ SIZE = (48, 32)
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder of the pictures during a test."""
+    """Return the folder of the cache during a test."""
     monkeypatch.setenv("RAYTRACER_CACHE", str(tmp_path / "cache"))
     return tmp_path / "cache"
 
 
-def test_the_command_writes_the_arrays_and_says_what_they_are(
+def test_reference_writes_the_arrays_and_prints_a_summary(
     tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "ref.npz"
@@ -51,7 +51,7 @@ def test_the_command_writes_the_arrays_and_says_what_they_are(
     with np.load(out) as arrays:
         assert arrays["radiance"].shape == (18, 32, 3) and arrays["radiance"].dtype == np.float64
         assert {*arrays} == {"radiance", "depth", "normal", "material", "samples", "error", "metadata"}
-    for arguments, says in (
+    for arguments, message in (
         (["-o", str(tmp_path / "a.png")], "ends in .npz"),
         (["-o", str(out), "--samples", "3"], "samples"),
         (["-o", str(out), "--tolerance", "-1"], "tolerance"),
@@ -59,34 +59,34 @@ def test_the_command_writes_the_arrays_and_says_what_they_are(
     ):
         assert main(["reference", "assignment", *arguments]) == 2
         errors = capsys.readouterr().err
-        assert says in errors and errors.count("\n") == 1
+        assert message in errors and errors.count("\n") == 1
 
 
-def test_an_error_that_few_pixels_hold_is_said_to_be_at_least_so_much(
+def test_an_error_that_few_pixels_hold_is_reported_as_a_lower_bound(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "glint.toml"
     file.write_text(scenes.GLINT)
     command = ["reference", str(file), "-o", str(tmp_path / "ref.npz"), "--size", "40x24", "--samples", "64"]
-    for _ in range(2):  # made, and from the cache
+    for _ in range(2):  # once traced, once read from the cache
         assert main(command) == 0
         assert re.search(r", RMSE at least \d\S* \(few pixels hold most of it\), ", capsys.readouterr().out)
 
 
-def test_the_command_takes_from_the_files_settings_what_it_has_no_flags_for(tmp_path: Path, folder: Path) -> None:
+def test_reference_takes_settings_without_an_option_from_the_file(tmp_path: Path, folder: Path) -> None:
     file, out = tmp_path / "scene.toml", str(tmp_path / "ref.npz")
-    of_file = 'samples = 4\nsize = [640, 360]\nshading = "blinn"\nshadows = "diluted"\nbounces = 1\n'
-    file.write_text(f"{scenes.ASSIGNMENT.read_text()}\n[settings]\n{of_file}")
+    file_settings = 'samples = 4\nsize = [640, 360]\nshading = "blinn"\nshadows = "diluted"\nbounces = 1\n'
+    file.write_text(f"{scenes.ASSIGNMENT.read_text()}\n[settings]\n{file_settings}")
     command = ["reference", str(file), "-o", out, "--size", "16x9", "--samples", "16"]
     assert main(command) == 0 and main([*command, "--shading", "none", "--shadows", "off"]) == 0
-    given = ({"shading": "blinn", "shadows": "diluted", "bounces": 1}, {"shadows": "off", "bounces": 1})
-    kept = {*folder.iterdir()}
-    for settings in given:
+    expected_settings = ({"shading": "blinn", "shadows": "diluted", "bounces": 1}, {"shadows": "off", "bounces": 1})
+    cached = {*folder.iterdir()}
+    for settings in expected_settings:
         trace_converged(rt.load(file), (16, 9), Settings(**settings), samples=16)
-    assert len(kept) == 2 and {*folder.iterdir()} == kept, "found on the disk"
+    assert len(cached) == 2 and {*folder.iterdir()} == cached, "both pictures were read from the cache"
 
 
-def test_what_does_not_fit_into_memory_is_refused_before_it_is_begun(
+def test_a_picture_too_large_for_the_memory_is_refused_before_tracing_starts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     command = ["reference", "assignment", "-o", str(tmp_path / "ref.npz")]
@@ -98,7 +98,7 @@ def test_what_does_not_fit_into_memory_is_refused_before_it_is_begun(
         cost.check_cost(scenes.assignment(), SIZE, workers=1)
 
 
-def test_what_it_takes_is_told_before_it_is_begun(
+def test_the_expected_time_is_printed_before_tracing_starts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     job = Job(scenes.assignment(), (320, 180), Settings())
@@ -111,9 +111,9 @@ def test_what_it_takes_is_told_before_it_is_begun(
     assert re.fullmatch("at least [0-9]+ (hours|days): each ray meets each of 2000 primitives", str(guessed))
     monkeypatch.setattr(picture, "WORTH_MENTION", 0.0)
     command = ["reference", "assignment", "-o", str(tmp_path / "a.npz"), "--size", "16x9", "--samples", "16"]
-    for says in (1, 0):  # not of what is read from the disk
+    for count in (1, 0):  # the second picture is read from the cache, without a message
         assert main(command) == 0
-        assert capsys.readouterr().err.count("raytracer: this takes about 0 seconds: each ray meets") == says
+        assert capsys.readouterr().err.count("raytracer: this takes about 0 seconds: each ray meets") == count
 
 
 def test_ctrl_c_ends_all_its_processes_and_writes_nothing(tmp_path: Path) -> None:
@@ -121,15 +121,15 @@ def test_ctrl_c_ends_all_its_processes_and_writes_nothing(tmp_path: Path) -> Non
     command = [sys.executable, "-m", "raytracer", "reference", "materials", "--shadows", "soft", "-o", str(out)]
     with running(*command, cwd=scenes.CHECKOUT, stderr=subprocess.PIPE) as process:
         deadline = time.monotonic() + 60
-        # It, the one that counts resources, a worker.
+        # The command itself, multiprocessing's resource tracker, and one worker.
         while len(in_group(process.pid)) < 3 and time.monotonic() < deadline:
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGINT)
         _, errors = process.communicate(timeout=60)
         deadline = time.monotonic() + 10
-        while (left := in_group(process.pid)) and time.monotonic() < deadline:
+        while (remaining := in_group(process.pid)) and time.monotonic() < deadline:
             time.sleep(0.1)
     assert process.returncode == 130 and errors.endswith(b"raytracer: interrupted, nothing written\n")
     assert b"Traceback" not in errors
     assert not out.exists() and not (tmp_path / "cache").exists()
-    assert not left
+    assert not remaining

@@ -1,4 +1,4 @@
-"""The window on an X server of its own, with a synthetic mouse and keys: what it shows, and how it ends."""
+"""The window on an X server of its own, driven by a synthetic mouse and keys: its pictures, files and messages."""
 
 from __future__ import annotations
 
@@ -52,26 +52,26 @@ def rendered(scene: rt.Scene, size: tuple[int, int] = SIZE, samples: int = 1, **
 
 
 def half_turns(pixels: float) -> float:
-    """The angle of a drag."""
+    """Return the angle of a drag over so many pixels, in radians."""
     return math.pi * pixels / SIZE[1]
 
 
 @pytest.mark.window
-def test_each_key_changes_the_picture_as_render_does_and_brings_it_back() -> None:
+def test_each_key_shows_the_picture_of_render_and_then_restores_the_first_picture() -> None:
     scene = assignment()
     plain = rendered(scene, samples=16)
     soft = ("soft",) if any(light.radius for light in scene.lights) else ()
     all_shadows = ("diluted", *soft, "off")
     with window(CHECKOUT, str(ASSIGNMENT), "--samples", "16") as view:
         view.act("key l")
-        view.until_shown(plain, "hiding the marker: as many samples as render takes")
+        view.until_shown(plain, "hiding the marker, with as many samples as render takes")
         for key, back, others in (
             ("b", "v", [rendered(scene, samples=16, shading="blinn")]),
             ("s", "s", [rendered(scene, samples=16, shadows=shadows) for shadows in all_shadows]),
             ("a", "a", [rendered(scene), rendered(scene, samples=4)]),
         ):
             for k, other in enumerate(others):
-                assert np.abs(other - plain).max() > 5, f"{key} would be seen in no picture"
+                assert np.abs(other - plain).max() > 5, f"the test needs pictures in which {key} makes a difference"
                 view.act(f"key {key}")
                 view.until_shown(other, f"{key}, pressed {k + 1} times")
             view.act(f"key {back}")
@@ -85,13 +85,13 @@ def test_each_key_changes_the_picture_as_render_does_and_brings_it_back() -> Non
 
 
 @pytest.mark.window
-def test_dragging_moves_the_highlight_to_where_the_reference_has_it(tmp_path: Path) -> None:
+def test_dragging_moves_the_highlight_to_its_place_in_the_reference(tmp_path: Path) -> None:
     file = tmp_path / "ball.toml"
     file.write_text(BALL)
     scene = rt.load(file)
 
     def highlight(picture: np.ndarray) -> np.ndarray:
-        """Its middle: the picture's green is the highlight's own."""
+        """Return the middle of the highlight, which alone is bright green outside the sky."""
         sky = (picture[..., 2] > 200) & (picture[..., 1] < 230) & (picture[..., 0] < 200)
         rows, columns = np.nonzero((picture[..., 1] > 0.8 * picture[..., 1][~sky].max()) & ~sky)
         return np.array([columns.mean(), rows.mean()])
@@ -113,13 +113,15 @@ def test_dragging_moves_the_highlight_to_where_the_reference_has_it(tmp_path: Pa
             )
             places.append(highlight(view.shown()))
             np.testing.assert_allclose(places[-1], highlight(truth), atol=0.5)
-            assert np.hypot(*(places[-1] - places[-2])) > 5, "it has moved"
-        assert places[1][0] > places[0][0] > places[2][0], "to the right and to the left, as the mouse"
+            assert np.hypot(*(places[-1] - places[-2])) > 5, "the highlight has moved"
+        assert places[1][0] > places[0][0] > places[2][0], "right and left, like the mouse"
         assert view.close() == ""
 
 
 @pytest.mark.window
-def test_wheel_and_right_button_move_light_and_camera_and_e_writes_what_render_renders(tmp_path: Path) -> None:
+def test_wheel_and_right_button_move_light_and_camera_and_e_writes_a_scene_that_render_reproduces(
+    tmp_path: Path,
+) -> None:
     scene = assignment()
     (tmp_path / "assignment-1.toml").write_text("mine")
     with window(tmp_path, "assignment", "--samples", "4") as view:
@@ -139,7 +141,7 @@ def test_wheel_and_right_button_move_light_and_camera_and_e_writes_what_render_r
         said = view.close()
     with Image.open(tmp_path / "assignment-1.png") as screenshot:
         assert np.abs(np.asarray(screenshot).astype(int) - picture).max() <= 1
-    assert (tmp_path / "assignment-1.toml").read_text() == "mine", "no file is written over"
+    assert (tmp_path / "assignment-1.toml").read_text() == "mine", "no file is overwritten"
     lines = said.splitlines()
     assert lines[0].startswith("wrote assignment-1.png: 320x180") or lines[1].startswith("wrote assignment-1.png: ")
     (command,) = (line.partition("its picture: ")[2] for line in lines if "assignment-2.toml" in line)
@@ -151,14 +153,14 @@ def test_wheel_and_right_button_move_light_and_camera_and_e_writes_what_render_r
 
 
 @pytest.mark.window
-def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_line(tmp_path: Path) -> None:
+def test_a_saved_file_is_shown_and_a_mistake_keeps_the_picture_and_names_the_line(tmp_path: Path) -> None:
     copy_checkout(tmp_path)
     file, shader, camera = (
         tmp_path / name for name in ("ball.toml", "shaders/shading/lighting.glsl", "shaders/geometry/camera.glsl")
     )
     file.write_text(BALL)
     plain = rendered(rt.load(file))
-    upper = plain[: SIZE[1] // 4]  # above the message
+    upper = plain[: SIZE[1] // 4]  # the part above the message
 
     def saved(path: Path, old: str, new: str) -> None:
         assert old in path.read_text()
@@ -172,7 +174,8 @@ def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_li
             view.until(lambda: says in view.said(view.errors), f"the terminal does not say {says!r}")
 
             def shows_both() -> bool:
-                # In one look: while a file is being written, a longer message of half a file may come first.
+                # Both are checked on one grab of the display: half a file, read while it is being written, may cause
+                # a longer message first.
                 shown = view.shown()
                 return bool(np.abs(shown - plain).max() > 50 and np.abs(shown[: len(upper)] - upper).max() <= 1)
 
@@ -188,7 +191,7 @@ def test_what_is_saved_is_shown_and_a_mistake_keeps_the_picture_and_names_the_li
         view.until_shown(bright, "mending and changing the shader")
         saved(shader, "m.kd * ambient", "m.ka * ambient")
         view.until_shown(plain, "changing it back")
-        (tmp_path / "shaders/shading/.#lighting.glsl").symlink_to("nowhere")  # what an editor leaves for a while
+        (tmp_path / "shaders/shading/.#lighting.glsl").symlink_to("nowhere")  # the lock file of an editor
         line = camera.read_text().partition("halfPixels() {")[0].count("\n") + 1
         saved(camera, "halfPixels() {", "halfPixels() { oops;")
         until_wrong(f"geometry/camera.glsl:{line}: ")
@@ -216,9 +219,9 @@ def test_a_resized_window_shows_the_picture_in_its_new_size() -> None:
 
 
 @pytest.mark.window
-def test_at_display_scale_2_the_window_has_twice_as_many_pixels_and_so_has_its_text() -> None:
+def test_at_display_scale_2_the_window_and_its_text_are_twice_as_large_in_pixels() -> None:
     def table(view: Window, size: tuple[int, int]) -> int:
-        """Pixels that H changes."""
+        """Return the number of pixels that the key H changes."""
         plain = rendered(assignment(), size)
         view.act("key l")
         view.until_shown(plain, "opening")
@@ -235,15 +238,15 @@ def test_at_display_scale_2_the_window_has_twice_as_many_pixels_and_so_has_its_t
     assert twice == pytest.approx(4 * once, rel=0.15)
 
 
-class Opened:
-    """A window of this process, and how often it has swapped its buffers."""
+class OpenedWindow:
+    """A window of this process, with the number of its buffer swaps."""
 
     def __init__(self, viewer: Viewer) -> None:
         self.viewer = viewer
         self.swaps = 0
 
     def frame(self, *events: Event) -> float:
-        """Handle events, and draw what is due."""
+        """Handle events, and draw a frame if one is due; return the seconds until the next frame."""
         glfw.poll_events()
         for event in events:
             self.viewer.handle(event)
@@ -254,11 +257,11 @@ class Opened:
             time.sleep(wait)
 
     def shown(self) -> np.ndarray:
-        """(H, W, 3) int: what is on the display."""
+        """Return the picture on the display as int [H, W, 3]."""
         return shown(os.environ["DISPLAY"])
 
     def until_shows(self, right: Callable[[np.ndarray], bool]) -> None:
-        """Wait for the display, which shows a picture a moment after the buffers were swapped."""
+        """Wait until the display shows the right picture, which takes a moment after the swap of the buffers."""
         deadline = time.monotonic() + TIMEOUT
         while not right(self.shown()):
             assert time.monotonic() < deadline
@@ -266,15 +269,15 @@ class Opened:
 
 
 @pytest.fixture
-def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opened]]:
-    """Opens a window in this process, on a display of its own. While it is open, nothing can render by EGL."""
-    found: list[Opened] = []
+def open_window(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., OpenedWindow]]:
+    """Open windows in this process, on a display of their own. While one is open, EGL cannot render."""
+    opened: list[OpenedWindow] = []
 
     def swap(window: object, original: Callable[..., None] = glfw.swap_buffers) -> None:
-        found[0].swaps += 1
+        opened[0].swaps += 1
         original(window)
 
-    # The window ends before its display, which would end this process.
+    # A window must close before its display does: the loss of the display would end this process.
     with x_server(640, 480) as display, ExitStack() as windows:
         for name, value in environment(DISPLAY=display).items():
             monkeypatch.setenv(name, value)
@@ -282,197 +285,200 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opened]]:
         monkeypatch.setattr(window_module, "_TOGETHER", 0.0)
         monkeypatch.setattr(window_module, "_HINT", FOREVER)
 
-        def open_one(
+        def open_here(
             scene: Path = ASSIGNMENT,
             size: tuple[int, int] | None = SIZE,
             samples: int = 4,
             budget: float = 1e9,
-        ) -> Opened:
+        ) -> OpenedWindow:
             viewer = window_module.opened(scene, SettingsPatch(samples=samples), size, budget)
-            found.append(Opened(windows.enter_context(viewer)))
-            return found[0]
+            opened.append(OpenedWindow(windows.enter_context(viewer)))
+            return opened[0]
 
-        yield open_one
+        yield open_here
         errors = []
-        for one in found:
-            one.viewer.close()
-            errors.append(one.viewer.context.error)
-    assert errors == ["GL_NO_ERROR"] * len(found)
+        for view in opened:
+            view.viewer.close()
+            errors.append(view.viewer.context.error)
+    assert errors == ["GL_NO_ERROR"] * len(opened)
 
 
-# No machine draws so fast, or waits so long.
+# Seconds: no machine draws so fast, or waits so long.
 AT_ONCE, FOREVER = 1e-9, 1e9
 
 
 @pytest.mark.window
-def test_a_moving_picture_has_one_sample_a_frame_with_enlarged_pixels_and_then_sharpens(
-    opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
+def test_a_moving_picture_has_one_sample_per_frame_with_enlarged_pixels_and_then_sharpens(
+    open_window: Callable[..., OpenedWindow], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(window_module, "_STILL", FOREVER)
-    one = opened(samples=400, budget=AT_ONCE)
-    live = one.viewer.picture
-    one.frame(Press("left"))
+    view = open_window(samples=400, budget=AT_ONCE)
+    live = view.viewer.picture
+    view.frame(Press("left"))
     for k in range(1, 5):
-        one.frame(Cursor(0.1 * k, 0.5))
+        view.frame(Cursor(0.1 * k, 0.5))
         assert live.samples == 1 and live.enlarged > 1
     monkeypatch.setattr(window_module, "_STILL", 0.0)
-    one.frame()
+    view.frame()
     assert live.samples == 1 and live.enlarged == 1
     for k in range(2, 5):
-        one.frame()
-        assert live.samples == k and live.enlarged == 1, "a sample takes longer than the budget"
+        view.frame()
+        assert live.samples == k and live.enlarged == 1, "each sample takes longer than the budget"
 
 
 @pytest.mark.window
-def test_a_picture_that_may_move_again_waits_and_a_still_one_gets_as_many_samples_a_frame_as_there_is_time_for(
-    opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
+def test_a_picture_waits_while_it_may_move_again_and_then_gets_as_many_samples_per_frame_as_the_budget_allows(
+    open_window: Callable[..., OpenedWindow], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(window_module, "_STILL", FOREVER)
-    one = opened(samples=400, size=(16, 9), budget=FOREVER)
-    live = one.viewer.picture
-    one.frame(Press("left"))
-    one.frame(Cursor(0.1, 0.5))
-    swaps = one.swaps
+    view = open_window(samples=400, size=(16, 9), budget=FOREVER)
+    live = view.viewer.picture
+    view.frame(Press("left"))
+    view.frame(Cursor(0.1, 0.5))
+    swaps = view.swaps
     for _ in range(3):
-        assert one.frame() > 1.0 and (live.samples, live.estimate(), one.swaps) == (1, None, swaps)
-    one.frame(Key("H"))
-    assert live.samples == 1 and one.swaps == swaps + 1, "the same picture under an overlay"
+        assert view.frame() > 1.0 and (live.samples, live.estimate(), view.swaps) == (1, None, swaps)
+    view.frame(Key("H"))
+    assert live.samples == 1 and view.swaps == swaps + 1, "the overlay is drawn over the same picture"
     monkeypatch.setattr(window_module, "_STILL", 0.0)
-    one.frame()
+    view.frame()
     assert live.samples == 1 and not live.is_done
-    one.frame()
+    view.frame()
     assert live.samples == 400 and live.estimate()
 
 
 @pytest.mark.window
-def test_a_picture_whose_error_cannot_be_found_has_its_samples_and_the_mistake(
-    opened: Callable[..., Opened], shaders: Path, capsys: pytest.CaptureFixture[str]
+def test_a_mistake_in_the_shader_of_the_error_estimate_is_shown_and_the_picture_gets_its_samples(
+    open_window: Callable[..., OpenedWindow], shaders: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = shaders / "sampling/movement.frag"
     file.write_text(file.read_text().replace("vec3 moved =", "vec2 moved ="))
-    one = opened(samples=8)
+    view = open_window(samples=8)
     for _ in range(2):
-        one.until_idle()
-        assert one.viewer.picture.samples == 8 and one.viewer.picture.estimate() is None
-        assert "sampling/movement.frag:" in one.viewer.state.error
-        assert "8 of 8 samples, phong" in glfw.get_window_title(one.viewer.window)
-        one.viewer.handle(Wheel(1.0, True))
+        view.until_idle()
+        assert view.viewer.picture.samples == 8 and view.viewer.picture.estimate() is None
+        assert "sampling/movement.frag:" in view.viewer.state.error
+        assert "8 of 8 samples, phong" in glfw.get_window_title(view.viewer.window)
+        view.viewer.handle(Wheel(1.0, True))
     assert capsys.readouterr().err.count("raytracer: sampling/movement.frag:") == 1
 
 
 @pytest.mark.window
-def test_the_title_has_the_error_and_a_still_picture_ends_with_what_was_asked_for(
-    opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_the_title_states_the_error_and_a_still_picture_stops_at_the_requested_error(
+    open_window: Callable[..., OpenedWindow],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
     file = tmp_path / "ball.toml"
     file.write_text(BALL + "[settings]\nmax_error = 0.004\nsize = [64, 36]\n")
-    one = opened(scene=file, size=None, samples=1000)
-    one.until_idle()
-    drawn, window = one.viewer.picture, one.viewer.window
+    view = open_window(scene=file, size=None, samples=1000)
+    view.until_idle()
+    drawn, window = view.viewer.picture, view.viewer.window
     estimate = drawn.estimate()
     assert drawn.size == (64, 36) and 4 <= drawn.samples < 1000 and estimate and estimate.reached
     assert f"{drawn.samples} of 1000 samples, error {estimate.in_words}, " in glfw.get_window_title(window)
-    one.frame(Key("P"))
-    one.until_idle()
+    view.frame(Key("P"))
+    view.until_idle()
     with Image.open("ball-1.png") as screenshot:
         assert screenshot.info["Error"].startswith(f"error {estimate.in_words} ")
         assert f"samples={drawn.samples}, " in screenshot.info["Description"]
     few = drawn.samples
-    for settings, right in (("max_error = 0.0004", lambda n: n > few), ("sequence = 'grid'", lambda n: n > few)):
+    for settings, is_expected in (("max_error = 0.0004", lambda n: n > few), ("sequence = 'grid'", lambda n: n > few)):
         file.write_text(f"{BALL}[settings]\n{settings}\n")
         time.sleep(0.1)
-        one.viewer.look_at_files()
-        one.until_idle()
-        assert right(drawn.samples)
-    assert f"{file}: settings.sequence: expected one of sobol, r2, random" in one.viewer.state.error
+        view.viewer.look_at_files()
+        view.until_idle()
+        assert is_expected(drawn.samples)
+    assert f"{file}: settings.sequence: expected one of sobol, r2, random" in view.viewer.state.error
     assert capsys.readouterr().err.count(f"raytracer: {file}: settings.sequence") == 1
 
 
 @pytest.mark.window
 def test_nothing_is_drawn_for_a_still_picture_or_a_minimised_window(
-    opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
+    open_window: Callable[..., OpenedWindow], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    one = opened()
-    one.until_idle()
-    assert glfw.get_window_title(one.viewer.window).startswith("assignment - ")
-    title = glfw.get_window_title(one.viewer.window)
+    view = open_window()
+    view.until_idle()
+    assert glfw.get_window_title(view.viewer.window).startswith("assignment - ")
+    title = glfw.get_window_title(view.viewer.window)
     assert "4 of 4 samples, error about 0.00" in title and title.endswith("phong, hard shadows, H for help")
-    swaps = one.swaps
+    swaps = view.swaps
     for _ in range(20):
-        assert one.frame() == _LOOK
-    assert one.swaps == swaps
-    one.frame(Key("H"))
-    assert one.swaps == swaps + 1 and one.viewer.picture.samples == 4, "the same picture under an overlay"
+        assert view.frame() == _LOOK
+    assert view.swaps == swaps
+    view.frame(Key("H"))
+    assert view.swaps == swaps + 1 and view.viewer.picture.samples == 4, "the overlay is drawn over the same picture"
 
     for name, instead in (("get_framebuffer_size", lambda _: (0, 0)), ("get_window_attrib", lambda *_: 1)):
         with monkeypatch.context() as patch:
             patch.setattr(glfw, name, instead)
             for _ in range(5):
-                assert one.frame(Wheel(1.0, False)) == _LOOK
-            assert one.swaps == swaps + 1
-    one.until_idle()
-    assert one.swaps > swaps + 1, "restored, it shows what has changed meanwhile"
+                assert view.frame(Wheel(1.0, False)) == _LOOK
+            assert view.swaps == swaps + 1
+    view.until_idle()
+    assert view.swaps > swaps + 1, "a restored window shows the changes"
 
 
 @pytest.mark.window
-def test_the_window_says_for_a_while_how_to_get_help_and_a_screenshot_does_not(
-    opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_the_window_shows_a_hint_about_help_for_a_while_but_a_screenshot_does_not(
+    open_window: Callable[..., OpenedWindow], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     picture = rendered(assignment())
-    picture[: SIZE[1] // 2] = 0  # where the marker is
+    picture[: SIZE[1] // 2] = 0  # the half with the marker
 
     def difference(shown: np.ndarray) -> int:
         return int(np.abs(shown - picture)[SIZE[1] // 2 :].max())
 
-    one = opened(samples=1)
-    one.until_idle()
-    assert one.viewer.state.hint == "H: help" and difference(one.shown()) > 50
-    one.viewer.handle(Key("P"))  # takes the hint back
-    one.viewer.handle(Hinted("H: help"))
-    one.until_idle()
-    one.viewer.handle(Told(""))
-    one.viewer.handle(Hinted("H: help"))
-    one.until_idle()
-    assert difference(one.shown()) > 50 and difference(as_written("assignment-1.png")) <= 1
+    view = open_window(samples=1)
+    view.until_idle()
+    assert view.viewer.state.hint == "H: help" and difference(view.shown()) > 50
+    view.viewer.handle(Key("P"))  # which removes the hint
+    view.viewer.handle(Hinted("H: help"))
+    view.until_idle()
+    view.viewer.handle(Told(""))
+    view.viewer.handle(Hinted("H: help"))
+    view.until_idle()
+    assert difference(view.shown()) > 50 and difference(as_written("assignment-1.png")) <= 1
     monkeypatch.setattr(window_module, "_HINT", 0.0)
-    one.until_idle()
-    assert one.viewer.state.hint == ""
-    one.until_shows(lambda shown: difference(shown) <= 1)
+    view.until_idle()
+    assert view.viewer.state.hint == ""
+    view.until_shows(lambda shown: difference(shown) <= 1)
 
 
 @pytest.mark.window
-def test_keys_in_a_row_count_all_and_only_the_last_ones_programs_are_compiled_which_the_title_says_before(
-    opened: Callable[..., Opened], monkeypatch: pytest.MonkeyPatch
+def test_after_several_keys_the_title_names_the_last_setting_and_only_its_programs_are_compiled(
+    open_window: Callable[..., OpenedWindow], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(window_module, "_TOGETHER", FOREVER)
     pictures = rendered(assignment(), samples=4), rendered(assignment(), samples=4, shading="minnaert")
-    half = slice(SIZE[1] // 3, 2 * SIZE[1] // 3)  # without marker and text
-    one = opened(samples=4)
-    programs = one.viewer.picture._device._programs
-    one.viewer.handle(Key("L"))
-    one.until_idle()
+    half = slice(SIZE[1] // 3, 2 * SIZE[1] // 3)  # the rows without marker and text
+    view = open_window(samples=4)
+    programs = view.viewer.picture._device._programs
+    view.viewer.handle(Key("L"))
+    view.until_idle()
     compiled = len(programs)
-    title = lambda: glfw.get_window_title(one.viewer.window)  # noqa: E731
+    title = lambda: glfw.get_window_title(view.viewer.window)  # noqa: E731
     assert title().startswith("assignment - ") and "phong, hard shadows" in title()
     for model in ("blinn", "lambert", "minnaert"):
-        one.frame(Key("B"))
+        view.frame(Key("B"))
         assert title() == f"assignment - compiling {model}, hard shadows ..., H for help"
-        one.until_shows(lambda shown: np.abs(shown - pictures[0])[half].max() <= 1)
-        assert np.abs(one.shown() - pictures[0]).max() > 50, "over the last picture it says so, too"
+        view.until_shows(lambda shown: np.abs(shown - pictures[0])[half].max() <= 1)
+        assert np.abs(view.shown() - pictures[0]).max() > 50, "an overlay over the last picture names the settings, too"
     assert len(programs) == compiled
     monkeypatch.setattr(window_module, "_TOGETHER", 0.0)
-    one.until_idle()
+    view.until_idle()
     once = len(programs) - compiled
     assert "minnaert, hard shadows" in title() and "compiling" not in title()
-    one.until_shows(lambda shown: np.abs(shown - pictures[1]).max() <= 1)
+    view.until_shows(lambda shown: np.abs(shown - pictures[1]).max() <= 1)
     monkeypatch.setattr(window_module, "_TOGETHER", FOREVER)
-    one.frame(Key("V"))
+    view.frame(Key("V"))
     assert "compiling lambert, " in title()
-    one.frame(Key("B"))
-    one.until_idle()
-    assert "4 of 4 samples" in title() and "minnaert, hard shadows" in title(), "back at what is compiled it is at once"
+    view.frame(Key("B"))
+    view.until_idle()
+    assert "4 of 4 samples" in title() and "minnaert, hard shadows" in title(), "compiled programs are used at once"
     assert once > 0 and len(programs) == compiled + once
 
 
@@ -482,26 +488,29 @@ def as_written(name: str) -> np.ndarray:
 
 
 @pytest.mark.window
-def test_a_screenshot_has_all_samples_or_those_there_were_when_the_picture_changed(
-    opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_a_screenshot_has_all_samples_or_those_drawn_before_the_picture_changed(
+    open_window: Callable[..., OpenedWindow],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(window_module, "_STILL", FOREVER)
     pictures = rendered(assignment(), samples=4), rendered(assignment(), samples=2, shadows="diluted")
-    one = opened(samples=4)
-    one.frame()
-    one.frame(Key("P"))
-    assert "4 samples" in one.viewer.state.notice and list(tmp_path.iterdir()) == []
+    view = open_window(samples=4)
+    view.frame()
+    view.frame(Key("P"))
+    assert "4 samples" in view.viewer.state.notice and list(tmp_path.iterdir()) == []
     monkeypatch.setattr(window_module, "_STILL", 0.0)
-    one.until_idle()
-    monkeypatch.setattr(one.viewer, "_budget", 0.0)  # a sample a frame
-    for key in ("S", "", ""):  # a new picture, still, and its second sample
-        one.frame(Key(key))
-    one.viewer.handle(Key("P"))
-    one.frame(Key("N"))  # and another before it had all its samples
+    view.until_idle()
+    monkeypatch.setattr(view.viewer, "_budget", 0.0)  # one sample per frame
+    for key in ("S", "", ""):  # a new picture, the first sample of the picture at rest, and the second
+        view.frame(Key(key))
+    view.viewer.handle(Key("P"))
+    view.frame(Key("N"))  # another picture before the last one had all its samples
     for key in ("", "", "P"):
-        one.frame(Key(key))
-    one.viewer.close()
+        view.frame(Key(key))
+    view.viewer.close()
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["assignment-1.png", "assignment-2.png", "assignment-3.png"]
     lines = capsys.readouterr().out.splitlines()
@@ -514,28 +523,32 @@ def test_a_screenshot_has_all_samples_or_those_there_were_when_the_picture_chang
 
 @pytest.mark.window
 @pytest.mark.parametrize(("samples", "budget"), [(4, FOREVER), (4, AT_ONCE), (1, FOREVER), (1, AT_ONCE)])
-def test_a_screenshot_of_a_picture_with_one_sample_is_what_render_renders(
-    opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, samples: int, budget: float
+def test_a_screenshot_of_a_picture_with_one_sample_equals_the_picture_of_render(
+    open_window: Callable[..., OpenedWindow],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    samples: int,
+    budget: float,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(window_module, "_STILL", FOREVER)
     pictures = rendered(assignment()), rendered(turn_light(assignment(), 0, half_turns(0.1 * SIZE[1]), 0.0))
-    one = opened(samples=samples, budget=budget)
-    live = one.viewer.picture
-    one.frame(Cursor(0.0, 0.5), Press("left"))
-    one.frame(Wheel(1.0, True))
-    one.frame(Wheel(-1.0, True))
+    view = open_window(samples=samples, budget=budget)
+    live = view.viewer.picture
+    view.frame(Cursor(0.0, 0.5), Press("left"))
+    view.frame(Wheel(1.0, True))
+    view.frame(Wheel(-1.0, True))
     assert (live.enlarged > 1) == (budget == AT_ONCE)
-    one.viewer.handle(Key("P"))
-    one.frame(Cursor(0.1, 0.5))
+    view.viewer.handle(Key("P"))
+    view.frame(Cursor(0.1, 0.5))
     assert live.samples == 1 and (live.enlarged > 1) == (budget == AT_ONCE)
-    if samples > 1:  # a still picture's first
+    if samples > 1:  # the first sample of a still picture
         monkeypatch.setattr(window_module, "_STILL", 0.0)
-        one.frame(Key("P"))
+        view.frame(Key("P"))
         assert live.samples == 1 and live.enlarged == 1
     else:
-        one.viewer.handle(Key("P"))
-    one.viewer.close()
+        view.viewer.handle(Key("P"))
+    view.viewer.close()
     for k, picture in enumerate(pictures):
         with Image.open(f"assignment-{k + 1}.png") as screenshot:
             assert "320x180, Settings(samples=1, " in screenshot.info["Description"]
@@ -543,54 +556,54 @@ def test_a_screenshot_of_a_picture_with_one_sample_is_what_render_renders(
 
 
 @pytest.mark.window
-def test_a_screenshot_is_of_what_a_file_held_before_it_was_saved(
-    opened: Callable[..., Opened], shaders: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_screenshot_shows_the_picture_from_before_a_file_was_saved(
+    open_window: Callable[..., OpenedWindow], shaders: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(window_module, "_STILL", FOREVER)
     picture = rendered(assignment())
-    one = opened()
-    one.frame()
+    view = open_window()
+    view.frame()
     file = shaders / "shading/lighting.glsl"
     file.write_text(file.read_text().replace("m.ka * ambient", "oops"))
-    one.viewer.handle(Key("P"))
+    view.viewer.handle(Key("P"))
     time.sleep(0.1)
-    one.viewer.look_at_files()
-    one.frame()
-    assert "shading/lighting.glsl:" in one.viewer.state.error
+    view.viewer.look_at_files()
+    view.frame()
+    assert "shading/lighting.glsl:" in view.viewer.state.error
     assert np.abs(as_written("assignment-1.png") - picture).max() <= 1
 
 
 @pytest.mark.window
-def test_what_this_driver_cannot_draw_is_taken_back_and_names_the_file(
-    opened: Callable[..., Opened], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_a_change_that_the_driver_cannot_draw_is_reverted_and_the_message_names_the_file(
+    open_window: Callable[..., OpenedWindow], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "ball.toml"
     file.write_text(BALL.replace("h = 100", "h = 3e5"))
-    one = opened(scene=file)
-    one.until_idle()
-    one.frame(Key("B"))  # 4 h is too much
-    assert one.viewer.state.settings.shading is None and f"{file}: shading: expected" in one.viewer.state.notice
-    one.until_idle()
+    view = open_window(scene=file)
+    view.until_idle()
+    view.frame(Key("B"))  # Blinn's exponent, 4 h, would be too large
+    assert view.viewer.state.settings.shading is None and f"{file}: shading: expected" in view.viewer.state.notice
+    view.until_idle()
     file.write_text(BALL + "[[lights]]\nposition = [1, 2, 3]\n" * 5000)
     time.sleep(0.1)
-    one.viewer.look_at_files()
-    one.frame()
-    assert f"{file}: expected at most" in one.viewer.state.error and len(one.viewer.state.scene.lights) == 1
+    view.viewer.look_at_files()
+    view.frame()
+    assert f"{file}: expected at most" in view.viewer.state.error and len(view.viewer.state.scene.lights) == 1
     file.write_text(BALL)
     time.sleep(0.1)
-    one.viewer.look_at_files()
-    one.until_idle()
-    assert one.viewer.state.error == "" and one.viewer.state.scene == rt.load(file)
+    view.viewer.look_at_files()
+    view.until_idle()
+    assert view.viewer.state.error == "" and view.viewer.state.scene == rt.load(file)
     assert capsys.readouterr().err.count(f"raytracer: {file}: ") == 2
 
 
 @pytest.mark.window
-def test_what_is_written_is_told_in_the_window_also_where_standard_output_is_full(
-    opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_the_window_names_a_written_file_even_if_standard_output_is_full(
+    open_window: Callable[..., OpenedWindow], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    one = opened()
+    view = open_window()
 
     class Full(io.StringIO):
         def write(self, _: str) -> int:
@@ -598,13 +611,13 @@ def test_what_is_written_is_told_in_the_window_also_where_standard_output_is_ful
 
     with monkeypatch.context() as patch:
         patch.setattr(sys, "stdout", Full())
-        one.frame(Key("E"))
-    assert one.viewer.state.notice.startswith("wrote assignment-1.toml") and (tmp_path / "assignment-1.toml").exists()
+        view.frame(Key("E"))
+    assert view.viewer.state.notice.startswith("wrote assignment-1.toml") and (tmp_path / "assignment-1.toml").exists()
 
 
 @pytest.mark.window
-def test_a_file_that_is_saved_as_the_window_opens_is_shown_as_it_was_saved(
-    opened: Callable[..., Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_file_that_is_saved_while_the_window_opens_is_shown_as_saved(
+    open_window: Callable[..., OpenedWindow], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "ball.toml"
     file.write_text(BALL)
@@ -614,13 +627,15 @@ def test_a_file_that_is_saved_as_the_window_opens_is_shown_as_it_was_saved(
         return Files(path)
 
     monkeypatch.setattr(window_module, "Files", save)
-    assert opened(scene=file).viewer.state.scene == rt.load(file)
+    assert open_window(scene=file).viewer.state.scene == rt.load(file)
 
 
 @pytest.mark.slow
 @pytest.mark.window
-def test_two_thousand_frames_with_toggles_and_resizes_leave_nothing_behind(opened: Callable[..., Opened]) -> None:
-    one = opened(size=(96, 54), budget=0.033)
+def test_two_thousand_frames_with_toggles_and_resizes_leak_no_objects_and_no_memory(
+    open_window: Callable[..., OpenedWindow],
+) -> None:
+    view = open_window(size=(96, 54), budget=0.033)
     kinds = ("Buffer", "Texture", "Framebuffer", "VertexArray", "Program", "Shader")
     prototype = ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)
     exist = [prototype(glfw.get_proc_address(f"glIs{kind}")) for kind in kinds]  # pyright: ignore
@@ -633,25 +648,25 @@ def test_two_thousand_frames_with_toggles_and_resizes_leave_nothing_behind(opene
 
     keys = "BSSSANZMHLABNZMHLB"
     left, memory = [], 0
-    one.viewer.handle(Press("left"))
+    view.viewer.handle(Press("left"))
     for k in range(2000):
-        one.frame(
+        view.frame(
             Cursor(0.01 * k, 0.5),
             Wheel(1.0 if k % 2 else -1.0, k % 4 < 2),
             Told(f"frame {k}"),
             Key(keys[k % len(keys)]),
         )
         if k % 10 == 0:
-            glfw.set_window_size(one.viewer.window, 96 + k % 7, 54 + k % 5)
-            one.viewer.picture.reread()
-        one.frame()
+            glfw.set_window_size(view.viewer.window, 96 + k % 7, 54 + k % 5)
+            view.viewer.picture.reread()
+        view.frame()
         if k == 199:
             left, memory = objects(), resident()
     assert objects() == left
     assert resident() - memory < 4 * 2**20
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="a display is always there")
+@pytest.mark.skipif(sys.platform != "linux", reason="these systems always have a display")
 def test_without_a_display_the_message_is_plain_and_names_render() -> None:
     command = (sys.executable, "-m", "raytracer", "view", str(ASSIGNMENT))
     done = finished(*command, cwd=CHECKOUT, env=environment())

@@ -1,4 +1,4 @@
-"""Small bright features: their areas and light against closed forms and pictures, and the estimates that need them."""
+"""Small bright features: areas and light against closed forms and pictures, and the effect on error estimates."""
 
 from __future__ import annotations
 
@@ -37,25 +37,25 @@ def glow(radius: float, center: tuple[float, float, float], le: tuple[float, flo
     return rt.Sphere(center, radius, rt.Material(kd=0.0, ks=0.0, ka=0.0, le=le))
 
 
-def test_an_emitter_has_the_area_of_its_disc_in_the_pixel_that_it_is_in() -> None:
+def test_an_emitter_has_the_area_of_its_disc_in_the_pixel_that_shows_it() -> None:
     camera = rt.Camera((0.0, 0.0, 5.0), BLACK, vertical_fov=40.0)
     features = features_in(
         glow(0.01, (0.0, 0.0, 0.0), (5.0, 6.0, 7.0)),
         glow(0.01, (1.0, 1.0, 0.0), (1.0, 0.0, 0.0)),
-        glow(0.01, (0.0, 9.0, 0.0), (1.0, 1.0, 1.0)),  # out of the picture
+        glow(0.01, (0.0, 9.0, 0.0), (1.0, 1.0, 1.0)),  # outside the picture
         glow(0.01, (0.0, 0.0, 9.0), (1.0, 1.0, 1.0)),  # behind the camera
-        glow(0.5, (0.0, 0.0, -1.0), (1.0, 1.0, 1.0)),  # large
+        glow(0.5, (0.0, 0.0, -1.0), (1.0, 1.0, 1.0)),  # too large for a small feature
         camera=camera,
     )
     disc = math.pi * (0.01 * FOCAL / 5.0) ** 2
-    # The projection of a ball off the middle is an ellipse, stretched by 1 / cosine.
+    # A sphere off the middle of the picture is projected to an ellipse, stretched by 1 / cosine.
     np.testing.assert_allclose(features.areas, [disc, disc * math.hypot(1.0, 0.2, 0.2)], rtol=1e-3)
     np.testing.assert_array_equal(features.radiance, [(5.0, 6.0, 7.0), (1.0, 0.0, 0.0)])
     np.testing.assert_allclose(features.x, [48.0, 48.0 + FOCAL / 5.0])
     np.testing.assert_allclose(features.y, [36.0, 36.0 - FOCAL / 5.0])
 
 
-def test_a_hot_spot_is_as_wide_as_its_light_is_near() -> None:
+def test_the_radius_of_a_hot_spot_is_the_distance_of_its_light() -> None:
     camera = rt.Camera((0.0, 5.0, 0.0), BLACK, (0.0, 0.0, 1.0), vertical_fov=40.0)
     floor = rt.Plane((0.0, 1.0, 0.0), 0.0, rt.Material("lambert", rho=0.5))
     light = rt.PointLight((0.0, 0.01, 0.0), falloff="inverse_square")
@@ -76,7 +76,7 @@ def test_a_hot_spot_is_as_wide_as_its_light_is_near() -> None:
 )
 def test_the_diffuse_part_of_a_matt_material_is_its_reflectance(material: rt.Material) -> None:
     up, slanted = np.array([[0.0, 0.0, 1.0]]), np.array([[0.6, 0.0, 0.8]])
-    # A matt Strauss material has a highlight of 0.2 % left.
+    # A Strauss material without smoothness still has a highlight of 0.2 %.
     np.testing.assert_allclose(diffuse(material), reflected(material, up, slanted, up)[0] / 0.8, rtol=2e-3)
 
 
@@ -104,7 +104,7 @@ def radiance(renderer: Renderer, solid: rt.Solid, light: rt.PointLight, samples:
 
 @pytest.mark.gl
 @pytest.mark.parametrize("material", MATERIALS, ids=lambda material: f"{material.model}-{material.get('fresnel')}")
-def test_a_glint_has_the_light_of_the_picture(renderer: Renderer, material: rt.Material) -> None:
+def test_a_glint_has_as_much_light_as_in_the_picture(renderer: Renderer, material: rt.Material) -> None:
     ball = rt.Sphere(BLACK, 1.0, material)
     for place, radius in (((4.0, 4.0, 5.0), 0.0), ((4.0, 4.0, 5.0), 0.5), ((-6.0, 1.0, -1.5), 0.0)):
         light = rt.PointLight(place, LIGHT.color, radius)
@@ -126,7 +126,7 @@ MIRROR = rt.Material("mirror", f0=0.9)
     [rt.Plane((0.2, 0.1, 1.0), -2.0, MIRROR), rt.Sphere((0.0, 0.0, -2.0), 1.5, MIRROR)],
     ids=["flat", "ball"],
 )
-def test_an_emitter_in_a_mirror_has_the_light_of_the_picture(renderer: Renderer, mirror: rt.Solid) -> None:
+def test_an_emitter_in_a_mirror_has_as_much_light_as_in_the_picture(renderer: Renderer, mirror: rt.Solid) -> None:
     emitter = glow(0.05, (2.5, 1.0, 6.5), (50.0, 40.0, 30.0))  # behind the camera
     features = features_in(mirror, emitter)
     scene = rt.Scene((mirror, emitter), (), CAMERA, background=BLACK, ambient=BLACK)
@@ -138,18 +138,18 @@ def test_an_emitter_in_a_mirror_has_the_light_of_the_picture(renderer: Renderer,
     assert (ratio > 0.8).all() and (ratio < 1.25).all()
 
 
-def test_mirrors_that_face_each_other_show_an_emitter_once_a_bounce() -> None:
+def test_mirrors_that_face_each_other_show_an_emitter_once_per_bounce() -> None:
     emitter = glow(0.01, (0.1, 0.2, 0.0), (50.0, 50.0, 50.0))
     walls = rt.Plane((0.0, 0.0, 1.0), -2.0, MIRROR), rt.Plane((0.0, 0.0, -1.0), -8.0, MIRROR)
     scene = rt.Scene((*walls, emitter), (), CAMERA, background=BLACK, ambient=BLACK)
-    for bounces, images in ((0, 1), (1, 2), (2, 3)):  # the wall behind the camera shows the images in the other wall
+    for bounces, images in ((0, 1), (1, 2), (2, 3)):  # the wall behind the camera shows the images of the other wall
         features = bright_features(compile(scene, CompileOptions(bounces=bounces)), SIZE)
         assert len(features.areas) == images
         np.testing.assert_allclose(features.radiance[:, 0], [50.0 * 0.9**k for k in range(images)])
 
 
 @pytest.mark.gl
-def test_a_glint_on_a_floor_has_the_light_of_the_picture(renderer: Renderer) -> None:
+def test_a_glint_on_a_floor_has_as_much_light_as_in_the_picture(renderer: Renderer) -> None:
     floor, light = rt.Plane((0.0, 1.0, 0.0), -0.2, rt.Material("beckmann", alpha=0.003)), rt.PointLight((1.0, 1.0, 1.2))
     features = features_in(floor, lights=(light,))
     ratio = features.areas[0] * features.radiance[0] / radiance(renderer, floor, light, 1024).sum(axis=(0, 1))
@@ -157,11 +157,11 @@ def test_a_glint_on_a_floor_has_the_light_of_the_picture(renderer: Renderer) -> 
 
 
 @pytest.mark.gl
-def test_a_lamps_glint_is_spread_over_the_pixels_of_its_image(renderer: Renderer) -> None:
+def test_the_glint_of_a_light_with_a_radius_spreads_over_the_pixels_of_its_image(renderer: Renderer) -> None:
     ball, light = rt.Sphere(BLACK, 1.0, MATERIALS[-2]), rt.PointLight((2.0, 2.0, 3.0), radius=1.5)
     features = features_in(ball, lights=(light,))
     luminance = radiance(renderer, ball, light, 4096)[..., 0]
-    # The number of equal pixels: (sum x)^2 / sum x^2.
+    # The number of pixels of equal luminance x with the same sums: (sum x)^2 / sum x^2.
     assert features.pixels[0] == pytest.approx(luminance.sum() ** 2 / np.square(luminance).sum(), rel=0.5)
     assert features.pixels[0] > 5.0
 
@@ -173,7 +173,7 @@ def features_at_one_place(areas: list[float], radiance: list[float], pixels: flo
     return Features(places, places, np.array(areas), spread, np.repeat(np.array(radiance)[:, None], 3, axis=1))
 
 
-def test_missed_is_the_squared_light_of_features_that_few_samples_meet() -> None:
+def test_missed_light_is_the_squared_light_of_features_that_few_samples_hit() -> None:
     one = features_at_one_place([0.01], [50.0])
     assert one.missed(4) == pytest.approx(3 * 0.5**2)
     assert one.missed(200) == pytest.approx(3 * 0.5**2 / 2.0)
@@ -182,24 +182,24 @@ def test_missed_is_the_squared_light_of_features_that_few_samples_meet() -> None
     assert one.missed(samples) == 0.0
     samples[0, 0] = 4
     assert one.missed(samples) == one.missed(4)
-    # The square of the most samples is no 32-bit integer.
+    # The square of the largest number of samples exceeds a 32-bit integer.
     assert features_at_one_place([1e-6], [50.0]).missed(np.full((2, 2), 65536, np.int32)) == pytest.approx(3 * 5e-5**2)
     assert features_at_one_place([0.01], [50.0], 5.0).missed(4) == pytest.approx(3 * 0.5**2 / 5.0)
-    # Samples meet some of very many features, which stand for the others unless one is brighter.
+    # Samples hit some of very many features, which then represent the others, unless one is brighter.
     assert features_at_one_place([0.01] * 400, [50.0] * 400).missed(4) == 0.0
     assert features_at_one_place([0.01] * 401, [50.0] * 400 + [5e4]).missed(4) == pytest.approx(3 * 500.0**2, rel=0.01)
     assert features_at_one_place([], []).missed(4) == 0.0
 
 
-def test_blocks_with_features_have_all_pixels_around_these() -> None:
+def test_blocks_with_features_include_all_neighbouring_pixels() -> None:
     features = features_at_one_place([0.01], [50.0])._replace(x=np.array([8.1]), y=np.array([5.0]))
-    # Columns 7 and 8, and rows 4 and 5 from the top of 10, which are 5 and 4 from below.
+    # The feature and its neighbours have columns 7 and 8, and rows 4 and 5 of 10, counted from the top.
     assert np.argwhere(features.unmet(100, 1e-3, (12, 10), (4, 4))).tolist() == [[1, 1], [1, 2]]
     assert not features.unmet(400, 1e-3, (12, 10), (4, 4)).any()
     assert not features.unmet(100, 1.0, (12, 10), (4, 4)).any()
 
 
-def test_scenes_without_narrow_highlights_emitters_and_near_lights_are_not_searched(
+def test_scenes_without_narrow_highlights_emitters_or_near_lights_are_not_searched(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     searches: list[object] = []
@@ -224,21 +224,29 @@ def _small_balls() -> list[tuple[float, float, float]]:
     return [(float(x), float(y), 0.0) for x, y in rng.uniform((-2.0, -1.2), (2.0, 1.8), (30, 2))]
 
 
-# Thirty emitters of 0.003 pixels, and thirty balls with glints of 0.001 pixels.
+# Thirty emitters of 0.003 pixels each, and thirty spheres with glints of 0.001 pixels each.
 EMITTERS = [glow(0.0019, place, (100.0, 100.0, 100.0)) for place in _small_balls()]
 BALLS = [rt.Sphere(place, 0.1, rt.Material("beckmann", alpha=0.01)) for place in _small_balls()]
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("objects", [EMITTERS, BALLS], ids=["emitters", "glints"])
-def test_an_error_is_uncertain_until_samples_meet_the_features(renderer: Renderer, objects: list[rt.Solid]) -> None:
+def test_an_error_estimate_is_uncertain_until_samples_hit_the_features(
+    renderer: Renderer, objects: list[rt.Solid]
+) -> None:
     backdrop = rt.Sphere((0.0, 0.0, -5.0), 3.0, rt.Material("lambert"))
     scene = rt.Scene((*objects, backdrop), (LIGHT,), CAMERA, background=BLACK, ambient=BLACK)
-    blind = renderer.render(scene, SIZE, Settings(samples=4, max_error=1e-2), geometry=False)
-    assert blind.radiance.max() < 1.0 and blind.estimate
-    assert blind.estimate.uncertain and blind.estimate.reached is False and blind.estimate.unknown == UNSEEN
-    assert blind.estimate.rmse
+    few_samples = renderer.render(scene, SIZE, Settings(samples=4, max_error=1e-2), geometry=False)
+    assert few_samples.radiance.max() < 1.0 and few_samples.estimate
+    assert (
+        few_samples.estimate.uncertain
+        and few_samples.estimate.reached is False
+        and few_samples.estimate.unknown == UNSEEN
+    )
+    assert few_samples.estimate.rmse
     estimate = renderer.render(scene, SIZE, Settings(samples=4096), geometry=False).estimate
     assert estimate and not estimate.uncertain and estimate.rmse
-    asked = renderer.render(scene, SIZE, Settings(samples=4096, max_error=2.0 * estimate.rmse), geometry=False).estimate
-    assert asked and asked.reached and asked.samples > 100
+    requested = renderer.render(
+        scene, SIZE, Settings(samples=4096, max_error=2.0 * estimate.rmse), geometry=False
+    ).estimate
+    assert requested and requested.reached and requested.samples > 100

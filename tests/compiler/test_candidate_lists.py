@@ -1,4 +1,4 @@
-"""Pictures by lists of what the rays of each cell may meet are those of the walk, which looks at everything."""
+"""Pictures with candidate lists per cell equal the pictures of the walk, which tests all primitives."""
 
 from __future__ import annotations
 
@@ -28,17 +28,19 @@ FLOOR = rt.Plane((0, 1, 0), -2.5, GREY)
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_random_trees_are_the_same(renderer: Renderer, always_listed: None, seed: int) -> None:
+def test_random_trees_look_the_same_with_candidate_lists(renderer: Renderer, always_listed: None, seed: int) -> None:
     check_lists(renderer, scenes.random_scene(seed), shadows="diluted" if seed % 2 else "hard", samples=1 + seed % 2)
 
 
-def test_the_walk_tells_more_than_80_objects_apart(renderer: Renderer) -> None:
-    # llvmpipe counts to 80 levels of `else`: of 100 objects one after the other the last were taken for others.
+def test_the_walk_distinguishes_more_than_80_objects(renderer: Renderer) -> None:
+    # llvmpipe allows 80 levels of nested `else`: with 100 objects in one chain, it confused the last ones.
     balls = [rt.Sphere((i % 10 - 4.5, i // 10 - 4.5, 0), 0.4, scenes.COLORS[i % 3]) for i in range(100)]
     check_lists(renderer, scenes.of(*balls, eye=(0, 0, 12)), (64, 64), shadows="off")
 
 
-def test_objects_of_several_shapes_and_programs_are_the_same(renderer: Renderer, always_listed: None) -> None:
+def test_several_shapes_and_programs_look_the_same_with_candidate_lists(
+    renderer: Renderer, always_listed: None
+) -> None:
     ball, half = rt.Sphere((1.2, 0.5, 1), 0.8, GREEN), rt.Plane((1, 1, 0), 0.3, BLUE)
     objects = [lens(0, 0, 0), lens(-2, 0.4, -1, 0.7), ball, rt.Sphere((0, 2, 0), 0.5), FLOOR]
     objects += [rt.Sphere((-1, -1, 1), 0.9, RED) & half, ~rt.Sphere((0, 0, 0), 30, BLUE), rt.Plane((0, 0, -1), 9, RED)]
@@ -48,7 +50,7 @@ def test_objects_of_several_shapes_and_programs_are_the_same(renderer: Renderer,
     check_lists(renderer, scenes.of(*objects[4:], eye=(0.5, 1, 6)))
 
 
-def test_of_surfaces_that_coincide_the_first_objects_is_seen(renderer: Renderer, always_listed: None) -> None:
+def test_the_first_of_several_coincident_objects_is_visible(renderer: Renderer, always_listed: None) -> None:
     a, a2, floor = rt.Sphere((0, 0, 0), 1, RED), rt.Sphere((0, 0, 0), 1, BLUE), rt.Plane((0, 1, 0), -2.5, RED)
     cut = rt.Sphere((0, 0, 0), 1, GREEN) & rt.Plane((0, 0, 1), 2)
     joined = rt.Sphere((0, 0, 0), 1, GREY) | rt.Sphere((3, 0, 0), 1, GREY)
@@ -60,7 +62,9 @@ def test_of_surfaces_that_coincide_the_first_objects_is_seen(renderer: Renderer,
 
 
 @pytest.mark.parametrize("scale", [1e-5, 1.0, 1e5])
-def test_cameras_and_lights_anywhere_see_the_same(renderer: Renderer, always_listed: None, scale: float) -> None:
+def test_any_camera_and_light_give_the_same_picture_with_candidate_lists(
+    renderer: Renderer, always_listed: None, scale: float
+) -> None:
     objects = [lens(0, 0, 0, scale), lens(1.5 * scale, scale, -2 * scale, 0.3 * scale)]
     objects += [rt.Plane((0, 1, 0), -2 * scale, GREY), rt.Sphere((0, -1e4 * scale, 0), 9997 * scale, BLUE)]
     places = [(0.1, 0, 5), (0, 0, 0.2), (0, 0, 0.95), (-1, -2, 4), (0, 1, 900), (0.3, 40, 0.2), (0, 0.7, 1e-3)]
@@ -73,12 +77,14 @@ def test_cameras_and_lights_anywhere_see_the_same(renderer: Renderer, always_lis
             check_lists(renderer, rt.Scene(objects, lights, camera), (64, 36), shadows="diluted")
 
 
-def test_objects_too_large_to_be_points_are_the_same(renderer: Renderer, always_listed: None) -> None:
+def test_objects_too_large_for_an_opengl_point_look_the_same_with_candidate_lists(
+    renderer: Renderer, always_listed: None
+) -> None:
     objects = [lens(0, 0, 0, 3), lens(-1.5, 1.5, 2, 0.3), FLOOR, lens(2, 0, 1)]
     check_lists(renderer, scenes.of(*objects, eye=(0, 0, 6)), (640, 360))
 
 
-def test_a_chain_and_a_balanced_tree_of_many_holes_are_one_picture(renderer: Renderer) -> None:
+def test_a_chain_and_a_balanced_tree_of_many_holes_give_the_same_picture(renderer: Renderer) -> None:
     rng = np.random.default_rng(3)
     places = rng.normal(size=(300, 3))
     places /= np.linalg.norm(places, axis=1, keepdims=True)
@@ -98,7 +104,7 @@ def test_a_chain_and_a_balanced_tree_of_many_holes_are_one_picture(renderer: Ren
 
 
 @pytest.mark.parametrize(("distance", "radius"), [(1e4, 2e-4), (1e4, 1e-3), (1e4, 3e-3), (1e2, 1e-6), (1e2, 1e-4)])
-def test_balls_so_far_that_their_roots_round_to_one_are_the_same(
+def test_spheres_whose_two_roots_round_to_one_number_look_the_same_with_candidate_lists(
     renderer: Renderer, distance: float, radius: float
 ) -> None:
     rng = np.random.default_rng(1)
@@ -109,8 +115,8 @@ def test_balls_so_far_that_their_roots_round_to_one_are_the_same(
     check_lists(renderer, rt.Scene([union], [rt.PointLight((4, 7, 4))], camera), (96, 64))
 
 
-def test_a_ray_may_meet_more_leaves_of_a_chain_than_are_kept(renderer: Renderer, always_listed: None) -> None:
-    # Balls in a row, each of which touches, overlaps or equals the next one, in an order that leads astray.
+def test_a_ray_may_hit_more_leaves_of_a_chain_than_the_shader_keeps(renderer: Renderer, always_listed: None) -> None:
+    # Spheres in a row: each touches, overlaps or equals its neighbour, and their order in the tree is shuffled.
     row = [rt.Sphere((0.05 * (i % 3), 0, 2 - 0.2 * (i * 7 % 20)), 0.25, (RED, BLUE)[i % 2]) for i in range(20)]
     row += [rt.Sphere((0, 0, -2.5), 0.3, GREEN), rt.Sphere((0, 0, -2.5), 0.3, BLUE), rt.Plane((0, 0, -1), 1.7, GREY)]
     ball = rt.Sphere((0, 0, 0), 2.5, RED)
@@ -131,18 +137,18 @@ def test_many_instances_agree_with_the_reference(renderer: Renderer) -> None:
     image, truth = renderer.render(scene, (96, 54), Settings()), ray_tracer.trace(scene, (96, 54), Settings())
     assert image.material is not None and truth.material is not None
     resolved = find_pixel_doubt(scene, (96, 54))
-    sure = ~resolved.doubtful
+    certain = ~resolved.doubtful
     assert resolved.doubtful.mean() < 0.01
-    np.testing.assert_array_equal(image.material[sure], truth.material[sure])
-    sure &= ~resolved.unlit
-    np.testing.assert_allclose(image.radiance[sure], truth.radiance[sure], atol=1e-4)
+    np.testing.assert_array_equal(image.material[certain], truth.material[certain])
+    certain &= ~resolved.unlit
+    np.testing.assert_allclose(image.radiance[certain], truth.radiance[certain], atol=1e-4)
     plain = msgspec.structs.replace(scene, objects=scene.solids())
     np.testing.assert_array_equal(renderer.render(plain, (96, 54), Settings()).radiance, image.radiance)
 
 
 @pytest.mark.parametrize("grid", [1, 3, 24, 256])
 @pytest.mark.parametrize("shadows", ["hard", "soft"])
-def test_twenty_lights_with_cubes_of_any_grid_are_the_same(
+def test_twenty_lights_with_direction_cells_of_any_grid_give_the_same_picture(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch, grid: int, shadows: str
 ) -> None:
     monkeypatch.setattr(scene_lists, "GRIDS", (grid, 1))
@@ -151,14 +157,14 @@ def test_twenty_lights_with_cubes_of_any_grid_are_the_same(
     many = rt.Instances(lens(0, 0, 0), rng.uniform((-4, -2, -6), (4, 3, 1), (30, 3)), rng.uniform(0.1, 0.6, 30))
     balls = rt.Instances(rt.Sphere((0, 0, 0), 0.1, BLUE), rng.uniform((-4, -2.4, -6), (4, 3, 1), (60, 3)))
     places = rng.uniform((-5, -2.5, -6), (5, 4, 3), (20, 3))
-    places[::3, 1] = -2.5  # on the floor
+    places[::3, 1] = -2.5  # lights on the floor
     places[1::6] *= 50.0
     lights = [rt.PointLight(tuple(p), (0.2, 0.2, 0.2), radius=0.05 * (k % 3)) for k, p in enumerate(places.tolist())]
     scene = rt.Scene([many, balls, FLOOR], lights, rt.Camera((0, 1, 6), (0, 0, 0)))
     check_lists(renderer, scene, (96, 54), shadows=shadows, samples=1 if shadows == "hard" else 2)
 
 
-def test_scenes_that_differ_in_numbers_share_their_text(renderer: Renderer) -> None:
+def test_scenes_that_differ_only_in_numbers_share_their_shader_text(renderer: Renderer) -> None:
     rng = np.random.default_rng(2)
 
     def many(count: int) -> rt.Scene:
@@ -169,7 +175,7 @@ def test_scenes_that_differ_in_numbers_share_their_text(renderer: Renderer) -> N
     assert sources(one) == sources(other)
 
 
-def test_small_trees_share_code_and_rare_or_large_ones_are_programs() -> None:
+def test_frequent_small_trees_are_shapes_and_other_trees_are_programs() -> None:
     scene = scenes.of(lens(0, 0, 0), lens(1, 0, 0), FLOOR, lens(0, 0, 0) & FLOOR, ~lens(0, 0, 0))
     batches = compiled(scene).batches
     assert [len(batch.first) for batch in batches.shapes] == [2]
@@ -177,15 +183,15 @@ def test_small_trees_share_code_and_rare_or_large_ones_are_programs() -> None:
 
 
 def crowd() -> rt.Instances:
-    """More lenses with a bite taken out than llvmpipe has rounds for, small ones in a box above the ground."""
+    """Return more small lenses with a bite taken out than llvmpipe can loop over, in a box above the ground."""
     places = np.random.default_rng(5).uniform((-10, 0.2, -20), (10, 6, 2), (90_000, 3))
     lens = rt.Sphere((-0.016, 0, 0), 0.04, RED) & rt.Sphere((0.016, 0, 0), 0.04, RED)
     return rt.Instances(lens - rt.Sphere((0, 0.032, 0), 0.028, RED), places)
 
 
 @pytest.mark.slow
-def test_a_horizon_behind_many_objects_changes_nothing_of_their_shadows(renderer: Renderer) -> None:
-    # The ground blocks no ray from above it to the light. Rays from the horizon come from beyond the light's reach.
+def test_a_horizon_behind_many_objects_does_not_change_their_shadows(renderer: Renderer) -> None:
+    # The ground blocks no ray from above it to the light. Rays from the horizon start beyond the light's reach.
     lights, camera = [rt.PointLight((4, 12, 8))], rt.Camera((0, 3, 6), (0, 2.95, 0), vertical_fov=4)
     alone = renderer.render(rt.Scene([crowd()], lights, camera), (320, 64), Settings())
     over = renderer.render(rt.Scene([crowd(), rt.Plane((0, 1, 0), 0)], lights, camera), (320, 64), Settings())
@@ -195,11 +201,11 @@ def test_a_horizon_behind_many_objects_changes_nothing_of_their_shadows(renderer
     np.testing.assert_array_equal(over.radiance[both], alone.radiance[both])
 
 
-def test_mirrors_among_more_objects_than_the_driver_has_rounds_for_are_refused(
+def test_mirrors_among_more_objects_than_the_driver_can_loop_over_are_refused(
     renderer: Renderer, has_round_limit: bool
 ) -> None:
     if not has_round_limit:
-        pytest.skip("the driver goes through any number of rounds")
+        pytest.skip("this driver does not limit the rounds of a loop")
     ground = rt.Plane((0, 1, 0), 0, rt.Material("mirror"))
     scene = rt.Scene([crowd(), ground], [rt.PointLight((4, 12, 8))], rt.Camera((0, 3, 6), (0, 2, 0)))
     with pytest.raises(rt.InputError, match="expected pixels whose rays take at most 65535 steps"):

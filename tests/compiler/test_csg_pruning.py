@@ -1,4 +1,4 @@
-"""Programs of pruned trees: the same values and owners as the whole tree has, on a shallow stack."""
+"""Programs of pruned trees have the values and owners of the whole tree, with a shallow stack."""
 
 import functools
 import operator
@@ -18,11 +18,11 @@ from tests.scenes import random_tree
 
 Mask = NDArray[np.bool_]
 
-SAMPLES = 32  # random truth values of the listed leaves before and after a surface, at a time
+SAMPLES = 32  # random truth values of the listed leaves, before and after a surface, per cell
 
 
 def execute(codes: list[int], before: Mask, after: Mask) -> tuple[Mask, Mask, NDArray[np.int64], int]:
-    """(before, after, owner, depth) of a program; `before` and `after` of the leaves are (leaves, SAMPLES)."""
+    """Run a program on the values of the leaves [leaves, SAMPLES]; return (before, after, owner, depth)."""
     no = np.zeros(before.shape[1], bool)
     stack: list[tuple[Mask, Mask, NDArray[np.int64]]] = []
     deepest = 0
@@ -49,7 +49,7 @@ def execute(codes: list[int], before: Mask, after: Mask) -> tuple[Mask, Mask, ND
 
 
 def check(solid: Solid, rng: np.random.Generator, cells: int, listed: float) -> Pruner:
-    """Programs of random cells, in which a leaf is listed with probability `listed`, against the whole tree."""
+    """Compare the programs of random cells, which list each leaf with probability `listed`, with the whole tree."""
     nodes = postfix(solid)
     pruner = Pruner(nodes)
     count = len(leaves(solid))
@@ -59,7 +59,7 @@ def check(solid: Solid, rng: np.random.Generator, cells: int, listed: float) -> 
     assert start.shape == (cells + 1,) and start[-1] == len(code) and code.dtype == np.int32
     for i in range(cells):
         before = rng.random((count, SAMPLES)) < rng.random()
-        # A few leaves change, or many at once, as at surfaces that coincide.
+        # A few leaves change, or many at once, as at coincident surfaces.
         after = before ^ (rng.random((count, SAMPLES)) < rng.choice([0.05, 0.5]))
         before, after = before & chosen[i, :, None], after & chosen[i, :, None]
         codes = code[start[i] : start[i + 1]].tolist()
@@ -75,21 +75,21 @@ def check(solid: Solid, rng: np.random.Generator, cells: int, listed: float) -> 
     return pruner
 
 
-def test_programs_have_the_values_and_owners_of_random_trees() -> None:
+def test_programs_have_the_values_and_owners_of_whole_random_trees() -> None:
     rng = np.random.default_rng(1)
     for _ in range(150):
         check(random_tree(rng, int(rng.integers(1, 41))), rng, 8, rng.choice([0.1, 0.5, 1.0]))
 
 
-def test_programs_are_the_same_however_many_pairs_are_pruned_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_programs_do_not_depend_on_the_number_of_pairs_pruned_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(csg_pruning, "_AT_ONCE", 5)
     rng = np.random.default_rng(4)
     for _ in range(20):
         check(random_tree(rng, int(rng.integers(1, 41))), rng, 8, 0.5)
 
 
-def test_of_a_deep_tree_work_is_in_proportion_to_what_is_listed() -> None:
-    # From each listed leaf it is thousands of levels to the root. To go through them one by one took 3 GB.
+def test_the_memory_for_a_deep_tree_is_proportional_to_the_listed_leaves() -> None:
+    # Each listed leaf is thousands of levels below the root. Visiting these levels one by one took 3 GB.
     tree = spheres(8000)[0]
     for i, sphere in enumerate(spheres(8000)):
         tree = tree - sphere if i % 2 else tree | sphere
@@ -109,7 +109,7 @@ def spheres(count: int) -> list[Solid]:
 
 
 def balanced(solids: list[Solid], *operators: Callable[[Solid, Solid], Solid]) -> Solid:
-    """A balanced tree, its operators by level from the leaves, over and over."""
+    """Return a balanced tree. Each level, from the leaves up, uses the next of `operators`, cyclically."""
     while len(solids) > 1:
         joined = [operators[0](a, b) for a, b in zip(solids[::2], solids[1::2], strict=False)]
         solids = joined + solids[2 * len(joined) :]
@@ -127,20 +127,20 @@ def flipped(a: Solid, b: Solid) -> Solid:
         (functools.reduce(operator.sub, spheres(1000)), 2),
         (spheres(1000)[0] - balanced(spheres(999), operator.or_), 2),
         (balanced(spheres(1000), operator.or_), 2),
-        (functools.reduce(flipped, spheres(1000)), 2),  # right-deep, and alternating when flattened
+        (functools.reduce(flipped, spheres(1000)), 2),  # right-deep, with alternating operators once flattened
         (functools.reduce(lambda a, b: ~(a | b) & b, spheres(500)), 2),
         (balanced(spheres(1024), operator.or_, operator.and_), 11),
         (balanced(spheres(1000), operator.sub, operator.or_, flipped), None),
     ],
     ids=["left-deep", "minus-union", "union", "right-deep", "complements", "alternating", "mixed"],
 )
-def test_programs_of_a_thousand_leaves_keep_to_the_depth(tree: Solid, depth: int | None) -> None:
+def test_programs_of_a_thousand_leaves_stay_within_the_stack_depth(tree: Solid, depth: int | None) -> None:
     pruner = check(tree, np.random.default_rng(2), 4, 0.02)
     full = check(tree, np.random.default_rng(3), 1, 1.0)
     assert full.depth == pruner.depth and depth in (None, pruner.depth)
 
 
-def test_codes_are_as_described() -> None:
+def test_programs_consist_of_the_documented_codes() -> None:
     a, b, c, d = spheres(4)
 
     def program(solid: Solid, *listed: int) -> list[int]:
@@ -151,24 +151,24 @@ def test_codes_are_as_described() -> None:
     negated, swapped = 8, 16
     assert program(a - b - c, 0, 1, 2) == [PUSH, 1 << 5 | negated | AND_LEAF, 2 << 5 | negated | AND_LEAF]
     assert program(a - b - c, 0, 2) == [PUSH, 2 << 5 | negated | AND_LEAF]
-    assert program(a - b - c, 1, 2) == []  # nothing but a could make it True
+    assert program(a - b - c, 1, 2) == []  # False without a
     assert program(a | ~b, 0) == [csg_pruning.TRUE] == program(~a)
     assert program(a | ~b, 0, 1) == [PUSH, 1 << 5 | negated | OR_LEAF]
-    # The neediest operand first, then what comes before it.
+    # The operand that needs the deepest stack comes first, then the operand before it, with SWAPPED.
     assert program(a | (b & c), 0, 1, 2) == [1 << 5 | PUSH, 2 << 5 | AND_LEAF, swapped | OR_LEAF]
     assert program(a | (b & c), 0, 2) == [PUSH]
     assert program((a | b) & (c | d), 0, 1, 2, 3) == [PUSH, 1 << 5 | OR_LEAF, 2 << 5 | PUSH, 3 << 5 | OR_LEAF, AND]
-    # What is left of an operand is one leaf: it needs no place on the stack.
+    # One operand is reduced to one leaf, which needs no place of its own on the stack.
     assert program((a | b) & (c | d), 0, 1, 3) == [PUSH, 1 << 5 | OR_LEAF, 3 << 5 | AND_LEAF]
     assert program((a & b) | (c & d), 0, 1, 2, 3)[-1] == OR
 
 
-def test_chains_say_at_once_how_their_leaves_are_combined() -> None:
+def test_the_first_code_of_a_chain_says_how_its_leaves_are_combined() -> None:
     a, b, c, d = spheres(4)
 
     def chain(solid: Solid, *listed: int) -> list[int]:
         leaf = np.array(listed, np.int64)
-        # In the second of three cells; the third sees the last leaf only.
+        # The chain is in the second of three cells; the third lists only the last leaf.
         cell = np.append(np.ones_like(leaf), 2)
         start, code = Pruner(postfix(solid)).programs(cell, np.append(leaf, 3), 3)
         begun = csg_pruning.chains(start, code)
@@ -190,7 +190,7 @@ def test_chains_say_at_once_how_their_leaves_are_combined() -> None:
     assert not any(Pruner(postfix(solid)).is_chain for solid in ((a & b) | c, a - (b & c)))
 
 
-def test_cells_without_a_leaf_are_constant() -> None:
+def test_programs_of_cells_without_leaves_are_constant() -> None:
     a, b = spheres(2)
     none = np.zeros(0, np.int64)
     for solid, expected in (

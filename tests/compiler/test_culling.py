@@ -1,4 +1,4 @@
-"""Quiet cells: what is said to be so is, and the picture drawn by cells is the one drawn by the walk, bit for bit."""
+"""Plane-only cells: brute force confirms each, and pictures drawn by cells equal pictures by the walk, bit for bit."""
 
 from __future__ import annotations
 
@@ -25,34 +25,36 @@ SIZE = (160, 90)
 
 @pytest.mark.gl
 @pytest.mark.parametrize("size", [(1280, 720), (321, 181), (17, 5), (16, 16), (5, 200), (1, 1)])
-def test_the_assignment_is_the_same_in_any_size(renderer: Renderer, size: tuple[int, int]) -> None:
+def test_the_assignment_looks_the_same_by_cells_in_any_size(renderer: Renderer, size: tuple[int, int]) -> None:
     check_cells(renderer, scenes.assignment(), size)
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("shadows", ["off", "hard", "diluted"])
 @pytest.mark.parametrize("shading", [None, "phong", "blinn"])
-def test_the_assignment_is_the_same_in_any_setting(renderer: Renderer, shadows: str, shading: str | None) -> None:
+def test_the_assignment_looks_the_same_by_cells_with_any_setting(
+    renderer: Renderer, shadows: str, shading: str | None
+) -> None:
     settings = Settings(samples=3, shadows=shadows, shading=shading)  # pyright: ignore[reportArgumentType]
     check_cells(renderer, scenes.assignment(), SIZE, settings)
 
 
 @pytest.mark.gl
-def test_the_assignment_is_the_same_in_doubles_and_in_tiles(renderer: Renderer) -> None:
+def test_the_assignment_looks_the_same_by_cells_in_doubles_and_in_tiles(renderer: Renderer) -> None:
     for tile in (48, 37):
         check_cells(renderer, scenes.assignment(), (201, 113), Settings(samples=3), tile=tile)
     if 64 in renderer.device.limits.precisions:
         check_cells(renderer, scenes.assignment(), SIZE, Settings(samples=2, precision=64))
 
 
-# Of few primitives, so that they compile soon, and not unbounded, so that there are plane-only cells.
+# Seeds of scenes with few primitives, which compile fast, and without unbounded objects, so with plane-only cells.
 SEEDS = [11, 14, 21, 30, 35, 54]
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("lights", range(4))
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_random_scene_is_the_same(renderer: Renderer, seed: int, lights: int) -> None:
+def test_a_random_scene_looks_the_same_by_cells(renderer: Renderer, seed: int, lights: int) -> None:
     scene = scenes.random_scene(seed)
     rng = np.random.default_rng((seed, lights))
     assert compiled(scene).has_plane_only_cells
@@ -63,7 +65,7 @@ def test_a_random_scene_is_the_same(renderer: Renderer, seed: int, lights: int) 
 
 
 @pytest.mark.gl
-def test_lights_anywhere_give_the_same(renderer: Renderer) -> None:
+def test_lights_at_any_place_give_the_same_picture_by_cells(renderer: Renderer) -> None:
     places = [
         (0, -2, 0), (1, -1e-3, 1), (0.3, 0, 0.2), (5, 0, 5), (0, 1, 0), (0, 1.2, -0.2), (-1, 1, 0), (0.7, 2, 0.6),
         (-1.001, 1, 0), (0, 2.05, 0), (0, 3, 6), (0, 1e-3, 3), (0, 1e-3, 0), (3, 1e3, 1), (6e5, 8e5, 1e5), (1e6, 1, 0),
@@ -74,7 +76,7 @@ def test_lights_anywhere_give_the_same(renderer: Renderer) -> None:
 
 
 @pytest.mark.gl
-def test_cameras_anywhere_see_the_same(renderer: Renderer) -> None:
+def test_cameras_at_any_place_give_the_same_picture_by_cells(renderer: Renderer) -> None:
     eyes = [
         (0.2, 0, 4), (0, 1e-6, 4), (0, -1e-6, 4), (0, -3, 4), (0, 0.9, 0.1), (0.7, 1.7, 0.6), (0, 1.0, 1.0),
         (0, 1.5, 1.2), (3, 200, 1), (1e3, 2, 0), (1e6, 10, 0), (1e5, 1e5, 1e5), (0, -1e6, 3),
@@ -88,10 +90,10 @@ def test_cameras_anywhere_see_the_same(renderer: Renderer) -> None:
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("away", [1e3, 1e5, 6e5])
-def test_a_ball_near_its_light_seen_from_afar_is_the_same(renderer: Renderer, away: float) -> None:
-    # Rounding in view space moves the ball before the light by up to its size, and so its shadow by far.
-    rng = np.random.default_rng(int(away))
+@pytest.mark.parametrize("distance", [1e3, 1e5, 6e5])
+def test_a_sphere_near_its_light_looks_the_same_by_cells_from_afar(renderer: Renderer, distance: float) -> None:
+    # Rounding in view space moves the sphere near the light by up to its own size, and so moves its shadow far.
+    rng = np.random.default_rng(int(distance))
     for _ in range(12):
         height, near = 10.0 ** rng.uniform(1.0, 2.3), 10.0 ** rng.uniform(-3, -1)
         below = np.array((rng.normal(), -1.5, rng.normal()))
@@ -99,41 +101,41 @@ def test_a_ball_near_its_light_seen_from_afar_is_the_same(renderer: Renderer, aw
         ball = rt.Sphere(tuple(below * near + (0, height, 0)), near * rng.uniform(0.1, 0.8), scenes.COLORS[0])
         at = below * height / -below[1] + (0, height, 0)
         back = np.array((rng.normal(), 1.0, rng.normal()))
-        eye = at + back / np.linalg.norm(back) * away
-        fov = float(np.degrees(2.0 * np.arctan(1.5 * height / away)))
+        eye = at + back / np.linalg.norm(back) * distance
+        fov = float(np.degrees(2.0 * np.arctan(1.5 * height / distance)))
         camera = rt.Camera(tuple(eye.tolist()), tuple(at.tolist()), vertical_fov=min(fov, 120.0))
         check_cells(renderer, rt.Scene([ball, FLOOR], [rt.PointLight((0, height, 0))], camera), (320, 180))
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("fov", [1e-4, 1e-2, 1.0, 60.0, 150.0, 179.0, 179.9])
-def test_any_field_of_view_is_the_same(renderer: Renderer, fov: float) -> None:
-    # At an outline, at the ground's horizon, at the edge of the shadow, and at nothing.
+def test_any_field_of_view_gives_the_same_picture_by_cells(renderer: Renderer, fov: float) -> None:
+    # The camera looks at an outline, at the ground's horizon, at the edge of the shadow, or at the background.
     for at in ((0.0, 1.0, 0.0), (-0.951, 1.01, 0.31), (0.0, 3.0, -1e6), (-1.2, 0.0, -1.0), (1.0, 9.0, -3.0)):
         check_cells(renderer, still_life(lights=[SUN, LAMP], at=at, fov=fov))
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
-def test_any_scale_and_place_is_the_same(renderer: Renderer, scale: float) -> None:
+def test_a_scene_of_any_scale_at_any_place_looks_the_same_by_cells(renderer: Renderer, scale: float) -> None:
     scene = enlarge_scene(still_life(lights=[SUN, LAMP]), scale)
     check_cells(renderer, scene)
     check_cells(renderer, move_scene(scene, (0.61e6 * scale, 0.37e6 * scale, -0.7e6 * scale)))
 
 
 @pytest.mark.gl
-def test_several_half_spaces_shade_each_other_the_same(renderer: Renderer) -> None:
+def test_several_half_spaces_shade_each_other_the_same_way_by_cells(renderer: Renderer) -> None:
     wall, slope = rt.Plane((0, 0, 1), -3, scenes.COLORS[1]), rt.Plane((-1, 0.2, 0.1), -4, scenes.COLORS[2])
     twin, ceiling = rt.Plane((0, -2, 0), 0, scenes.COLORS[0]), rt.Plane((0, -1, 0), -6, scenes.COLORS[3])
     behind, third = rt.PointLight((-1, 2, -5)), rt.PointLight((1, 5, -6))
-    for more in ((wall,), (wall, slope), (wall, slope, ceiling), (twin,)):
+    for planes in ((wall,), (wall, slope), (wall, slope, ceiling), (twin,)):
         for lights in ((SUN,), (LAMP, behind), (SUN, LAMP, third)):
             for eye in ((0, 3, 6), (2.0, 1.0, -2.9), (0, 0.05, 3)):
-                check_cells(renderer, still_life(*more, lights=lights, eye=eye), SIZE, Settings(shadows="diluted"))
+                check_cells(renderer, still_life(*planes, lights=lights, eye=eye), SIZE, Settings(shadows="diluted"))
 
 
 @pytest.mark.gl
-def test_scenes_without_balls_or_without_half_spaces_are_the_same(renderer: Renderer) -> None:
+def test_scenes_without_spheres_or_without_half_spaces_look_the_same_by_cells(renderer: Renderer) -> None:
     camera = rt.Camera((0, 1, 5), (0, 0.5, 0))
     for objects in (
         [FLOOR],
@@ -146,7 +148,7 @@ def test_scenes_without_balls_or_without_half_spaces_are_the_same(renderer: Rend
             check_cells(renderer, rt.Scene(objects, lights, camera))
 
 
-def test_a_scene_may_have_plane_only_cells_unless_an_object_reaches_far() -> None:
+def test_a_scene_may_have_plane_only_cells_unless_an_object_is_unbounded() -> None:
     a, b = rt.Sphere((0, 0, 0), 1), rt.Sphere((1, 0, 0), 1)
     bounded: list[Solid] = [FLOOR, a, a | b, a - b, a & ~b, FLOOR & a, a - FLOOR, (a | b) - ~FLOOR]
     unbounded: list[Solid] = [~a, a | FLOOR, FLOOR - a, ~a & ~b, FLOOR & rt.Plane((1, 0, 0), 0), ~FLOOR]
@@ -163,10 +165,10 @@ def test_most_cells_of_the_assignment_are_plane_only() -> None:
     assert plane_only.mean() >= 0.85
     assert not (empty & ~plane_only).any() and 0.1 < empty.mean() < 0.5
     lit, _ = cells(scenes.assignment(), (1280, 720), Settings(shadows="off"))
-    assert (lit | ~plane_only).all(), "without shadows, more is plane-only"
+    assert (lit | ~plane_only).all(), "every plane-only cell stays plane-only without shadows"
 
 
-def test_blocks_cover_each_cell_once_and_are_as_tall_as_runs_are_alike() -> None:
+def test_blocks_cover_each_cell_once_and_merge_equal_runs_of_successive_rows() -> None:
     rng = np.random.default_rng(1)
     for mask in (rng.random((9, 14)) < 0.5, np.ones((3, 4), bool), np.zeros((3, 4), bool)):
         again = np.zeros_like(mask)
@@ -180,45 +182,45 @@ def test_blocks_cover_each_cell_once_and_are_as_tall_as_runs_are_alike() -> None
 
 
 def assert_plane_only(scene: rt.Scene, size: tuple[int, int]) -> float:
-    """By brute force, in float64; the share of the cells that are plane-only."""
+    """Check plane-only and empty cells by brute force in float64; return the share of plane-only cells."""
     plane_only, empty = cells(scene, size)
     tracer = Tracer(scene)
     trees = scene.solids()
     owner = [tree for tree in trees for _ in leaves(tree)]
-    single = np.array([isinstance(tree, Plane) for tree in owner] + [True])  # the last one is nothing
+    single = np.array([isinstance(tree, Plane) for tree in owner] + [True])  # the last entry is the background
     others = [tree for tree in trees if not isinstance(tree, Plane)]
     row, column = np.indices((size[1], size[0]))
-    cell = (size[1] - 1 - row.ravel()) // CELL, column.ravel() // CELL  # the lowest row of cells first
+    cell = (size[1] - 1 - row.ravel()) // CELL, column.ravel() // CELL  # rows of cells count from the bottom
     for point in ((0.5, 0.5), (0.0, 0.0), (0.999, 0.999), (0.0, 0.999), (0.999, 0.0)):
         rd = camera_rays(scene.camera, size, point).reshape(-1, 3)
         is_plane_only = plane_only[cell]
         t, surface = tracer.first(np.zeros(rd.shape), rd)
-        assert single[surface][is_plane_only].all(), "only half-spaces or nothing are to be seen"
-        assert (surface[empty[cell]] == -1).all(), "nothing is to be seen"
+        assert single[surface][is_plane_only].all(), "only half-spaces or the background are visible"
+        assert (surface[empty[cell]] == -1).all(), "only the background is visible"
         if not others:
             continue
         for plane in set(np.unique(surface[is_plane_only])) - {-1}:
-            # A half-space alone never blocks what lies on it: whatever blocks is another object.
+            # A half-space alone never blocks light from a point on its surface, so any blocker is another object.
             here = is_plane_only & (surface == plane)
             alone = Tracer(msgspec.structs.replace(scene, objects=[*others, owner[plane]]))
             P = t[here, None] * rd[here]
             n = np.broadcast_to(owner[plane].unit()[0], P.shape)
             start = np.full(len(P), len(alone.leaves) - 1, np.int32)
             for light in scene.lights:
-                if owner[plane].touches(light.position):  # it does not shine on the face that it is in
+                if owner[plane].touches(light.position):  # a light in the plane does not light the plane
                     continue
                 toward = np.subtract(light.position, scene.camera.position) - P
                 distance = np.linalg.norm(toward, axis=1)
                 toward /= distance[:, None]
                 blocked_at, _ = alone.first(P, toward, start, n, light, distance)
-                # What faces away from the light is dark, however many objects are between.
+                # A face that faces away from the light is dark, however many objects are between.
                 faces = np.sum(toward * n, axis=1) * np.sum(-rd[here] * n, axis=1) > 0.0
                 assert not (faces & (blocked_at < distance)).any(), "no other object casts a shadow"
     return float(plane_only.mean())
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_a_plane_only_cell_has_no_other_object_and_no_shadow_of_one(seed: int) -> None:
+def test_a_plane_only_cell_has_no_other_object_and_no_shadow_of_another_object(seed: int) -> None:
     rng = np.random.default_rng((3, seed))
     trees: list[Solid] = []
     while len(trees) < 1 + seed % 3:
@@ -251,15 +253,15 @@ def test_lights_in_behind_and_near_half_spaces_cast_no_shadow_on_plane_only_cell
 
 
 @pytest.mark.gl
-def test_lights_in_behind_and_near_half_spaces_are_the_same(renderer: Renderer) -> None:
+def test_lights_in_behind_and_near_half_spaces_give_the_same_picture_by_cells(renderer: Renderer) -> None:
     for height in (0.0, -1e-6, 1e-6, -1e-3, 1e-3, -1.0):
         lights = [rt.PointLight((x, height, z)) for x, z in ((3.0, 1.0), (-2.0, 2.0), (0.5, -3.0))]
-        for more in ((), (rt.Plane((0, 0, 1), -3, scenes.COLORS[1]),), (rt.Plane((0, -1, 0), 0, scenes.COLORS[1]),)):
-            check_cells(renderer, still_life(*more, lights=lights))
-            check_cells(renderer, still_life(*more, lights=lights, eye=(0, -0.5, 4)))
+        for planes in ((), (rt.Plane((0, 0, 1), -3, scenes.COLORS[1]),), (rt.Plane((0, -1, 0), 0, scenes.COLORS[1]),)):
+            check_cells(renderer, still_life(*planes, lights=lights))
+            check_cells(renderer, still_life(*planes, lights=lights, eye=(0, -0.5, 4)))
 
 
-def test_a_light_on_the_floor_casts_no_shadow_there() -> None:
+def test_a_light_on_the_floor_casts_no_shadow_on_the_floor() -> None:
     size, places = (640, 360), ((3.0, 0.0, 2.0), (-4.0, 0.0, 1.0))
     on_floor, _ = cells(still_life(lights=[rt.PointLight(place) for place in places]), size)
     none, _ = cells(still_life(lights=[]), size)
@@ -268,20 +270,20 @@ def test_a_light_on_the_floor_casts_no_shadow_there() -> None:
     assert above.sum() < none.sum()
 
 
-def test_brute_force_finds_cells_that_are_not_plane_only(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_brute_force_reports_cells_that_are_not_plane_only(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = still_life()
     assert assert_plane_only(scene, (160, 96)) > 0.4
     none = np.zeros((6, 10), bool)
-    seen, _ = cells(scene, (160, 96), Settings(shadows="off"))
+    without_shadows, _ = cells(scene, (160, 96), Settings(shadows="off"))
     monkeypatch.setattr("tests.compiler.test_culling.cells", lambda *_: (~none, none))
     with pytest.raises(AssertionError, match="only half-spaces"):
         assert_plane_only(scene, (160, 96))
-    monkeypatch.setattr("tests.compiler.test_culling.cells", lambda *_: (seen, none))
+    monkeypatch.setattr("tests.compiler.test_culling.cells", lambda *_: (without_shadows, none))
     with pytest.raises(AssertionError, match="casts a shadow"):
         assert_plane_only(scene, (160, 96))
 
 
-def test_a_cell_in_which_a_ball_is_seen_is_not_plane_only_in_any_view() -> None:
+def test_a_cell_that_shows_a_sphere_is_not_plane_only_in_any_view() -> None:
     rng = np.random.default_rng(5)
     sizes = [(1, 1), (2, 3), (16, 9), (40, 30), (1, 300), (300, 1), (33, 17), (5, 90), (64, 64)]
     shown = 0
@@ -293,7 +295,7 @@ def test_a_cell_in_which_a_ball_is_seen_is_not_plane_only_in_any_view() -> None:
         rays = np.concatenate(
             [camera_rays(camera, size, point).reshape(-1, 3) for point in ((0.5, 0.5), (0.0, 0.0), (0.999, 0.999))]
         )
-        if rng.random() < 0.5:  # in the picture or at its edge
+        if rng.random() < 0.5:  # aim the sphere at a ray of the picture or of its edge
             toward = rays[rng.integers(len(rays))]
             toward = toward / np.linalg.norm(toward)
         radius = float(rng.choice([10.0 ** rng.uniform(-7, 0), 1.0 - 10.0 ** rng.uniform(-6, -0.3)]))

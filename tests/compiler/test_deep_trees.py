@@ -1,4 +1,4 @@
-"""Trees that are deep, large or many: drawn as their definition says, in bounded memory, or refused in a line."""
+"""Deep, large or numerous trees: the picture follows their definition, in bounded memory, or one line refuses them."""
 
 import functools
 import operator
@@ -36,37 +36,37 @@ def complements(solid: rt.Solid, count: int) -> rt.Solid:
 
 
 def joined(solids: list[rt.Solid]) -> rt.Solid:
-    """Their union, as a shallow tree."""
+    """Return the union of the solids, as a shallow tree."""
     while len(solids) > 1:
         solids = [functools.reduce(operator.or_, solids[i : i + 2]) for i in range(0, len(solids), 2)]
     return solids[0]
 
 
 def alternating(count: int, rng: np.random.Generator, spread: float = 1.0, planes: bool = False) -> rt.Solid:
-    """a | b - c | d - ..., each operator deeper than the one after it."""
+    """Return a | b - c | d - ..., in which each operator is deeper than the next."""
     places, sizes = rng.uniform(-spread, spread, (count, 3)).tolist(), rng.uniform(0.2, 0.8, count).tolist()
     solid: rt.Solid = rt.Sphere(places[0], sizes[0], RED)
     for i in range(1, count):
-        kind = rt.Plane if planes and i % 5 == 3 else rt.Sphere
-        leaf = kind(places[i], sizes[i], scenes.COLORS[i % 4])
+        primitive = rt.Plane if planes and i % 5 == 3 else rt.Sphere
+        leaf = primitive(places[i], sizes[i], scenes.COLORS[i % 4])
         solid = solid - leaf if i % 2 else solid | leaf
     return solid
 
 
 @pytest.mark.parametrize("evaluator", ["cells", "walk", "roth"])
-def test_complements_of_complements_are_not_compiled(renderer: Renderer, evaluator: str) -> None:
+def test_pairs_of_complements_cancel_before_compilation(renderer: Renderer, evaluator: str) -> None:
     settings = Settings(evaluator=evaluator)  # pyright: ignore[reportArgumentType]
     for count in (10_000, 10_001):
         deep = complements(BALL, count)
         short = ~BALL if count % 2 else BALL
         one, other = (renderer.render(scenes.of(solid, eye=(0, 0, 4)), SIZE, settings) for solid in (deep, short))
         np.testing.assert_array_equal(one.radiance, other.radiance)
-        assert deep != short and eval(repr(deep), dict(vars(rt))) == deep  # a solid is what was written
+        assert deep != short and eval(repr(deep), dict(vars(rt))) == deep  # the solid itself keeps its complements
     assert roth_loops(scenes.of(complements(BALL, 10_000))) == 1
     assert compiled(scenes.of(complements(BALL, 10_000))).has_plane_only_cells
 
 
-def test_trees_too_large_are_refused_at_once() -> None:
+def test_too_large_trees_are_refused_within_a_minute() -> None:
     shared: rt.Solid = BALL
     for _ in range(15):
         shared = shared | shared
@@ -77,16 +77,16 @@ def test_trees_too_large_are_refused_at_once() -> None:
         scenes.of(complements(functools.reduce(lambda a, _: a - a, range(60), shared), 3))
     with pytest.raises(rt.InputError, match="at most 262144 primitives and operators in one object"):
         scenes.of(complements(BALL, 300_000))
-    assert time.monotonic() - begin < 60.0  # not hours
+    assert time.monotonic() - begin < 60.0  # without the limits, hours
 
 
-def test_no_text_nests_deeper_than_a_line() -> None:
+def test_no_shader_nests_12_parentheses_for_any_tree() -> None:
     def deepest(source: Source) -> int:
-        depth = most = 0
+        depth = deepest_so_far = 0
         for character in source.text:
             depth += (character == "(") - (character == ")")
-            most = max(most, depth)
-        return most
+            deepest_so_far = max(deepest_so_far, depth)
+        return deepest_so_far
 
     rng = np.random.default_rng(1)
     deep: rt.Solid = BALL
@@ -100,7 +100,7 @@ def test_no_text_nests_deeper_than_a_line() -> None:
 
 
 @pytest.mark.parametrize("planes", [False, True])
-def test_deep_trees_are_the_same(renderer: Renderer, planes: bool) -> None:
+def test_deep_trees_look_the_same_with_candidate_lists(renderer: Renderer, planes: bool) -> None:
     rng = np.random.default_rng(2)
     for count, spread in ((40, 1.0), (100, 3.0)):
         scene = scenes.of(alternating(count, rng, spread, planes), BALL, eye=(0.3, 0.5, 6))
@@ -108,10 +108,12 @@ def test_deep_trees_are_the_same(renderer: Renderer, planes: bool) -> None:
 
 
 @pytest.mark.parametrize("bounded", [False, True])
-def test_instances_of_trees_with_half_spaces_are_the_same(renderer: Renderer, bounded: bool) -> None:
+def test_instances_of_trees_with_half_spaces_look_the_same_with_candidate_lists(
+    renderer: Renderer, bounded: bool
+) -> None:
     rng = np.random.default_rng(3)
     tree = alternating(7, rng, planes=True)
-    if not bounded:  # a corner of three half-spaces is met in all cells
+    if not bounded:  # all cells list a corner of three half-spaces
         tree = tree | (rt.Plane((1, 0, 0), -2) & rt.Plane((0, 1, 0), -2, BLUE) & rt.Plane((0, 0, 1), -2, RED))
     many = rt.Instances(tree, rng.uniform(-3, 3, (6, 3)), rng.uniform(0.3, 0.6, 6))
     other = rt.Instances(alternating(6, rng), rng.uniform(-3, 3, (4, 3)), 0.5)
@@ -120,7 +122,7 @@ def test_instances_of_trees_with_half_spaces_are_the_same(renderer: Renderer, bo
 
 
 @pytest.mark.parametrize("count", [13, 40])
-def test_half_spaces_alone_are_the_same(renderer: Renderer, count: int) -> None:
+def test_half_spaces_alone_look_the_same_with_candidate_lists(renderer: Renderer, count: int) -> None:
     rng = np.random.default_rng(4)
     normals = rng.normal(size=(count, 3))
     planes = [rt.Plane(n, -float(d), RED) for n, d in zip(normals.tolist(), rng.uniform(1, 9, count), strict=True)]
@@ -128,7 +130,7 @@ def test_half_spaces_alone_are_the_same(renderer: Renderer, count: int) -> None:
 
 
 @pytest.mark.parametrize("shadows", ["hard", "soft"])
-def test_a_coarser_cube_around_the_lights_gives_the_same_picture(
+def test_coarser_direction_cells_around_the_lights_give_the_same_picture(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch, shadows: str
 ) -> None:
     rng = np.random.default_rng(5)
@@ -159,15 +161,15 @@ def test_too_many_spheres_times_lights_are_refused(renderer: Renderer, monkeypat
 
 
 def row(count: int) -> rt.Scene:
-    """Balls along the line of sight, each inside another that is taken away: rays go through all, and see nothing."""
+    """Return spheres along the line of sight, each minus a larger sphere: rays pass all of them and hit none."""
     less, more = (joined([rt.Sphere((0, 0, -3.0 * i), r) for i in range(count)]) for r in (1.0, 1.1))
     return rt.Scene([less - more], [], rt.Camera((0, 0, 6), (0, 0, 0), vertical_fov=10))
 
 
-def test_rays_that_take_more_steps_than_the_driver_computes_are_refused(
+def test_rays_that_take_more_steps_than_the_driver_allows_are_refused(
     renderer: Renderer, has_round_limit: bool
 ) -> None:
-    # llvmpipe leaves all loops after 65,535 rounds, and showed surfaces that are not there.
+    # llvmpipe ends every loop after 65,535 rounds. Pictures then showed surfaces that do not exist.
     scene = row(150)
     image = renderer.render(scene, SIZE, Settings())
     np.testing.assert_array_equal(
@@ -178,16 +180,16 @@ def test_rays_that_take_more_steps_than_the_driver_computes_are_refused(
             with pytest.raises(rt.InputError, match=r"at most 65535 steps .* remedies are fewer primitives"):
                 renderer.render(row(400), SIZE, Settings(), geometry=geometry)
         balls = rt.Scene([*row(400).objects, *[rt.Sphere((0, 0, -5), 0.1)] * 9], [], row(1).camera)
-        with pytest.raises(rt.InputError, match="at most 65535 steps"):  # though others are drawn over it
+        with pytest.raises(rt.InputError, match="at most 65535 steps"):  # even if other spheres are drawn over the row
             renderer.render(balls, SIZE, Settings())
         lit = msgspec.structs.replace(row(150), lights=[rt.PointLight((0, 0, 9))] * 100)
         lit = msgspec.structs.replace(lit, objects=[*lit.objects, rt.Sphere((0, 0, -1000), 100)])
-        with pytest.raises(rt.InputError, match="at most 65535 steps"):  # all of a pixel's rays together
+        with pytest.raises(rt.InputError, match="at most 65535 steps"):  # the limit counts all rays of a pixel together
             renderer.render(lit, SIZE, Settings())
 
 
 def split(objects: Sequence[rt.Solid | rt.Instances], light: rt.PointLight, count: int, camera: rt.Camera) -> rt.Scene:
-    """Under `count` lights at one place, which together are `light`."""
+    """Return a scene whose `light` is split into `count` weaker lights at the same place."""
     part = msgspec.structs.replace(light, color=tuple(c / count for c in light.color))
     return rt.Scene(objects, [part] * count, camera)
 
@@ -197,7 +199,7 @@ FACETS = rt.Material(model="diffuse_microfacet", nodes=4096)
 MIRROR = rt.Material(model="mirror", f0=(1, 1, 1))
 NESTED = functools.reduce(operator.or_, [rt.Sphere((0.01 * i, 0, 0), 1 - 0.02 * i) for i in range(13)])
 CORRIDOR = [rt.Plane((0, 0, 1), -1, MIRROR), ~rt.Plane((0, 0, 1), 1, MIRROR), ~rt.Plane((1, 0, 0), 60, GREY)]
-NOTHING = [rt.Sphere((0, 1 + 0.01 * i, 0), 0.3) - rt.Sphere((0, 1 + 0.01 * i, 0), 0.31) for i in range(1000)]
+EMPTY_OBJECTS = [rt.Sphere((0, 1 + 0.01 * i, 0), 0.3) - rt.Sphere((0, 1 + 0.01 * i, 0), 0.31) for i in range(1000)]
 
 
 @pytest.mark.parametrize(
@@ -206,13 +208,13 @@ NOTHING = [rt.Sphere((0, 1 + 0.01 * i, 0), 0.3) - rt.Sphere((0, 1 + 0.01 * i, 0)
         pytest.param([rt.Sphere((0, 0, 0), 1, FACETS)], 10, 200, AHEAD, {}, id="facets"),
         pytest.param([rt.Plane((0, 1, 0), 0, FACETS)], 10, 200, ABOVE, {}, id="facets of a half-space"),
         pytest.param([NESTED], 20, 1300, AHEAD, {"evaluator": "roth"}, id="filters"),
-        pytest.param([*NOTHING, rt.Plane((0, 1, 0), 0, GREY)], 2, 60, ABOVE, {}, id="objects that are empty"),
+        pytest.param([*EMPTY_OBJECTS, rt.Plane((0, 1, 0), 0, GREY)], 2, 60, ABOVE, {}, id="empty objects"),
         pytest.param(
             CORRIDOR, 20, 1300, rt.Camera((0, 0, 0.3), (1, 0, 1.2), vertical_fov=5), {"bounces": 64}, id="mirrors"
         ),
     ],
 )
-def test_loops_of_every_sort_that_the_driver_does_not_end_are_refused(
+def test_loops_of_every_kind_that_the_driver_cuts_short_are_refused(
     renderer: Renderer,
     objects: list[rt.Solid],
     few: int,
@@ -234,7 +236,7 @@ def test_loops_of_every_sort_that_the_driver_does_not_end_are_refused(
 
 
 @pytest.mark.parametrize("show", ["picture", "normal", "depth", "material"])
-def test_the_window_shows_nothing_of_what_the_driver_does_not_end(
+def test_the_progressive_picture_refuses_loops_that_the_driver_cuts_short(
     renderer: Renderer, show: Show, has_round_limit: bool
 ) -> None:
     picture = ProgressivePicture(renderer.device, 1e9)
@@ -262,7 +264,7 @@ def test_more_lights_without_shadows_take_more_steps(renderer: Renderer, has_rou
 
 
 @pytest.mark.slow
-def test_many_spheres_have_many_lights(renderer: Renderer) -> None:
+def test_a_scene_may_have_many_spheres_and_many_lights(renderer: Renderer) -> None:
     spheres = rt.Instances(BALL, np.random.default_rng(1).uniform(-3, 3, (100_000, 3)), 0.02)
     scene = split([spheres], rt.PointLight((4, 7, 4)), 43, AHEAD)
     assert renderer.render(scene, (16, 9), Settings(), geometry=False).radiance.max() > 0.1

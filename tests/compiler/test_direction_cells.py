@@ -1,4 +1,4 @@
-"""Cells list every ball that a ray through them can meet, and hardly more."""
+"""Direction cells list every sphere that a ray through them can hit, and few others."""
 
 import numpy as np
 import pytest
@@ -10,10 +10,10 @@ from tests.balls import direction_cell, edge_directions, meets, missing, some_ba
 
 
 @pytest.mark.parametrize("extent", [0.01, 1.0, 300.0])
-def test_every_ray_of_the_camera_finds_the_balls_that_it_meets(extent: float) -> None:
+def test_the_cell_of_every_camera_ray_lists_the_spheres_that_the_ray_hits(extent: float) -> None:
     rng = np.random.default_rng(1)
     centers, radii = some_balls(rng, 600)
-    centers[300:, :2] *= extent  # half of them more or less ahead
+    centers[300:, :2] *= extent  # half of the spheres are more or less ahead of the camera
     lo, hi = direction_cells.tangents(centers, radii)
     shape = (40, 30)
     origin, step = (-extent, 0.75 * extent), (2 * extent / 40, -1.5 * extent / 30)
@@ -23,16 +23,16 @@ def test_every_ray_of_the_camera_finds_the_balls_that_it_meets(extent: float) ->
     column, row = np.floor((slope[ray] - origin) / step).astype(np.int64).T
     assert len(np.unique(ball)) > 200
     assert missing(cell, item, row * shape[0] + column, ball) == 0
-    # And nothing is listed that is behind, or twice.
+    # No cell lists a sphere twice, or a sphere behind the camera.
     assert np.all(radii[item] * (1 + 2 * MARGIN) > centers[item, 2])
     assert len(np.unique(cell << 20 | item)) == len(cell)
 
 
-def test_every_ray_to_the_light_finds_the_balls_that_it_meets() -> None:
+def test_the_cell_of_every_light_ray_lists_the_spheres_that_the_ray_hits() -> None:
     rng = np.random.default_rng(2)
     centers, radii = some_balls(rng, 400)
     directions = rng.normal(size=(2000, 3))
-    directions[:500, 2] = 0.0  # along the equator
+    directions[:500, 2] = 0.0  # along the equator between the two hemispheres
     directions[:250] += rng.choice([-1e-9, 0, 1e-9], (250, 3))
     cell, item = direction_cells.hemisphere_cells(centers, radii, 16)
     ray, ball = meets(directions, centers, radii)
@@ -43,7 +43,7 @@ def test_every_ray_to_the_light_finds_the_balls_that_it_meets() -> None:
     assert len(np.unique(cell << 20 | item)) == len(cell)
 
 
-def test_rays_that_graze_find_their_ball_in_float32() -> None:
+def test_bounds_of_a_sphere_hold_for_grazing_rays_in_float32() -> None:
     rng = np.random.default_rng(3)
     centers = rng.normal(size=(10_000, 3)) * 10.0 ** rng.uniform(-3, 3, (10_000, 3))
     radii = np.linalg.norm(centers, axis=1) * 10.0 ** rng.uniform(-9, -0.01, 10_000)
@@ -57,7 +57,7 @@ def test_rays_that_graze_find_their_ball_in_float32() -> None:
             assert np.all((lo[seen, axis] <= slope) & (slope <= hi[seen, axis]))
 
 
-def test_rays_at_the_edge_of_a_cell_find_tiny_balls_in_float32() -> None:
+def test_cells_list_tiny_spheres_for_float32_rays_at_their_edges() -> None:
     rng = np.random.default_rng(4)
     grid = 256
     centers = edge_directions(rng, 3000, grid)
@@ -66,21 +66,21 @@ def test_rays_at_the_edge_of_a_cell_find_tiny_balls_in_float32() -> None:
     assert len(cell) <= 4 * 3000
 
 
-def test_bounds_are_those_of_the_tangents() -> None:
-    # In the plane of x and z, at an angle from ahead: the angles to the tangents are angle +- asin(r / distance).
+def test_bounds_are_the_slopes_of_the_tangents() -> None:
+    # The centres are in the xz plane, at `angle` from straight ahead. The tangents are at angle +- asin(r / distance).
     angle, distance, radius = np.radians([0.0, 30.0, -30.0, 80.0, 120.0]), 7.0, np.array([1.0, 2.0, 1e-4, 3.0, 6.5])
     centers = distance * np.column_stack((np.sin(angle), np.zeros(5), -np.cos(angle)))
     lo, hi = direction_cells.tangents(centers, radius)
     half = np.arcsin(radius / distance)
-    np.testing.assert_allclose(lo[:, 0], np.tan(angle - half), rtol=1e-4)  # the margin is relative to all bounds
+    np.testing.assert_allclose(lo[:, 0], np.tan(angle - half), rtol=1e-4)  # the margin is a fraction of each bound
     np.testing.assert_allclose(hi[:3, 0], np.tan(angle + half)[:3], rtol=1e-4)
-    assert np.all(hi[3:, 0] == np.inf)  # round to the eye's plane
+    assert np.all(hi[3:, 0] == np.inf)  # these spheres reach the plane of the eye
     across = radius[:3] / np.sqrt(centers[:3, 2] ** 2 - radius[:3] ** 2)
     np.testing.assert_allclose(hi[:3, 1], across, rtol=1e-4, atol=2 * MARGIN)
     np.testing.assert_array_equal(lo[:, 1], -hi[:, 1])
 
 
-def test_bounds_are_infinite_or_empty_where_the_ball_is_at_the_eye() -> None:
+def test_bounds_are_infinite_or_empty_for_spheres_around_or_behind_the_eye() -> None:
     no_front, all_front = ([np.inf] * 2, [-np.inf] * 2), ([-np.inf] * 2, [np.inf] * 2)
     for center, radius, expected in [
         ((0, 0, 5), 1, no_front),
@@ -88,15 +88,15 @@ def test_bounds_are_infinite_or_empty_where_the_ball_is_at_the_eye() -> None:
         ((1e6, 1e6, 1e6), 0.99e6, no_front),
         ((0, 0, 0), 1, all_front),
         ((0, 0, 5), 5.1, all_front),
-        ((0, 0, -5), 5, all_front),  # touches the eye
-        ((0, 0, 5), 5, all_front),  # to the margin
+        ((0, 0, -5), 5, all_front),  # the sphere touches the eye
+        ((0, 0, 5), 5, all_front),  # the sphere touches the eye from behind, within the margin
     ]:
         lo, hi = direction_cells.tangents(np.array([center], float), np.array([radius], float))
         assert (lo[0].tolist(), hi[0].tolist()) == expected
 
 
 @pytest.mark.parametrize("step", [(0.5, 0.25), (0.5, -0.25), (-0.5, 0.25)])
-def test_pairs_are_those_of_every_cell_with_every_rectangle(step: tuple[float, float]) -> None:
+def test_pairs_equal_those_of_a_loop_over_all_cells_and_rectangles(step: tuple[float, float]) -> None:
     rng = np.random.default_rng(4)
     origin, shape = np.array((1.0, -2.0)), (9, 7)
     corner = origin + np.array(step) * shape
@@ -127,6 +127,6 @@ def test_more_pairs_than_the_limit_are_refused(monkeypatch: pytest.MonkeyPatch) 
         direction_cells.hemisphere_cells(at_light, radius, 2, most=7)
 
 
-def test_no_balls_have_no_pairs() -> None:
+def test_no_spheres_give_no_pairs() -> None:
     cell, item = direction_cells.hemisphere_cells(np.zeros((0, 3)), np.zeros(0), 8)
     assert cell.dtype == item.dtype == np.int64 and len(cell) == len(item) == 0

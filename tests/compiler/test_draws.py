@@ -1,4 +1,4 @@
-"""The list of draws of a sample, which a player can play that knows no OpenGL."""
+"""The list of draws of a sample: values only, which a player without OpenGL can play, too."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ FOUR = SamplingOptions(samples=4)
 
 
 def coverage(**cells: list[str]) -> Coverage:
-    """A picture of 2 x 3 cells, the lowest row first: "#" is drawn by that program."""
+    """Return the coverage of a picture of 2 x 3 cells, the lowest row first. A program draws the cells marked "#"."""
     masks = {name: np.array([[c == "#" for c in row] for row in rows]) for name, rows in cells.items()}
     return Coverage(SIZE, masks, None, None)
 
@@ -45,7 +45,7 @@ GROUND = coverage(see=["#..", ".#."], shade=["#..", ".#."], plane_only=[".##", "
 
 
 def played(steps: list[Step]) -> list[str]:
-    """The notes of a player that only writes down."""
+    """Return one line per step, as a player would that only takes notes."""
     lines = []
     for step in steps:
         if isinstance(step, Clear):
@@ -61,7 +61,7 @@ def draws_of(picture: Coverage, *numbers: int, mask: np.ndarray | None = None, s
     return sample_draws(meshes, TILE, samples, ["surface"], shades=shades, constants={})
 
 
-def test_a_first_sample_replaces_and_later_ones_are_added() -> None:
+def test_the_first_sample_replaces_and_later_samples_are_added() -> None:
     see = "see into surface: replace"
     lights = ("shade", "plane_only", "empty")
     assert played(draws_of(GROUND, 0)) == [see, *(f"{name} into radiance: replace" for name in lights)]
@@ -69,7 +69,7 @@ def test_a_first_sample_replaces_and_later_ones_are_added() -> None:
     assert played(draws_of(GROUND, SUMMED)) == played(draws_of(GROUND, 0))
 
 
-def test_samples_that_are_drawn_at_once_share_the_draws_of_empty_and_of_plane_only_cells() -> None:
+def test_samples_drawn_together_share_the_draws_of_empty_and_plane_only_cells() -> None:
     see, shade = "see into surface: replace", "shade into radiance: add"
     several = msgspec.structs.replace(GROUND, cells={**GROUND.cells, SEVERAL: GROUND.cells[PLANE_ONLY]})
     start = [f"{name} into radiance: replace" for name in ("several", "empty", "shade")]
@@ -83,9 +83,9 @@ def test_samples_that_are_drawn_at_once_share_the_draws_of_empty_and_of_plane_on
     assert played(draws_of(GROUND, 4, 5, 6, 7)).count("plane_only into radiance: add") == 4
 
 
-def test_only_what_is_in_the_mask_is_drawn_and_a_sum_of_a_part_starts_at_nothing() -> None:
+def test_only_cells_in_the_mask_are_drawn_and_their_sum_starts_at_zero() -> None:
     mask = np.zeros((8, 12), bool)
-    mask[1, 2] = mask[5, 9] = True  # a block of the first cell and one of the last
+    mask[1, 2] = mask[5, 9] = True  # a block of the first cell and a block of the last cell
     for number, clear in ((1, []), (SUMMED, ["clear radiance to 0"])):
         steps = draws_of(GROUND, number, mask=mask)
         assert played(steps) == [
@@ -97,7 +97,7 @@ def test_only_what_is_in_the_mask_is_drawn_and_a_sum_of_a_part_starts_at_nothing
             assert isinstance(mesh, Cells) and mesh.rows.tolist() == [row] and mesh.side == 4 and mesh.as_points
 
 
-def test_cells_in_a_row_are_one_run_and_with_lists_each_is_a_point() -> None:
+def test_neighbouring_cells_are_one_run_but_each_cell_with_a_list_is_a_point() -> None:
     rows = tile_meshes(GROUND, TILE, None, ()).cells[PLANE_ONLY].rows
     assert rows.tolist() == [[1, 0, 2, 1]]
     listed = msgspec.structs.replace(GROUND, lists=np.arange(12, dtype=np.int32).reshape(6, 2))
@@ -107,7 +107,7 @@ def test_cells_in_a_row_are_one_run_and_with_lists_each_is_a_point() -> None:
     assert tile_meshes(GROUND, (16, 16, 32, 16), None, ()).cells[SHADE].rows.tolist() == [[1, 1, 1, 1]]
 
 
-def test_rectangles_are_drawn_over_what_is_seen_and_only_where_the_tile_is() -> None:
+def test_rectangles_are_drawn_after_cells_and_only_inside_the_tile() -> None:
     rectangles = np.array([[0, 0, 10, 10], [20, 20, 26, 21], [40, 2, 48, 32]], np.int32)
     picture = msgspec.structs.replace(GROUND, rectangles=rectangles)
     shapes = "shapes into surface: replace"
@@ -118,7 +118,7 @@ def test_rectangles_are_drawn_over_what_is_seen_and_only_where_the_tile_is() -> 
     assert mesh and mesh.numbers.tolist() == [0, 1] and mesh.largest == 10
 
 
-def test_the_numbers_of_a_sample_are_in_all_draws() -> None:
+def test_every_draw_has_the_uniforms_of_its_sample() -> None:
     tile = 16, 0, 32, 32
     sample = sample_at(3, FOUR)
     constants = {"focus": 1.0}
@@ -131,14 +131,14 @@ def test_the_numbers_of_a_sample_are_in_all_draws() -> None:
         assert step.viewport == (-MARGIN, -MARGIN, 32 + 2 * MARGIN, 32 + 2 * MARGIN)
 
 
-def plain(value: object) -> bool:
-    """Whether a value is made of numbers, names and arrays."""
+def is_plain(value: object) -> bool:
+    """Return whether a value consists of numbers, names and arrays."""
     if isinstance(value, dict):
-        return all(plain(each) for each in value.items())
+        return all(is_plain(item) for item in value.items())
     if isinstance(value, tuple):
-        return all(plain(each) for each in value)
+        return all(is_plain(item) for item in value)
     if isinstance(value, msgspec.Struct):
-        return all(plain(each) for each in msgspec.structs.astuple(value))
+        return all(is_plain(item) for item in msgspec.structs.astuple(value))
     return value is None or isinstance(value, (bool, int, float, str, np.ndarray))
 
 
@@ -147,7 +147,7 @@ MANY = [rt.Sphere((0.3 * i, 0, 0), 0.1, scenes.COLORS[i % 4]) for i in range(40)
 
 @pytest.mark.gl
 @pytest.mark.parametrize("scene", [scenes.assignment(), scenes.of(*MANY, rt.Plane((0, 1, 0), -2.5))])
-def test_another_player_is_given_values_only(
+def test_a_player_receives_only_plain_values(
     renderer: Renderer, scene: rt.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recorded: list[Step] = []
@@ -169,4 +169,4 @@ def test_another_player_is_given_values_only(
     names = {step.program for step in recorded if isinstance(step, Draw)}
     is_large = len(scene.objects) > 20
     assert (PICTURE in names, SHADE in names, SHAPES in names) == (not is_large, is_large, is_large)
-    assert all(plain(step) for step in recorded)
+    assert all(is_plain(step) for step in recorded)

@@ -1,4 +1,4 @@
-"""A frame lends its parts to the next one: what did not change is the same object, and is not uploaded again."""
+"""A frame lends its unchanged parts to the next frame, as the same objects, which are not uploaded again."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ def following(before: Frame, scene: rt.Scene, settings: Settings) -> Frame:
 
 
 def parts(frame: Frame) -> dict[tuple[str, int], Any]:
-    """The parts by their names, and by their numbers where a texture has several."""
+    """Return the parts of a frame by name, and by number where a texture has several."""
     alone = {**frame.blocks, "measured": frame.measured, "cells": frame.cells}
     textures = {(name, i): part for name, texels in frame.textures.items() for i, part in enumerate(texels)}
     return {(name, 0): part for name, part in alone.items()} | textures
 
 
 def others(before: Frame, after: Frame) -> set[str]:
-    """The names of the parts that are other objects than before."""
+    """Return the names of the parts that are other objects in `after` than in `before`."""
     return {name for name, _ in other_parts(before, after)}
 
 
@@ -53,7 +53,7 @@ def other_parts(before: Frame, after: Frame) -> set[tuple[str, int]]:
 
 @pytest.mark.parametrize("settings", SETTINGS)
 @pytest.mark.parametrize("scene", [FEW, MANY])
-def test_samples_change_no_part(scene: rt.Scene, settings: Settings) -> None:
+def test_settings_of_sampling_change_no_part(scene: rt.Scene, settings: Settings) -> None:
     before = frame(scene, SIZE, settings)
     for sampling in ({"samples": 64}, {"samples": 9, "adaptive": 0.01}, {"samples": 9, "max_error": 0.1}, {"time": 9}):
         assert others(before, following(before, scene, settings.replace(**sampling))) == set()
@@ -62,7 +62,7 @@ def test_samples_change_no_part(scene: rt.Scene, settings: Settings) -> None:
 
 @pytest.mark.parametrize("settings", SETTINGS)
 @pytest.mark.parametrize("scene", [FEW, MANY])
-def test_a_light_changes_only_what_lights_decide(scene: rt.Scene, settings: Settings) -> None:
+def test_a_light_changes_only_the_parts_that_depend_on_lights(scene: rt.Scene, settings: Settings) -> None:
     before = frame(scene, SIZE, settings)
     (light, *rest) = scene.lights
     colored = msgspec.structs.replace(scene, lights=[msgspec.structs.replace(light, color=(0.1, 0.2, 0.3)), *rest])
@@ -74,7 +74,7 @@ def test_a_light_changes_only_what_lights_decide(scene: rt.Scene, settings: Sett
 
 @pytest.mark.parametrize("settings", SETTINGS)
 @pytest.mark.parametrize("scene", [FEW, MANY])
-def test_a_frame_after_another_is_as_one_alone(scene: rt.Scene, settings: Settings) -> None:
+def test_a_frame_made_from_another_frame_equals_a_frame_made_alone(scene: rt.Scene, settings: Settings) -> None:
     (light, *rest) = scene.lights
     lights = [msgspec.structs.replace(light, position=BALLS[0].center, radius=0.45), *rest]
     cameras = [scene.camera, rt.Camera((1, 2, 7), (0, 0, 0))]
@@ -100,14 +100,14 @@ def test_a_frame_after_another_is_as_one_alone(scene: rt.Scene, settings: Settin
 
 
 @pytest.mark.parametrize("shadows", ["hard", "soft"])
-def test_a_light_that_moves_changes_no_list_of_another(shadows: str) -> None:
+def test_moving_a_light_changes_no_list_of_another_light(shadows: str) -> None:
     settings = Settings(shadows=shadows)  # pyright: ignore[reportArgumentType]
     lights = [rt.PointLight((x, 4, 3), radius=0.2) for x in range(4)]
     scene = msgspec.structs.replace(MANY, lights=lights)
     before = frame(scene, SIZE, settings)
     moved = [*lights[:1], rt.PointLight((1, 4.5, 3), radius=0.2), *lights[2:]]
     after = following(before, msgspec.structs.replace(scene, lights=moved), settings)
-    # The lists of all objects and of the picture come before the lists of lights; the lights' texels come before ends.
+    # In "lists", all objects and the picture come before the lights. In "ends", the texels of the lights come first.
     assert other_parts(before, after) == {("Lights", 0), ("cells", 0), ("lists", 3), ("ends", 0), ("ends", 2)}
     assert before.lists and after.lists and after.lists.picture_ends is before.lists.picture_ends
     shadows_before, shadows_after = before.cells.shadows, after.cells.shadows
@@ -126,7 +126,7 @@ def test_lights_at_one_place_share_their_lists() -> None:
     assert lists and len({id(one) for one in lists.own}) == 1 and len(lists.own) == 3
 
 
-def test_many_lights_on_surfaces_take_no_work_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lights_on_surfaces_are_not_searched_again_unless_they_change(monkeypatch: pytest.MonkeyPatch) -> None:
     calls: list[str] = []
 
     def counted(module: Any, name: str, times: Callable[..., int]) -> None:
@@ -141,19 +141,19 @@ def test_many_lights_on_surfaces_take_no_work_again(monkeypatch: pytest.MonkeyPa
     scene = msgspec.structs.replace(MANY, lights=lights)
     before = frame(scene, SIZE)
     assert calls == ["coincidences", *["touched_surfaces"] * 20]
-    assert set(before.lights.touched.values()) == {20}, "the ground, after 20 spheres"
+    assert set(before.lights.touched.values()) == {20}, "the lights touch the ground, surface 20 after 20 spheres"
     calls.clear()
     moved = msgspec.structs.replace(scene, lights=[*lights[1:], rt.PointLight((0, 1, 0), (0.5, 0.5, 0.5))])
     after = following(before, moved, Settings())
-    assert calls == ["touched_surfaces"], "of the one that is new"
+    assert calls == ["touched_surfaces"], "only the new light is searched"
     calls.clear()
     following(after, msgspec.structs.replace(moved, camera=rt.Camera((1, 2, 7), (0, 0, 0))), Settings())
-    assert calls == ["coincidences"], "once for a camera"
+    assert calls == ["coincidences"], "coincidences are computed once per camera"
     assert surfaces.touched_surfaces is not frame_module.touched_surfaces
 
 
 @pytest.mark.gl
-def test_buffers_take_only_what_changed(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_changed_parts_are_written_to_buffers(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[str] = []
     write_texels, write_block = BufferTexture.write, SceneBuffers._write_block
 
@@ -183,7 +183,7 @@ def test_buffers_take_only_what_changed(renderer: Renderer, monkeypatch: pytest.
 
 
 @pytest.mark.gl
-def test_buffers_hold_all_parts_after_any_part_changed(renderer: Renderer) -> None:
+def test_buffers_hold_all_parts_after_a_change_of_any_part(renderer: Renderer) -> None:
     rng = np.random.default_rng(9)
     with renderer.device.context:
         buffers = SceneBuffers(renderer.device.context)

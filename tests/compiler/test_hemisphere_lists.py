@@ -1,4 +1,4 @@
-"""Lists of the cells around lights hold every ball that a ray through a cell can meet, and hardly more."""
+"""The lists of direction cells around lights hold every sphere that a ray through a cell can hit, and few others."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def listed(balls: LightBalls, place: Array, wider: float, passing: float, grid: 
 
 
 def pairs(lists: Lists) -> tuple[Ints, Ints]:
-    """(cell, ball), each (M,): all entries of all lists."""
+    """Return (cell, ball) of all entries of all lists, each [M]."""
     begin, end = lists.ends.T.astype(np.int64)
     cell = np.repeat(np.arange(len(begin)), end - begin)
     assert len(cell) == len(lists.entries), "cells share no entries"
@@ -32,11 +32,11 @@ def pairs(lists: Lists) -> tuple[Ints, Ints]:
 
 
 @pytest.mark.parametrize(("grid", "scale"), [(1, 1.0), (3, 1e6), (16, 1e-25), (20, 1e-6), (32, 1.0), (24, 1e25)])
-def test_every_ray_to_the_light_finds_the_balls_that_it_meets(grid: int, scale: float) -> None:
+def test_the_cell_of_every_light_ray_lists_the_spheres_that_the_ray_hits(grid: int, scale: float) -> None:
     rng = np.random.default_rng(2)
     centers, radii = some_balls(rng, 300)
     directions = rng.normal(size=(2000, 3))
-    directions[:500, 2] = 0.0  # along the equator
+    directions[:500, 2] = 0.0  # along the equator between the two hemispheres
     directions[:250] += rng.choice([-1e-9, 0, 1e-9], (250, 3))
     place = rng.normal(size=3)
     balls = alone(scale * (centers + place), scale * radii)
@@ -49,7 +49,7 @@ def test_every_ray_to_the_light_finds_the_balls_that_it_meets(grid: int, scale: 
 
 @pytest.mark.parametrize("grid", [1, 7, 32, 256])
 @pytest.mark.parametrize("count", [2, 300, 9000])
-def test_float32_lists_all_pairs_that_float64_does_and_hardly_more(grid: int, count: int) -> None:
+def test_float32_lists_all_pairs_of_float64_and_few_more(grid: int, count: int) -> None:
     rng = np.random.default_rng(count)
     centers = rng.normal(size=(count, 3)) * 10.0 ** rng.uniform(-1, 1, (count, 1))
     radii = np.linalg.norm(centers, axis=1) * 10.0 ** rng.uniform(-5, -1.2, count)
@@ -61,7 +61,7 @@ def test_float32_lists_all_pairs_that_float64_does_and_hardly_more(grid: int, co
     assert len(np.unique(cell << 20 | ball)) == len(cell) <= 1.35 * len(exact[0]) + 20
 
 
-def test_rays_at_the_edge_of_a_cell_find_tiny_balls_in_float32() -> None:
+def test_cells_list_tiny_spheres_for_float32_rays_at_their_edges() -> None:
     rng = np.random.default_rng(4)
     grid = 192
     centers = edge_directions(rng, 3000, grid)
@@ -70,7 +70,7 @@ def test_rays_at_the_edge_of_a_cell_find_tiny_balls_in_float32() -> None:
     assert len(cell) <= 4 * 3000
 
 
-def test_balls_grow_with_a_light_and_with_what_rounding_moves() -> None:
+def test_spheres_are_enlarged_by_the_light_radius_and_the_rounding_bound() -> None:
     centers = np.array([(10.0, 0.0, 0.0)])
     balls = light_balls(centers, np.array([0.1]), np.array([3.0]))
     for wider, passing in ((0.0, 0.0), (0.5, 0.0), (0.5, 0.2), (3.0, 1.0)):
@@ -79,7 +79,7 @@ def test_balls_grow_with_a_light_and_with_what_rounding_moves() -> None:
         assert set(exact.tolist()) == set(cell.tolist())
 
 
-def test_nearer_balls_come_first_roughly() -> None:
+def test_lists_are_roughly_in_order_of_distance() -> None:
     rng = np.random.default_rng(6)
     distance = rng.uniform(1, 3, 500)
     directions = np.column_stack((np.ones(500), rng.uniform(-1, 1, (500, 2))))
@@ -99,7 +99,7 @@ def test_more_pairs_than_the_limit_are_refused() -> None:
         assert len(cell) > 300
 
 
-def test_no_balls_have_no_lists() -> None:
+def test_no_spheres_give_empty_lists() -> None:
     lists = listed(alone(np.zeros((0, 3)), np.zeros(0)), ORIGIN, 0, 0, 8)
     assert len(lists.entries) == 0 and not lists.ends.any() and lists.ends.shape == (2 * 64, 2)
     assert lists.longest() == 0 and not lists.occupied().any()

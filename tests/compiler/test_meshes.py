@@ -1,4 +1,4 @@
-"""The rectangles of objects of common shapes: on which squares of a picture they lie."""
+"""The rectangles of objects of common shapes: the squares of the picture that each rectangle touches."""
 
 import math
 
@@ -12,27 +12,27 @@ ROWS, COLUMNS, SIDE = 9, 13, 4
 
 
 def random_rectangles(count: int) -> np.ndarray:
-    """(N, 4): first column and row of pixels, and behind the last, in a picture of ROWS x COLUMNS squares."""
+    """Return rectangles in a picture of ROWS x COLUMNS squares: first column and row, end column and row [N, 4]."""
     rng = np.random.default_rng(4)
     ends = rng.integers(0, (SIDE * COLUMNS, SIDE * ROWS), (2, count, 2))
     return np.column_stack([ends.min(axis=0), ends.max(axis=0) + 1]).astype(np.int32)
 
 
 def pixels_of(rectangle: np.ndarray) -> np.ndarray:
-    """(rows, columns): which pixels of the picture are in it."""
+    """Return a mask of the picture's pixels inside the rectangle [rows, columns]."""
     x0, y0, x1, y1 = rectangle
     y, x = np.mgrid[: SIDE * ROWS, : SIDE * COLUMNS]
     return (x0 <= x) & (x < x1) & (y0 <= y) & (y < y1)
 
 
-def test_the_cells_under_rectangles_are_those_with_a_pixel_of_one() -> None:
+def test_the_cells_under_rectangles_are_the_cells_with_a_pixel_of_a_rectangle() -> None:
     for count in (0, 1, 3, 8):
         rectangles = random_rectangles(count)
-        found = cells_under(rectangles, (ROWS, COLUMNS), SIDE)
+        covered = cells_under(rectangles, (ROWS, COLUMNS), SIDE)
         pixels = np.zeros((SIDE * ROWS, SIDE * COLUMNS), bool)
         for rectangle in rectangles:
             pixels |= pixels_of(rectangle)
-        np.testing.assert_array_equal(found, pixels.reshape(ROWS, SIDE, COLUMNS, SIDE).any(axis=(1, 3)))
+        np.testing.assert_array_equal(covered, pixels.reshape(ROWS, SIDE, COLUMNS, SIDE).any(axis=(1, 3)))
 
 
 def test_a_rectangle_touches_squares_that_share_a_pixel_with_it() -> None:
@@ -55,11 +55,12 @@ def test_a_rectangle_touches_an_area_if_they_share_a_pixel() -> None:
         assert touching(rectangles, (x, y, width, height)).tolist() == expected and 0 < sum(expected) < 60
 
 
-def test_a_lens_has_the_rectangle_that_its_balls_share_of_that_around_it() -> None:
-    # Far away, so that tangents are all but orthogonal: the lens is 0.2 wide and 2 sqrt(1 - 0.9^2) high.
+def test_the_rectangle_of_a_lens_encloses_only_the_intersection_of_its_spheres() -> None:
+    # The camera is so far away that the tangents are almost parallel to its axis. The lens is 0.2 wide and
+    # 2 sqrt(1 - 0.9^2) high.
     lens = rt.Sphere((-0.9, 0, 0), 1) & rt.Sphere((0.9, 0, 0), 1)
     scene = rt.Scene([lens] * 8, [], rt.Camera((0, 0, 1e4), (0, 0, 0), vertical_fov=math.degrees(2e-4)))
-    found = frame(scene, (1000, 1000)).rectangles  # 500 pixels for 1
-    assert found.shape == (8, 8)
+    rectangles = frame(scene, (1000, 1000)).rectangles  # 500 pixels per unit of length
+    assert rectangles.shape == (8, 8)
     half = np.array([0.1, math.sqrt(1 - 0.9**2)])
-    np.testing.assert_allclose(found[:, :4], np.tile(500 + 500 * np.concatenate([-half, half]), (8, 1)), atol=1.1)
+    np.testing.assert_allclose(rectangles[:, :4], np.tile(500 + 500 * np.concatenate([-half, half]), (8, 1)), atol=1.1)

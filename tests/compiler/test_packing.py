@@ -1,4 +1,4 @@
-"""Numbers that surfaces at one place share."""
+"""Coincidence numbers, which all surfaces at one place share."""
 
 import numpy as np
 import pytest
@@ -10,18 +10,18 @@ from raytracer.compiler.view_space import make_view
 from raytracer.scene.options import Precision
 from tests import scenes
 
-# Odd, as the usual one is; and one that leaves nothing of a row but the last column in the row's key.
+# The usual odd factor, and a factor for which the key of a row depends on its last column only.
 MIXING = packing._MIXING, np.uint64(0)
 
 
 @pytest.mark.parametrize("mixing", MIXING)
 @pytest.mark.parametrize("precision", [32, 64])
-def test_surfaces_share_a_number_where_all_that_shaders_see_of_them_is_equal(
+def test_surfaces_share_a_number_exactly_if_they_are_equal_in_the_shaders(
     precision: Precision, mixing: np.uint64, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(packing, "_MIXING", mixing)
     rng = np.random.default_rng(3)
-    # Few values, so that many surfaces coincide, or differ in one number, or in signs of 0 and of normals.
+    # There are few values, so many surfaces coincide, or differ in one number, or in the sign of a zero or a normal.
     balls = [rt.Sphere(tuple(rng.choice([-1.0, -0.0, 0.0, 1.0], 3).tolist()), r) for r in (0.5, 1.0) for _ in range(60)]
     normals = [(0, 1, 0), (0, -1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)]
     planes = [rt.Plane(normal, offset) for normal in normals for offset in (-1, 0, 1) for _ in range(2)]
@@ -32,7 +32,7 @@ def test_surfaces_share_a_number_where_all_that_shaders_see_of_them_is_equal(
 
     def face(row: np.ndarray, is_plane: bool) -> tuple[object, ...]:
         sign = next(np.sign(part) for part in row if part) if is_plane else 1.0
-        return is_plane, *(sign * row).tolist()  # in which 0.0 and -0.0 are equal
+        return is_plane, *(sign * row).tolist()  # 0.0 and -0.0 compare as equal
 
     rows = packing.surface_rows(view).astype({32: np.float32, 64: np.float64}[precision])
     faces = [face(row, i >= len(balls)) for i, row in enumerate(rows)]
@@ -41,7 +41,7 @@ def test_surfaces_share_a_number_where_all_that_shaders_see_of_them_is_equal(
     assert len({*faces}) < len(faces) / 2
 
 
-def test_all_surfaces_have_numbers_of_their_own_where_none_coincide() -> None:
+def test_surfaces_that_do_not_coincide_have_different_numbers() -> None:
     scene = scenes.of(*(rt.Sphere((i, 0, 0), 0.4) for i in range(50)))
     numbers = packing.coincidences(make_view(make_surfaces(scene), scene.camera), 32)
     assert len({*numbers.tolist()}) == 50

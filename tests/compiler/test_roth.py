@@ -1,5 +1,7 @@
-"""Constructive solid geometry on the GPU: the filters against set algebra, and the defects of a public
-solution of the same assignment, one test each (its hit lists lost surfaces in seven ways)."""
+"""Constructive solid geometry on the GPU: the filters against set algebra, and seven known defects, one test each.
+
+The defects come from a public solution of the same assignment, whose hit lists lost surfaces in seven ways.
+"""
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -26,7 +28,7 @@ EVALUATORS: tuple[Evaluator, ...] = get_args(Evaluator)
 
 
 def roth(*diagrams: Sequence[float]) -> np.ndarray:
-    """Roth diagrams with these crossings; hit i of a diagram has normal (i + 1, 0, 0) and material i."""
+    """Return Roth diagrams with these crossings. Hit i of a diagram has the normal (i + 1, 0, 0) and the material i."""
     result = np.zeros(len(diagrams), glsl.dtype("Roth", HITS))
     for r, ts in zip(result, diagrams, strict=True):
         r["n"] = len(ts)
@@ -41,15 +43,15 @@ def crossings(r: np.ndarray) -> list[list[float]]:
 
 
 def random_diagrams(seed: int, count: int) -> list[list[float]]:
-    """Crossings at whole numbers, so that many coincide; some diagrams begin or end at infinity."""
+    """Return crossings at whole numbers, so that many coincide. Some diagrams begin or end at infinity."""
     rng = np.random.default_rng(seed)
-    found = []
+    diagrams = []
     for _ in range(count):
         ts = [float(t) for t in np.sort(rng.choice(np.arange(-8, 9), rng.integers(0, 8), replace=False))]
         begins = rng.random() < 0.3
         ts = [-float(INF), *ts] if begins else ts
-        found.append(ts if len(ts) % 2 == 0 else [*ts, float(INF)])
-    return found
+        diagrams.append(ts if len(ts) % 2 == 0 else [*ts, float(INF)])
+    return diagrams
 
 
 def inside(ts: Sequence[float], t: float) -> bool:
@@ -64,7 +66,9 @@ def inside(ts: Sequence[float], t: float) -> bool:
         ("differenceCSG", lambda a, b: a and not b),
     ],
 )
-def test_a_filter_is_the_set_operation(renderer: Renderer, name: str, logic: Callable[[bool, bool], bool]) -> None:
+def test_each_filter_computes_its_set_operation(
+    renderer: Renderer, name: str, logic: Callable[[bool, bool], bool]
+) -> None:
     a, b = random_diagrams(1, 400), random_diagrams(2, 400)
     results = crossings(glsl.call(name, roth(*a), roth(*b), defines=HITS, device=renderer.device))
     for one, other, result in zip(a, b, results, strict=True):
@@ -74,7 +78,7 @@ def test_a_filter_is_the_set_operation(renderer: Renderer, name: str, logic: Cal
             assert inside(result, t) == logic(inside(one, t), inside(other, t)), (one, other, result, t)
         ends = [-INF, *np.arange(-9.5, 10.5), INF]
         changes = sum(inside(result, s) != inside(result, t) for s, t in pairwise(ends[1:-1]))
-        assert changes == sum(abs(t) != INF for t in result), "no crossing that does not change anything"
+        assert changes == sum(abs(t) != INF for t in result), "each crossing changes between inside and outside"
 
 
 def test_the_complement_of_a_complement_is_the_solid_itself(renderer: Renderer) -> None:
@@ -90,7 +94,7 @@ def test_the_complement_of_a_complement_is_the_solid_itself(renderer: Renderer) 
         np.testing.assert_array_equal(after["hit"]["mat"][:n][finite], before["hit"]["mat"][:n][finite])
 
 
-# The seven defects, in the order of their list.
+# The seven defects, in the order of that solution's own list.
 
 
 @pytest.mark.parametrize("evaluator", EVALUATORS)
@@ -110,7 +114,7 @@ def test_2_a_difference_keeps_the_front_of_its_first_operand(renderer: Renderer)
 
 @pytest.mark.parametrize("evaluator", EVALUATORS)
 def test_3_no_list_overflows(renderer: Renderer, evaluator: Evaluator) -> None:
-    # Seven balls in a row are 14 crossings; a hole through all but the last leaves that to be seen.
+    # Seven spheres in a row have 14 crossings. A hole through all but the last sphere leaves the last one visible.
     row: rt.Solid = rt.Sphere((0, 0, 0), 0.4, scenes.COLORS[0])
     for k in range(1, 7):
         row = row | rt.Sphere((0, 0, -k), 0.4, scenes.COLORS[k % 3])
@@ -122,9 +126,9 @@ def test_3_no_list_overflows(renderer: Renderer, evaluator: Evaluator) -> None:
     assert image.depth[18, 32] == pytest.approx(10.6, rel=1e-3)
 
 
-def test_4_a_small_far_sphere_is_hit_where_it_is(renderer: Renderer) -> None:
-    # Radius over distance 1e-3: the textbook discriminant is wrong in float32 for 1.6 % of such rays,
-    # and by up to a quarter of the radius where it hits.
+def test_4_the_roots_of_a_small_far_sphere_are_precise(renderer: Renderer) -> None:
+    # The radius is 1e-3 of the distance. In float32, the textbook discriminant is wrong for 1.6 % of such rays,
+    # and where a ray hits, its root is wrong by up to a quarter of the radius.
     rng = np.random.default_rng(4)
     rays = np.zeros(20000, glsl.dtype("Ray"))
     center = np.array((300.0, -200.0, -900.0))
@@ -135,21 +139,21 @@ def test_4_a_small_far_sphere_is_hit_where_it_is(renderer: Renderer) -> None:
     terms = glsl.call("sphereTermsOf", rays, sphere, device=renderer.device)
     span = glsl.call("sphereSpan", rays, sphere, terms, device=renderer.device).astype(float)
 
-    rd = rays["rd"].astype(float)  # not quite unit, as given
+    rd = rays["rd"].astype(float)  # float32 directions are not exactly of unit length
     rd /= np.linalg.norm(rd, axis=1, keepdims=True)
     along = rd @ center
     distance = np.linalg.norm(center - along[:, None] * rd, axis=1)
-    sure = np.abs(distance - radius) > 1e-3 * radius
+    certain = np.abs(distance - radius) > 1e-3 * radius
     hit = distance < radius
-    np.testing.assert_array_equal((span[:, 0] < span[:, 1])[sure], hit[sure])
-    both = sure & hit
+    np.testing.assert_array_equal((span[:, 0] < span[:, 1])[certain], hit[certain])
+    both = certain & hit
     half = np.sqrt(radius**2 - distance[both] ** 2)
     assert np.abs(span[both, 0] - (along[both] - half)).max() < 0.005 * radius
 
 
 @pytest.mark.parametrize("evaluator", EVALUATORS)
-def test_5_solids_of_csg_cast_shadows_and_a_hard_shadow_is_black(renderer: Renderer, evaluator: Evaluator) -> None:
-    # The light is straight above a ring's hole and rim: the rim shades the ground, the hole does not.
+def test_5_csg_solids_cast_shadows_and_a_hard_shadow_is_black(renderer: Renderer, evaluator: Evaluator) -> None:
+    # The light is straight above the hole and the rim of a ring: the rim shades the ground, the hole does not.
     ring = rt.Sphere((0, 2, 0), 1) - rt.Sphere((0, 3, 0), 1.2) - rt.Sphere((0, 1, 0), 1.2)
     ground = rt.Plane((0, 1, 0), 0, rt.Material(ka=(0, 0, 0), kd=(1, 1, 1), ks=(0, 0, 0)))
     camera = rt.Camera((0, 0.9, 8), (0, 0, 0), vertical_fov=40)
@@ -172,7 +176,7 @@ def test_6_a_hit_list_carries_the_solids_outward_normals(renderer: Renderer) -> 
     assert crossings(hollow) == [[3, 4, 6, 7]]
     np.testing.assert_allclose(hollow["hit"]["normal"][0, :4, 2], [1, -1, 1, -1], atol=1e-6)
     np.testing.assert_array_equal(hollow["hit"]["mat"][0, :4], [1, 2, -2, -1])
-    # and so do those of a half-space, whichever way it is met
+    # A half-space carries its outward normal, too, from either side.
     half = glsl.call("rayPlane", rays, (0, 0, 1, 1), -1.0, 3, 3, defines=HITS, device=renderer.device)
     other = glsl.call("complementCSG", half, defines=HITS, device=renderer.device)
     assert crossings(half) == [[4, INF]] and crossings(other) == [[-INF, 4]]
@@ -183,8 +187,8 @@ def test_6_a_hit_list_carries_the_solids_outward_normals(renderer: Renderer) -> 
 @pytest.mark.parametrize("evaluator", EVALUATORS)
 def test_7_coincident_faces_are_one_face_or_none(renderer: Renderer, evaluator: Evaluator) -> None:
     a, twin = rt.Sphere((0, 0, 0), 1, scenes.COLORS[0]), rt.Sphere((0, 0, 0), 1, scenes.COLORS[1])
-    nothing = renderer.render(scenes.of(a - twin), (64, 36), Settings(evaluator=evaluator))
-    assert nothing.material is not None and (nothing.material == -1).all()
+    empty = renderer.render(scenes.of(a - twin), (64, 36), Settings(evaluator=evaluator))
+    assert empty.material is not None and (empty.material == -1).all()
     alone = renderer.render(scenes.of(a), (64, 36), Settings(evaluator=evaluator))
     for solid in (a | twin, a & twin, ~(~a | ~twin), (a - twin) | a):
         image = renderer.render(scenes.of(solid), (64, 36), Settings(evaluator=evaluator))

@@ -1,4 +1,4 @@
-"""Shader text: what a scene needs and nothing else, and errors that lead to a file and line."""
+"""Shader texts: each has what its scene needs and nothing else, and compiler errors name a file and line."""
 
 import re
 from collections.abc import Sequence
@@ -24,18 +24,18 @@ FLOOR = rt.Plane((0, 1, 0), 0)
 
 
 def called(source: Source, function: str) -> set[str]:
-    """The functions of the text that `function` calls, and those that they call."""
+    """Return the functions of the source that `function` calls, directly or indirectly."""
     bodies: dict[str, str] = {}
     for name, body in re.findall(r"^\w+ (\w+)\([^()]*\) \{$(.*?)^\}", code(source), re.MULTILINE | re.DOTALL):
         bodies[name] = bodies.get(name, "") + body
-    found: set[str] = set()
+    reached: set[str] = set()
     pending = [function]
     while pending:
         words = re.findall(r"\b(\w+)\(", bodies[pending.pop()])
-        new = {word for word in words if word in bodies} - found
-        found |= new
+        new = {word for word in words if word in bodies} - reached
+        reached |= new
         pending += new
-    return found
+    return reached
 
 
 @pytest.mark.parametrize(
@@ -53,15 +53,15 @@ def called(source: Source, function: str) -> set[str]:
         (scenes.assignment().objects[0], 8),
     ],
 )
-def test_max_hits_is_what_the_tree_can_need(solid: rt.Solid, hits: int) -> None:
+def test_max_hits_is_the_largest_number_of_hits_of_the_tree(solid: rt.Solid, hits: int) -> None:
     assert max_hits(solid) == hits
 
 
-def test_roth_loops_counts_what_is_compiled_in_a_row() -> None:
+def test_roth_loops_counts_the_loops_of_all_filters() -> None:
     assert roth_loops(scenes.of((A | B) - ~A, FLOOR)) == 6
 
 
-# What is in which text: (objects, lights, settings) of a scene, and words that no program of it may have.
+# For each case: the objects, number of lights and settings of a scene, and words that no program of the scene may have.
 _SPHERE_WORDS = ("sphereSpan", "sphereRoots", "sphereNormal", "sphereEnds", "HAS_SPHERES")
 _PLANE_WORDS = ("planeSpan", "planeRoots", "planeEnds", "HAS_PLANES")
 _SHADOW_WORDS = ("shadow", "blockedAt", "SHADOWS")
@@ -89,49 +89,49 @@ UNUSED: dict[str, tuple[list[rt.Solid], int, Settings, tuple[str, ...]]] = {
 
 
 def programs_of(objects: Sequence[rt.Solid], lights: int, settings: Settings) -> dict[str, Source]:
-    """All texts that draw pictures of such a scene."""
+    """Return all fragment sources that draw pictures of a scene with these objects."""
     scene = rt.Scene(objects, [rt.PointLight((i, 7, 4)) for i in range(lights)], rt.Camera((0, 3, 6), (0, 1, 0)))
     texts = {name: source.fragment for name, source in sources(scene, settings).items() if name != "empty"}
     return texts | {"geometry": sources(scene, settings, None)["see"].fragment}
 
 
 @pytest.mark.parametrize("name", UNUSED)
-def test_what_a_scene_does_not_use_is_in_none_of_its_programs(name: str) -> None:
+def test_no_program_has_words_of_a_feature_that_the_scene_does_not_use(name: str) -> None:
     objects, lights, settings, words = UNUSED[name]
     for program, source in programs_of(objects, lights, settings).items():
         for word in words:
             assert word not in code(source), f"{word} in {program}"
 
 
-def test_what_a_scene_uses_is_in_its_programs() -> None:
-    # So that the words above are not just misspelt.
-    found = programs_of([A, SHINY, FLOOR], 1, Settings())
-    whole = "\n".join(source.text for source in found.values())
-    whole += programs_of([A], 1, Settings(evaluator="roth", precision=64))["shade"].text
+def test_programs_have_the_words_of_the_features_that_a_scene_uses() -> None:
+    # This test ensures that the words above are not misspelt.
+    programs = programs_of([A, SHINY, FLOOR], 1, Settings())
+    all_text = "\n".join(source.text for source in programs.values())
+    all_text += programs_of([A], 1, Settings(evaluator="roth", precision=64))["shade"].text
     shining = [rt.Sphere((0, 1, 0), 1, rt.Material(model, le=1)) for model in ("ggx", "lafortune")]
-    whole += programs_of(shining, 1, Settings())["picture"].text
+    all_text += programs_of(shining, 1, Settings())["picture"].text
     for *_, words in UNUSED.values():
         for word in words:
-            assert word in whole, word
-    assert set(found) == {"geometry", "picture", "plane_only"}
+            assert word in all_text, word
+    assert set(programs) == {"geometry", "picture", "plane_only"}
 
 
-def test_each_program_has_what_it_is_for_and_no_more() -> None:
-    # With so many primitives, one program finds surfaces, and another one computes their light.
+def test_each_program_has_the_code_of_its_purpose_and_no_more() -> None:
+    # With this many primitives, one program finds the surfaces and another computes their light.
     walked = programs_of([A, SHINY, FLOOR, *CROWD], 2, Settings(evaluator="walk"))
-    found = {name: code(source) for name, source in walked.items()}
-    found["plane_only"] = code(programs_of([A, SHINY, FLOOR], 2, Settings())["plane_only"])
+    texts = {name: code(source) for name, source in walked.items()}
+    texts["plane_only"] = code(programs_of([A, SHINY, FLOOR], 2, Settings())["plane_only"])
     for word in ("Material", "Light", "shadow", "blockedAt"):
-        assert word not in found["see"] and word not in found["geometry"], word
-    assert "normalDepth" in found["geometry"] and "normalDepth" not in found["see"]
-    assert "rayCSG" not in found["shade"], "what is seen is known by then"
+        assert word not in texts["see"] and word not in texts["geometry"], word
+    assert "normalDepth" in texts["geometry"] and "normalDepth" not in texts["see"]
+    assert "rayCSG" not in texts["shade"], "the visible surface is already known"
     for word in ("sphereSpan", "sphereRoots", "sphereTerms", "sphereNormal", "shadow", "blockedAt"):
-        assert word not in found["plane_only"], f"{word}: a single half-space shades nothing, and nothing else is there"
+        assert word not in texts["plane_only"], f"{word}: a single half-space casts no shadow on itself"
     two = programs_of([A, FLOOR, rt.Plane((1, 0, 0), -9)], 1, Settings())["plane_only"]
     assert "blockedAt" in code(two) and "sphereRoots" not in code(two)
 
 
-def test_as_many_samples_are_written_out_as_are_drawn_together() -> None:
+def test_the_program_for_several_samples_has_one_copy_per_sample() -> None:
     several = sources(scenes.assignment(), several=True)["several"]
     places = [f"samplePlace{i}" for i in range(TOGETHER)]
     for text in (several.vertex.text, several.fragment.text):
@@ -159,7 +159,7 @@ def test_no_name_or_number_of_a_scene_is_in_its_shader() -> None:
                 assert "zanzibar" not in text and "0.123456" not in text
 
 
-def test_each_file_is_included_once_and_its_lines_are_numbered() -> None:
+def test_each_file_is_included_once_with_line_numbers_that_errors_refer_to() -> None:
     source = sources(scenes.assignment(), Settings(evaluator="roth"))["see"].fragment
     assert source.text.count("struct Ray {") == 1 and len(set(source.files)) == len(source.files)
     number = source.files.index("csg/roth.glsl")
@@ -172,12 +172,12 @@ def test_each_file_is_included_once_and_its_lines_are_numbered() -> None:
     )
 
 
-def test_a_missing_include_names_the_file_and_line_that_wants_it() -> None:
+def test_the_error_of_a_missing_include_names_the_including_file_and_line() -> None:
     with pytest.raises(ShaderError, match=r'top:2: no file "nowhere.glsl"'):
         assemble("top", generated={"top": '// one\n#include "nowhere.glsl"'})
 
 
-def test_a_changed_file_is_read_anew(shaders: Path) -> None:
+def test_a_changed_file_is_read_again(shaders: Path) -> None:
     file = shaders / "passes/empty.frag"
     before = assemble("passes/empty.frag")
     assert assemble("passes/empty.frag") == before
@@ -188,30 +188,30 @@ def test_a_changed_file_is_read_anew(shaders: Path) -> None:
         assemble("passes/empty.frag")
 
 
-# Mesa knows the file only of the first.
+# Mesa reports the file number only for the first of these mistakes.
 @pytest.mark.gl
 @pytest.mark.parametrize("mistake", [" this is no GLSL", " int a = nothing;", " float b = vec2(1.0);"])
-def test_a_compilers_error_names_the_file_and_line(renderer: Renderer, mistake: str) -> None:
+def test_a_compiler_error_names_the_file_and_line(renderer: Renderer, mistake: str) -> None:
     lines = (shaders_folder() / "geometry/camera.glsl").read_text().splitlines()
-    where = next(i for i, line in enumerate(lines) if line.startswith("real2 halfPixels()")) + 1
-    lines[where - 1] += mistake
+    number = next(i for i, line in enumerate(lines) if line.startswith("real2 halfPixels()")) + 1
+    lines[number - 1] += mistake
     top = '#include "geometry/ray.glsl"\n#include "geometry/camera.glsl"\nvoid main() {}'
     broken = assemble("top", generated={"top": top, "geometry/camera.glsl": "\n".join(lines)})
-    with pytest.raises(ShaderError, match=rf"geometry/camera\.glsl:{where}\b"), renderer.device.context:
+    with pytest.raises(ShaderError, match=rf"geometry/camera\.glsl:{number}\b"), renderer.device.context:
         renderer.device.program(broken)
 
 
 SHADERS = sorted(path for path in shaders_folder().rglob("*") if path.suffix in (".glsl", ".frag", ".vert"))
 
 
-def test_every_shader_file_says_first_what_it_provides() -> None:
+def test_every_shader_file_starts_with_its_purpose_and_what_it_provides() -> None:
     for path in SHADERS:
         first, second = path.read_text().splitlines()[:2]
         assert re.match(r"// [A-Z].*\.$", first) and len(first) <= 120, path
         assert second.startswith("// Provides ") or path.suffix != ".glsl", path
 
 
-def test_the_shaders_readme_has_every_file_with_its_first_line_and_no_other() -> None:
+def test_the_shaders_readme_lists_exactly_the_shader_files_with_their_first_lines() -> None:
     table = (shaders_folder() / "README.md").read_text().partition("## The files")[2]
     rows = re.findall(r"^\| `([\w/.]+)` \| (.+) \|$", table, re.MULTILINE)
     folder, marks = shaders_folder(), "// ."
@@ -220,5 +220,5 @@ def test_the_shaders_readme_has_every_file_with_its_first_line_and_no_other() ->
 
 
 def test_no_two_shader_files_have_the_same_name() -> None:
-    """Comments name a file without its folder."""
+    """Comments name a file without its folder, so its name must be unique."""
     assert len({path.name for path in SHADERS}) == len(SHADERS)

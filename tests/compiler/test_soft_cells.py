@@ -1,4 +1,4 @@
-"""Soft shadows by lists of cells, and plane-only cells, are those of the walk, which looks at everything."""
+"""Soft shadows with candidate lists and plane-only cells look the same as with the walk, which tests all primitives."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ def soft(**fields: object) -> Settings:
 
 
 def some_lights(rng: np.random.Generator, size: float) -> list[rt.PointLight]:
-    """Three of any radius in a scene of that size: some below the ground, among the objects, or around them all."""
-    found = []
+    """Return three lights of random radii for a scene of `size`: some below the ground, among or around the objects."""
+    lights = []
     for _ in range(3):
         light = some_light(rng, np.log10(size) - 1.0, np.log10(size) + 1.0)
         radius = size * 10.0 ** rng.uniform(-4, 1)
-        found.append(msgspec.structs.replace(light, radius=radius if rng.random() < 0.9 else 0.0))
-    return found
+        lights.append(msgspec.structs.replace(light, radius=radius if rng.random() < 0.9 else 0.0))
+    return lights
 
 
 @pytest.mark.parametrize("radius", RADII)
 @pytest.mark.parametrize("precision", [32, 64])
-def test_the_assignment_is_the_same(renderer: Renderer, radius: float, precision: int) -> None:
+def test_the_assignment_looks_the_same_by_cells(renderer: Renderer, radius: float, precision: int) -> None:
     scene = scenes.under_spheres(scenes.assignment(), radius)
     check_cells(renderer, scene, (160, 90), soft(precision=precision))
     check_cells(renderer, scene, (101, 67), soft(precision=precision), tile=48)
 
 
 @pytest.mark.parametrize("seed", range(16))
-def test_few_objects_are_the_same(renderer: Renderer, seed: int) -> None:
+def test_few_objects_look_the_same_by_cells(renderer: Renderer, seed: int) -> None:
     rng = np.random.default_rng((7, seed))
     second = rt.Plane(tuple(rng.normal(size=3).tolist()), -3.0, GREEN)
     eye = tuple((rng.normal(size=3) + np.array((0, 2, 5))).tolist())
@@ -55,14 +55,14 @@ def test_few_objects_are_the_same(renderer: Renderer, seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_random_trees_by_lists_are_the_same(renderer: Renderer, always_listed: None, seed: int) -> None:
+def test_random_trees_look_the_same_with_candidate_lists(renderer: Renderer, always_listed: None, seed: int) -> None:
     rng = np.random.default_rng((8, seed))
     scene = with_lights(scenes.random_scene(seed), *some_lights(rng, 2.0))
     check_lists(renderer, scene, SIZE, shadows="soft", samples=2)
 
 
 @pytest.mark.parametrize("scale", [1e-5, 1.0, 1e5])
-def test_many_objects_are_the_same(renderer: Renderer, scale: float) -> None:
+def test_many_objects_look_the_same_with_candidate_lists(renderer: Renderer, scale: float) -> None:
     rng = np.random.default_rng(3)
     places = scale * rng.uniform((-4, -2, -6), (4, 3, 1), (10, 3))
     many = rt.Instances(lens(0, 0, 0, scale), places, rng.uniform(0.2, 0.6, 10))
@@ -76,7 +76,9 @@ def test_many_objects_are_the_same(renderer: Renderer, scale: float) -> None:
 
 
 @pytest.mark.parametrize("radius", [0.1, 2.0, 1e3])
-def test_a_light_touches_and_holds_points_and_balls(renderer: Renderer, always_listed: None, radius: float) -> None:
+def test_a_light_may_touch_or_contain_points_and_spheres(
+    renderer: Renderer, always_listed: None, radius: float
+) -> None:
     balls = [rt.Sphere((1.5 * i, 0.6, 0), 0.6, scenes.COLORS[i % 4]) for i in range(-2, 3)]
     floor = rt.Plane((0, 1, 0), 0, GREY)
     for place in ((0.0, 0.6 + 0.6 + radius, 0.0), (0.0, 0.0, 0.0), (0.75, 0.6, 0.0), (0.0, -0.5, 2.0), (0.0, 0.6, 0.0)):
@@ -86,14 +88,14 @@ def test_a_light_touches_and_holds_points_and_balls(renderer: Renderer, always_l
         check_cells(renderer, scene, (96, 54), soft())
 
 
-def test_lights_that_differ_only_in_radius_get_lists_of_their_own(renderer: Renderer, always_listed: None) -> None:
+def test_lights_that_differ_only_in_radius_have_separate_lists(renderer: Renderer, always_listed: None) -> None:
     scene = scenes.of(*(rt.Sphere((i, 0, 0), 0.4, RED) for i in range(-2, 3)), rt.Plane((0, 1, 0), -1, GREY))
     for radius in (0.1, 3.0, 0.1):
         check_lists(renderer, scenes.under_spheres(scene, radius, 0.0), SIZE, shadows="soft")
 
 
-def test_large_lights_have_few_cells(renderer: Renderer) -> None:
-    assert GRIDS[-1] == 1, "so that there is always one that is not too fine"
+def test_large_lights_among_many_objects_use_a_grid_that_is_coarse_enough(renderer: Renderer) -> None:
+    assert GRIDS[-1] == 1, "the coarsest grid always fits"
     rng = np.random.default_rng(1)
     near, far = rng.uniform(-40, 40, (20_000, 3)), rng.uniform(-1e5, 1e5, (30_000, 3))
     for places in (near, np.concatenate([near, far])):
@@ -102,7 +104,7 @@ def test_large_lights_have_few_cells(renderer: Renderer) -> None:
         assert np.isfinite(renderer.render(scene, (32, 18), soft(), geometry=False).radiance).all()
 
 
-def test_plane_only_cells_are_fewer_under_spheres_and_not_none() -> None:
+def test_larger_lights_leave_fewer_plane_only_cells_but_some() -> None:
     scene, size = scenes.assignment(), (640, 360)
     hard, soft_, large = (
         cells(scenes.under_spheres(scene, radius), size, soft())[0].mean() for radius in (0.0, 0.5, 2.0)
@@ -110,12 +112,12 @@ def test_plane_only_cells_are_fewer_under_spheres_and_not_none() -> None:
     assert hard > soft_ > large > 0.3
 
 
-@pytest.mark.parametrize(("what", "radius", "size"), [("widening", 2.0, (640, 360)), ("listed", 1.5, (320, 180))])
-def test_balls_that_are_not_widened_are_found_out(
-    renderer: Renderer, monkeypatch: pytest.MonkeyPatch, what: str, radius: float, size: tuple[int, int]
+@pytest.mark.parametrize(("case", "radius", "size"), [("widening", 2.0, (640, 360)), ("listed", 1.5, (320, 180))])
+def test_pictures_differ_if_spheres_are_not_enlarged_by_the_light_radius(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch, case: str, radius: float, size: tuple[int, int]
 ) -> None:
     scene = scenes.under_spheres(scenes.assignment(), radius)
-    if what == "listed":
+    if case == "listed":
         monkeypatch.setattr(compiled_scene, "FEW", 0)
     for module in (culling, candidate_lists):
         monkeypatch.setattr(module, "widening", lambda *_: 0.0)

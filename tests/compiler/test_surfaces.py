@@ -1,4 +1,4 @@
-"""A scene's surfaces as arrays are what its solids say one by one."""
+"""The arrays of a scene's surfaces hold the same values as its solids."""
 
 import math
 
@@ -17,19 +17,19 @@ from tests.compiled import compiled
 
 
 def check_order(scene: Scene) -> None:
-    every = [leaf for solid in scene.solids() for leaf in leaves(solid)]
-    spheres = [leaf for leaf in every if isinstance(leaf, Sphere)]
-    expected = [*spheres, *(leaf for leaf in every if not isinstance(leaf, Sphere))]
-    found = make_surfaces(scene)
-    assert found.size == len(expected)
-    np.testing.assert_array_equal(found.centers, np.array([s.center for s in spheres]).reshape(-1, 3))
-    np.testing.assert_array_equal(found.radii, [s.radius for s in spheres])
-    assert found.planes == expected[len(spheres) :]
-    np.testing.assert_array_equal(found.normals, np.array([p.unit()[0] for p in found.planes]).reshape(-1, 3))
-    assert [scene.materials[i] for i in found.material] == [leaf.material for leaf in expected]
+    all_leaves = [leaf for solid in scene.solids() for leaf in leaves(solid)]
+    spheres = [leaf for leaf in all_leaves if isinstance(leaf, Sphere)]
+    expected = [*spheres, *(leaf for leaf in all_leaves if not isinstance(leaf, Sphere))]
+    surfaces = make_surfaces(scene)
+    assert surfaces.size == len(expected)
+    np.testing.assert_array_equal(surfaces.centers, np.array([s.center for s in spheres]).reshape(-1, 3))
+    np.testing.assert_array_equal(surfaces.radii, [s.radius for s in spheres])
+    assert surfaces.planes == expected[len(spheres) :]
+    np.testing.assert_array_equal(surfaces.normals, np.array([p.unit()[0] for p in surfaces.planes]).reshape(-1, 3))
+    assert [scene.materials[i] for i in surfaces.material] == [leaf.material for leaf in expected]
 
 
-def test_the_table_is_in_the_order_of_the_shaders_surfaces() -> None:
+def test_the_arrays_are_in_the_order_of_the_surfaces_in_the_shaders() -> None:
     red, blue, green, grey = scenes.COLORS
     floor, wall = rt.Plane((0, 2, 0), -1, grey), rt.Plane((1, 0, 1), 3, red)
     ball, other = rt.Sphere((1, 2, 3), 0.5, blue), rt.Sphere((-1, 0, 2), 2, green)
@@ -46,7 +46,7 @@ def test_the_table_is_in_the_order_of_the_shaders_surfaces() -> None:
         check_order(scenes.random_scene(seed))
 
 
-def test_parts_are_lent_while_only_lights_and_the_camera_change() -> None:
+def test_parts_are_shared_while_only_lights_and_the_camera_change() -> None:
     scene = scenes.of(rt.Sphere((0, 0, 0), 1, scenes.COLORS[0]), rt.Plane((0, 1, 0), 0))
     first = compiled(scene)
     moved = msgspec.structs.replace(scene, lights=[], camera=rt.Camera((1, 2, 3), (0, 0, 0)))
@@ -63,7 +63,7 @@ def test_parts_are_lent_while_only_lights_and_the_camera_change() -> None:
     assert [reordered.materials[i] for i in fourth.surfaces.material] == [scenes.COLORS[0], rt.Material()]
 
 
-def test_a_light_touches_the_first_surface_that_says_so() -> None:
+def test_a_light_touches_the_first_surface_whose_touches_method_is_true() -> None:
     rng = np.random.default_rng(7)
     balls = [rt.Sphere(tuple(rng.normal(size=3).tolist()), 10.0 ** rng.uniform(-2, 1)) for _ in range(30)]
     normals = [*rng.normal(size=(30, 3)).tolist(), *np.eye(3).tolist()]
@@ -98,13 +98,13 @@ def test_a_light_touches_the_same_surface_at_any_scale(scale: float) -> None:
 
 
 def check_powers(spheres: list[rt.Sphere], point: tuple[float, float, float]) -> None:
-    found = powers(np.array([s.center for s in spheres]), np.array([s.radius for s in spheres]), point)
+    computed = powers(np.array([s.center for s in spheres]), np.array([s.radius for s in spheres]), point)
     exact = np.array([s.power(point) for s in spheres])
-    # Sphere.power() is exact to its last bit; a sum of nine parts here, to two or so.
-    assert (np.abs(found - exact) <= 2.0 * np.spacing(np.abs(exact))).all()
+    # Sphere.power() is exact to its last bit. The function under test sums nine parts, so it may err by two bits.
+    assert (np.abs(computed - exact) <= 2.0 * np.spacing(np.abs(exact))).all()
 
 
-def test_powers_are_those_of_the_spheres_to_the_last_bits() -> None:
+def test_powers_of_arrays_equal_the_powers_of_the_spheres() -> None:
     rng = np.random.default_rng(4)
     for _ in range(50):
         point = tuple((rng.normal(size=3) * 10.0 ** rng.uniform(-6, 9)).tolist())
@@ -115,7 +115,7 @@ def test_powers_are_those_of_the_spheres_to_the_last_bits() -> None:
         check_powers(spheres, point)
 
 
-def test_powers_keep_their_bits_all_but_on_a_huge_sphere() -> None:
+def test_powers_of_points_almost_on_a_huge_sphere_are_precise() -> None:
     rng = np.random.default_rng(5)
     for _ in range(200):
         point = rng.normal(size=3) * 10.0 ** rng.uniform(-3, 3)
@@ -127,7 +127,7 @@ def test_powers_keep_their_bits_all_but_on_a_huge_sphere() -> None:
 
 
 def test_the_power_of_a_point_on_an_axis_is_exact() -> None:
-    # 1e-3 above a radius of 2^33, whose square has no bit left for that.
+    # The point is 1e-3 above a sphere of radius 2^33, whose square in float64 has no bit left for 1e-3.
     radius = 2.0**33
     (power,) = powers(np.array([(0.0, -radius, 0.0)]), np.array([radius]), (0.0, 2.0**-10, 0.0))
     assert power == 2.0**24 + 2.0**-20

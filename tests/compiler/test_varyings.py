@@ -1,4 +1,4 @@
-"""Drivers with few varyings: no vertex shader hands on more than there is room for, and pictures have the same bits."""
+"""Drivers with few varyings: no vertex shader declares more than the limit, and pictures have the same bits."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from tests.compiled import sources
 from tests.shader_text import code
 
 SIZE = (40, 24)
-PROMISED, USUAL = 59, 123  # components beside gl_PointSize: by OpenGL 3.3, and by many drivers
+# The number of components beside gl_PointSize: the least that OpenGL 3.3 guarantees, and the number of many drivers.
+PROMISED, USUAL = 59, 123
 _COMPONENTS = {"float": 1, "int": 1, "double": 2, "ivec2": 2} | {f"vec{n}": n for n in (2, 3, 4)}
 _COMPONENTS |= {f"dvec{n}": 2 * n for n in (2, 3, 4)}
 
@@ -50,7 +51,7 @@ SETTINGS = {
 
 
 def lit(scene: rt.Scene, settings: Settings) -> rt.Scene:
-    """`scene`, for soft shadows under attenuated lights with radii."""
+    """Return `scene`; with soft shadows, its lights have radii and falloff."""
     if settings.shadows != "soft":
         return scene
     lights = [msgspec.structs.replace(light, falloff="inverse_square") for light in scene.lights]
@@ -58,7 +59,7 @@ def lit(scene: rt.Scene, settings: Settings) -> rt.Scene:
 
 
 def components(vertex: Source) -> int:
-    """How many components the varyings have that a vertex shader's text declares."""
+    """Return the number of components of the varyings that a vertex shader declares."""
     text = re.sub(r"\breal\b", "double" if "#define DOUBLES" in vertex.text else "float", code(vertex))
     text = re.sub(r"\breal(\d)\b", r"dvec\1" if "#define DOUBLES" in vertex.text else r"vec\1", text)
     sizes = dict(_COMPONENTS)
@@ -71,7 +72,7 @@ def components(vertex: Source) -> int:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_no_text_declares_more_varyings_than_there_are(name: str) -> None:
+def test_no_shader_declares_more_varyings_than_the_limit(name: str) -> None:
     for settings in SETTINGS.values():
         scene = lit(SCENES[name], settings)
         for limit in (PROMISED, USUAL):
@@ -80,7 +81,7 @@ def test_no_text_declares_more_varyings_than_there_are(name: str) -> None:
                 assert components(vertex) <= limit
 
 
-def test_with_more_room_all_is_handed_on() -> None:
+def test_without_a_tight_limit_all_handed_constants_are_varyings() -> None:
     most = max(
         components(source.vertex)
         for scene in SCENES.values()
@@ -93,7 +94,7 @@ def test_with_more_room_all_is_handed_on() -> None:
 
 
 @pytest.mark.gl
-def test_the_driver_says_how_many_varyings_it_has(renderer: Renderer) -> None:
+def test_the_limit_of_varyings_is_the_drivers_limit(renderer: Renderer) -> None:
     with renderer.device.context:
         assert gl.varying_components(renderer.device.context) == renderer.device.limits.varyings >= PROMISED
 
@@ -113,7 +114,7 @@ def test_the_driver_says_how_many_varyings_it_has(renderer: Renderer) -> None:
         ("no lights", ("hard",)),
     ],
 )
-def test_with_few_varyings_pictures_have_the_same_bits(renderer: Renderer, name: str, keys: tuple[str, ...]) -> None:
+def test_pictures_have_the_same_bits_with_few_varyings(renderer: Renderer, name: str, keys: tuple[str, ...]) -> None:
     few = Renderer(Device(renderer.device.context))
     few.device.limits = msgspec.structs.replace(few.device.limits, varyings=PROMISED)
     for key in keys:
@@ -121,7 +122,7 @@ def test_with_few_varyings_pictures_have_the_same_bits(renderer: Renderer, name:
         if settings.precision not in renderer.device.limits.precisions:
             continue
         scene = lit(SCENES[name], settings)
-        own, other = (each.render(scene, SIZE, settings) for each in (renderer, few))
+        own, other = (maker.render(scene, SIZE, settings) for maker in (renderer, few))
         np.testing.assert_array_equal(other.radiance, own.radiance, err_msg=key)
         np.testing.assert_array_equal(other.depth, own.depth, err_msg=key)
         np.testing.assert_array_equal(other.normal, own.normal, err_msg=key)

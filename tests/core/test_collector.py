@@ -7,7 +7,7 @@ import pytest
 from raytracer.core.collector import collector_paused
 
 
-def test_the_collector_is_off_in_the_block_and_as_before_after_it() -> None:
+def test_the_collector_is_off_inside_the_block_and_restored_after_it() -> None:
     assert gc.isenabled()
     with collector_paused():
         assert not gc.isenabled()

@@ -1,4 +1,4 @@
-"""Files to read."""
+"""Reading files."""
 
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ def test_an_interrupt_while_a_file_is_opened_stays_an_interrupt(
     path.write_text("text")
 
     def interrupted(*arguments: Any, **options: Any) -> None:
-        open(*arguments, **options).close()  # as Python closes the file of an interrupted call
+        open(*arguments, **options).close()  # Python, too, closes the file of an interrupted call
         raise KeyboardInterrupt
 
     monkeypatch.setattr(files, "open", interrupted, raising=False)

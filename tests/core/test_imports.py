@@ -1,4 +1,4 @@
-"""Core stands below all other packages and imports NumPy only where arrays are made."""
+"""The package `core` imports no other package, and imports NumPy only inside functions that make arrays."""
 
 import pkgutil
 import subprocess

@@ -1,4 +1,4 @@
-"""Files that are written: whole or not at all, in place of which files, and which places are refused."""
+"""Writing files: whole or not at all, with the permissions of the file before, and not at unsuitable places."""
 
 import os
 import stat
@@ -36,18 +36,18 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("mode", [0o600, 0o640, 0o664, 0o755, 0o222])
-def test_a_file_that_is_there_keeps_its_permissions_at_all_times(tmp_path: Path, mode: int) -> None:
+def test_an_overwritten_file_keeps_its_permissions_at_all_times(tmp_path: Path, mode: int) -> None:
     out = tmp_path / "a.png"
     out.touch()
     out.chmod(mode)
     with written_whole(out) as file:
         file.write(b"new")
         (part,) = {*tmp_path.iterdir()} - {out}
-        assert permissions(part) & ~mode == 0, "who may not read the file may not read a part of it"
+        assert permissions(part) & ~mode == 0, "users who may not read the file may not read its part"
     assert permissions(out) == mode and out.stat().st_size == 3
 
 
-def test_a_new_file_has_the_permissions_of_any_new_file(tmp_path: Path) -> None:
+def test_a_new_file_has_the_permissions_of_the_umask(tmp_path: Path) -> None:
     before = os.umask(0o027)
     try:
         with written_whole(tmp_path / "a") as file:
@@ -58,8 +58,8 @@ def test_a_new_file_has_the_permissions_of_any_new_file(tmp_path: Path) -> None:
     assert permissions(tmp_path / "a") == permissions(tmp_path / "b") == 0o640
 
 
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root gives files away")
-def test_a_file_that_is_there_keeps_its_owner(tmp_path: Path) -> None:
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can change the owner of a file")
+def test_an_overwritten_file_keeps_its_owner(tmp_path: Path) -> None:
     out = tmp_path / "a.png"
     out.touch()
     os.chown(out, 12, 34)
@@ -70,8 +70,8 @@ def test_a_file_that_is_there_keeps_its_owner(tmp_path: Path) -> None:
     assert (status.st_uid, status.st_gid, permissions(out)) == (12, 34, 0o660)
 
 
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="others are in few groups")
-def test_a_file_that_cannot_be_given_away_keeps_its_group_and_no_other_reads_it_before(
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="other users belong to few groups")
+def test_an_overwritten_file_of_another_user_keeps_its_group_and_is_private_until_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     chown = os.chown
@@ -93,11 +93,11 @@ def test_a_file_that_cannot_be_given_away_keeps_its_group_and_no_other_reads_it_
     assert (status.st_uid, status.st_gid, permissions(out)) == (os.geteuid(), 34, 0o640)
 
 
-def test_what_a_link_leads_to_is_written_and_the_link_stays(tmp_path: Path) -> None:
-    there, here = tmp_path / "there", tmp_path / "here"
-    there.mkdir()
-    here.mkdir()
-    target, link, second = there / "b.png", here / "a.png", here / "link.png"
+def test_writing_to_a_link_writes_its_target_and_keeps_the_link(tmp_path: Path) -> None:
+    target_folder, link_folder = tmp_path / "there", tmp_path / "here"
+    target_folder.mkdir()
+    link_folder.mkdir()
+    target, link, second = target_folder / "b.png", link_folder / "a.png", link_folder / "link.png"
     target.write_bytes(b"before")
     target.chmod(0o640)
     link.symlink_to(Path("..", "there", "b.png"))
@@ -105,13 +105,13 @@ def test_what_a_link_leads_to_is_written_and_the_link_stays(tmp_path: Path) -> N
     for out in (link, second):
         with pytest.raises(KeyboardInterrupt), written_whole(out) as file:
             file.write(b"half")
-            assert len(names(there)) == 2, "beside the target, which may be on another file system"
+            assert len(names(target_folder)) == 2, "the part is beside the target, on the target's file system"
             raise KeyboardInterrupt
         assert target.read_bytes() == b"before"
         rt.render(rt.load(SCENE), (8, 8)).save(out)
         assert target.read_bytes().startswith(b"\x89PNG") and permissions(target) == 0o640
         target.write_bytes(b"before")
-    assert link.is_symlink() and second.is_symlink() and names(there) == ["b.png"]
+    assert link.is_symlink() and second.is_symlink() and names(target_folder) == ["b.png"]
     with replaced_whole(link) as file:
         file.write(b"new")
     assert not link.is_symlink() and link.read_bytes() == b"new" and target.read_bytes() == b"before"
@@ -148,7 +148,7 @@ PLACES: list[tuple[Callable[[Path], object], str]] = [
     (lambda out: out.symlink_to("nowhere"), "got a link to 'nowhere', which is not there; remove the link"),
     (lambda out: out.symlink_to(out.name), "Too many levels of symbolic links"),
 ]
-# Commands, and the file that each writes. Those that render would need longer than this test takes.
+# Commands, and the file that each writes. With a valid file, the rendering commands would take longer than this test.
 COMMANDS = [
     (["render", SCENE, "-o", "a.png", "--samples", "60000"], "a.png"),
     (["render", SCENE, "-o", "a.npz", "--samples", "60000"], "a.npz"),
@@ -163,28 +163,28 @@ COMMANDS = [
 
 
 def state_of(folder: Path) -> dict[Path, tuple[int, ...]]:
-    """The entries of a folder, all but the times at which somebody read them."""
+    """Return the entries of a folder with their states, without the times of reading."""
     states = ((path, path.lstat()) for path in folder.iterdir())
     return {path: (s.st_ino, s.st_mode, s.st_size, s.st_mtime_ns, s.st_ctime_ns) for path, s in states}
 
 
-@pytest.mark.parametrize(("make", "says"), PLACES)
-def test_a_place_that_cannot_be_written_to_is_refused_before_it_is_rendered(
-    make: Callable[[Path], object], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("make", "message"), PLACES)
+def test_a_place_that_cannot_be_written_to_is_refused_before_rendering(
+    make: Callable[[Path], object], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     out = Path("a.png")
     make(out)
     before = state_of(tmp_path)
-    for refuses in (
+    for refused_call in (
         lambda: check_output(out, [".png"]),
         lambda: check_folder(tmp_path, "a.png"),
         lambda: rt.render(rt.load(SCENE), (8, 8)).save(out),
         lambda: written_whole(out).__enter__(),
     ):
         with pytest.raises((rt.InputError, OSError)) as error:
-            refuses()
-        assert says in str(error.value)
+            refused_call()
+        assert message in str(error.value)
     assert state_of(tmp_path) == before
 
 
@@ -205,9 +205,9 @@ def test_each_command_refuses_a_read_only_file_at_once(
     assert names(tmp_path) == [name] and Path(name).stat().st_size == 0
 
 
-def test_a_new_file_is_there_when_it_is_whole_and_never_over_another(tmp_path: Path) -> None:
+def test_a_new_file_appears_when_it_is_whole_and_never_overwrites_another(tmp_path: Path) -> None:
     def write(file) -> None:
-        assert not [name for name in names(tmp_path) if name.startswith("a-2")], "half written it is not seen"
+        assert not [name for name in names(tmp_path) if name.startswith("a-2")], "a half-written file is not visible"
         file.write(b"whole")
 
     (tmp_path / "a-1.png").write_bytes(b"mine")
@@ -222,19 +222,19 @@ def test_a_new_file_is_there_when_it_is_whole_and_never_over_another(tmp_path: P
         write_numbered(str(tmp_path / "a"), ".png", interrupted)
     with pytest.raises(FileExistsError):
         write_new(tmp_path / "a-1.png", write_nothing)
-    with pytest.raises(FileExistsError):  # made while it is written
+    with pytest.raises(FileExistsError):  # the file appears while its content is written
         write_new(tmp_path / "b.png", lambda file: (tmp_path / "b.png").write_bytes(b"another's"))
     assert names(tmp_path) == [*before, "b.png"] and (tmp_path / "b.png").read_bytes() == b"another's"
 
 
-def test_a_new_file_is_never_over_another_on_a_file_system_without_links(
+def test_a_new_file_never_overwrites_another_on_a_file_system_without_links(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def link(*_: object) -> None:
         raise PermissionError
 
     monkeypatch.setattr(os, "link", link)
-    test_a_new_file_is_there_when_it_is_whole_and_never_over_another(tmp_path)
+    test_a_new_file_appears_when_it_is_whole_and_never_overwrites_another(tmp_path)
 
 
 def write_nothing(file: object) -> None:

@@ -1,4 +1,4 @@
-"""Frozen objects are made anew with other values for some fields."""
+"""Frozen objects: replace() returns a copy with other values for some fields."""
 
 import copy
 import re
@@ -32,7 +32,7 @@ FROZEN: list[tuple[Any, dict[str, Any]]] = [
 
 
 @pytest.mark.parametrize(("frozen", "changes"), FROZEN, ids=[type(frozen).__name__ for frozen, _ in FROZEN])
-def test_frozen_objects_are_made_anew_with_changes(frozen: Any, changes: dict[str, Any]) -> None:
+def test_replace_returns_a_changed_copy_of_a_frozen_object(frozen: Any, changes: dict[str, Any]) -> None:
     fields = frozen.parameters if isinstance(frozen, rt.Material) else {f: None for f in frozen.__struct_fields__}
     ways = [frozen.replace, frozen.__replace__]
     if sys.version_info >= (3, 13):
@@ -49,7 +49,7 @@ def test_frozen_objects_are_made_anew_with_changes(frozen: Any, changes: dict[st
         assert frozen.replace() == frozen != frozen.replace(**changes)
 
 
-def test_what_is_replaced_is_checked_and_a_wrong_name_is_answered_with_the_near_one() -> None:
+def test_replace_checks_its_values_and_suggests_a_name_for_a_misspelt_one() -> None:
     scene = scenes.assignment()
     cases: list[tuple[Any, dict[str, Any], str]] = [
         (scene, {"camra": scene.camera}, "unknown field `camra` of Scene (known: objects, lights, camera, "),
@@ -60,8 +60,8 @@ def test_what_is_replaced_is_checked_and_a_wrong_name_is_answered_with_the_near_
         (rt.Settings(max_error=0.1), {"adaptive": 0.1}, "adaptive: expected none"),
         (scene, {"objects": []}, "objects: expected"),
     ]
-    for object, changes, says in cases:
-        with pytest.raises(rt.InputError, match=f"^{re.escape(says)}"):
+    for object, changes, message in cases:
+        with pytest.raises(rt.InputError, match=f"^{re.escape(message)}"):
             object.replace(**changes)
     for object, name, near in ((scene, "camra", "camera"), (scene.camera, "fov", "vertical_fov")):
         with pytest.raises(rt.InputError, match=rf'; did you mean "{near}"\?$') as error:
@@ -69,14 +69,14 @@ def test_what_is_replaced_is_checked_and_a_wrong_name_is_answered_with_the_near_
         assert error.value.keys == (name,)
 
 
-def test_one_scale_of_instances_is_that_of_other_positions_too() -> None:
+def test_a_single_scale_of_instances_also_applies_to_other_positions() -> None:
     two = rt.Instances(BALL, [[0, 0, 0], [1, 1, 1]], 2)
     assert two.replace(positions=[[3, 3, 3]]) == rt.Instances(BALL, [[3, 3, 3]], 2)
     with pytest.raises(rt.InputError, match=r"^scales: expected one number, or 1"):
         rt.Instances(BALL, [[0, 0, 0], [1, 1, 1]], [1, 2]).replace(positions=[[3, 3, 3]])
 
 
-def test_a_material_keeps_what_another_model_has_too() -> None:
+def test_a_material_keeps_the_parameters_that_its_new_model_has_too() -> None:
     red = rt.Material("ggx", alpha=0.1, f0=0.5, le=0.25, name="red")
     assert red.replace(model="beckmann") == rt.Material("beckmann", alpha=0.1, f0=0.5, le=0.25, name="red")
     assert red.replace(model="lambert", rho=0.5) == rt.Material("lambert", rho=0.5, le=0.25, name="red")

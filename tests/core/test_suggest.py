@@ -1,4 +1,4 @@
-"""Names that are not there: the near one is named."""
+"""Unknown names: the message suggests a similar name."""
 
 from pathlib import Path
 
@@ -23,12 +23,12 @@ from raytracer.scene.materials.models import MODELS
         ("p" * 1_000_000, None),
     ],
 )
-def test_a_misspelt_name_is_near_to_one_and_another_name_to_none(name: str, near: str | None) -> None:
+def test_a_misspelt_name_has_one_suggestion_and_an_unrelated_name_has_none(name: str, near: str | None) -> None:
     assert nearest(name, MODELS) == near
     assert did_you_mean(name, MODELS) == (f'; did you mean "{near}"?' if near else "")
 
 
-def test_a_name_with_three_of_five_letters_in_common_is_another_name() -> None:
+def test_three_of_five_letters_in_common_are_too_few_for_a_suggestion() -> None:
     assert nearest("name", ["camera"]) is None
     for name, near in (("asignment", "assignment"), ("sfot", "soft"), ("kdd", "kd"), ("fov", "vertical_fov")):
         assert nearest(name, [near]) == near
@@ -81,14 +81,14 @@ shadows = "soft"
         ('shadows = "soft"', 'shading = "phnog"', "phong"),
     ],
 )
-def test_a_misspelt_name_in_a_scene_file_is_asked_about(old: str, new: str, near: str) -> None:
+def test_the_error_of_a_misspelt_name_in_a_scene_file_suggests_the_right_one(old: str, new: str, near: str) -> None:
     assert old in GOOD
     with pytest.raises(rt.InputError) as error:
         loads(GOOD.replace(old, new, 1))
     assert str(error.value).endswith(f'; did you mean "{near}"?')
 
 
-def test_a_misspelt_file_or_example_is_asked_about(tmp_path: Path) -> None:
+def test_the_error_of_a_misspelt_file_or_example_suggests_the_right_one(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(GOOD)
     for path, near in (
         (tmp_path / "scen.toml", "scene.toml"),
@@ -108,7 +108,7 @@ def test_a_misspelt_file_or_example_is_asked_about(tmp_path: Path) -> None:
         rt.load(tmp_path / "scene.toml")
 
 
-def test_a_model_that_needs_a_file_says_where_files_go() -> None:
+def test_the_error_of_a_model_that_needs_a_file_shows_the_lines_of_a_scene_file() -> None:
     with pytest.raises(rt.InputError, match=r'^shading: .*; merl needs a file, .*: model = "merl", file = "'):
         rt.Settings(shading="merl")  # pyright: ignore[reportArgumentType]
 

@@ -1,4 +1,4 @@
-"""What is printed: no name makes it fail or controls the terminal; and how far something is that takes long."""
+"""Printed text: no name breaks it or controls the terminal, and slow work reports its progress."""
 
 import json
 import os
@@ -15,8 +15,8 @@ from raytracer.core.progress import progress_bar, step_bar
 from raytracer.rendering.renderer import Renderer
 from tests import scenes
 
-# Red, the terminal's title, a line that others would take for ours, a byte that is no UTF-8, text from right to left,
-# an é, and what clears the line before it.
+# Red text, the terminal's title, a line that looks like the program's own, a byte that is not UTF-8, text from right to
+# left, an é, and a code that clears the line before.
 NAME = "\x1b[31m\x1b]0;x\x07\nraytracer: \udce9\u202e\u00e9\x7f\x9b2K"
 ENCODINGS = [
     {},
@@ -27,7 +27,7 @@ ENCODINGS = [
 
 
 def run(*arguments: str | bytes, folder: Path, **environment: str) -> tuple[int, bytes]:
-    """The status of a command, and all that it printed."""
+    """Run a command; return its exit status and its output."""
     command = [sys.executable, "-m", "raytracer", *arguments]
     variables = {**os.environ, "PYTHONPATH": str(scenes.CHECKOUT), "RAYTRACER_BACKEND": "egl", **environment}
     done = subprocess.run(
@@ -37,14 +37,14 @@ def run(*arguments: str | bytes, folder: Path, **environment: str) -> tuple[int,
 
 
 def is_plain(printed: bytes) -> bool:
-    """Whether it is lines of printable text."""
+    """Return whether `printed` consists of lines of printable text."""
     return all(line.isprintable() for line in printed.decode().split("\n"))
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("environment", ENCODINGS)
 @pytest.mark.parametrize("name", [b"caf\xe9.png", "caf\u00e9.png".encode(), os.fsencode(NAME + ".png")])
-def test_a_file_of_any_name_is_written_and_said(name: bytes, environment: dict[str, str], tmp_path: Path) -> None:
+def test_a_file_of_any_name_is_written_and_reported(name: bytes, environment: dict[str, str], tmp_path: Path) -> None:
     status, printed = run("render", "assignment", "-o", name, "--size", "8x8", folder=tmp_path, **environment)
     assert status == 0 and printed.startswith(b"wrote ") and printed.count(b"\n") == 2, printed
     assert is_plain(printed)
@@ -52,7 +52,7 @@ def test_a_file_of_any_name_is_written_and_said(name: bytes, environment: dict[s
 
 
 @pytest.mark.gl
-def test_a_scene_file_of_any_name_is_rendered_and_its_mistakes_are_said(tmp_path: Path) -> None:
+def test_a_scene_file_of_any_name_is_rendered_and_its_mistakes_are_reported(tmp_path: Path) -> None:
     text = scenes.ASSIGNMENT.read_text()
     scene = tmp_path / os.fsdecode(os.fsencode(NAME.replace("/", "") + ".toml"))
     scene.write_text(text.replace("kd = [0.64", "kd = [64").replace("red", '"\\u001b[31m\\u009b"').replace('""', '"'))
@@ -104,30 +104,32 @@ def test_a_scene_file_of_any_name_is_rendered_and_its_mistakes_are_said(tmp_path
     ],
     ids=lambda arguments: " ".join(arguments).replace(NAME, "NAME"),
 )
-def test_every_command_says_a_name_that_is_wrong_in_one_plain_line(
+def test_every_command_reports_a_wrong_name_in_one_printable_line(
     arguments: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(arguments) == 2
-    said = capsys.readouterr()
-    assert not said.out and said.err.startswith("raytracer: ") and is_plain(said.err.encode())
-    assert said.err.count("\n") == 1 and not list(tmp_path.iterdir())
+    printed = capsys.readouterr()
+    assert not printed.out and printed.err.startswith("raytracer: ") and is_plain(printed.err.encode())
+    assert printed.err.count("\n") == 1 and not list(tmp_path.iterdir())
 
 
 @pytest.mark.gl
-def test_json_stays_json(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_output_with_any_name_is_valid_json(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.chdir(tmp_path)
     name = NAME + ".png"
     assert main(["render", "assignment", "-o", name, "--size", "8x8"]) == 0
     capsys.readouterr()
     assert main(["compare", name, name, "--json"]) == 0
-    said = capsys.readouterr().out
-    assert json.loads(said)["a"] == name and is_plain(said.encode())
+    printed = capsys.readouterr().out
+    assert json.loads(printed)["a"] == name and is_plain(printed.encode())
     assert main(["compare", name, name, "-o", name]) == 0
     assert is_plain(capsys.readouterr().out.encode())
 
 
-def test_output_that_does_not_fit_is_status_1_and_a_line() -> None:
+def test_output_to_a_full_disk_is_status_1_with_one_line() -> None:
     command = [sys.executable, "-m", "raytracer", "brdf", "list", "--markdown"]
     with open("/dev/full", "w") as full:
         done = subprocess.run(command, cwd=scenes.CHECKOUT, stdout=full, stderr=subprocess.PIPE, timeout=100, text=True)
@@ -135,40 +137,40 @@ def test_output_that_does_not_fit_is_status_1_and_a_line() -> None:
 
 
 def closed(arguments: str, stream: str) -> subprocess.CompletedProcess[str]:
-    """A command of which one standard stream is closed."""
+    """Run a command with one standard stream closed."""
     command = ["sh", "-c", f"exec '{sys.executable}' -m raytracer {arguments} {stream}"]
     return subprocess.run(command, cwd=scenes.CHECKOUT, capture_output=True, timeout=100, text=True)
 
 
-def test_a_mistake_is_not_said_on_standard_output_where_standard_error_is_closed() -> None:
+def test_errors_never_go_to_standard_output_if_standard_error_is_closed() -> None:
     done = closed("compare nowhere.png nowhere.png", "2>&-")
     assert (done.returncode, done.stdout) == (2, "")
 
 
 @pytest.mark.gl
-def test_a_table_is_dropped_where_standard_output_is_closed() -> None:
+def test_a_table_is_dropped_if_standard_output_is_closed() -> None:
     done = closed("doctor", ">&-")
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_without_a_terminal_there_are_lines_few_and_only_where_it_takes_long(
+def test_without_a_terminal_only_slow_work_reports_progress_in_a_few_lines(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    at = ((0, 400), (1, 400), (3, 400), (100, 400), (100, 400), (400, 400))
-    with progress_bar("tracing") as tell:
-        for done, total in at:
-            tell(done, total)
+    steps = ((0, 400), (1, 400), (3, 400), (100, 400), (100, 400), (400, 400))
+    with progress_bar("tracing") as report:
+        for done, total in steps:
+            report(done, total)
     assert capsys.readouterr().err == ""
     monkeypatch.setattr(progress, "_SECONDS_WITHOUT_LINE", 0.0)
-    with step_bar("tracing\x1b[31m") as tell:
-        for done, total in at:
-            tell(done, total)
+    with step_bar("tracing\x1b[31m") as report:
+        for done, total in steps:
+            report(done, total)
     lines = capsys.readouterr().err.splitlines()
     assert lines == ["tracing\\x1b[31m", *(f"tracing\\x1b[31m: {percent} %" for percent in (0, 25))]
 
 
 @pytest.mark.gl
-def test_extremes_say_which_they_measure(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_extremes_names_each_measurement_before_it_starts(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     steps: list[str] = []
     monkeypatch.setattr(ledger, "ROWS", (views.far_sphere,))
     ledger.measure_ledger(renderer, short=True, scenes=2, step=steps.append)

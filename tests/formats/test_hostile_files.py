@@ -1,4 +1,4 @@
-"""Files that wait, never end, lead elsewhere or are bad: refused at once, wherever a file is read."""
+"""Pipes, endless files, links to other folders and damaged files are refused at once, by every reader."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BALL = rt.Sphere((0, 0, 0), 1)
 SECRET = "root:$6$secret:19000:0:99999:7:::\n"
 
 
-def test_a_link_out_of_the_scenes_folder_is_not_followed_and_one_within_is(tmp_path: Path) -> None:
+def test_a_link_out_of_the_scenes_folder_is_refused_and_a_link_within_is_followed(tmp_path: Path) -> None:
     scene, other = tmp_path / "scene", tmp_path / "other"
     scene.mkdir()
     other.mkdir()
@@ -56,7 +56,7 @@ def test_a_link_out_of_the_scenes_folder_is_not_followed_and_one_within_is(tmp_p
     assert read_instances(BALL, tmp_path / "link", "near.csv") == rt.Instances(BALL, [[1, 2, 3]])
 
 
-def test_what_waits_or_never_ends_is_refused_at_once(tmp_path: Path) -> None:
+def test_pipes_devices_and_folders_are_refused_at_once(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "zero").symlink_to("/dev/zero")
     (tmp_path / "terminal").symlink_to("/dev/tty")
@@ -66,7 +66,7 @@ def test_what_waits_or_never_ends_is_refused_at_once(tmp_path: Path) -> None:
             opened(tmp_path / name)
         with pytest.raises(OSError):
             read_bounded(tmp_path / name, 10, tmp_path)
-    # Of no size, so that only reading it tells how long it is.
+    # The system states no size for this file, so only reading shows its length.
     assert len(read_bounded(Path("/proc/self/maps"), 100)) == 101
 
 
@@ -102,7 +102,7 @@ def test_a_scene_may_come_from_a_pipe_to_standard_input() -> None:
     assert int(ended.stdout) == len(load(scenes.ASSIGNMENT).objects)
 
 
-def test_a_mark_at_the_begin_of_a_scene_is_read_as_nothing(tmp_path: Path) -> None:
+def test_a_byte_order_mark_at_the_start_of_a_scene_file_is_ignored(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(GOOD, encoding="utf-8-sig")
     assert load(path) == loads(GOOD, "scene") == loads(f"\ufeff{GOOD}")
@@ -119,7 +119,7 @@ def test_a_mark_at_the_begin_of_a_scene_is_read_as_nothing(tmp_path: Path) -> No
     assert load(path) != scene == loads(edit_positions(f"\ufeff{text}", scene))
 
 
-def test_all_files_of_instances_together_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_total_size_of_all_files_of_instances_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from raytracer.formats import companion_files
 
     monkeypatch.setattr(companion_files, "MAX_BYTES", 10_000)
@@ -132,7 +132,7 @@ def test_all_files_of_instances_together_are_bounded(tmp_path: Path, monkeypatch
         load(tmp_path / "scene.toml")
 
 
-def test_all_instances_together_are_bounded_before_the_last_is_made() -> None:
+def test_too_many_instances_in_all_are_refused_before_the_last_object_is_read() -> None:
     many = ", ".join(["[0, 0, 0]"] * 600)
     objects = "".join(f"o{i} = '{' | '.join('a' * 1000)}'\n" for i in range(10))
     instances = "".join(f"[instances.o{i}]\npositions = [{many}]\n" for i in range(9)) + "[instances.o9]\nsize = 1\n"
@@ -140,7 +140,7 @@ def test_all_instances_together_are_bounded_before_the_last_is_made() -> None:
         loads(f"{GOOD}{objects}{instances}")
 
 
-def test_memory_that_an_array_lacks_is_no_fault_of_its_file() -> None:
+def test_a_lack_of_memory_is_not_reported_as_a_fault_of_the_file() -> None:
     file = io.BytesIO()
     np.savez(file, radiance=np.zeros((1, 1, 3)))
 

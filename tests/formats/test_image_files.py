@@ -1,4 +1,4 @@
-"""Files of pictures: what is right is read to the last bit, what is wrong is refused in one line."""
+"""Picture files: valid files are read to the last bit, and invalid files are refused in one line."""
 
 from __future__ import annotations
 
@@ -25,11 +25,13 @@ from raytracer.formats.image_files import FORMATS, load_radiance, read_size
 from tests.picture_files import chunk, grey, png, png16, save
 
 
-def test_a_png_is_read_as_what_was_written_within_half_a_level(tmp_path: Path) -> None:
+def test_a_png_is_read_back_within_half_a_level(tmp_path: Path) -> None:
     radiance = np.random.default_rng(3).uniform(0, 1, (9, 11, 3))
     read = load_radiance(save(tmp_path / "a.PNG", radiance))[:]
     encoded = [np.where(v <= 0.0031308, 12.92 * v, 1.055 * v ** (1 / 2.4) - 0.055) for v in (radiance, read)]
-    assert np.abs(encoded[0] - encoded[1]).max() <= 0.5 / 255 + 1e-5  # the standard's two pieces meet but nearly
+    assert (
+        np.abs(encoded[0] - encoded[1]).max() <= 0.5 / 255 + 1e-5
+    )  # the two pieces of the sRGB curve do not quite meet
     np.testing.assert_array_equal(Image(read).srgb8(), Image(radiance).srgb8())
 
 
@@ -39,7 +41,7 @@ KINDS += [(bits, 3, 1) for bits in (1, 2, 4, 8)]
 
 @pytest.mark.parametrize("interlaced", [False, True])
 @pytest.mark.parametrize(("bits", "colour", "samples"), KINDS)
-def test_a_png_of_any_kind_is_read_if_it_is_whole_and_refused_if_anything_of_it_is_missing(
+def test_a_whole_png_of_any_kind_is_read_and_an_incomplete_one_is_refused(
     tmp_path: Path, bits: int, colour: int, samples: int, interlaced: bool
 ) -> None:
     rng = np.random.default_rng(bits)
@@ -74,8 +76,8 @@ def test_a_png_of_any_kind_is_read_if_it_is_whole_and_refused_if_anything_of_it_
                 load_radiance(path)
 
 
-def test_a_png_that_was_cut_off_with_all_its_chunks_right_is_refused(tmp_path: Path) -> None:
-    # The data of one row of four, deflated and with all checksums right, which decoders fill up with black.
+def test_a_truncated_png_whose_chunks_are_all_valid_is_refused(tmp_path: Path) -> None:
+    # The file has the data of one row out of four, deflated and with valid checksums. Decoders fill up with black.
     path = tmp_path / "a.png"
     pixels = np.full((4, 4, 3), 200)
     whole, short = (png(pixels[:rows], 8, 2, False) for rows in (4, 1))
@@ -88,7 +90,7 @@ def test_a_png_that_was_cut_off_with_all_its_chunks_right_is_refused(tmp_path: P
 
 
 @pytest.mark.parametrize("channels", [1, 3, 4])
-def test_of_a_png_of_16_bits_all_bits_count(tmp_path: Path, channels: int) -> None:
+def test_all_bits_of_a_png_of_16_bits_are_read(tmp_path: Path, channels: int) -> None:
     pixels = np.random.default_rng(channels).integers(0, 65536, (5, 7, channels))
     if channels == 4:
         pixels[..., 3] = 65535
@@ -100,7 +102,7 @@ def test_of_a_png_of_16_bits_all_bits_count(tmp_path: Path, channels: int) -> No
 
 
 @pytest.mark.parametrize("mode", ["1", "L", "LA", "P", "RGBA"])
-def test_pngs_of_other_kinds_are_what_they_look_like(tmp_path: Path, mode: str) -> None:
+def test_a_white_png_of_any_mode_is_read_as_white(tmp_path: Path, mode: str) -> None:
     with Pillow.new("RGB", (4, 3), (255, 255, 255)) as picture:
         picture.convert(mode).save(tmp_path / "a.png")
     np.testing.assert_array_equal(load_radiance(tmp_path / "a.png")[:], np.ones((3, 4, 3)))
@@ -115,7 +117,10 @@ def a_transparent_palette(path: Path) -> None:
 
 
 def a_png_of_colours(count: float, *, late: bool = False) -> Callable[[Path], object]:
-    """A PNG of 2 bits whose pixels are 0 to 3, with a palette of so many colours."""
+    """Return a writer of a PNG of 2 bits with the pixels 0 to 3.
+
+    The palette has `count` colours, and comes after the pixels if it is `late`.
+    """
     palette = chunk(b"PLTE", bytes(round(3 * count)))
     begin, head, _, first, second, end = png(np.arange(4).reshape(2, 2, 1), 2, 3, False, palette)
     parts = (begin, head, first, second, palette, end) if late else (begin, head, palette, first, second, end)
@@ -140,7 +145,7 @@ def a_png_of_two_headers(path: Path) -> None:
 
 
 def a_file_of(size: int) -> Callable[[Path], None]:
-    """It takes no place on the disk."""
+    """Return a writer of a sparse file, which takes no space on the disk."""
 
     def write(path: Path) -> None:
         path.touch()
@@ -161,7 +166,7 @@ def a_pickle(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "write", "says"),
+    ("name", "write", "message"),
     [
         ("a.png", None, "expected a picture that can be read: No such file"),
         ("a.jpg", None, "expected a file that ends in .png or .npz"),
@@ -189,8 +194,8 @@ def a_pickle(path: Path) -> None:
         ("a.npz", a_huge_npz, "expected at most 33554432 pixels, got 33554433x1"),
     ],
 )
-def test_a_file_that_is_no_picture_is_one_line_that_names_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, write: Callable[[Path], Any] | None, says: str
+def test_a_file_that_is_not_a_picture_is_refused_in_one_line_with_its_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, write: Callable[[Path], Any] | None, message: str
 ) -> None:
     path = tmp_path / name
     if write:
@@ -198,10 +203,10 @@ def test_a_file_that_is_no_picture_is_one_line_that_names_it(
     other = save(tmp_path / "other.npz", grey(0.5))
     assert main(["compare", other, str(path)]) == 2
     errors = capsys.readouterr().err
-    assert errors.startswith(f"raytracer: {path}: ") and errors.count("\n") == 1 and re.search(says, errors)
+    assert errors.startswith(f"raytracer: {path}: ") and errors.count("\n") == 1 and re.search(message, errors)
 
 
-def test_a_format_is_an_entry_in_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_entry_in_the_table_adds_a_format_of_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def write(file: IO[bytes], arrays: Mapping[str, Any], metadata: Mapping[str, str]) -> None:
         np.save(file, arrays["radiance"])
 

@@ -1,4 +1,4 @@
-"""Files of instances: what is right loads, what is wrong or hostile is refused at once, by file and line."""
+"""Files of instances: valid files load; invalid or hostile files are refused at once, by file and line."""
 
 import io
 import os
@@ -22,7 +22,7 @@ from raytracer.formats.instance_files import READERS, read_instances
 BALL = rt.Sphere((0, 0, 0), 1)
 
 
-def of_csv(folder: Path, data: str | bytes) -> rt.Instances:
+def load_csv(folder: Path, data: str | bytes) -> rt.Instances:
     (folder / "a.csv").write_bytes(data if isinstance(data, bytes) else data.encode())
     return read_instances(BALL, folder, "a.csv")
 
@@ -36,11 +36,11 @@ def of_csv(folder: Path, data: str | bytes) -> rt.Instances:
     ],
 )
 def test_a_csv_file_gives_positions_and_scales(tmp_path: Path, text: str) -> None:
-    assert of_csv(tmp_path, text) == rt.Instances(BALL, [[1, 2, 3], [-0.5, 0, 6]], [4, 0.25])
+    assert load_csv(tmp_path, text) == rt.Instances(BALL, [[1, 2, 3], [-0.5, 0, 6]], [4, 0.25])
 
 
-def test_scales_may_be_left_out_of_either_file(tmp_path: Path) -> None:
-    assert of_csv(tmp_path, "x,y,z\n1,2,3\n") == rt.Instances(BALL, [[1, 2, 3]])
+def test_scales_are_optional_in_both_formats(tmp_path: Path) -> None:
+    assert load_csv(tmp_path, "x,y,z\n1,2,3\n") == rt.Instances(BALL, [[1, 2, 3]])
     np.savez(tmp_path / "a.npz", positions=np.array([[1, 2, 3]]))
     assert read_instances(BALL, tmp_path, "a.npz") == rt.Instances(BALL, [[1, 2, 3]])
 
@@ -49,13 +49,13 @@ def test_scales_may_be_left_out_of_either_file(tmp_path: Path) -> None:
 def test_an_npz_file_gives_the_arrays_that_numpy_saved(tmp_path: Path, save) -> None:
     rng = np.random.default_rng(1)
     positions, scales = rng.normal(size=(1000, 3)), rng.uniform(0.1, 1, 1000)
-    for given in (positions, np.asfortranarray(positions.astype(">f4"))):
-        save(tmp_path / "a.npz", positions=given, scales=scales)
-        assert read_instances(BALL, tmp_path, "a.npz") == rt.Instances(BALL, given, scales)
+    for saved in (positions, np.asfortranarray(positions.astype(">f4"))):
+        save(tmp_path / "a.npz", positions=saved, scales=scales)
+        assert read_instances(BALL, tmp_path, "a.npz") == rt.Instances(BALL, saved, scales)
 
 
 @pytest.mark.parametrize(
-    ("data", "says"),
+    ("data", "message"),
     [
         ("", r"a.csv:1: expected the header x,y,z or x,y,z,scale, got ''"),
         ("1,2,3\n", r"a.csv:1: expected the header .*, got '1,2,3'"),
@@ -74,16 +74,16 @@ def test_an_npz_file_gives_the_arrays_that_numpy_saved(tmp_path: Path, save) -> 
     ],
     ids=range(14),
 )
-def test_a_wrong_csv_file_is_refused_by_its_line(tmp_path: Path, data: str | bytes, says: str) -> None:
-    with pytest.raises(rt.InputError, match=f"^{says}"):
-        of_csv(tmp_path, data)
+def test_an_invalid_csv_file_is_refused_with_its_line(tmp_path: Path, data: str | bytes, message: str) -> None:
+    with pytest.raises(rt.InputError, match=f"^{message}"):
+        load_csv(tmp_path, data)
 
 
 @pytest.mark.parametrize(
     "name",
     ["/etc/a.csv", "../a.csv", "b/a.csv", "b\\a.csv", "c:a.csv", "a.csv:b.csv", "..", "", ".csv", "a.txt", "a\0.csv"],
 )
-def test_only_a_plain_name_names_a_file(tmp_path: Path, name: str) -> None:
+def test_only_a_plain_file_name_is_accepted(tmp_path: Path, name: str) -> None:
     assert not is_plain_name(name, READERS)
     with pytest.raises(rt.InputError, match=r"^expected the plain name of a .csv or .npz file"):
         read_instances(BALL, tmp_path, name)
@@ -101,14 +101,14 @@ def test_only_a_regular_file_of_bounded_size_is_read(tmp_path: Path, monkeypatch
             read_instances(BALL, tmp_path, name)
     monkeypatch.setattr(companion_files, "MAX_BYTES", 1000)
     with pytest.raises(rt.InputError, match=r"^a.csv: expected a file of at most 1000 bytes"):
-        of_csv(tmp_path, "x,y,z\n" + "0,0,0\n" * 1000)
+        load_csv(tmp_path, "x,y,z\n" + "0,0,0\n" * 1000)
     monkeypatch.setattr(instance_csv, "MAX_SURFACES", 100)
     with pytest.raises(rt.InputError, match=r"^a.csv:102: expected at most 100 rows"):
-        of_csv(tmp_path, "x,y,z\n" + "0,0,0\n" * 101)
+        load_csv(tmp_path, "x,y,z\n" + "0,0,0\n" * 101)
 
 
 class Evil:
-    """What runs code when it is unpickled."""
+    """An object that runs code when it is unpickled."""
 
     def __reduce__(self):
         return os._exit, (3,)
@@ -129,9 +129,9 @@ def archive(path: Path, members: dict[str, bytes], compression: int = zipfile.ZI
             file.writestr(name, data)
 
 
-def header(shape: object, kind: str = "<f8") -> bytes:
+def header(shape: object, dtype: str = "<f8") -> bytes:
     file = io.BytesIO()
-    np.lib.format.write_array_header_1_0(file, {"descr": kind, "fortran_order": False, "shape": shape})
+    np.lib.format.write_array_header_1_0(file, {"descr": dtype, "fortran_order": False, "shape": shape})
     return file.getvalue()
 
 
@@ -139,7 +139,7 @@ BIG = bytes(100_000_000)  # deflated to 100 kB
 
 
 @pytest.mark.parametrize(
-    ("members", "says"),
+    ("members", "message"),
     [
         ({"positions.npy": header((10**12, 3))}, r"positions: expected an array \(N, 3\) with N at most 1048576"),
         ({"positions.npy": header((-1, 3))}, r"positions: expected an array \(N, 3\)"),
@@ -147,7 +147,7 @@ BIG = bytes(100_000_000)  # deflated to 100 kB
         ({"positions.npy": header((1000, 3))}, r"expected an .npz file: EOF"),
         ({"positions.npy": header((1, 3), "<U5")}, r"positions: expected numbers, got an array of '<U5'"),
         ({"positions.npy": header((1, 3)) + BIG}, r"positions: expected at most 67108864 bytes, got 1000"),
-        # The header itself says that it is 4 GB long, and would inflate to it.
+        # The header claims a length of 4 GB, and would be inflated to it.
         ({"positions.npy": b"\x93NUMPY\x02\x00\xff\xff\xff\xff" + BIG}, r"positions: expected at most 67108864 bytes"),
         ({"positions.npy": header((1, 3)) + bytes(24), "more.npy": b""}, r"expected the arrays positions and"),
         (
@@ -158,21 +158,21 @@ BIG = bytes(100_000_000)  # deflated to 100 kB
     ],
     ids=range(10),
 )
-def test_a_hostile_npz_file_is_refused_at_once(tmp_path: Path, members: dict[str, bytes], says: str) -> None:
+def test_a_hostile_npz_file_is_refused_at_once(tmp_path: Path, members: dict[str, bytes], message: str) -> None:
     archive(tmp_path / "a.npz", members)
     begin = time.process_time()
-    with pytest.raises(rt.InputError, match=f"^a.npz: {says}"):
+    with pytest.raises(rt.InputError, match=f"^a.npz: {message}"):
         read_instances(BALL, tmp_path, "a.npz")
     assert time.process_time() - begin < 0.1
 
 
-def test_what_hides_how_long_an_archives_directory_is_is_refused(tmp_path: Path) -> None:
+def test_an_archive_that_hides_the_length_of_its_directory_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
     archive(path, {f"{i}.npy": b"" for i in range(10_000)})
     data = path.read_bytes()
     end = 22
     comment = data[:-2] + b"\xff\xff" + bytes(0xFFFF)
-    # An end as for archives beyond 4 GB comes before the usual one, which says that there is nothing.
+    # The end record of archives beyond 4 GB comes before the usual end record, which claims an empty archive.
     large = struct.pack("<4sQ2H2L4Q", b"PK\x06\x06", 44, 45, 45, 0, 0, 10_000, 10_000, 460_000, 0)
     locator = struct.pack("<4sLQL", b"PK\x06\x07", 0, len(data) - end, 1)
     empty = struct.pack("<4s4H2LH", b"PK\x05\x06", 0, 0, 0, 0, 0, 0, 0)
@@ -184,7 +184,7 @@ def test_what_hides_how_long_an_archives_directory_is_is_refused(tmp_path: Path)
             read_instances(BALL, tmp_path, "a.npz")
 
 
-def test_a_compression_that_takes_what_memory_it_likes_is_refused(tmp_path: Path) -> None:
+def test_a_compression_that_may_take_any_memory_is_refused(tmp_path: Path) -> None:
     archive(tmp_path / "a.npz", {"positions.npy": header((1, 3)) + bytes(24)}, zipfile.ZIP_LZMA)
     with pytest.raises(rt.InputError, match=r"^a.npz: positions: .* got another compression"):
         read_instances(BALL, tmp_path, "a.npz")
@@ -208,63 +208,63 @@ def test_a_thousand_damaged_npz_files_load_or_are_refused(tmp_path: Path) -> Non
     assert 300 < refused < 1000
 
 
-def test_copies_go_where_no_other_file_is_and_all_of_them_or_none(tmp_path: Path) -> None:
-    of_csv(tmp_path, "x,y,z\n1,2,3\n")
+def test_files_are_copied_all_or_none_and_never_over_other_files(tmp_path: Path) -> None:
+    load_csv(tmp_path, "x,y,z\n1,2,3\n")
     (tmp_path / "b.csv").write_text("x,y,z\n4,5,6\n")
     files = [tmp_path / "b.csv", tmp_path / "a.csv"]
-    there = tmp_path / "there"
-    there.mkdir()
-    for folder in (there, there, tmp_path):
+    target = tmp_path / "there"
+    target.mkdir()
+    for folder in (target, target, tmp_path):
         with copied(files, folder):
             pass
-    assert all((there / file.name).read_bytes() == file.read_bytes() for file in files)
-    with copied(files, there), pytest.raises(KeyboardInterrupt):
-        (there / "b.csv").unlink()
-        with copied(files, there):
+    assert all((target / file.name).read_bytes() == file.read_bytes() for file in files)
+    with copied(files, target), pytest.raises(KeyboardInterrupt):
+        (target / "b.csv").unlink()
+        with copied(files, target):
             raise KeyboardInterrupt
-    assert [file.name for file in there.iterdir()] == ["a.csv"], "what was there before stays"
+    assert [file.name for file in target.iterdir()] == ["a.csv"], "a file that existed before stays"
 
     (tmp_path / "secret").write_text("x,y,z\n")
-    (there / "of_scene").mkdir()
-    (there / "of_scene" / "c.csv").symlink_to(tmp_path / "secret")
-    (there / "of_scene" / "d.csv").symlink_to("e.csv")
-    (there / "of_scene" / "e.csv").write_text("x,y,z\n7,8,9\n")
-    with copied([there / "of_scene" / "d.csv"], there):
-        assert not (there / "d.csv").is_symlink() and "7,8,9" in (there / "d.csv").read_text()
-    with pytest.raises(RuntimeError, match="leads out of the folder"), copied([there / "of_scene" / "c.csv"], there):
+    (target / "of_scene").mkdir()
+    (target / "of_scene" / "c.csv").symlink_to(tmp_path / "secret")
+    (target / "of_scene" / "d.csv").symlink_to("e.csv")
+    (target / "of_scene" / "e.csv").write_text("x,y,z\n7,8,9\n")
+    with copied([target / "of_scene" / "d.csv"], target):
+        assert not (target / "d.csv").is_symlink() and "7,8,9" in (target / "d.csv").read_text()
+    with pytest.raises(RuntimeError, match="leads out of the folder"), copied([target / "of_scene" / "c.csv"], target):
         raise AssertionError
-    assert not (there / "c.csv").exists()
+    assert not (target / "c.csv").exists()
 
     outside = tmp_path / "outside"
-    for others in (
-        lambda: (there / "a.csv").write_text("x,y,z\n"),
-        lambda: (there / "a.csv").symlink_to(outside),  # not there
-        lambda: (there / "a.csv").symlink_to(tmp_path / "a.csv"),  # the same content, which no scene there may read
-        lambda: os.mkfifo(there / "a.csv"),
-        lambda: (there / "a.csv").mkdir(),
+    for make_obstacle in (
+        lambda: (target / "a.csv").write_text("x,y,z\n"),
+        lambda: (target / "a.csv").symlink_to(outside),  # a link to a file that does not exist
+        lambda: (target / "a.csv").symlink_to(tmp_path / "a.csv"),  # the same content, but no scene there may read it
+        lambda: os.mkfifo(target / "a.csv"),
+        lambda: (target / "a.csv").mkdir(),
     ):
-        shutil.rmtree(there)
-        there.mkdir()
-        others()
-        with pytest.raises(RuntimeError, match=r"a.csv: expected to be copied to "), copied(files, there):
+        shutil.rmtree(target)
+        target.mkdir()
+        make_obstacle()
+        with pytest.raises(RuntimeError, match=r"a.csv: expected to be copied to "), copied(files, target):
             raise AssertionError
-        assert [file.name for file in there.iterdir()] == ["a.csv"] and not outside.exists()
+        assert [file.name for file in target.iterdir()] == ["a.csv"] and not outside.exists()
 
 
-def test_a_saved_file_of_instances_is_noticed(tmp_path: Path) -> None:
+def test_a_change_of_a_file_of_instances_is_noticed(tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     scene.write_text('[instances.a]\nfile = "a.csv"\n[instances.b]\nfile = ["no name"]\n')
     files = Files(scene)
     assert not files.changed()
-    of_csv(tmp_path, "x,y,z\n1,2,3\n")
+    load_csv(tmp_path, "x,y,z\n1,2,3\n")
     assert files.changed() and not files.changed()
     scene.write_text("[instances.a\n")  # half written
     assert files.changed() and not files.changed()
-    of_csv(tmp_path, "x,y,z\n1,2,3\n4,5,6\n")
+    load_csv(tmp_path, "x,y,z\n1,2,3\n4,5,6\n")
     assert files.changed() and not files.changed()
 
 
-def test_a_format_is_an_entry_in_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_entry_in_the_table_adds_a_format_of_instances(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def read(solid: rt.Solid, data: bytes) -> rt.Instances:
         return rt.Instances(solid, np.frombuffer(data).reshape(-1, 3))
 

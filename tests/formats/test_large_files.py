@@ -1,4 +1,4 @@
-"""Files of the largest size there may be: read, or refused, within bounds of memory and of time."""
+"""Files of the largest allowed size are read or refused within bounds of memory and time."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from raytracer.formats.scene_file import MAX_BYTES, loads
 from raytracer.formats.toml_text import parse_toml
 from tests import scenes
 
-# What Python and NumPy take by themselves is a few hundred of these.
+# The memory limit. Python and NumPy alone take a few hundred MiB.
 MEBIBYTES = 1400
-# Many times what it takes, so that no busy machine fails; without the bounds it would be minutes.
+# The time limit, many times the usual time, so that no busy machine fails. Without the bounds under test, a file would
+# take minutes.
 SECONDS = 60
 
 HEAD = """\
@@ -45,7 +46,7 @@ else:
 
 
 def filled(piece: Callable[[int], str], head: str = "", tail: str = "") -> str:
-    """`piece(0)`, `piece(1)`, ... between `head` and `tail`, as many as a scene file may be long."""
+    """Return `piece(0)`, `piece(1)`, ... between `head` and `tail`, as many as fit into the largest scene file."""
     parts, room = [], MAX_BYTES - len(head) - len(tail)
     for i in itertools.count():
         parts.append(piece(i))
@@ -56,7 +57,7 @@ def filled(piece: Callable[[int], str], head: str = "", tail: str = "") -> str:
 
 
 def boxes() -> str:
-    """14,000 boxes: every one the intersection of its own plane and five that are shared."""
+    """Return a scene file of 14,000 boxes: each the intersection of one plane of its own and five shared planes."""
     normals = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
     sides = "".join(
         f"[shapes.s{k}]\nmaterial = 'm'\nplane = {{ normal = {list(n)}, offset = 1 }}\n" for k, n in enumerate(normals)
@@ -70,7 +71,7 @@ def boxes() -> str:
 
 
 def planes() -> str:
-    """Boxes of six planes of their own, as short as can be."""
+    """Return a scene file of boxes with six planes each, in the shortest form."""
 
     def box(i: int) -> str:
         return "".join(f"{side}{i}={{material='m',plane={{normal=[1,0,0],offset={i}}}}}\n" for side in "abcdef")
@@ -86,7 +87,7 @@ SCENES: dict[str, tuple[Callable[[], str], str]] = {
     "lights": (lambda: filled(lambda i: "[[lights]]\nposition=[4,7,4]\n", OBJECT), "read: 1 objects, 1"),
     "places": (lambda: filled(lambda i: "[0,0,0],", f"{OBJECT}[instances.o]\npositions=[", "]\n"), "read: 1 objects"),
     "objects": (lambda: filled(lambda i: f"{i}='a'\n", f"{HEAD}{SHAPE}[objects]\n"), "read: "),
-    # Quadratic in tomllib: a key's quoted parts hold an escaped quote every 28 parts.
+    # tomllib takes quadratic time for a key whose quoted parts hold an escaped quote every 28 parts.
     "escaped": (lambda: ".".join(['"\\"".' + ".".join("a" * 28)] * 800) + " = 1", "at most 32 parts"),
     "escaped header": (lambda: f"[{'.'.join(['a', chr(34) * 2, chr(39) * 2] * 20_000)}]\n", "at most 32 parts"),
     "inline": (lambda: "a = { b = 1, " + ' . "#\\"" '.join("a" * 20_000) + " = 1 }", "at most 32 parts"),
@@ -126,16 +127,16 @@ SCENES: dict[str, tuple[Callable[[], str], str]] = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_a_scene_file_of_any_content_is_read_or_refused_within_bounds(tmp_path: Path, name: str) -> None:
-    make, says = SCENES[name]
+    make, message = SCENES[name]
     path = tmp_path / "scene.toml"
     path.write_text(make())
     command = [sys.executable, "-c", LOAD, str(path), str(MEBIBYTES)]
     ended = subprocess.run(command, cwd=scenes.CHECKOUT, capture_output=True, text=True, timeout=SECONDS)
     assert ended.returncode == 0, ended.stderr
-    assert says in ended.stdout and ended.stdout.count("\n") == 1 and len(ended.stdout) < 1200
+    assert message in ended.stdout and ended.stdout.count("\n") == 1 and len(ended.stdout) < 1200
 
 
-def test_what_is_in_strings_and_comments_is_no_key_and_opens_nothing() -> None:
+def test_dots_and_brackets_in_strings_and_comments_do_not_count() -> None:
     dots, opened = ".".join("a" * 50), "[{" * 50
     text = f"""\
 a = "{dots} \\" {opened}" # " {dots}{opened}
@@ -154,7 +155,7 @@ d = '''{opened}''
             parse_toml(f"{text}{wrong}")
 
 
-def test_a_file_of_the_largest_number_of_tables_is_no_mistake() -> None:
+def test_a_shape_with_dotted_keys_is_no_mistake() -> None:
     text = f"{OBJECT}[shapes.b]\nmaterial = 'm'\nsphere.center = [0, 0, 0]\nsphere.radius = 1\n"
     with pytest.warns(UserWarning, match="no object uses the shape b"):
         assert len(loads(text).objects) == 1
@@ -171,7 +172,7 @@ print(loads(edit_positions(text, scene)) == scene)
 """
 
 
-def test_lights_and_camera_of_the_largest_file_are_moved_within_bounds(tmp_path: Path) -> None:
+def test_the_lights_and_the_camera_of_the_largest_file_are_moved_within_bounds(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     lights = "[[lights]]\nposition = [4, 7, 4] # here\n" * 2000
     path.write_text(filled(lambda i: f"# [camera] {i}\n", f"{OBJECT}{lights}"))

@@ -1,4 +1,4 @@
-"""assets/materials/*.toml: what a scene file may take from them is what the models take, and is as published."""
+"""assets/materials/*.toml: each entry is valid for its model and has the published numbers."""
 
 import math
 import tomllib
@@ -50,33 +50,33 @@ def _holds(parameter: Parameter, value: Any) -> bool:
             return False
 
 
-def test_there_are_the_files_and_as_many_materials_as_they_say():
+def test_each_file_has_the_expected_number_of_materials():
     counts = {stem: sum(isinstance(entry, dict) for entry in file.values()) for stem, file in FILES.items()}
     assert counts == {"conductors": 14, "lafortune": 7, "ngan": 86, "ngan-lafortune": 86}
     assert FILES["ngan"].keys() == FILES["ngan-lafortune"].keys()
 
 
 @pytest.mark.parametrize("name", ENTRIES)
-def test_an_entry_holds_what_its_model_takes_and_in_range(name: str):
+def test_an_entry_has_only_parameters_of_its_model_within_their_ranges(name: str):
     entry = ENTRIES[name]
     parameters = MODELS[entry["model"]].parameters
-    given = {key: value for key, value in entry.items() if key not in ("model", "source")}
-    assert given.keys() <= parameters.keys()
-    for key, value in given.items():
+    values = {key: value for key, value in entry.items() if key not in ("model", "source")}
+    assert values.keys() <= parameters.keys()
+    for key, value in values.items():
         parameter = parameters[key]
         assert _holds(parameter, value), key
         if parameter.when:
-            other, wanted = parameter.when
-            assert given.get(other, parameters[other].default) == wanted, key
+            other, required = parameter.when
+            assert values.get(other, parameters[other].default) == required, key
 
 
 @pytest.mark.parametrize("name", ENTRIES)
-def test_an_entry_says_where_it_is_from(name: str):
+def test_each_entry_states_its_source(name: str):
     assert FILES[name.split("/")[0]]["source"]
     assert ENTRIES[name].get("source", "of its file")
 
 
-def test_lafortune_clay_is_that_of_pbrt():
+def test_lafortune_clay_has_the_numbers_of_pbrt():
     clay = ENTRIES["lafortune/clay"]
     assert clay["rho"] == [0.383626, 0.260749, 0.274207]
     assert clay["lobes"][0] == {
@@ -86,8 +86,8 @@ def test_lafortune_clay_is_that_of_pbrt():
     }
 
 
-def test_ngan_nickel_is_as_published_times_the_channels_factors():
-    # Published: .0342 .0256 .014 and .16 .124 .0798.
+def test_ngan_nickel_has_the_published_numbers_times_the_factors_of_the_channels():
+    # Published: rho .0342 .0256 .014 and ks .16 .124 .0798.
     assert ENTRIES["ngan/nickel"] == {
         "model": "cook_torrance",
         "rho": [0.0342, 0.02944, 0.02324],
@@ -98,23 +98,23 @@ def test_ngan_nickel_is_as_published_times_the_channels_factors():
     }
 
 
-def test_ngan_lafortune_lobes_are_the_published_ones_rewritten():
-    # Published: rho .475 .27 .0681, Cxy -.596, Cz .537, n 12.8. A port of pbrt (Joo-Haeng Lee 2007) has the factor
-    # rho (n + 2) / (2 pi max^n) inside: Cxy -1.00881, -.96526, -.866779 and Cz .908947, .869705, .780974.
+def test_ngan_lafortune_lobes_are_the_published_lobes_in_another_form():
+    # Published: rho .475 .27 .0681, Cxy -.596, Cz .537, n 12.8. A port of pbrt (Joo-Haeng Lee 2007) includes the factor
+    # rho (n + 2) / (2 pi max^n) in its lobes: Cxy -1.00881, -.96526, -.866779 and Cz .908947, .869705, .780974.
     (lobe,) = ENTRIES["ngan-lafortune/gold-metallic-paint"]["lobes"]
     inside = [(s / c) ** (1.0 / lobe["n"]) for s, c in zip(lobe["scale"], (1.0, 1.15, 1.66), strict=True)]
     assert [lobe["cx"] * f for f in inside] == pytest.approx([-1.00881, -0.96526, -0.866779], rel=1e-5)
     assert [lobe["cz"] * f for f in inside] == pytest.approx([0.908947, 0.869705, 0.780974], rel=1e-5)
 
 
-def test_gold_is_between_the_neighbours_in_johnson_and_christy():
-    # Their rows at 616.8 and 659.5 nm, 548.6 and 582.1, 430.5 and 450.9.
+def test_gold_lies_between_neighbouring_rows_of_johnson_and_christy():
+    # The neighbouring rows are at 616.8 and 659.5 nm, at 548.6 and 582.1 nm, and at 430.5 and 450.9 nm.
     gold = ENTRIES["conductors/gold"]
     assert all(a <= n <= b for n, a, b in zip(gold["n"], (0.14, 0.29, 1.38), (0.21, 0.43, 1.45), strict=True))
     assert all(a <= k <= b for k, a, b in zip(gold["k"], (3.272, 2.455, 1.914), (3.697, 2.863, 1.948), strict=True))
 
 
-def test_brass_and_aluminium_are_rows_of_their_tables():
+def test_brass_and_aluminium_equal_rows_of_their_tables():
     assert ENTRIES["conductors/brass"]["n"] == [0.444, 0.527, 1.094]
     assert ENTRIES["conductors/brass"]["k"] == [3.695, 2.765, 1.829]
     assert ENTRIES["conductors/aluminium"]["k"] == [6.852, 5.852, 4.778]

@@ -1,4 +1,4 @@
-"""Scene files: what is right loads, what is wrong is refused in one line that says where."""
+"""Scene files: a valid file loads; an invalid file is refused in one line with the place of the mistake."""
 
 import contextlib
 import io
@@ -17,7 +17,7 @@ from tests import scenes
 from tests.scenes import GOOD
 
 
-def test_the_assignment_is_the_scene_of_the_assignment() -> None:
+def test_the_assignment_file_has_the_scene_of_the_course_assignment() -> None:
     scene = scenes.assignment()
     red, blue, green, grey = scene.materials
     assert [m.name for m in scene.materials] == ["red", "blue", "green", "grey"]
@@ -36,13 +36,13 @@ def test_a_shape_that_no_object_uses_is_a_warning() -> None:
         loads(GOOD.replace('"a - b"', '"a"'))
 
 
-def test_two_materials_of_equal_numbers_stay_two() -> None:
+def test_two_materials_with_equal_numbers_stay_separate() -> None:
     text = GOOD.replace("[shapes.b]", "[materials.twin]\nkd = [0.64, 0.08, 0.08]\n[shapes.b]")
     assert [m.name for m in loads(text).materials] == ["red", "twin"]
 
 
 END = 'one = "a - b"'
-# What is replaced, by what, and what the one line must then say.
+# Mistakes: the text to replace, its replacement, and a part of the error line.
 BAD = [
     ("background", "backgroud", "unknown key `backgroud` (known: camera"),
     ("[objects]", "[object]", "unknown key `object` (known: camera"),
@@ -180,7 +180,7 @@ BAD = [
         ("material =", ("shapes", "a", "material"), "[shapes.a]"),
     ],
 )
-def test_a_missing_key_is_named_as_data_with_the_line_of_its_table(
+def test_the_error_of_a_missing_key_has_the_path_of_the_key_and_the_line_of_its_table(
     tmp_path: Path, without: str, keys: tuple[str, ...], line_has: str | None
 ) -> None:
     lines = """\
@@ -203,7 +203,7 @@ material = "m"
     assert error.value.line == line
 
 
-def test_the_settings_of_a_file_are_no_part_of_its_scene(tmp_path: Path) -> None:
+def test_the_settings_of_a_file_are_not_part_of_its_scene(tmp_path: Path) -> None:
     file = tmp_path / "scene.toml"
     file.write_text(GOOD)
     plain = load(file)
@@ -221,15 +221,15 @@ def test_the_settings_of_a_file_are_no_part_of_its_scene(tmp_path: Path) -> None
 
 
 def status_of(path: Path, *options: str) -> tuple[int, str]:
-    """Exit status and standard error of rendering `path`."""
+    """Render `path`; return the exit status and standard error."""
     errors = io.StringIO()
     with contextlib.redirect_stderr(errors):
         status = main(["render", str(path), "-o", str(path.with_suffix(".png")), "--size", "8x8", *options])
     return status, errors.getvalue()
 
 
-@pytest.mark.parametrize(("old", "new", "says"), BAD, ids=[says[:40] for _, _, says in BAD])
-def test_a_bad_scene_file_is_refused_in_one_line(tmp_path: Path, old: str, new: str, says: str) -> None:
+@pytest.mark.parametrize(("old", "new", "message"), BAD, ids=[message[:40] for _, _, message in BAD])
+def test_an_invalid_scene_file_is_refused_in_one_line(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert old in GOOD
     path = tmp_path / "scene.toml"
     path.write_text(GOOD.replace(old, new, 1))
@@ -237,15 +237,15 @@ def test_a_bad_scene_file_is_refused_in_one_line(tmp_path: Path, old: str, new: 
     assert status == 2
     match = re.match(rf"raytracer: {path}:(\d*):? ", errors)
     assert match and errors.count("\n") == 1 and len(errors) < 400
-    assert says in errors
-    # What is left out, or wrong as a whole, is reported on the line of its table.
-    if match[1] and not says.startswith(("camera.up", "objects: ", "shapes.a: ")):
+    assert message in errors
+    # A missing key, or a table that is wrong as a whole, is reported on the line of the table.
+    if match[1] and not message.startswith(("camera.up", "objects: ", "shapes.a: ")):
         first = GOOD[: GOOD.index(old)].count("\n") + 1
         assert first <= int(match[1]) <= first + new.count("\n")
     assert list(tmp_path.iterdir()) == [path], "nothing written"
 
 
-def test_more_than_a_driver_or_an_evaluator_takes_is_refused(tmp_path: Path) -> None:
+def test_a_scene_beyond_the_limits_of_the_driver_or_the_evaluator_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(GOOD + "[[lights]]\nposition = [1, 2, 3]\n" * 5000)
     status, errors = status_of(path)
@@ -261,7 +261,7 @@ def test_more_than_a_driver_or_an_evaluator_takes_is_refused(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("data", [b"\xff\xfe", b"\x00" * 100, b""])
-def test_bytes_that_are_no_scene_are_refused(tmp_path: Path, data: bytes) -> None:
+def test_bytes_that_are_not_a_scene_are_refused(tmp_path: Path, data: bytes) -> None:
     path = tmp_path / "scene.toml"
     path.write_bytes(data)
     status, errors = status_of(path)
@@ -331,7 +331,7 @@ position = [1, 2, 3]
 
 @pytest.mark.parametrize("layout", LAYOUTS)
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
-def test_the_text_of_a_moved_scene_loads_as_that_scene_and_keeps_all_else(layout: str, end: str) -> None:
+def test_the_edited_text_loads_as_the_moved_scene_and_keeps_all_other_lines(layout: str, end: str) -> None:
     text = (layout + GOOD[GOOD.index("[materials") :]).replace("\n", end)
     scene = loads(text)
     assert edit_positions(text, scene) == text
@@ -342,7 +342,7 @@ def test_the_text_of_a_moved_scene_loads_as_that_scene_and_keeps_all_else(layout
     assert all(before == after or "position" in before for before, after in lines)
 
 
-def test_instances_of_a_file_are_those_of_python_and_stay_when_lights_move(tmp_path: Path) -> None:
+def test_instances_of_a_file_equal_instances_of_python_and_stay_when_lights_move(tmp_path: Path) -> None:
     text = GOOD + "[instances.one]\npositions = [[1, 2, 3], [0, 0, 0]] # two\nscales = [1, 0.5]\n"
     scene, (solid,) = loads(text), loads(GOOD).objects
     assert isinstance(solid, rt.Solid)
@@ -362,12 +362,12 @@ def test_instances_of_a_file_are_those_of_python_and_stay_when_lights_move(tmp_p
         loads(in_file)
 
 
-def test_the_example_of_many_is_a_thousand_solids_over_the_ground() -> None:
+def test_the_example_many_has_a_thousand_instances_over_the_ground() -> None:
     lens, ground = load("many").objects
     assert isinstance(lens, rt.Instances) and len(lens) == 1000 and isinstance(ground, rt.Plane)
 
 
-def test_a_text_that_cannot_be_moved_is_said_to_be_one() -> None:
+def test_a_text_without_the_moved_light_is_refused() -> None:
     other = loads(GOOD.replace("[[lights]]\nposition = [4.0, 7.0, 4.0]", ""))
     with pytest.raises(RuntimeError, match="laid out"):
         edit_positions(GOOD, other)

@@ -1,4 +1,4 @@
-"""The text of a scene file: errors find their line."""
+"""Lines of a scene file: errors name the line of their key."""
 
 import pickle
 import random
@@ -72,13 +72,13 @@ b = 1
         ((), None),
     ],
 )
-def test_a_key_is_found_on_its_line_or_on_that_of_what_holds_it(keys: Keys, line: int | None) -> None:
+def test_find_line_returns_the_line_of_a_key_or_of_the_table_that_lacks_it(keys: Keys, line: int | None) -> None:
     assert find_line(TEXT, keys) == line
     assert find_line(TEXT.replace("\n", "\r\n"), keys) == line
 
 
 class Writer:
-    """TOML at random in which every number is that of its line."""
+    """A writer of random TOML, in which every number is the number of its own line."""
 
     NAMES = ("a", "b-1", '"c.d"', "'e\\f'", '"\\u0067\\"]"', '"h = 1 # {"', "3")
 
@@ -108,7 +108,7 @@ class Writer:
 
     def value(self, depth: int) -> str:
         kind = self.random.choice(("number", "text", "list", "table")) if depth else "number"
-        if kind == "text":  # which has lines of its own, and a number after it
+        if kind == "text":  # a list of multi-line strings, with a number after them
             self.line += 2
             return f'[\'\'\'[x]\n]\'\'\', """\\""" = {{\n""", {self.line}]'
         if kind == "list":
@@ -137,14 +137,14 @@ def numbers_in(value: Any, keys: Keys = ()) -> Iterator[tuple[Keys, int]]:
 
 
 @pytest.mark.slow
-def test_every_number_of_texts_at_random_is_found_on_its_line() -> None:
+def test_find_line_returns_the_line_of_every_number_of_random_texts() -> None:
     for seed in range(300):
         text = Writer(seed).text()
         for keys, line in numbers_in(tomllib.loads(text)):
             assert find_line(text, keys) == line, (seed, keys, text)
 
 
-def test_an_error_of_toml_or_of_a_key_that_is_not_known_has_its_line(tmp_path: Path) -> None:
+def test_the_error_of_wrong_toml_or_of_an_unknown_key_has_its_line(tmp_path: Path) -> None:
     file = tmp_path / "scene.toml"
     for new in ("h = = 32.0", "haze = 32.0"):
         text = scenes.ASSIGNMENT.read_text().replace("h = 32.0", new, 1)
@@ -159,7 +159,7 @@ def test_an_error_of_toml_or_of_a_key_that_is_not_known_has_its_line(tmp_path: P
 
 
 @pytest.mark.parametrize("name", ["a: b", "unknown key `x` (known", "a.b", '"', "\\", "]", "é", "", "a'b", "\x1b[2J"])
-def test_an_error_has_its_path_of_keys_whatever_they_are_called(tmp_path: Path, name: str) -> None:
+def test_an_error_has_the_path_of_its_keys_whatever_their_names(tmp_path: Path, name: str) -> None:
     quoted = '"' + name.replace("\\", "\\\\").replace('"', '\\"').replace("\x1b", "\\u001b") + '"'
     text = scenes.ASSIGNMENT.read_text() + f"[materials.{quoted}]\nh = 1\nkd = 1.5e300\n"
     file = tmp_path / "scene.toml"
@@ -169,11 +169,11 @@ def test_an_error_has_its_path_of_keys_whatever_they_are_called(tmp_path: Path, 
     refusal = error.value
     assert (refusal.file, refusal.line, refusal.keys) == (str(file), text.count("\n"), ("materials", name, "kd"))
     assert str(refusal).endswith(f": {refusal.reason}") and str(refusal).isprintable()
-    same = pickle.loads(pickle.dumps(refusal))
-    assert (str(same), same.keys, same.line) == (str(refusal), refusal.keys, refusal.line)
+    unpickled = pickle.loads(pickle.dumps(refusal))
+    assert (str(unpickled), unpickled.keys, unpickled.line) == (str(refusal), refusal.keys, refusal.line)
 
 
-def test_an_error_has_the_path_to_the_innermost_value() -> None:
+def test_an_error_has_the_path_of_the_innermost_value() -> None:
     text = scenes.ASSIGNMENT.read_text() + '[materials.m]\nmodel = "lafortune"\nlobes = [{ cx = 1, cz = 1, n = -1 }]\n'
     with pytest.raises(rt.InputError) as error:
         loads(text)
