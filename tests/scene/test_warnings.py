@@ -91,8 +91,8 @@ def test_a_reference_warns_as_a_picture_does_and_of_much_memory(
 ) -> None:
     # The measure of distances is for 32 bits; the reference has 64.
     far = rt.Scene([rt.Sphere((0, 0, 0), 1e-4), rt.Plane((0, 1, 0), -1e6)], [], rt.Camera((0, 0, 9), (0, 0, 0)))
-    monkeypatch.setattr("raytracer.core.memory._WORTH_MENTION", 1)
-    monkeypatch.setattr("raytracer.core.memory._SHARE", 0.0)
+    monkeypatch.setattr("raytracer.core.memory._WARN_BYTES", 1)
+    monkeypatch.setattr("raytracer.core.memory._WARN_SHARE", 0.0)
     for scene, says in ((rt.load(bright), ["material 'red'", "this picture needs"]), (far, ["this picture needs"])):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
