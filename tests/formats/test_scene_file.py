@@ -157,7 +157,7 @@ BAD = [
     ),
     (END, f"{END}\n[settings]\ntime = nan", "settings.time: expected a finite number above 0 (seconds), got nan"),
     (END, f'{END}\n[settings]\ntime = "1"', "settings.time: expected a finite number above 0 (seconds), got '1'"),
-    (END, f"{END}\n[settings]\ntime = 1\nadaptive = 1", "settings.adaptive: expected none with max_error or time"),
+    (END, f"{END}\n[settings]\ntime = 1\nadaptive = 1", "settings.adaptive: cannot be combined with max_error or time"),
     (END, f"{END}\n[settings]\nshading = 3", "settings.shading: expected one of "),
     (END, f"{END}\n[settings]\nprecision = 64.0", "settings.precision: expected one of 32, 64, got 64.0"),
     (END, f"{END}\n[settings]\nprecision = 16", "settings.precision: expected one of 32, 64, got 16"),
