@@ -43,7 +43,7 @@ def picture_bytes(size: tuple[int, int], geometry: bool, refines: bool = False, 
 
     Args:
         size: (width, height) in pixels.
-        geometry: whether depth, normals, materials and rounding errors are kept.
+        geometry: whether depth, normals, materials and the errors of pixels are kept.
         refines: whether pixels get different numbers of samples.
         keeps_sums: whether the sums of all samples are kept on the GPU, which may share the machine's memory: for
             pictures with a stopping rule (`max_error` or `time`).

@@ -369,5 +369,5 @@ def test_the_example_of_many_is_a_thousand_solids_over_the_ground() -> None:
 
 def test_a_text_that_cannot_be_moved_is_said_to_be_one() -> None:
     other = loads(GOOD.replace("[[lights]]\nposition = [4.0, 7.0, 4.0]", ""))
-    with pytest.raises(RuntimeError, match="laid out"):
+    with pytest.raises(RuntimeError, match="TOML layout"):
         edit_positions(GOOD, other)
