@@ -34,7 +34,8 @@ def published(name: str) -> Material:
     """Return a published material, measured and fitted in the literature.
 
     Args:
-        name: collection and material, such as "lafortune/clay". `raytracer brdf list` prints the names.
+        name: collection and material, such as "lafortune/clay". The collections are conductors, lafortune, ngan and
+            ngan-lafortune, with 193 materials: the tables of assets/materials/*.toml.
 
     Raises:
         InputError: there is no such material.

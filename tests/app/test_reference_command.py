@@ -108,12 +108,12 @@ def test_what_it_takes_is_told_before_it_is_begun(
     row = functools.reduce(operator.or_, [rt.Sphere((x, 0, 0), 1) for x in range(2000)])
     many = rt.Scene([row], [], rt.Camera((0, 0, 5), (0, 0, 0)))
     guessed = cost.estimate_cost(Job(many, (320, 180), Settings()), workers=1)
-    assert re.fullmatch("at least [0-9]+ (hours|days): each ray meets each of 2000 primitives", str(guessed))
+    assert re.fullmatch("at least [0-9]+ (hours|days): each ray is tested against all 2000 primitives", str(guessed))
     monkeypatch.setattr(picture, "WORTH_MENTION", 0.0)
     command = ["reference", "assignment", "-o", str(tmp_path / "a.npz"), "--size", "16x9", "--samples", "16"]
     for says in (1, 0):  # not of what is read from the disk
         assert main(command) == 0
-        assert capsys.readouterr().err.count("raytracer: this takes about 0 seconds: each ray meets") == says
+        assert capsys.readouterr().err.count("raytracer: this takes about 0 seconds: each ray is tested") == says
 
 
 def test_ctrl_c_ends_all_its_processes_and_writes_nothing(tmp_path: Path) -> None:
