@@ -57,7 +57,7 @@ def test_what_is_replaced_is_checked_and_a_wrong_name_is_answered_with_the_near_
         (rt.Settings(), {"sample": 3}, "unknown field `sample` of Settings "),
         (BALL, {"x": 3}, "unknown field `x` of Sphere (known: center, radius, material)"),
         (BALL, {"radius": -1}, "radius: expected"),
-        (rt.Settings(max_error=0.1), {"adaptive": 0.1}, "adaptive: expected none"),
+        (rt.Settings(max_error=0.1), {"adaptive": 0.1}, "adaptive: cannot be combined"),
         (scene, {"objects": []}, "objects: expected"),
     ]
     for object, changes, says in cases:

@@ -44,7 +44,7 @@ def test_a_material_that_reflects_more_than_all_light_is_named_once_with_its_par
 def test_a_share_just_above_1_is_shown_by_all_its_digits() -> None:
     material = rt.Material(kd=1.0000001)
     scene = rt.Scene([rt.Sphere((0, 0, 0), 1, material)], [], rt.Camera((0, 0, 5), (0, 0, 0)))
-    assert "kd = 1.0000001: above 1" in scene_warnings(scene, rt.Settings())[0]
+    assert "kd = 1.0000001: a value above 1" in scene_warnings(scene, rt.Settings())[0]
 
 
 def test_light_and_indices_of_refraction_may_be_above_1_and_shares_of_light_may_not() -> None:
