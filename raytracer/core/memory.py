@@ -49,6 +49,6 @@ def picture_bytes(size: tuple[int, int], geometry: bool, refines: bool = False, 
             pictures with a stopping rule (`max_error` or `time`).
     """
     # Bytes per pixel. Radiance: 12. Geometry: depth 4, normal 12, material 4 and its index 4, error 4. Number of
-    # samples: twice 4. Sums: current sums 16, a copy of earlier sums 16, the sums before those 12, and 24 for the last
-    # ones as float64 on the CPU.
+    # samples: twice 4. Sums: current sums 16, a copy of earlier sums 16, the sums before those 12, and the float64 copy
+    # of the latter on the CPU 24.
     return size[0] * size[1] * (12 + 28 * geometry + 8 * refines + 68 * keeps_sums)

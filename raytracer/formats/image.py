@@ -77,7 +77,7 @@ class Image(Record, frozen=True, eq=False):
         metadata: texts by name, which are stored in files. Default: none.
 
     Raises:
-        InputError: an argument is no such array, or its size differs from that of the radiance.
+        InputError: an argument is no such array, or its size differs from the radiance.
     """
 
     radiance: NDArray[Any]

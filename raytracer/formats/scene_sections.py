@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 # The most operators in the expressions of all objects together: as many as a scene can have primitives.
 MAX_OPERATORS = MAX_SURFACES
-# The keys of a table in [instances]. They are not the fields of a struct, unlike those of other tables.
+# The keys of a table in [instances]. For other tables, the keys are the fields of a struct.
 _INSTANCES = ("positions", "scales", "file")
 _PRIMITIVES: dict[str, type[Primitive]] = {"sphere": Sphere, "plane": Plane}
 

@@ -23,7 +23,7 @@ Mask = NDArray[np.bool_]
 
 
 def _inside(solid: list[Solid], leaf_inside: list[Mask]) -> list[Mask]:
-    """Return for each node of a tree in postfix order whether points are inside, from those of its leaves."""
+    """Return for each node of a postfix tree whether points are inside, from the masks of the leaves in order."""
     results: list[Mask] = []
     stack: list[Mask] = []
     leaf = iter(leaf_inside)

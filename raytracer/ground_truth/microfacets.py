@@ -50,7 +50,7 @@ def distribution(m: Material, kind: str, cosine: Array, alpha: float | None = No
         m: the material, for its `alpha`.
         kind: "ggx" or "beckmann".
         cosine: the cosine between microfacet normal and N [R].
-        alpha: the roughness. Default: that of the material.
+        alpha: the roughness. Default: `m.alpha`.
     """
     a2 = (m.alpha if alpha is None else alpha) ** 2
     tan2 = (1.0 - cosine**2) / cosine**2

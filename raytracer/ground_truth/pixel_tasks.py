@@ -40,7 +40,7 @@ class Task(NamedTuple):
 
 
 class TaskResult(NamedTuple):
-    """The results for P pixels: mean radiance and its variance [P, 3], and in the first round those of centre rays."""
+    """The results for P pixels: mean radiance and its variance [P, 3], and in the first round the centre rays."""
 
     mean: Array
     variance: Array

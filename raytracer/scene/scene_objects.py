@@ -27,7 +27,7 @@ _NODES_PER_LEAF = 4
 
 
 class Run(NamedTuple):
-    """A sequence of objects: successive plain solids, or one Instances object. `nodes` are those of all their trees."""
+    """A sequence of objects: successive plain solids, or one Instances object. `nodes` holds the nodes of all trees."""
 
     nodes: list[Solid]
     instances: Instances | None
@@ -107,7 +107,7 @@ class SceneObjects(tuple[Solid | Instances, ...]):
         return counts
 
     def spheres(self) -> tuple[Array, Array]:
-        """Return the centres (N, 3) and radii (N,) of all spheres, bit-identical to those of Scene.solids()."""
+        """Return the centres [N, 3] and radii [N] of all spheres, bit-identical to Scene.solids()."""
         return self.derive("spheres", None, self._spheres)
 
     def _spheres(self) -> tuple[Array, Array]:

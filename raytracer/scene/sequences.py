@@ -154,9 +154,9 @@ def replicate_place(k: int) -> tuple[int, int]:
     return x ^ _REPLICATE_SHIFT[0], y ^ _REPLICATE_SHIFT[1]
 
 
-# The next three functions are those of shaders/sampling/sobol.glsl: reversal of 32 bits; a permutation in which each
-# bit depends on lower bits only (Laine and Karras 2011, with Vegdahl's steps of 2021), for Owen scrambling; and the
-# digits of Sobol's second dimension, a Pascal matrix modulo 2.
+# The next three functions repeat shaders/sampling/sobol.glsl: reversal of 32 bits; a permutation in which each bit
+# depends on lower bits only (Laine and Karras 2011, with Vegdahl's steps of 2021), for Owen scrambling; and the digits
+# of Sobol's second dimension, a Pascal matrix modulo 2.
 
 
 def _reversed(x: int) -> int:

@@ -147,7 +147,7 @@ def test_what_is_no_file_in_the_folder_is_neither_waited_for_nor_read(tmp_path: 
         file.unlink()
     assert elsewhere.stat().st_mtime_ns == before
     file.mkdir()
-    with pytest.warns(UserWarning, match="the reference was not kept"):
+    with pytest.warns(UserWarning, match="the reference could not be stored"):
         trace_converged(scene, SIZE, samples=16)
 
 
@@ -193,7 +193,7 @@ def test_an_edit_drops_pictures_where_it_may_change_them_and_nowhere_else(
 
 def test_a_folder_that_cannot_be_written_to_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RAYTRACER_CACHE", "/proc/nowhere")
-    with pytest.warns(UserWarning, match=r"^/proc/nowhere: the reference was not kept"):
+    with pytest.warns(UserWarning, match=r"^/proc/nowhere: the reference could not be stored"):
         assert trace_converged(edge(), SIZE, samples=16).radiance.max() > 0.9
 
 
