@@ -1,4 +1,6 @@
-"""A GLSL ray tracer for constructive solid geometry that knows its own error.
+"""A GLSL ray tracer for constructive solid geometry (CSG) that estimates the error of its own pictures.
+
+A scene of two spheres, merged, from which a third one is cut:
 
     import raytracer as rt
 
@@ -6,14 +8,26 @@
     scene = rt.Scene([solid], [rt.PointLight((4, 7, 4))], rt.Camera((0, 1, 5), (0, 0, 0)))
     rt.render(scene, size=(640, 360), samples=16).save("solid.png")
 
-A scene can also be loaded from a TOML file, by `load`; the command line is `raytracer --help`.
+`load` reads a scene from a TOML file. `raytracer --help` describes the command line.
+
+Overview:
+    scene description: Scene, Sphere, Plane, Union, Intersection, Difference, Complement, Instances, Material, Lobe,
+        PointLight, Camera
+    files: load, load_all, load_settings, SceneFile, published (measured materials from the literature)
+    pictures: render, Settings, quality (presets of settings), Image
+    accuracy: reference (float64 ground truth), compare, Comparison
+    reflectance models: brdf
+    errors: InputError (a wrong value), ShaderError (a shader does not compile), ContextError (no OpenGL)
+
+Points and vectors are three numbers in a right-handed coordinate system, lengths are in the units of the scene, and
+colours are linear RGB.
 """
 
 from __future__ import annotations
 
 import sys
 
-# As typing.TYPE_CHECKING, whose import takes longer than all of this module.
+# Replaces typing.TYPE_CHECKING: importing typing takes longer than executing this whole module.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
@@ -72,10 +86,10 @@ __all__ = [
     "render",
 ]
 
-# Names are imported when they are first used, so that the command line sees to Ctrl-C before anything takes time.
-# The names that need neither NumPy nor OpenGL come all together, and with every other one: so
-# `eval(repr(x), vars(raytracer))` finds them.
-_SCENES = {
+# Submodules are imported at the first use of a name, so that the command line handles Ctrl-C before any slow import.
+# _SCENE_NAMES need neither NumPy nor OpenGL. The first use of any public name imports all of them, so that
+# `eval(repr(x), vars(raytracer))` finds the class of x.
+_SCENE_NAMES = {
     "Camera": "scene.camera",
     "Complement": "scene.solids",
     "Difference": "scene.solids",
@@ -97,7 +111,7 @@ _SCENES = {
     "load_settings": "formats.scene_file",
     "quality": "scene.settings_patch",
 }
-_PICTURES = {
+_PICTURE_NAMES = {
     "Comparison": "analysis.image_difference",
     "ContextError": "gpu.turns",
     "Image": "formats.image",
@@ -108,7 +122,7 @@ _PICTURES = {
     "render": "rendering.picture",
 }
 
-# `glsl` is for who looks into the shaders: not in `__all__`.
+# `glsl` calls single shader functions, for readers and tests of the shaders. It is not in `__all__`.
 _MODULES = {"brdf": "rendering.brdf", "glsl": "gpu.glsl_call"}
 
 
@@ -119,18 +133,18 @@ def __getattr__(name: str) -> Any:
         return import_module("raytracer.version").__version__
     if name in _MODULES:
         return import_module(f"raytracer.{_MODULES[name]}")
-    module = _SCENES.get(name) or _PICTURES.get(name)
+    module = _SCENE_NAMES.get(name) or _PICTURE_NAMES.get(name)
     if module is None:
-        # With both, Python asks whether a near name of dir() was meant.
+        # With `name` and `obj`, Python suggests a similar name from dir().
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}", name=name, obj=sys.modules[__name__])
-    # A function comes with the class of its result.
-    names = _SCENES | {each: place for each, place in _PICTURES.items() if place == module}
-    for each, place in names.items():
-        globals()[each] = getattr(import_module(f"raytracer.{place}"), each)
+    # A function is imported together with the class of its result, which is in the same submodule.
+    imports = _SCENE_NAMES | {public: source for public, source in _PICTURE_NAMES.items() if source == module}
+    for public, source in imports.items():
+        globals()[public] = getattr(import_module(f"raytracer.{source}"), public)
     return globals()[name]
 
 
 def __dir__() -> list[str]:
-    # Public names, imported yet or not, without the modules that are imported by now, such as __main__.
+    # All public names, whether imported yet or not, but no submodules such as __main__.
     attributes = ("__all__", "__doc__", "__file__", "__loader__", "__name__", "__package__", "__path__", "__spec__")
     return sorted([*__all__, *attributes, "__version__"])

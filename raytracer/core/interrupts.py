@@ -1,4 +1,4 @@
-"""Ctrl-C: the status 130 and at most one line, whenever it comes."""
+"""Handling of Ctrl-C: at any moment it ends the program with exit status 130 and at most one line of text."""
 
 from __future__ import annotations
 
@@ -9,32 +9,34 @@ import time
 from contextlib import contextmanager
 from functools import partial
 
-# As typing.TYPE_CHECKING: while this module is imported there is no handler yet, so it imports as little as it can.
+# Replaces typing.TYPE_CHECKING: no handler is set while this module is imported, so it imports as little as possible.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from types import FrameType
 
-# As shells have it: 128 and the signal's number.
+# Exit status by the convention of shells: 128 plus the number of the signal (SIGINT is 2).
 STATUS = 130
-# Seconds. Keys repeat, and a signal may reach a process twice: one that comes so soon is of the same press. So nothing
-# interrupts the cleaning up after an interrupt, unless that takes long.
+# Seconds after a Ctrl-C in which another SIGINT counts as the same key press: keys repeat, and a signal may reach a
+# process twice. So the clean-up after Ctrl-C is not interrupted either, unless it takes longer.
 _SAME_PRESS = 1.0
-# Seconds until an interrupt that got lost is tried again.
-_AGAIN = 0.02
+# Seconds until an interrupt that Python could not raise is sent again.
+_RETRY_DELAY = 0.02
 
 
 def run_guarded(load: Callable[[], Callable[[], int]]) -> int:
-    """Run the program that `load` imports; the exit status, which is STATUS after Ctrl-C.
+    """Run a program and return its exit status, or STATUS after Ctrl-C.
 
-    The handler of Ctrl-C is there before `load` is called, as imports take time.
+    Args:
+        load: a function that imports the program and returns its main function, which returns an exit status. The
+            handler of Ctrl-C is set before `load` is called, because imports take time.
     """
-    # A parent may ignore the signal, as a shell does for `raytracer ... &`: then it stays ignored.
-    guards = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if guards:
+    # The parent process may have set SIGINT to be ignored, as a shell does for `raytracer ... &`: keep ignoring it.
+    is_handled = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if is_handled:
         signal.signal(signal.SIGINT, _end)
     main = load()
-    if not guards:
+    if not is_handled:
         return main()
     interrupts = _Interrupts()
     sys.unraisablehook = interrupts.raise_again
@@ -42,23 +44,23 @@ def run_guarded(load: Callable[[], Callable[[], int]]) -> int:
         signal.signal(signal.SIGINT, interrupts.raise_once)
         status = main()
     except BaseException:
-        # Code in C may turn an interrupt into any other error.
+        # C code may turn KeyboardInterrupt into any other error.
         if not interrupts.happened:
             raise
         status = STATUS
     finally:
-        # The interpreter's end cannot raise, and there is nothing left to interrupt.
+        # An exception during the interpreter's shutdown cannot be raised, and nothing is left to interrupt.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     return STATUS if status and interrupts.happened else status
 
 
 @contextmanager
 def deferred() -> Iterator[None]:
-    """Interrupts wait for the end of the block: it calls code in C that does not survive an exception of Python's."""
+    """Delay Ctrl-C until the end of the block, for calls of C code in which a Python exception must not be raised."""
     import threading
 
     handler = signal.getsignal(signal.SIGINT)
-    # Only the main thread gets signals.
+    # Python runs signal handlers in the main thread only.
     if not callable(handler) or threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -73,40 +75,43 @@ def deferred() -> Iterator[None]:
 
 
 def _end(*_: object) -> None:
-    """Handle a signal while there is nothing to clean up."""
+    """Handle SIGINT during the imports, when nothing needs cleaning up."""
     try:
         os.write(2, b"raytracer: interrupted, nothing written\n")
-    finally:  # also where there is no standard error
+    finally:  # also if standard error is closed
         os._exit(STATUS)
 
 
 class _Interrupts:
-    """Makes an exception of a press. `happened`: whether there was one."""
+    """Signal handler that raises one KeyboardInterrupt per key press. `happened`: whether Ctrl-C was pressed."""
 
     def __init__(self) -> None:
         self.happened = False
         self._last = -_SAME_PRESS
 
     def raise_once(self, number: int, frame: FrameType | None) -> None:
-        """Handle a signal: raise KeyboardInterrupt, once for each press."""
+        """Handle SIGINT: raise KeyboardInterrupt, once per key press."""
         now = time.monotonic()
         if now - self._last >= _SAME_PRESS:
             self.happened, self._last = True, now
             raise KeyboardInterrupt
 
     def raise_again(self, lost: sys.UnraisableHookArgs) -> None:
-        """Send an interrupt again that came in code that cannot raise, such as a destructor: a sys.unraisablehook."""
+        """Send SIGINT again if KeyboardInterrupt was lost in code that cannot raise, such as a destructor.
+
+        The method is a `sys.unraisablehook`.
+        """
         if not issubclass(lost.exc_type, KeyboardInterrupt):
-            if not self.happened:  # afterwards a destructor may well miss something
+            if not self.happened:  # after an interrupt, errors of destructors are expected and not reported
                 sys.__unraisablehook__(lost)
             return
         import threading
 
         self._last = -_SAME_PRESS
         main = threading.main_thread().ident
-        again = signal.raise_signal
-        if main is not None and hasattr(signal, "pthread_kill"):  # which ends a call that waits, too; not on Windows
-            again = partial(signal.pthread_kill, main)
-        timer = threading.Timer(_AGAIN, again, (signal.SIGINT,))
+        send = signal.raise_signal
+        if main is not None and hasattr(signal, "pthread_kill"):  # it also ends a blocking call; not on Windows
+            send = partial(signal.pthread_kill, main)
+        timer = threading.Timer(_RETRY_DELAY, send, (signal.SIGINT,))
         timer.daemon = True
         timer.start()

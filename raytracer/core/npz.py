@@ -1,6 +1,7 @@
-"""Arrays in an `.npz` file, which may be anything: no pickle is read, and an array's size is checked before the array.
+"""Reading arrays from untrusted `.npz` files.
 
-A small file can inflate to a large one. Every error is an `InputError`, without the file's name.
+No pickle is loaded. The size of each array is checked before the array is read, because a small compressed file can
+inflate to a huge array. Every error is an `InputError` without the file's name.
 """
 
 from __future__ import annotations
@@ -16,30 +17,39 @@ from raytracer.core.validation import InputError
 if TYPE_CHECKING:
     from zipfile import ZipFile, ZipInfo
 
-# A zip archive lists its members in a directory, whose length its end states. What this program writes has 8 members,
-# of some 60 bytes each there; to list a million of them would take zipfile long.
+# The largest size of a zip archive's directory of members, in bytes. The archives that this program writes have 8
+# members of about 60 bytes each in the directory. The module zipfile would take long to list a million members.
 _DIRECTORY = 1 << 14
-# The archive's end as NumPy writes it, without a comment, and what would stand before it and replace it in a large one.
+# The end-of-archive record of a zip file without a comment, as NumPy writes it; and the signature and the size of the
+# zip64 locator, which precedes the record in archives of more than 4 GB.
 _END, _LARGE, _LARGE_SIZE = struct.Struct("<4s4H2LH"), b"PK\x06\x07", 20
-# An array begins with a header that states its own length, up to 4 GB; the header of plain numbers takes 128 bytes.
+# The largest size of an array's header, in bytes. A header states its own length, up to 4 GB; for plain numbers it has
+# 128 bytes.
 _HEADER = 1 << 14
 
-# (name, shape, dtype) of an array that is about to be read: raises InputError if that should not be.
+# A function of (name, shape, dtype) of an array that is about to be read. It raises InputError to reject the array.
 Check = Callable[[str, tuple[int, ...], Any], None]
 
 
 def read_arrays(
     file: IO[bytes], choose: Callable[[list[str]], Iterable[str]], check: Check, most: int
 ) -> dict[str, Any]:
-    """The arrays in a file whose names `choose` takes from all the names; other arrays are not looked at.
+    """Read some arrays of an `.npz` file, by name.
 
-    None may be of more than `most` bytes. Raises InputError.
+    Args:
+        file: the open file.
+        choose: a function that picks the names of the arrays to read from the names of all arrays in the file.
+        check: a function that rejects arrays by their name, shape or dtype.
+        most: the largest size of one array, in bytes.
+
+    Raises:
+        InputError: the file is no `.npz` file, lacks an array, or `check` or `most` rejects an array.
     """
     return _chosen(file, choose, lambda archive, info, name: _array(archive, info, name, check, most))
 
 
 def read_shape(file: IO[bytes], name: str, check: Check, most: int) -> tuple[int, ...]:
-    """The shape of the array `name` in a file, which is not read itself. Raises InputError as read_arrays()."""
+    """Return the shape of the array `name` without reading the array. Raises InputError as read_arrays() does."""
     return _chosen(file, lambda _: [name], lambda archive, info, name: _shape(archive, info, name, check, most))[name]
 
 
@@ -60,12 +70,12 @@ def _chosen(
             return {name: read(archive, members[name], name) for name in names}
     except (InputError, MemoryError):
         raise
-    except Exception as error:  # what damaged archives and headers can raise is not written down anywhere
+    except Exception as error:  # zipfile and NumPy do not document the errors that damaged files cause
         raise InputError(f"expected an .npz file: {' '.join(str(error).split())[:100]}") from None
 
 
 def _check_directory(file: IO[bytes]) -> None:
-    """Raise ValueError unless zipfile will read a short directory, from an end that cannot be taken for another."""
+    """Raise ValueError unless the archive has a small directory and an unambiguous end-of-archive record."""
     tail = _LARGE_SIZE + _END.size
     file.seek(-min(tail, file.seek(0, 2)), 2)
     data = file.read().rjust(tail, b"\0")
@@ -81,10 +91,10 @@ def _shape(archive: ZipFile, info: ZipInfo, name: str, check: Check, most: int) 
 
     from numpy.lib import format as npy
 
-    # The others' decoders take as much memory as the archive asks for; NumPy writes only these.
+    # NumPy writes no other compression, and the decoders of other ones allocate as much memory as the archive states.
     if info.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
         raise InputError("expected an array as numpy.savez writes it, got another compression", name)
-    # zipfile inflates no more of a member than the size that its entry states.
+    # The module zipfile inflates at most the size that the directory states, so this check bounds the memory.
     if info.file_size > most:
         raise InputError(f"expected at most {most} bytes, got {info.file_size}", name)
     with archive.open(info) as file:

@@ -1,4 +1,4 @@
-"""Files that a user wants written: whether they can be, and written whole or not at all."""
+"""Writing files for the user: checks before the work starts, and atomic writes (a complete file or none)."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from raytracer.core.shown import shown
 from raytracer.core.validation import InputError, check_path
 
 _ANY_MAY_WRITE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
-# The permissions of a new file, from which the umask takes some away.
+# The permissions of a new file, before the umask removes some of them.
 _NEW_FILE = 0o666
-# Opens a file to be written, as written_whole() does.
+# A function that opens a file for writing, such as written_whole().
 Writer = Callable[[Path], AbstractContextManager[IO[Any]]]
 
 
 def check_output(path: str | os.PathLike[str], suffixes: Collection[str]) -> Path:
-    """`path` if a file that ends in one of `suffixes` can be written there; InputError otherwise."""
+    """Return `path` if a file with one of the `suffixes` can be written there. Raises InputError otherwise."""
     path = check_path(path, "path")
     if path.suffix.lower() not in suffixes:
         raise InputError(f"expected an output that ends in {' or '.join(suffixes)}", file=str(path))
@@ -32,7 +32,7 @@ def check_output(path: str | os.PathLike[str], suffixes: Collection[str]) -> Pat
 
 
 def check_folder(folder: Path, *names: str) -> None:
-    """Raise InputError unless files can be written into `folder`, also files of these `names`."""
+    """Raise InputError unless `folder` is writable and no file in it blocks one of the `names`."""
     _check_folder(folder, folder)
     for name in names:
         _check(folder / name)
@@ -46,7 +46,7 @@ def _check(path: Path) -> None:
 
 
 def _check_folder(folder: Path, path: Path) -> None:
-    """Raise InputError about `path` unless files can be written into `folder`."""
+    """Raise InputError, with `path` as the file, unless files can be written into `folder`."""
     try:
         if not folder.is_dir():
             raise InputError(f"expected a folder that exists, got {folder}", file=str(path))
@@ -60,10 +60,11 @@ def _check_folder(folder: Path, path: Path) -> None:
 
 
 def _target(path: Path) -> Path:
-    """The file that has the content of `path`: `path`, or where its symbolic link leads.
+    """Return the file that a write to `path` would change: `path` itself, or the target of its symbolic link.
 
-    Raises InputError unless it is a regular file that can be written to, or no file at all; OSError for a name that
-    the file system does not take.
+    Raises:
+        InputError: the target exists and is not a writable regular file, or the link leads nowhere.
+        OSError: the file system does not accept the name.
     """
     try:
         mode = path.stat().st_mode
@@ -77,9 +78,9 @@ def _target(path: Path) -> Path:
             f"expected a file, got a {'folder' if stat.S_ISDIR(mode) else 'device or a pipe'}", file=str(path)
         )
     try:
-        if not mode & _ANY_MAY_WRITE:  # root may open it all the same
+        if not mode & _ANY_MAY_WRITE:  # checked apart from open(), because root can open a read-only file
             raise PermissionError
-        os.close(os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0)))  # not for long, if it became a pipe
+        os.close(os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0)))  # no blocking if it became a pipe meanwhile
     except PermissionError:
         raise InputError("expected a file that can be written to, got a read-only one", file=str(path)) from None
     return path.resolve() if path.is_symlink() else path
@@ -87,11 +88,18 @@ def _target(path: Path) -> Path:
 
 @contextmanager
 def written_whole(path: Path, finish: Callable[[Path], object] | None = None) -> Iterator[IO[Any]]:
-    """A binary file that becomes `path` when the block ends well, and vanishes when the block does not.
+    """Write a binary file atomically: it appears as `path` if the block succeeds, and is removed if the block raises.
 
-    A file that is there keeps its permissions and, where possible, its owner; a link stays, and its target is written.
-    `finish(path)` is called once the file is there, and no interrupt comes between. Raises InputError as check_output()
-    does, and OSError.
+    A replaced file keeps its permissions and, where possible, its owner. A symbolic link is kept, and its target is
+    replaced.
+
+    Args:
+        path: the file.
+        finish: a function of the path that is called once the file is in place. Ctrl-C cannot come in between.
+
+    Raises:
+        InputError: as check_output().
+        OSError: the file cannot be written.
     """
     with replaced_whole(_target(path), finish and partial(finish, path)) as file:
         yield file
@@ -99,22 +107,28 @@ def written_whole(path: Path, finish: Callable[[Path], object] | None = None) ->
 
 @contextmanager
 def replaced_whole(path: Path, finish: Callable[[], object] | None = None) -> Iterator[IO[Any]]:
-    """Do as written_whole(), but replace a link: who could have made the link does not choose the target."""
+    """Write a file as written_whole() does, but replace a symbolic link instead of following it.
+
+    It is for folders in which other users could create a link: they cannot redirect the write to another file.
+    """
     kept = None
     with suppress(FileNotFoundError):
         status = path.lstat()
         kept = status if stat.S_ISREG(status.st_mode) else None
     temporary = _temporary(path)
     mode = stat.S_IMODE(kept.st_mode) & 0o777 if kept else _NEW_FILE
-    # At no time may more users read it than the file before, whose group it gets in the end.
-    first = mode & stat.S_IRWXU if kept else mode
+    # The new file gets the old file's group at the end only. Until then only its owner may read it, so that at no time
+    # more users can read it than the old file.
+    initial_mode = mode & stat.S_IRWXU if kept else mode
     try:
-        with open(temporary, "xb", opener=lambda name, flags: os.open(name, flags, first)) as file:
+        with open(temporary, "xb", opener=lambda name, flags: os.open(name, flags, initial_mode)) as file:
             yield file
         if kept:
             if hasattr(os, "chown"):
                 for owner in ((-1, kept.st_gid), (kept.st_uid, -1)):
-                    with suppress(OSError):  # only root gives files away, and to other groups members alone
+                    with suppress(
+                        OSError
+                    ):  # only root may change the owner, only members of a group may set that group
                         os.chown(temporary, *owner)
             temporary.chmod(mode)
         with deferred():
@@ -127,14 +141,22 @@ def replaced_whole(path: Path, finish: Callable[[], object] | None = None) -> It
 
 
 def _temporary(path: Path) -> Path:
-    """A name beside `path` that nobody has. The module tempfile would do, and takes long to import."""
+    """Return an unused name in the folder of `path`. The module tempfile offers the same but takes long to import."""
     return path.with_name(f".{path.stem[:40]}-{os.urandom(8).hex()}.part")
 
 
 def write_new(path: Path, write: Callable[[IO[Any]], object]) -> None:
-    """Let `write` fill a new file, which is there when it is whole. Raises FileExistsError if `path` is there."""
+    """Write a new file atomically.
+
+    Args:
+        path: the file.
+        write: a function that writes the content to an open binary file.
+
+    Raises:
+        FileExistsError: `path` exists already.
+    """
     if os.path.lexists(path):
-        raise FileExistsError(f"{path} is there")
+        raise FileExistsError(f"{path} exists already")
     temporary = _temporary(path)
     try:
         with temporary.open("xb") as file:
@@ -145,22 +167,28 @@ def write_new(path: Path, write: Callable[[IO[Any]], object]) -> None:
 
 
 def _rename_new(old: Path, new: Path) -> None:
-    """Rename a file. Raises FileExistsError if `new` is there."""
+    """Rename a file. Raises FileExistsError if `new` exists."""
     try:
         os.link(old, new)
     except FileExistsError:
         raise
-    except OSError:  # a file system without links
+    except OSError:  # a file system without hard links
         new.touch(exist_ok=False)
         old.replace(new)
 
 
 def write_numbered(stem: str, suffix: str, write: Callable[[IO[Any]], object]) -> Path:
-    """The first path of stem-1, stem-2, ... that is not there yet, with what `write` puts into it, as write_new()."""
+    """Write a new file under the first unused name of `stem`-1, `stem`-2, ... and return its path.
+
+    Args:
+        stem: the path without number and suffix.
+        suffix: the file's suffix, with its dot.
+        write: a function that writes the content to an open binary file.
+    """
     for number in itertools.count(1):
         path = Path(f"{stem}-{number}{suffix}")
         if not os.path.lexists(path):
-            with suppress(FileExistsError):  # since a moment ago
+            with suppress(FileExistsError):  # another process has just created it: try the next number
                 write_new(path, write)
                 return path
     raise AssertionError

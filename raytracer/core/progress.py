@@ -1,4 +1,4 @@
-"""The progress of work that takes longer than a moment: on standard error, a bar on a terminal, else lines."""
+"""Progress of long work, on standard error: a progress bar on a terminal, lines of text elsewhere."""
 
 from __future__ import annotations
 
@@ -12,38 +12,42 @@ from raytracer.core.shown import printable, shown
 from raytracer.core.terminal import note
 from raytracer.core.validation import InputError
 
-# Seconds. Longer work shows a progress bar on a terminal.
+# Seconds of work after which a progress bar appears on a terminal.
 _SECONDS_WITHOUT_BAR = 1.0
-# Between lines: few enough for a log, and often enough to tell work from a hang.
+# Seconds between two lines: few lines for a log, yet often enough to tell slow work from a hang.
 _SECONDS_WITHOUT_LINE = 10.0
 
+# A function of (done, total), two numbers in the same unit.
 Progress = Callable[[int, int], None]
 
 
 def check_progress(value: Any) -> None:
-    """Raise InputError unless `value` can be called with two numbers, or is None."""
+    """Raise InputError unless `value` is a callable object or None."""
     if value is not None and (not callable(value) or isinstance(value, type)):
         raise InputError(f"expected a function of two numbers or None, got {shown(value)}", "progress")
 
 
 def progress_bar(title: str) -> AbstractContextManager[Progress]:
-    """A callback that shows how far the work is, once it has taken more than a moment.
+    """Return a context manager whose value is a progress callback, which shows progress once the work takes a while.
 
-    The callback takes (done, total), both in the same unit; the total may be another one each time.
+    The callback takes (done, total), both in the same unit. The total may change from call to call.
     """
     return _bar(title) if _is_terminal() else _lines(title)
 
 
 @contextmanager
 def step_bar(title: str) -> Iterator[Progress]:
-    """Do as progress_bar() for one of several steps: where there is no terminal, a line says that the step begins."""
+    """Show progress as progress_bar() does, for one of several steps.
+
+    If standard error is no terminal, a line announces the step.
+    """
     tell_step(title)
     with progress_bar(title) as progress:
         yield progress
 
 
 def tell_step(title: str) -> None:
-    """Say in a line that a step begins, but on a terminal, where a bar is."""
+    """Print a line that announces a step, unless standard error is a terminal, which shows a bar instead."""
     if not _is_terminal():
         note(title)
 
@@ -54,14 +58,14 @@ def _is_terminal() -> bool:
 
 @contextmanager
 def _lines(title: str) -> Iterator[Progress]:
-    told, percent = time.monotonic(), -1
+    last_line, last_percent = time.monotonic(), -1
 
     def progress(done: int, total: int) -> None:
-        nonlocal told, percent
-        now, share = time.monotonic(), 100 * done // max(total, 1)
-        if done < total and share > percent and now - told >= _SECONDS_WITHOUT_LINE:
-            note(f"{title}: {share} %")
-            told, percent = now, share
+        nonlocal last_line, last_percent
+        now, percent = time.monotonic(), 100 * done // max(total, 1)
+        if done < total and percent > last_percent and now - last_line >= _SECONDS_WITHOUT_LINE:
+            note(f"{title}: {percent} %")
+            last_line, last_percent = now, percent
 
     yield progress
 

@@ -1,4 +1,4 @@
-"""Frozen structs of which copies with other values are made."""
+"""Record: the base class of immutable values, with a method that returns a changed copy."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ K = TypeVar("K", bound=type)
 
 
 def public(kind: K) -> K:
-    """Name the package itself as the module of a class that is an attribute of the package: `raytracer.Sphere`.
+    """Class decorator that sets the class's `__module__` to the package: `raytracer.Sphere`.
 
-    So a pickle does not depend on where the class is defined. Unpickling asks the package for the class, and then
-    `eval(repr(x), vars(raytracer))` finds the class, too. The names in the annotations stay those of the class's own
-    module, where `inspect.signature` and `help` look for them.
+    A pickle then does not depend on the submodule that defines the class. Unpickling imports the class as an attribute
+    of the package, and then `eval(repr(x), vars(raytracer))` finds it, too. Names in the annotations still refer to
+    the defining module, as `inspect.signature` and `help` require.
     """
     module = kind.__module__
     kind.__annotations__ = {
@@ -30,12 +30,12 @@ def public(kind: K) -> K:
 
 
 class Record(msgspec.Struct, frozen=True):
-    """Frozen fields that are checked when the object is made."""
+    """An immutable object. Its fields are checked when the object is created."""
 
     def replace(self, **changes: Any) -> Self:
-        """The same object with other values for some fields, which are checked as when it is made.
+        """Return a copy with other values for some fields. The new values are checked as in the constructor.
 
-        `copy.replace` of Python 3.13 does the same. Raises InputError for a name that is no field.
+        Python 3.13 offers the same as `copy.replace`. Raises InputError for a wrong value and for an unknown field.
         """
         for name in changes:
             if name not in self.__struct_fields__:
@@ -46,6 +46,6 @@ class Record(msgspec.Struct, frozen=True):
 
 
 def _unknown_field(name: str, owner: str, fields: tuple[str, ...]) -> KeyNameError:
-    """The error for a name that is no field of `owner`."""
+    """Return the error for a `name` that is not among the `fields` of the class `owner`."""
     hint = f"({known(fields)}){did_you_mean(name, fields)}"
     return KeyNameError(f"unknown field `{shortened(name)}` of {owner} {hint}", name)

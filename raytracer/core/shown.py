@@ -1,6 +1,6 @@
-"""Values and names as error messages show them: short, in one line, and whatever they are.
+"""Text for values and names in error messages: short, on one line, and safe for any object.
 
-Nothing of a value's own code runs here: a `__repr__` may raise, or take for ever.
+No method of the value's own class is called, because a user's `__repr__` may raise or never return.
 """
 
 from __future__ import annotations
@@ -11,32 +11,32 @@ from collections.abc import Callable, Iterator, Sequence
 from decimal import Decimal
 from typing import Any
 
-# Characters of a value in a message, and of a key.
+# The largest number of characters of a value or a key in a message.
 _LENGTH = 60
-# Collections inside one another that are shown.
+# The number of nested collections that are written out.
 _DEPTH = 3
-# Whole numbers of more bits, 308 digits, are shown by their length: Python refuses to write some of them out.
+# Integers of more bits (308 digits) are shown by their number of digits: Python refuses to convert very long ones.
 _MAX_BITS = 1024
-# A key that TOML writes without quotes.
+# A key that needs no quotes in TOML.
 _BARE = re.compile(r"[A-Za-z0-9_-]+", re.ASCII)
 
 
 def printable(text: str) -> str:
-    """`text` without control characters: file names and keys may hold anything."""
+    """Return `text` with control characters escaped. File names and keys may contain any character."""
     return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def dotted(keys: Sequence[str | int]) -> str:
-    """A path of keys as TOML writes it, with indices in brackets: `lights[1].color`, `materials."a: b".kd`."""
+    """Return a path of keys in TOML's notation, with indices in brackets: `lights[1].color`, `materials."a: b".kd`."""
     parts = [f"[{key}]" if isinstance(key, int) else f".{_quoted(key)}" for key in keys]
     return "".join(parts).removeprefix(".")
 
 
 def shown(value: Any) -> str:
-    """`value` as an error message shows it: at most 60 characters, all printable."""
+    """Return a text for `value` in an error message: at most 60 characters, all printable."""
     try:
         text = _text(value, _DEPTH)
-    except Exception:  # a message must come whatever it is about
+    except Exception:  # no object may prevent the message
         text = _name(type(value))
     return shortened(printable(text))
 
@@ -50,7 +50,7 @@ def _quoted(key: str) -> str:
 
 
 def shortened(text: str) -> str:
-    """At most 60 characters of a text: names may be very long."""
+    """Return at most 60 characters of a text, because names may be very long."""
     return text if len(text) <= _LENGTH else text[: _LENGTH - 3] + "..."
 
 
@@ -58,7 +58,7 @@ def _text(value: Any, depth: int) -> str:
     kind = type(value)
     if value is None or kind is bool or kind is Decimal:
         return repr(value)
-    # Types that are derived from Python's are shown as Python shows its own.
+    # Objects of a class derived from a built-in type are shown as the built-in type shows them.
     if issubclass(kind, int):
         bits = int.bit_length(value)
         return int.__repr__(value) if bits <= _MAX_BITS else f"a number of about {int(bits * 0.30103)} digits"
@@ -90,7 +90,7 @@ _BRACKETS: dict[type, tuple[str, str]] = {
 def _collection(
     values: Iterator[Any], opening: str, closing: str, depth: int, text: Callable[[Any], str] | None = None
 ) -> str:
-    """The beginning of a collection: as much of it as a message shows."""
+    """Return a text for the first items of a collection, as many as fit into a message."""
     if depth == 0:
         return f"{opening}...{closing}"
     parts: list[str] = []
@@ -105,15 +105,15 @@ def _collection(
 
 
 def _numpy_text(value: Any, depth: int) -> str:
-    """A scalar as the number that it holds; an array by its shape."""
+    """Return a text for a NumPy value: the number for a scalar, the shape for an array."""
     if value.shape:
         return f"an array of shape {value.shape}"
     if depth == 0 or getattr(value, "mask", False):
         return _name(type(value))
-    held = value.item()
-    return _name(type(value)) if type(held) is type(value) else _text(held, depth - 1)
+    plain = value.item()
+    return _name(type(value)) if type(plain) is type(value) else _text(plain, depth - 1)
 
 
 def _name(kind: type) -> str:
     name: str = type.__dict__["__name__"].__get__(kind)
-    return f"{'an' if name[:1] in 'AEIOaeio' else 'a'} {name}"  # a Union
+    return f"{'an' if name[:1] in 'AEIOaeio' else 'a'} {name}"  # "u" takes "a", as in "a Union"

@@ -1,4 +1,4 @@
-"""A remedy for a name that is not there: the name that it is near to, and the names that there are."""
+"""Suggestions for an unknown name in an error message: the most similar known name, and a list of known names."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ from pathlib import Path
 
 from raytracer.core.shown import shortened
 
-# A comparison takes time by the product of two lengths, and a scene file may have very many and very long names.
+# Longer names, and names beyond this number, are not compared: one comparison takes time in proportion to the product
+# of both lengths, and a scene file may have very many and very long names.
 _MAX_LENGTH = 64
 _MAX_NAMES = 4096
-# The share of letters in common, 0 to 1: two letters of three have 0.67 ("rde" and "red"), "name" and "camera" 0.6.
+# The smallest similarity (difflib's ratio, 0 to 1) of a suggestion. "rde" and "red" have 0.67, "name" and "camera" 0.6.
 _CUTOFF = 0.65
-# Characters of a name that may stand for a longer name, as "fov" for "vertical_fov". Fewer are in too many names.
+# The fewest characters of a name that is searched for inside longer names, as "fov" in "vertical_fov". A shorter name
+# would be part of too many names.
 _WORD = 3
 
 
 def nearest(name: str, names: Iterable[str]) -> str | None:
-    """The one of `names` that `name` is most likely meant to be; None if none is near. Case does not count."""
+    """Return the one of `names` that is most similar to `name`, ignoring case, or None if none is similar."""
     from difflib import get_close_matches  # few runs need it
 
     if len(name) > _MAX_LENGTH:
@@ -35,22 +37,22 @@ def nearest(name: str, names: Iterable[str]) -> str | None:
 
 
 def known(names: Iterable[str]) -> str:
-    """List the first names that there are: `known: a, b, c`."""
+    """Return a list of the first known names: `known: a, b, c`."""
     listed = ", ".join(map(shortened, itertools.islice(names, 12)))
     return f"known: {listed}" if len(listed) <= 120 else f"known: {listed[:120]}..."
 
 
 def did_you_mean(name: str, names: Iterable[str]) -> str:
-    """`; did you mean "near"?`, to end an error about `name`; "" if none of `names` is near."""
+    """Return `; did you mean "near"?` for the end of an error about `name`, or "" if none of `names` is similar."""
     near = nearest(name, names)
     return f'; did you mean "{near}"?' if near else ""
 
 
 def did_you_mean_file(path: Path, others: Iterable[str] = ()) -> str:
-    """End an error about a file that is not there: `did_you_mean` with a file beside it, or one of the names `others`.
+    """Return `; did you mean "near"?` for the end of an error about a file, or "" if the file exists.
 
-    A path without a suffix is rather meant to be one of the others. "" if the file is there. A file whose suffix is not
-    near to the path's is another kind of file.
+    The suggestion is a similar file in the same folder, whose suffix must also be similar, or one of the names
+    `others`. Files come first if `path` has a suffix, and the other names come first if it has none.
     """
     beside: list[str] = []
     with suppress(OSError, ValueError):
@@ -66,6 +68,6 @@ def did_you_mean_file(path: Path, others: Iterable[str] = ()) -> str:
 
 
 def _is_of_kind(name: str, suffix: str) -> bool:
-    """Whether a file has that suffix, or one that it may have been meant to be."""
+    """Whether the file `name` has this suffix or a similar one. An empty suffix accepts every file."""
     own = Path(name).suffix
     return not suffix or own == suffix or bool(nearest(suffix[1:], [own[1:]]))

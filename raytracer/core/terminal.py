@@ -1,4 +1,7 @@
-"""Text for a person, on standard output and standard error: no name in it makes it fail or controls the terminal."""
+"""Text output for people, on standard output and standard error.
+
+Control characters are escaped, so that no file name or key can control the terminal or make the output fail.
+"""
 
 from __future__ import annotations
 
@@ -14,20 +17,21 @@ from raytracer.core.shown import printable
 if TYPE_CHECKING:
     from rich.table import Table
 
-# Characters of either end of a message: a path on Linux has 4096 at most, and a person reads no more than this.
+# The number of characters kept at each end of a very long line of an error. A path on Linux may have 4096 characters,
+# more than a person reads.
 _ENDS = 500
-# Columns of a table where there is no terminal.
+# The width of a table, in characters, if standard output is no terminal.
 _WIDTH = 160
 
 
 def say(*lines: str) -> None:
-    """Print lines on standard output. What would control the terminal in them is shown as Python escapes it."""
+    """Print lines on standard output, with control characters escaped as in Python."""
     for line in lines:
         print(printable(line), flush=True)
 
 
 def complain(*lines: str) -> None:
-    """Print `raytracer: ` and the lines on standard error, as note() does, without the middle of a very long one."""
+    """Print an error on standard error: `raytracer: ` and the lines. The middle of a very long line is left out."""
     first, *others = (_shortened(line) for line in lines or ("",))
     note(f"raytracer: {first}", *others)
 
@@ -37,8 +41,8 @@ def _shortened(line: str) -> str:
 
 
 def note(*lines: str) -> None:
-    """Print lines on standard error, as say() does, if it can be written to."""
-    if sys.stderr is None:  # which print() would take for standard output
+    """Print lines on standard error, with control characters escaped. Does nothing if standard error is closed."""
+    if sys.stderr is None:  # print() would use standard output instead
         return
     with suppress(OSError):
         for line in lines:
@@ -47,11 +51,11 @@ def note(*lines: str) -> None:
 
 def say_json(text: str) -> None:
     """Print JSON on standard output."""
-    print(text.replace("\x7f", "\\u007f"))  # which JSON has raw, unlike all other control characters
+    print(text.replace("\x7f", "\\u007f"))  # DEL, the only control character that JSON encoders do not escape
 
 
 def say_table(table: Table) -> None:
-    """Print a table on standard output. Its cells are as cell() makes them."""
+    """Print a table on standard output. Its cells must come from cell()."""
     if sys.stdout is None:
         return
     from rich.console import Console
@@ -60,7 +64,7 @@ def say_table(table: Table) -> None:
 
 
 def cell(text: str) -> str:
-    """Text for a table's cell: it is no markup, and holds no control characters."""
+    """Return text for a table's cell, with control characters and rich's markup escaped."""
     from rich.markup import escape
 
     return escape(printable(text))
@@ -68,12 +72,12 @@ def cell(text: str) -> str:
 
 @contextmanager
 def tolerant_output() -> Iterator[None]:
-    """Let standard output escape the characters that it cannot encode, as Python does; standard error always does.
+    """Make standard output escape the characters that its encoding lacks, within the block.
 
-    At the end of the block everything is written. Raises OSError if it cannot be.
+    Standard error always escapes them. The end of the block flushes standard output, and raises OSError if that fails.
     """
     stream = sys.stdout
-    if not isinstance(stream, io.TextIOWrapper):  # there is none, or a caller put another kind in its place
+    if not isinstance(stream, io.TextIOWrapper):  # closed, or replaced by the caller
         yield
         return
     errors = stream.errors
@@ -85,7 +89,7 @@ def tolerant_output() -> Iterator[None]:
 
 
 def drop_output() -> None:
-    """Forget what standard output does not take, or the end of the interpreter fails for it."""
+    """Discard output that cannot be written, such as into a closed pipe: Python's shutdown would report an error."""
     if sys.stdout is None:
         return
     try:

@@ -1,4 +1,4 @@
-"""Checks of a user's values: finite numbers within bounds, vectors, colours, names; the bounds; and the error."""
+"""Validation of user input: checks of numbers, vectors, colours and names, their limits, and InputError."""
 
 from __future__ import annotations
 
@@ -18,31 +18,36 @@ from raytracer.core.shown import dotted, printable, shortened, shown
 from raytracer.core.suggest import did_you_mean, known
 
 Vec3 = tuple[float, float, float]
-# A name in a table, or an index in a list; and the path of these from the outermost to a value.
+# Key: a name in a table, or an index in a list. Keys: the path of keys to a value, outermost key first.
 Key = str | int
 Keys = tuple[Key, ...]
 
-# float32 squares lengths on the way to a discriminant, so lengths and radii stay within
-# 1e-12 .. 1e12: squares, and sums of a few of them, then neither overflow nor lose bits.
+# Lengths and radii stay within 1e-12 .. 1e12, because shaders square lengths in float32 to compute a discriminant:
+# the squares, and sums of a few squares, then neither overflow nor lose bits.
 MAX_LENGTH = 1e12
 MIN_RADIUS = 1e-12
 # Light times reflectance, summed over lights and samples, must stay finite in float32 (3.4e38).
 MAX_COLOR = 1e12
 # The largest side of a picture, in pixels.
 MAX_SIDE = 65536
-# Highlights sharper than this (0.1 degrees) are no shading model's any more.
+# The largest exponent of a highlight, which is 0.1 degrees wide. Sharper highlights are not useful as shading.
 MAX_EXPONENT = 1e6
-# Expected values in the words of errors. To put numbers into text takes as long as all checks of a vector.
+# Expected values for error messages, formatted once: formatting takes as long as all checks of a vector.
 _POINT = f"3 numbers within +-{MAX_LENGTH:g}"
 _COLOR = f"3 numbers in [0, {MAX_COLOR:g}] (linear RGB)"
 
 
 class InputError(ValueError):
-    """A user's mistake. Its text is one line: the place, the expected value, the value.
+    """A wrong value in a call, a scene file or a command line. It is a ValueError.
 
-    `reason` is the text without the place. `keys` is the path of keys to the value, names and indices from the
-    outermost, such as ("materials", "red", "kd"); () if the error is about no single value. `file`, or words of the
-    command line, and `line`, from 1, say where the value is written; None if in no file, or on no single line.
+    The message is one line: the location, the expected value and the actual value.
+
+    Attributes:
+        reason: the message without the location.
+        keys: the path of keys to the value, names and indices, outermost first, such as ("materials", "red", "kd").
+            () if the error is not about a single value.
+        file: the file that holds the value, or the part of the command line. None if the value is in no file.
+        line: the line of the file, from 1. None if the value is on no single line.
     """
 
     def __init__(self, reason: str, keys: Key | Keys = (), *, file: str | None = None, line: int | None = None) -> None:
@@ -53,38 +58,35 @@ class InputError(ValueError):
         self.line = line
 
     def __str__(self) -> str:
-        place = [] if self.file is None else [self.file if self.line is None else f"{self.file}:{self.line}"]
-        return printable(": ".join((*place, *filter(None, (dotted(self._named()), self.reason)))))
+        location = [] if self.file is None else [self.file if self.line is None else f"{self.file}:{self.line}"]
+        return printable(": ".join((*location, *filter(None, (dotted(self._shown_keys()), self.reason)))))
 
-    def _named(self) -> Keys:
-        """The keys that the text begins with."""
+    def _shown_keys(self) -> Keys:
+        """Return the keys that the message begins with."""
         return self.keys
 
     def within(self, *keys: Key) -> InputError:
-        """The same error about a value that is at `keys` of another one."""
+        """Return a copy of the error with `keys` put in front of its keys: the path to the value that contains it."""
         if self.file is None:
             return type(self)(self.reason, (*keys, *self.keys), line=self.line)
         return InputError(str(self), keys)
 
     def at(self, file: object, line: int | None = None) -> InputError:
-        """The same error about what `file` gives, on `line` unless the error knows the line itself."""
+        """Return a copy of the error with a file, and with a line unless the error already has one."""
         if self.file is None:
             return type(self)(self.reason, self.keys, file=str(file), line=self.line or line)
         return InputError(str(self), file=str(file))
 
 
 class KeyNameError(InputError):
-    """A key, the last of `keys`, that its table has and must not have, or must have and has not.
+    """An unknown or missing key of a table: the last of `keys`. The message begins with the path to the table."""
 
-    The text begins with the table.
-    """
-
-    def _named(self) -> Keys:
+    def _shown_keys(self) -> Keys:
         return self.keys[:-1]
 
 
 class _Within:
-    """The context of within(). A generator would take three times as long, for each value of a large file."""
+    """The context manager of within(). A generator function would be three times slower, for each value of a file."""
 
     __slots__ = ("_keys",)
 
@@ -100,13 +102,13 @@ class _Within:
 
 
 def within(*keys: Key) -> _Within:
-    """InputErrors in the block are about values at `keys` of another one."""
+    """Prefix the keys of InputErrors raised in the block with `keys`."""
     return _Within(keys)
 
 
 @contextmanager
 def about(place: object) -> Iterator[None]:
-    """InputErrors in the block are about `place`, such as a file: they begin with that."""
+    """Prefix InputErrors raised in the block with `place`, for example a file name."""
     try:
         yield
     except InputError as error:
@@ -114,14 +116,15 @@ def about(place: object) -> Iterator[None]:
 
 
 def _plain(value: Any) -> Any:
-    """A NumPy scalar or array without dimensions as the Python number that it holds; else `value` itself.
+    """Convert a NumPy scalar or zero-dimensional array to a Python number; return any other `value` unchanged.
 
-    Scenes are made without importing NumPy, so NumPy is known by its attributes. A masked number holds none.
+    NumPy objects are recognised by their attributes, so that NumPy need not be imported. Masked values are returned
+    unchanged.
     """
     try:
         if type(getattr(value, "ndim", None)) is int and value.ndim == 0 and not getattr(value, "mask", False):
             return value.item()
-    except Exception:  # the attributes of any object, which may do anything
+    except Exception:  # attributes of an arbitrary object may raise anything
         return None
     return value
 
@@ -132,20 +135,31 @@ def is_number(value: Any) -> bool:
 
 
 def _is_real(value: Any) -> bool:
-    """Whether a plain value is a real number: neither true nor false, which Python counts as 1 and 0."""
+    """Whether a plain value is a real number. Booleans do not count, although Python treats them as 1 and 0."""
     return issubclass(type(value), Real | Decimal) and type(value) is not bool
 
 
 def number(
     value: Any, key: Key | Keys, low: float = -math.inf, high: float = math.inf, expected: str = "a finite number"
 ) -> float:
-    """`value`, a real number of any type, as a finite float with low <= value <= high; `expected` words the error."""
-    if type(value) is float and low <= value <= high and math.isfinite(value):  # as most are
+    """Return a real number of any type as a finite float.
+
+    Args:
+        value: the user's value.
+        key: the location of the value, for errors.
+        low: the smallest accepted number.
+        high: the largest accepted number.
+        expected: the expected value, in the words of the error message.
+
+    Raises:
+        InputError: the value is no finite number in [low, high].
+    """
+    if type(value) is float and low <= value <= high and math.isfinite(value):  # the most common case, made fast
         return value
     plain = _plain(value)
     try:
         result = float(plain) if _is_real(plain) else math.nan
-    except Exception:  # too large, a signalling NaN, or whatever a number's type raises
+    except Exception:  # too large, a signalling NaN, or any error of the number's type
         result = math.nan
     if not math.isfinite(result) or not low <= result <= high:
         raise InputError(f"expected {expected}, got {shown(value)}", key)
@@ -153,11 +167,11 @@ def number(
 
 
 def whole(value: Any, key: Key | Keys, low: int, high: int) -> int:
-    """`value`, a whole number of any type, as an int with low <= value <= high; 4.0 is none."""
+    """Return an integer of any type as an int in [low, high]; 4.0 is rejected. Raises InputError."""
     plain = _plain(value)
     try:
         result = int(plain) if _is_real(plain) and issubclass(type(plain), Integral) else None
-    except Exception:  # whatever a number's type raises
+    except Exception:  # any error of the number's type
         result = None
     if result is None or not low <= result <= high:
         raise InputError(f"expected a whole number in [{low}, {high}], got {shown(value)}", key)
@@ -165,7 +179,7 @@ def whole(value: Any, key: Key | Keys, low: int, high: int) -> int:
 
 
 def check_flag(value: Any, key: Key | Keys) -> bool:
-    """`value`, true or false, NumPy's too, as a bool."""
+    """Return a boolean of Python or NumPy as a bool. Raises InputError."""
     plain = _plain(value)
     if type(plain) is not bool:
         raise InputError(f"expected True or False, got {shown(value)}", key)
@@ -173,7 +187,18 @@ def check_flag(value: Any, key: Key | Keys) -> bool:
 
 
 def check_choice(value: Any, key: Key | Keys, choices: Iterable[str], *, expected: str = "", hint: str = "") -> str:
-    """`value` as one of the names `choices`; `expected` words the error, and `hint` ends it."""
+    """Return `value` if it is one of the `choices`.
+
+    Args:
+        value: the user's value.
+        key: the location of the value, for errors.
+        choices: the accepted names.
+        expected: the expected value, in the words of the error message. Default: the list of choices.
+        hint: the end of the error message. Default: the most similar choice.
+
+    Raises:
+        InputError: the value is none of the choices.
+    """
     names = tuple(choices)
     name = str.__str__(value) if issubclass(type(value), str) else None
     if name not in names:
@@ -184,7 +209,7 @@ def check_choice(value: Any, key: Key | Keys, choices: Iterable[str], *, expecte
 
 
 def check_text(value: Any, key: Key | Keys) -> str:
-    """`value` as a str that any file can hold: without null characters and halves of surrogate pairs."""
+    """Return `value` as a str. Raises InputError for null characters and lone surrogates, which files cannot hold."""
     if not issubclass(type(value), str):
         raise InputError(f"expected a string, got {shown(value)}", key)
     plain = str.__str__(value)
@@ -194,29 +219,29 @@ def check_text(value: Any, key: Key | Keys) -> str:
 
 
 def check_path(value: Any, key: Key | Keys) -> Path:
-    """`value`, a str or os.PathLike, as a Path that the file system can be asked for."""
+    """Return a str or os.PathLike as a Path. Raises InputError if the file system cannot have such a path."""
     try:
         plain = os.fspath(value)
         os.fsencode(plain)
-    except Exception:  # no path, a lone surrogate, or whatever __fspath__ raises
+    except Exception:  # no path, a lone surrogate, or any error of __fspath__
         plain = None
-    if not isinstance(plain, str) or not plain or "\0" in plain:  # an empty one would be the folder "."
+    if not isinstance(plain, str) or not plain or "\0" in plain:  # an empty string would mean the folder "."
         raise InputError(f"expected the path of a file, got {shown(value)}", key)
     return Path(plain)
 
 
 def items(value: Any, most: int) -> list[Any] | None:
-    """The items of an ordered collection, or its first `most` + 1; None if `value` is none, or is text or bytes."""
+    """Return the first `most` + 1 items of an ordered collection; None for other values, and for text and bytes."""
     if issubclass(type(value), str | bytes | bytearray | memoryview | Mapping | Set):
         return None
     try:
         return list(islice(iter(value), most + 1))
-    except Exception:  # not iterable, or whatever its iterator raises
+    except Exception:  # not iterable, or any error of its iterator
         return None
 
 
 def vector(value: Any, key: Key | Keys, low: float, high: float, expected: str) -> Vec3:
-    """Three numbers, each with low <= number <= high; `expected` words the error."""
+    """Return three numbers in [low, high]. Raises InputError, with `expected` as the expected value in its message."""
     parts = value if type(value) in (tuple, list) else items(value, 3)
     if parts is None or len(parts) != 3:
         raise InputError(f"expected {expected}, got {shown(value)}", key)
@@ -229,23 +254,23 @@ def vector(value: Any, key: Key | Keys, low: float, high: float, expected: str) 
 
 
 def three(value: Any, key: Key | Keys, low: float, high: float) -> Vec3:
-    """Three numbers, or one that stands for three."""
+    """Return three numbers in [low, high]; a single number is repeated three times. Raises InputError."""
     expected = f"3 numbers, or one for all, in [{low:g}, {high:g}]"
     return vector((value,) * 3 if is_number(value) else value, key, low, high, expected)
 
 
 def point(value: Any, key: Key | Keys) -> Vec3:
-    """Three lengths."""
+    """Return a point: three numbers within +-1e12. Raises InputError."""
     return vector(value, key, -MAX_LENGTH, MAX_LENGTH, _POINT)
 
 
 def color(value: Any, key: Key | Keys) -> Vec3:
-    """Three numbers that are not negative."""
+    """Return a linear RGB colour: three numbers in [0, 1e12]. Raises InputError."""
     return vector(value, key, 0.0, MAX_COLOR, _COLOR)
 
 
 def direction(value: Any, key: Key | Keys) -> Vec3:
-    """Three numbers that point somewhere: a vector shorter than 1e-12 is taken for a mistake."""
+    """Return a vector that defines a direction. Raises InputError, also for a vector shorter than 1e-12."""
     result = vector(value, key, -MAX_LENGTH, MAX_LENGTH, "3 finite numbers, not all 0")
     if math.hypot(*result) < 1.0 / MAX_LENGTH:
         raise InputError(f"expected a vector that is not 0, got {shown(value)}", key)
@@ -253,7 +278,7 @@ def direction(value: Any, key: Key | Keys) -> Vec3:
 
 
 def check_keys(table: Mapping[str, Any], keys: Sequence[str], needed: Sequence[str] = ()) -> None:
-    """Raise KeyNameError for a key of `table` that is none of `keys`, and for one of `needed` that is not there."""
+    """Raise KeyNameError if a key of `table` is not in `keys`, or if `table` lacks a key of `needed`."""
     for name in table:
         if name not in keys:
             raise KeyNameError(f"unknown key `{shortened(name)}` ({known(keys)}){did_you_mean(name, keys)}", name)
@@ -263,17 +288,17 @@ def check_keys(table: Mapping[str, Any], keys: Sequence[str], needed: Sequence[s
 
 
 def check_size(value: Any) -> tuple[int, int]:
-    """(width, height) in whole pixels in [1, `MAX_SIDE`]."""
+    """Return a picture size: (width, height), two integers in [1, MAX_SIDE], in pixels. Raises InputError."""
     expected = f"expected [width, height] in whole pixels in [1, {MAX_SIDE}]"
     sides = items(value, 2)
     try:
         width, height = (whole(side, "size", 1, MAX_SIDE) for side in sides or ())
-    except ValueError:  # InputError is one; unpacking raises ValueError
+    except ValueError:  # an InputError, which is a ValueError, or a wrong number of sides
         raise InputError(f"{expected}, got {shown(value)}", "size") from None
     return width, height
 
 
 def set_fields(struct: msgspec.Struct, **values: Any) -> None:
-    """Store checked values into a frozen struct, from its `__post_init__` only."""
+    """Store checked values in the fields of a frozen struct. Only its `__post_init__` may call this."""
     for name, value in values.items():
         msgspec.structs.force_setattr(struct, name, value)

@@ -1,7 +1,7 @@
-"""Files beside a scene file that the scene file names: plain names, bounded reading, copies.
+"""Companion files: files in a scene file's folder that the scene file names.
 
-A companion file is untrusted input as the scene file is: the bytes of all of them together are bounded. Every error
-begins with the file's name.
+A companion file is untrusted input, like the scene file. Its name must be a plain file name, and the total size of a
+scene's companion files is limited. Every error begins with the file's name.
 """
 
 from __future__ import annotations
@@ -16,31 +16,32 @@ from raytracer.core.output import write_new
 from raytracer.core.suggest import did_you_mean_file
 from raytracer.core.validation import InputError
 
-# Bytes of all files of a scene, and of an array when inflated: all places that a scene can have, generously written.
+# The largest total size of a scene's companion files, and the largest inflated array, in bytes: enough for the
+# positions of as many instances as a scene can have.
 MAX_BYTES = 64 * 1024 * 1024
-# For which a file counts at least, as opening and checking one takes time, too: some 0.1 ms.
+# The size that a smaller file counts as. Opening and checking a file takes 0.1 ms, so the number of files is limited.
 _LEAST_BYTES = 4096
 
 
 class ByteBudget:
-    """The number of bytes that a scene's companion files may still have."""
+    """The number of bytes that may still be read from a scene's companion files."""
 
     def __init__(self) -> None:
         self.left = MAX_BYTES
 
     def spend(self, count: int) -> None:
-        """Take the bytes of a file off."""
+        """Subtract the size of a file, in bytes."""
         self.left = max(0, self.left - max(count, _LEAST_BYTES))
 
 
 def is_plain_name(name: str, suffixes: Collection[str]) -> bool:
-    """Whether `name` can only name a file in a folder, with one of the suffixes, on any system."""
+    """Whether `name` is a file name without a path, on every operating system, and has one of the suffixes."""
     plain = PureWindowsPath(name).name == name and ":" not in name and name.isprintable()
     return plain and PureWindowsPath(name).suffix.lower() in suffixes
 
 
 def read_companion(path: Path, most: int = MAX_BYTES) -> bytes:
-    """Read a file of at most `most` bytes. Raises InputError."""
+    """Read a companion file of at most `most` bytes, inside its folder even if it is a link. Raises InputError."""
     try:
         data = read_bounded(path, most, path.parent)
     except OSError as error:
@@ -53,11 +54,10 @@ def read_companion(path: Path, most: int = MAX_BYTES) -> bytes:
 
 @contextmanager
 def copied(files: Sequence[Path], folder: Path) -> Iterator[None]:
-    """Put copies of the files that a scene names into `folder`, but those that are there with the same content.
+    """Copy companion files into `folder`, except those that exist there with the same content.
 
-    Only files that a scene may read are copied: none outside the folder of `files`, to which a link leads. The copies
-    vanish when the block does not end well. Raises RuntimeError if a copy cannot be made or if another file
-    has its name.
+    Links out of the folder of `files` are not followed. If the block raises an exception, the copies are removed.
+    Raises RuntimeError if a file cannot be copied, or if a different file with its name exists.
     """
     made: list[Path] = []
     try:

@@ -1,10 +1,10 @@
-"""CSG expressions of scene files: text in, solid out. Parsed, never evaluated as code.
+"""Parser of the CSG expressions in scene files. The text is never evaluated as code.
 
     expression = name | "(" expression ")" | "~" expression | expression operator expression
 
-The operators bind as in Python, so that a scene file and a script mean the same:
-`~` (complement) before `-` (difference) before `&` (intersection) before `|` (union), each of
-the last three from left to right.
+The operators have Python's precedence, so that an expression means the same in a scene file and in a script: `~`
+(complement) binds tightest, then `-` (difference), `&` (intersection) and `|` (union). The binary operators are
+left-associative.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from raytracer.core.suggest import did_you_mean, known
 from raytracer.core.validation import InputError
 from raytracer.scene.solids import Complement, Difference, Intersection, Solid, Union
 
-# A person's or a program's expression: enough for every primitive that one object may have.
+# The most characters of an expression: enough for as many primitives as one object may have.
 MAX_CHARACTERS = 1_000_000
-# Open parentheses and complements at any one place.
+# The most parentheses and complements that are open at the same time.
 MAX_NESTING = 200
 
 _TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<mark>[()~|&-]))", re.ASCII)
@@ -30,20 +30,26 @@ _BINARY: dict[str, tuple[int, Callable[[Solid, Solid], Solid]]] = {
 
 
 def is_name(text: str) -> bool:
-    """Whether an expression can name a shape `text`."""
+    """Whether `text` can be the name of a shape in an expression."""
     match = _TOKEN.fullmatch(text)
     return match is not None and match["name"] == text
 
 
 def parse(text: str, shapes: Mapping[str, Solid], objects: Collection[str] = ()) -> Solid:
-    """The solid that `text` describes, with names looked up in `shapes`; `objects` are names that it must not use.
+    """Parse an expression and return its solid.
 
-    Raises InputError, with the column, for anything but an expression over known names.
+    Args:
+        text: the expression.
+        shapes: the shapes that it may use, by name.
+        objects: names of objects, which are no shapes, for a better error message. Default: none.
+
+    Raises:
+        InputError: a wrong expression, with the column, or an unknown name.
     """
     if len(text) > MAX_CHARACTERS:
         raise InputError(f"expected an expression of at most {MAX_CHARACTERS} characters, got {len(text)}")
 
-    # Dijkstra's shunting yard: no recursion, so no text can exhaust the stack.
+    # Dijkstra's shunting-yard algorithm does not recurse, so no text can exhaust Python's stack.
     solids: list[Solid] = []
     operators: list[str] = []
     nesting = 0
@@ -53,7 +59,7 @@ def parse(text: str, shapes: Mapping[str, Solid], objects: Collection[str] = ())
         b = solids.pop()
         solids.append(Complement(b) if operator == "~" else _BINARY[operator][1](solids.pop(), b))
 
-    operand_next = True  # whether a name, "(" or "~" must come next, or else an operator or ")"
+    operand_next = True  # True: a name, "(" or "~" must come next. False: an operator or ")".
     position = 0
     end = len(text.rstrip())
     while position < end:
@@ -89,7 +95,7 @@ def parse(text: str, shapes: Mapping[str, Solid], objects: Collection[str] = ())
                 reduce()
             operators.append(token)
             operand_next = True
-        # A complement belongs to the operand just finished.
+        # Complements before an operand apply as soon as the operand is complete.
         while not operand_next and operators and operators[-1] == "~":
             reduce()
             nesting -= 1

@@ -1,4 +1,4 @@
-"""A picture's estimate of its own error."""
+"""Estimate: the error that a picture states about itself, with the samples and the time that it took."""
 
 from __future__ import annotations
 
@@ -11,36 +11,45 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-# With fewer equal parts a sum of squares tells little: the root mean square of ten normal errors is off by a fifth.
+# The effective number of squared errors below which their mean is uncertain: the root mean square of ten normally
+# distributed errors has a standard deviation of about a fifth.
 _FEW = 10.0
-# Why an error is uncertain that is a mean of few squares, or mostly of few.
+# The reason for an uncertain estimate if few pixels hold most of the squared error.
 FEW_PIXELS = "few pixels hold most of it"
-# Why an error is uncertain where no sample may have met the features that hold most of it.
+# The reason for an uncertain estimate if no sample may have hit the features that hold most of the error.
 UNSEEN = "small bright features may lie between the samples"
-# The share of the root mean square of such an error that is stated as a lower bound (ground_truth/converged.py).
+# The lower bound of an uncertain error, as a fraction of the estimated root mean square (ground_truth/converged.py
+# has the measurement).
 LEAST = 0.5
-# Standard errors that the worst of many pixels is off by.
+# The error of the worst of many pixels, in units of its standard error.
 WORST = 3.0
 
 
 def rests_on_few(squares: NDArray[np.floating], few: float = _FEW) -> bool:
-    """Whether less than `few` of the `squares` hold most of their sum."""
+    """Whether the sum of `squares` rests on too few of them: their effective number is below `few`."""
     return float(squares.sum()) ** 2 < few * float((squares**2).sum())
 
 
 def largest(values: NDArray[np.floating]) -> tuple[float, tuple[int, int]]:
-    """The largest of the `values` (rows, columns), and its column and row."""
+    """Return the largest of the `values` [rows, columns], and its (column, row)."""
     row, column = divmod(int(values.argmax()), values.shape[1])
     return float(values[row, column]), (column, row)
 
 
 class Estimate(Record, frozen=True):
-    """The error of a picture by its own estimate, and the samples and the time that the picture took.
+    """The estimated error of a picture, and the samples and the time that the picture took.
 
-    `rmse`: root mean square over pixels and channels, linear radiance; `worst`: the error that the worst pixel may
-    have, three times its own; it is in the block of pixels around `worst_at` (x, y), from the top left. All None where
-    nothing can be known. `unknown` says why, or why the error is `uncertain`, and is "" otherwise. `samples`: the
-    samples of a pixel on average. `seconds`: their time. `max_error`: the requested error, None without a request.
+    The estimate cannot include features that no sample hit (see `spacing`).
+
+    Args:
+        samples: the mean number of samples per pixel.
+        seconds: the time for these samples.
+        rmse: the root mean square error over all pixels and channels, in linear radiance. None if it is unknown.
+        worst: an upper estimate of the error of the worst pixel, in linear radiance: three times its standard error.
+            None if it is unknown.
+        worst_at: (x, y) of a pixel in the block of pixels with the largest error, from the top left. None if unknown.
+        unknown: the reason why the error is unknown or `uncertain`, "" otherwise.
+        max_error: the requested error, None without a request.
     """
 
     samples: float
@@ -53,35 +62,35 @@ class Estimate(Record, frozen=True):
 
     @property
     def uncertain(self) -> bool:
-        """Whether the samples do not tell the error: `rmse` stays finite, and the error is that or more."""
+        """Whether `rmse` is only a lower bound of the error; `unknown` holds the reason."""
         return self.rmse is not None and self.unknown != ""
 
     @property
     def reached(self) -> bool | None:
-        """Whether the error is known to be at most `max_error`; None if none was asked for."""
+        """Whether the error is at most `max_error`, by a reliable estimate; None without a requested error."""
         if self.max_error is None:
             return None
         return self.rmse is not None and not self.uncertain and self.rmse <= self.max_error
 
     @property
     def in_words(self) -> str:
-        """The error in two or three words: "about 0.04", "at least 0.04" or "unknown"."""
+        """The error as a short text: "about 0.04", "at least 0.04" or "unknown"."""
         if self.rmse is None:
             return "unknown"
         return f"{'at least' if self.uncertain else 'about'} {self.rmse:.2g}"
 
     @property
     def spacing(self) -> float:
-        """The distance of samples, in pixels: the samples may miss a part or all of a smaller feature."""
+        """The distance between samples, in pixels. Samples may miss features that are smaller than this."""
         return 1.0 / math.sqrt(self.samples)
 
     def __str__(self) -> str:
         if self.rmse is None or self.worst_at is None:
             return f"error {self.in_words}: {self.unknown}"
-        # The worst of an uncertain error is no bound: the text has only its place.
+        # If the error is uncertain, `worst` is no upper bound: the text has only its position.
         worst = f"perhaps far more: {self.unknown}; the worst is" if self.uncertain else f"up to {self.worst:.2g}"
         x, y = self.worst_at
         return (
             f"error {self.in_words} (RMSE, linear radiance), {worst} near pixel ({x}, {y}); "
-            f"what is smaller than {self.spacing:.2g} pixels may have been missed"
+            f"details smaller than {self.spacing:.2g} pixels may be missing"
         )

@@ -1,4 +1,4 @@
-"""The finished picture: linear radiance, and what each pixel sees."""
+"""Image: a finished picture with linear radiance, geometry, and its estimated error."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ def _kind(value: Any) -> str:
 
 
 def _check_keyword(key: Any) -> None:
-    """Raise InputError for a name that PNG does not take for a text: 1 to 79 printable characters of Latin-1."""
+    """Raise InputError unless PNG accepts `key` as a text's keyword: 1 to 79 printable Latin-1 characters."""
     if not (isinstance(key, str) and key.isprintable() and 1 <= len(key) < 80 and max(key) <= "\xff"):
         raise InputError(f"expected names of 1 to 79 characters of Latin-1, got {shown(key)}", "metadata")
 
 
 class Geometry(NamedTuple):
-    """The surfaces that the centre rays of a picture's pixels meet: arrays as those of an Image."""
+    """The surfaces that the rays through the pixels' centres hit: three arrays of an Image."""
 
     depth: NDArray[np.float32]
     normal: NDArray[np.float32]
@@ -47,29 +47,37 @@ class Geometry(NamedTuple):
 
 
 class GeometrySource(ABC):
-    """The maker of a picture's geometry. An Image may hold one in place of each of the three arrays."""
+    """Lazy geometry: an object that an Image may hold in place of each of the three arrays, to compute them later."""
 
-    shape: tuple[int, int]  # of the picture: (H, W)
+    shape: tuple[int, int]  # (height, width) of the picture
 
     @abstractmethod
     def geometry(self) -> Geometry:
-        """The arrays, made at the first call."""
+        """Return the arrays. The first call computes them."""
 
 
 @public
 class Image(Record, frozen=True, eq=False):
-    """A rendered picture. All arrays have the top row first.
+    """A rendered picture. Arrays have H rows, the top row first, and W columns. `np.asarray(image)` is the radiance.
 
-    `radiance` is (H, W, 3) float32, linear RGB. The others are those of each pixel's centre ray,
-    or None if they were not asked for: `depth` (H, W) float32, the distance along the unit ray,
-    inf where nothing was hit; `normal` (H, W, 3) float32, unit, world space, towards the viewer's
-    side, 0 where nothing was hit; `material` (H, W) int32, index into `Scene.materials`, -1 where
-    nothing was hit. The GPU finds these three at the first access to one of them, or when the image is pickled or
-    saved as .npz. The reference's images are float64. `samples` (H, W) int32: how many each pixel
-    got, of a picture with adaptive samples, else None. `error` (H, W) float32: the estimated root mean square error of
-    each pixel over red, green and blue, linear radiance, nan where it is not known. `estimate` says that of the
-    picture. `metadata`, text by names, goes into files. `np.asarray(image)` is the radiance. Raises InputError for what
-    is no such array, and for arrays of other sizes than the radiance.
+    `depth`, `normal` and `material` describe the surface that the ray through the pixel's centre hits. The GPU computes
+    them at the first access to one of them, and when the image is pickled or saved as .npz. Arrays of floating-point
+    numbers are float32 in rendered pictures and float64 in pictures of `raytracer.reference`.
+
+    Args:
+        radiance: the mean linear radiance of each pixel, red, green, blue [H, W, 3].
+        depth: the distance from the camera along the ray, inf for the background [H, W]. None if not computed.
+        normal: the unit normal in world space, on the camera's side of the surface, 0 for the background [H, W, 3].
+            None if not computed.
+        material: the index in `Scene.materials`, -1 for the background, int32 [H, W]. None if not computed.
+        samples: the number of samples of each pixel, int32 [H, W]. None if all pixels have the same number.
+        error: the estimated error of each pixel, root mean square over red, green and blue, in linear radiance, NaN
+            if unknown [H, W]. None if not computed.
+        estimate: the estimated error of the whole picture. None if there is no estimate.
+        metadata: texts by name, which are stored in files. Default: none.
+
+    Raises:
+        InputError: an argument is no such array, or its size differs from the radiance.
     """
 
     radiance: NDArray[Any]
@@ -91,7 +99,7 @@ class Image(Record, frozen=True, eq=False):
             if isinstance(value, GeometrySource):
                 if value.shape == shape:
                     continue
-                value = getattr(self, name)  # to say what it is
+                value = getattr(self, name)  # the array itself, for the error message
             expected = radiance.shape if name == "normal" else shape
             if value is not None and not (_is_numbers(value) and value.shape == expected):
                 raise InputError(f"expected an array {expected} of numbers or None, got {_kind(value)}", name)
@@ -104,15 +112,15 @@ class Image(Record, frozen=True, eq=False):
             check_text(text, ("metadata", key))
 
     def _stored(self, name: str) -> Any:
-        """A field's value; of an array of the geometry the source, if the field holds that."""
+        """Return the stored value of a field: for the geometry, an array or the object that computes it."""
         return _GEOMETRY[name].stored(self) if name in _GEOMETRY else getattr(self, name)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # With the arrays, so that no reader of the pickle needs OpenGL.
+        # Pickle the arrays, not the object that computes them, so that unpickling needs no OpenGL.
         return type(self), tuple(getattr(self, name) for name in self.__struct_fields__)
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
-        """The radiance itself, for NumPy: a copy only where NumPy asks for one, or for another `dtype`."""
+        """Return the radiance for NumPy, without a copy unless NumPy requests one or another `dtype`."""
         array = np.asarray(self.radiance, dtype)
         if array is self.radiance:
             return array.copy() if copy else array
@@ -125,21 +133,29 @@ class Image(Record, frozen=True, eq=False):
         return f"<Image {width}x{height}>"
 
     def srgb8(self) -> NDArray[np.uint8]:
-        """The picture as (H, W, 3) uint8, sRGB."""
+        """Return the picture as 8-bit sRGB, uint8 [H, W, 3]. Radiance is clipped to [0, 1]."""
         return encode_srgb8(self.radiance)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a .png (8-bit sRGB) or .npz (the arrays, and the metadata as JSON), whole or not at all.
+        """Save the picture atomically: a complete file is written, or none.
 
-        A file that is there keeps its permissions; a link stays, and its target is written. Raises InputError for
-        another suffix, a place that cannot be written to, or arrays that were not rendered.
+        A replaced file keeps its permissions. A symbolic link is kept, and its target is replaced.
+
+        Args:
+            path: a file that ends in .png (8-bit sRGB) or .npz (all arrays, and the metadata as JSON).
+
+        Raises:
+            InputError: another suffix, a path that cannot be written to, or, for .npz, a picture without geometry.
         """
         path = check_output(path, FORMATS)
         with written_whole(path) as file, about(path):
             self.write(file, path.suffix)
 
     def write(self, file: IO[bytes], suffix: str) -> None:
-        """Write the picture to a binary file as `save` does for a path that ends in `suffix`."""
+        """Write the picture to an open binary file, in the format of `suffix`: ".png" or ".npz".
+
+        Raises InputError for another suffix, another object, or, for .npz, a picture without geometry.
+        """
         if not callable(getattr(file, "write", None)):
             raise InputError(f"expected a binary file, got {shown(file)}", "file")
         form = FORMATS[check_choice(suffix.lower(), "suffix", FORMATS)]
@@ -150,7 +166,7 @@ class Image(Record, frozen=True, eq=False):
         form.write(file, {name: array for name, array in arrays.items() if array is not None}, self.metadata)
 
     def png(self) -> bytes:
-        """The picture as the bytes of a PNG file, those that `save` writes. A notebook shows them."""
+        """Return the bytes of a PNG file of the picture, the same as `save` writes. Notebooks show pictures with it."""
         buffer = io.BytesIO()
         self.write_png(buffer)
         return buffer.getvalue()
@@ -158,19 +174,19 @@ class Image(Record, frozen=True, eq=False):
     _repr_png_ = png
 
     def write_png(self, file: IO[bytes]) -> None:
-        """Write the picture to a binary file as PNG (8-bit sRGB), with the metadata as text."""
+        """Write the picture to an open binary file as PNG (8-bit sRGB), with the metadata as text."""
         self.write(file, ".png")
 
 
 class _GeometryField:
-    """The attribute of an Image for an array of its geometry."""
+    """Descriptor of an Image's depth, normal or material: it computes the array at the first access."""
 
     def __init__(self, field: Any) -> None:
-        """`field` is the attribute that gives the stored value."""
+        """Wrap `field`, the struct's own descriptor, which returns the stored value."""
         self._field = field
 
     def stored(self, image: Image) -> Any:
-        """The array, None, or the source of the array."""
+        """Return the stored value: an array, None, or the GeometrySource that computes the array."""
         return self._field.__get__(image)
 
     def __get__(self, image: Image | None, owner: type[Image] | None = None) -> Any:

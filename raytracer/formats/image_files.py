@@ -1,6 +1,6 @@
-"""Picture files: the format of each suffix, and the size and the radiance of a picture that anyone may have made.
+"""Picture files: the formats by suffix, and reading of untrusted pictures.
 
-A new format is a module with `write`, `read_size` and `read_radiance`, and an entry in FORMATS.
+To add a format, add a module with `write`, `read_size` and `read_radiance`, and an entry in FORMATS.
 """
 
 from __future__ import annotations
@@ -20,12 +20,17 @@ from raytracer.formats.radiance import MAX_PIXELS
 
 
 class ImageFormat(NamedTuple):
-    """The way in which pictures are written to files with one suffix, and read from them.
+    """A picture format.
 
-    `write(file, arrays, metadata)` writes the arrays of an image that are in `needed`, all of which an image must have,
-    and in `optional`. `read_size(file)` is (width, height), and `read_radiance(file)` the linear radiance (H, W, 3), of
-    which rows are read by slices; both raise InputError, and may be given any bytes. `most_bytes`: of a file that is
-    read. `is_clipped`: whether a file holds nothing outside [0, 1].
+    Attributes:
+        write: a function of (file, arrays by name, metadata) that writes a picture.
+        needed: the names of the arrays that an image must have.
+        optional: the names of the arrays that are written if the image has them.
+        read_size: a function that returns (width, height) of an open file. It raises InputError for wrong bytes.
+        read_radiance: a function that returns the linear radiance of an open file [H, W, 3], whose rows are read by
+            slices. It raises InputError for wrong bytes.
+        most_bytes: the largest size of a file that is read, in bytes.
+        is_clipped: whether the format clips radiance to [0, 1].
     """
 
     write: Callable[[IO[bytes], Mapping[str, NDArray[Any]], Mapping[str, str]], None]
@@ -38,7 +43,7 @@ class ImageFormat(NamedTuple):
 
     @property
     def has_geometry(self) -> bool:
-        """Whether a file holds what each pixel sees."""
+        """Whether a file contains depth, normals and materials."""
         return "depth" in self.needed
 
 
@@ -49,7 +54,7 @@ FORMATS: dict[str, ImageFormat] = {
         optional=(),
         read_size=image_png.read_size,
         read_radiance=image_png.read_radiance,
-        most_bytes=16 * MAX_PIXELS,  # the pixels take at most half of this
+        most_bytes=16 * MAX_PIXELS,  # twice the uncompressed size of the largest picture, 4 channels of 16 bits
         is_clipped=True,
     ),
     ".npz": ImageFormat(
@@ -58,23 +63,26 @@ FORMATS: dict[str, ImageFormat] = {
         optional=("samples", "error"),
         read_size=image_npz.read_size,
         read_radiance=image_npz.read_radiance,
-        most_bytes=2**31 - 1,  # from 2 GB on NumPy writes another kind of archive
+        most_bytes=2**31 - 1,  # for 2 GB and more NumPy writes a zip64 archive, which core/npz.py does not read
         is_clipped=False,
     ),
 }
 
 
 def read_size(path: str | os.PathLike[str]) -> tuple[int, int]:
-    """Read (width, height) of the picture in a file, and no more of it. Raises InputError as load_radiance()."""
+    """Read only the (width, height) of a picture file. Raises InputError as load_radiance() does."""
     with _opened(path) as (file, form):
         return form.read_size(file)
 
 
 def load_radiance(path: str | os.PathLike[str]) -> NDArray[Any] | image_png.Levels:
-    """Read the linear radiance (H, W, 3) in a file: the array `radiance` of an `.npz`, or an opaque `.png`, as sRGB.
+    """Read the linear radiance of a picture file [H, W, 3], whose rows are read by slices.
 
-    Its rows are read by slices. A PNG may have 8 or 16 bits, of colour or grey. Raises InputError, which begins with
-    the file's name.
+    Args:
+        path: an .npz file with an array `radiance`, or an opaque .png file (sRGB, colour or grey, 8 or 16 bits).
+
+    Raises:
+        InputError: the file cannot be read, or contains something else. The message begins with the file's name.
     """
     with _opened(path) as (file, form):
         return form.read_radiance(file)
@@ -82,7 +90,7 @@ def load_radiance(path: str | os.PathLike[str]) -> NDArray[Any] | image_png.Leve
 
 @contextmanager
 def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[IO[bytes], ImageFormat]]:
-    """A picture's file and its format. Errors in the block are about the file: they begin with its name."""
+    """Open a picture file; the value is (file, format). Errors raised in the block get the file's name."""
     path = check_path(path, "path")
     form = FORMATS.get(path.suffix.lower())
     if form is None:

@@ -1,4 +1,4 @@
-"""Pictures in `.npz` files: all arrays, as floating-point numbers, and the metadata as JSON."""
+"""Pictures as `.npz` files: all arrays of an image, and its metadata as JSON."""
 
 from __future__ import annotations
 
@@ -12,26 +12,27 @@ from raytracer.core.npz import read_arrays, read_shape
 from raytracer.core.validation import InputError
 from raytracer.formats.radiance import MAX_PIXELS, check_pixels, check_radiance
 
+# The largest size of the array `radiance`, in bytes: 16 for the widest floating-point numbers.
 _MAX_ARRAY = 16 * 3 * MAX_PIXELS
 
 
 def write(file: IO[bytes], arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, str]) -> None:
-    """Write a picture's arrays, by their names, and its metadata."""
-    import json  # which a .png does without
+    """Write a picture's arrays by name, and its metadata."""
+    import json  # imported here, because .png files do not need it
 
-    # The metadata is text and no object, so that it loads without pickles.
+    # The metadata is stored as text, so that loading it needs no pickles.
     contents: dict[str, Any] = {**arrays, "metadata": np.array(json.dumps(dict(metadata)))}
     np.savez(file, **contents)
 
 
 def read_size(file: IO[bytes]) -> tuple[int, int]:
-    """Read (width, height), and no more of a file. Raises InputError."""
+    """Read only the (width, height) of a picture. Raises InputError."""
     height, width, _ = read_shape(file, "radiance", _check_array, _MAX_ARRAY)
     return width, height
 
 
 def read_radiance(file: IO[bytes]) -> NDArray[Any]:
-    """Read the array `radiance`. Raises InputError."""
+    """Read the array `radiance` [H, W, 3]. Raises InputError."""
     [picture] = read_arrays(file, lambda names: ["radiance"], _check_array, _MAX_ARRAY).values()
     check_radiance(picture, "radiance")
     return picture

@@ -1,6 +1,7 @@
-"""Pictures in `.png` files: written with 8 bits as sRGB, read with 8 or 16 bits of colour or grey.
+"""Pictures as `.png` files: written as 8-bit sRGB, read with 8 or 16 bits per channel, colour or grey.
 
-Pictures are not written by Pillow, whose import and search for each row's best filter take longer than all this.
+Pillow reads pictures but does not write them: importing Pillow, and its search for the best filter of each row, take
+longer than writing the file here.
 """
 
 from __future__ import annotations
@@ -26,9 +27,10 @@ if TYPE_CHECKING:
 
 
 class Levels:
-    """A picture as the levels (H, W, 3) of a PNG, and the radiance of each level: an eighth of the radiance's memory.
+    """The radiance of a PNG, stored as integer levels [H, W, 3] and a table of each level's radiance.
 
-    Rows by a slice are float64 radiance, as an array's would be.
+    The levels take an eighth (8 bits) or a quarter (16 bits) of the radiance's memory. A slice of rows returns float64
+    radiance, like an array.
     """
 
     def __init__(self, levels: NDArray[Any], radiance: NDArray[np.float64]) -> None:
@@ -52,11 +54,11 @@ def write(file: IO[bytes], arrays: Mapping[str, NDArray[Any]], metadata: Mapping
     _write_chunk(file, b"IHDR", struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0))  # 8 bits, RGB
     for key, value in metadata.items():
         _write_chunk(file, b"iTXt", key.encode("latin-1") + bytes(5) + value.encode())  # plain, no language
-    # Differences to the left neighbour are mostly small, and runs of zeros in flat parts.
+    # Run-length encoding suits the filtered rows: differences to the left neighbour are runs of zeros in flat areas.
     compressor = zlib.compressobj(strategy=zlib.Z_RLE)
     for rows in row_blocks(radiance.shape):
         pixels = encode_srgb8(radiance[rows]).reshape(-1, 3 * width)
-        filtered = np.ones((len(pixels), 1 + 3 * width), np.uint8)  # a row begins with its filter; 1 is "Sub"
+        filtered = np.ones((len(pixels), 1 + 3 * width), np.uint8)  # a row begins with its filter type: 1 is "Sub"
         filtered[:, 1:4] = pixels[:, :3]
         np.subtract(pixels[:, 3:], pixels[:, :-3], out=filtered[:, 4:])
         if data := compressor.compress(filtered.data):
@@ -70,52 +72,53 @@ def _write_chunk(file: IO[bytes], kind: bytes, data: bytes) -> None:
 
 
 def read_size(file: IO[bytes]) -> tuple[int, int]:
-    """Read (width, height), and no more of a file. Raises InputError."""
+    """Read only the (width, height) of a picture. Raises InputError."""
     return read_header(file, MAX_PIXELS)[:2]
 
 
 def read_radiance(file: IO[bytes]) -> Levels:
-    """Read an opaque picture of 8 or 16 bits. Raises InputError."""
-    deep = check_whole(file, MAX_PIXELS).bits == 16
+    """Read an opaque picture with up to 16 bits per channel. Raises InputError."""
+    is_16_bit = check_whole(file, MAX_PIXELS).bits == 16
     try:
-        pixels = _deep(file) if deep else _plain(file)
+        pixels = _pixels16(file) if is_16_bit else _pixels8(file)
     except (InputError, MemoryError):
         raise
-    except Exception as error:  # what damaged files can raise is not written down anywhere
+    except Exception as error:  # Pillow does not document the errors that damaged files cause
         raise InputError(f"expected a PNG file: {' '.join(printable(str(error)).split())[:100]}") from None
-    most = 65535 if deep else 255
-    if pixels.shape[2] == 4 and (pixels[..., 3] != most).any():
+    top_level = 65535 if is_16_bit else 255
+    if pixels.shape[2] == 4 and (pixels[..., 3] != top_level).any():
         raise InputError("expected an opaque picture, got one with transparent pixels")
-    return Levels(pixels[..., :3], decode_srgb(np.arange(most + 1) / most))
+    return Levels(pixels[..., :3], decode_srgb(np.arange(top_level + 1) / top_level))
 
 
 @contextmanager
 def _undecoded(file: IO[bytes]) -> Iterator[ImageFile]:
-    """A PNG, whose pixels are not read yet."""
+    """Open a PNG with Pillow, which does not read the pixels yet."""
     from PIL import Image
 
     file.seek(0)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # its size is known to be right
+        warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # check_whole() has checked the size
         picture = Image.open(file, formats=["PNG"])
     with picture:
         yield picture
 
 
-def _plain(file: IO[bytes]) -> NDArray[Any]:
-    """The pixels (H, W, 4) of a PNG with 8 bits or less."""
+def _pixels8(file: IO[bytes]) -> NDArray[Any]:
+    """Return the RGBA pixels [H, W, 4] of a PNG with 8 bits per channel or less."""
     with _undecoded(file) as picture:
         if picture.mode == "P" and picture.palette:
-            colours = len(picture.palette.palette) // 3  # before the pixels are there, which fill the palette up
+            colours = len(picture.palette.palette) // 3  # counted before Pillow reads the pixels and pads the palette
             if np.asarray(picture).max() >= colours:
                 raise InputError(f"expected a PNG file: a pixel has none of the palette's {colours} colours")
         return np.asarray(picture.convert("RGBA"))
 
 
-def _deep(file: IO[bytes]) -> NDArray[Any]:
-    """The pixels (H, W, 3 or 4) of a PNG with 16 bits.
+def _pixels16(file: IO[bytes]) -> NDArray[Any]:
+    """Return the pixels [H, W, 3 or 4] of a PNG with 16 bits per channel.
 
-    Pillow keeps the first 8 bits of colours, the upper ones. By another layout the lower ones are first.
+    Pillow returns only the first byte of each colour channel, the upper one. So the file is decoded twice: with the
+    opposite byte order in Pillow's layout string, the first byte is the lower one.
     """
     with _undecoded(file) as picture:
         layout = str(picture.tile[0][3])
@@ -127,6 +130,6 @@ def _deep(file: IO[bytes]) -> NDArray[Any]:
     with _undecoded(file) as picture:
         codec, box, offset, _ = picture.tile[0]
         picture.tile = [(codec, box, offset, layout.replace("16B", "16L"))]  # pyright: ignore[reportAttributeAccessIssue]
-        upper <<= 8  # in place, as all of this is large
+        upper <<= 8  # in place, because the arrays are large
         upper |= np.asarray(picture)
         return upper

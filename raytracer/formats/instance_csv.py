@@ -1,4 +1,4 @@
-"""Instances' places in a `.csv` file with the header `x,y,z` or `x,y,z,scale`."""
+"""Positions and scales of instances in a `.csv` file with the header `x,y,z` or `x,y,z,scale`."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from raytracer.core.validation import InputError
 from raytracer.scene.instances import Instances
 from raytracer.scene.solids import MAX_SURFACES, Solid
 
-# Bytes of a line of a .csv. Four numbers take some 100.
+# The largest length of a line, in bytes. Four numbers take about 100.
 _MAX_LINE = 1 << 18
-# Empty ones count, and are not more than the others.
+# The largest number of lines, with empty ones: room for an empty line after each row.
 _MAX_LINES = 2 * MAX_SURFACES
 
 _HEADERS = (["x", "y", "z"], ["x", "y", "z", "scale"])
@@ -21,7 +21,7 @@ _COLUMNS = {"positions": "x,y,z", "scales": "scale"}
 
 
 def read(solid: Solid, data: bytes) -> Instances:
-    """Read `solid` at the places in a file's bytes. Raises InputError, with the line."""
+    """Return instances of `solid` with the positions and scales in a file's bytes. Raises InputError, with the line."""
     import numpy as np
 
     numbers, lines, width = _csv_numbers(data)
@@ -36,11 +36,11 @@ def read(solid: Solid, data: bytes) -> Instances:
 
 
 def _csv_numbers(data: bytes) -> tuple[array[float], array[int], int]:
-    """The numbers row by row, the line of each row, and how many a row has."""
+    """Return all numbers row by row, the line of each row, and the number of columns."""
     numbers, lines, header = array("d"), array("q"), []
     for number, line in enumerate(_csv_lines(data), start=1):
         try:
-            # Line by line, as no number goes on in the next one.
+            # Parse line by line: no number continues on the next line.
             row = next(csv.reader([line], strict=True), [])
         except csv.Error as error:
             raise InputError(f"expected CSV: {error}", line=number) from None
@@ -55,7 +55,7 @@ def _csv_numbers(data: bytes) -> tuple[array[float], array[int], int]:
         if len(lines) == MAX_SURFACES:
             raise InputError(f"expected at most {MAX_SURFACES} rows", line=number)
         try:
-            # Python's float() takes digits of all scripts, and 1_0 for 10.
+            # Python's float() also accepts digits of other scripts, and 1_0 for 10: reject both.
             if len(row) != len(header) or not line.isascii() or "_" in line:
                 raise ValueError
             numbers.extend([float(cell) for cell in row])
@@ -67,20 +67,20 @@ def _csv_numbers(data: bytes) -> tuple[array[float], array[int], int]:
 
 
 def _csv_lines(data: bytes) -> Iterator[str]:
-    """The lines of a text, at least one, without their ends. Raises InputError for one too long, or too many."""
-    start = 3 if data.startswith(b"\xef\xbb\xbf") else 0  # a byte order mark, with which spreadsheets begin
+    """Yield the lines of a text, at least one, without line ends. Raises InputError for lines too long or too many."""
+    start = 3 if data.startswith(b"\xef\xbb\xbf") else 0  # skip a byte order mark, which spreadsheets write
     newline = b"\n" if b"\n" in data else b"\r"
     for number in range(1, _MAX_LINES + 1):
         end = data.find(newline, start, start + _MAX_LINE)
-        last = end < 0 and len(data) - start <= _MAX_LINE
-        if end < 0 and not last:
+        is_last = end < 0 and len(data) - start <= _MAX_LINE
+        if end < 0 and not is_last:
             raise InputError(f"expected CSV: lines of at most {_MAX_LINE} bytes", line=number)
-        line = data[start:] if last else data[start:end]
+        line = data[start:] if is_last else data[start:end]
         try:
             yield line.decode().removesuffix("\r")
         except UnicodeDecodeError as error:
             raise InputError(f"expected UTF-8 text: {error.reason} at byte {start + error.start}") from None
-        if last:
+        if is_last:
             return
         start = end + 1
     raise InputError(f"expected CSV: at most {_MAX_LINES} lines", line=_MAX_LINES + 1)

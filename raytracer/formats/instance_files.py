@@ -1,7 +1,7 @@
-"""Instances' places in a file beside the scene file, in a format by the file's suffix.
+"""Companion files with the positions and scales of instances. The suffix decides the format.
 
-A new format is a module with a function `read`, and an entry in READERS. Every error is an `InputError` that begins
-with the file's name.
+To add a format, add a module with a function `read`, and an entry in READERS. Every error is an `InputError` that
+begins with the file's name.
 """
 
 from __future__ import annotations
@@ -16,14 +16,22 @@ from raytracer.formats.companion_files import ByteBudget, is_plain_name, read_co
 from raytracer.scene.instances import Instances
 from raytracer.scene.solids import Solid
 
-# Each makes instances of a solid at the places that a file's bytes give, which may be any. Raises InputError.
+# Functions of (solid, content of a file) that return instances of the solid. They raise InputError for wrong content.
 READERS: dict[str, Callable[[Solid, bytes], Instances]] = {".csv": instance_csv.read, ".npz": instance_npz.read}
 
 
 def read_instances(solid: Solid, folder: Path, name: str, budget: ByteBudget | None = None) -> Instances:
-    """Read `solid` at the places that the file `name` in `folder` gives. The file takes its part of `budget`.
+    """Read the positions of instances from a companion file.
 
-    Raises InputError.
+    Args:
+        solid: the solid to copy.
+        folder: the folder of the scene file.
+        name: the plain name of a file in the folder.
+        budget: the bytes that may be read from the scene's companion files, from which the file's size is subtracted.
+            Default: a new budget.
+
+    Raises:
+        InputError: a wrong name, an unreadable file, or wrong content.
     """
     if not is_plain_name(name, READERS):
         expected = f"the plain name of a {' or '.join(READERS)} file in the scene file's folder"

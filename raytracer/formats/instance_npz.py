@@ -1,4 +1,4 @@
-"""Instances' places in an `.npz` file: an array `positions` (N, 3), and `scales` (N,) or () or none."""
+"""Positions and scales of instances in an `.npz` file: arrays `positions` [N, 3] and, optionally, `scales` [N]."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from raytracer.scene.solids import MAX_SURFACES, Solid
 
 
 def read(solid: Solid, data: bytes) -> Instances:
-    """Read `solid` at the places in a file's bytes. Raises InputError."""
+    """Return instances of `solid` with the positions and scales in a file's bytes. Raises InputError."""
     return Instances(solid, **read_arrays(io.BytesIO(data), _choose, _check_header, companion_files.MAX_BYTES))
 
 
 def _choose(names: list[str]) -> list[str]:
     if "positions" not in names or not {*names} <= {"positions", "scales"}:
         got = shown(", ".join(names))
-        raise InputError(f"expected the arrays positions and, if wanted, scales, got {got}")
+        raise InputError(f"expected the arrays positions and, optionally, scales, got {got}")
     return names
 
 
 def _check_header(name: str, shape: Sequence[int], dtype: Any) -> None:
     if dtype.kind not in "iuf":
         raise InputError(f"expected numbers, got an array of {shown(str(dtype))}", name)
-    right = len(shape) == 2 and shape[1] == 3 if name == "positions" else len(shape) <= 1
-    if not right or not all(0 <= n <= MAX_SURFACES for n in shape):
+    is_right = len(shape) == 2 and shape[1] == 3 if name == "positions" else len(shape) <= 1
+    if not is_right or not all(0 <= n <= MAX_SURFACES for n in shape):
         expected = "(N, 3)" if name == "positions" else "(N,) or ()"
         raise InputError(f"expected an array {expected} with N at most {MAX_SURFACES}, got {shown(shape)}", name)

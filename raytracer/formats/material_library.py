@@ -1,4 +1,4 @@
-"""Materials that others have published, by name: `lafortune/clay` is [clay] of materials/lafortune.toml."""
+"""Library of published materials by name: `lafortune/clay` is the table [clay] of materials/lafortune.toml."""
 
 from __future__ import annotations
 
@@ -15,23 +15,31 @@ from raytracer.scene.materials.material import Material
 
 
 def folder() -> Path:
-    """Find the folder of the collections' files."""
+    """Return the folder of the collections' files."""
     return packaged("materials", "assets/materials")
 
 
 def collections() -> list[str]:
-    """List the names before the slash."""
+    """Return the names of all collections: the part of a material's name before the slash."""
     return sorted(path.stem for path in folder().glob("*.toml"))
 
 
 def read_collection(name: str) -> dict[str, dict[str, Any]]:
-    """Read the tables of one of `collections()`; each has the key `source`, who published it."""
+    """Read the materials of a collection as tables, by name. Each table has the key `source`, the publication."""
     text = read_packaged(folder() / f"{name}.toml")
     return {key: value for key, value in parse_toml(text).items() if isinstance(value, dict)}
 
 
 def published(name: str) -> Material:
-    """The material of that name, such as "lafortune/clay". Raises InputError if there is none."""
+    """Return a published material, measured and fitted in the literature.
+
+    Args:
+        name: collection and material, such as "lafortune/clay". The collections are conductors, lafortune, ngan and
+            ngan-lafortune, with 193 materials: the tables of assets/materials/*.toml.
+
+    Raises:
+        InputError: there is no such material.
+    """
     if not isinstance(name, str):
         raise InputError(f"expected {_some(collections())}, got {shown(name)}", "name")
     with within("name"):
@@ -39,14 +47,14 @@ def published(name: str) -> Material:
 
 
 class MaterialLibrary:
-    """The published materials. A library reads a collection once, and makes a material once."""
+    """The published materials. A library reads each collection once, and creates each material once."""
 
     def __init__(self) -> None:
         self._tables: dict[str, dict[str, dict[str, Any]]] = {}
         self._materials: dict[str, Material] = {}
 
     def material(self, name: str) -> Material:
-        """The material of that name, as `published`. Errors are about no key."""
+        """Return the material `name`, as published() does. Raises InputError without a key."""
         if name not in self._materials:
             collection, _, key = name.partition("/")
             parameters = {k: v for k, v in self._table(name, collection, key).items() if k != "source"}
@@ -57,20 +65,20 @@ class MaterialLibrary:
         if collection not in self._tables:
             known = collections()
             if collection not in known:
-                near = did_you_mean(collection, known)
-                raise InputError(f"expected {_some(known)}, got {shown(name)}{near}")
+                hint = did_you_mean(collection, known)
+                raise InputError(f"expected {_some(known)}, got {shown(name)}{hint}")
             self._tables[collection] = read_collection(collection)
         tables = self._tables[collection]
         if key not in tables:
             names = ", ".join(list(tables)[:8])
-            near = did_you_mean(key, tables)
-            raise InputError(f"expected a material of {collection} (such as {names}), got {shown(key)}{near}")
+            hint = did_you_mean(key, tables)
+            raise InputError(f"expected a material of {collection} (such as {names}), got {shown(key)}{hint}")
         return tables[key]
 
 
 @cache
 def _library() -> MaterialLibrary:
-    """The library of this process: a program may ask for a material again and again."""
+    """Return the library of this process, shared so that repeated calls of published() read each file once."""
     return MaterialLibrary()
 
 

@@ -1,4 +1,7 @@
-"""JSON Schema (draft 2020-12) of a scene file's materials, from the table of models: what editors check and offer."""
+"""JSON Schema (draft 2020-12) of the materials in scene files, made from the table of models.
+
+Editors use it for checks and completion.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ _DEFAULT_MODEL = "phong"
 
 
 def materials_schema() -> dict[str, Any]:
-    """The schema of the table `materials` of a scene file: names, and materials of any model."""
+    """Return the schema of the table `materials` of a scene file: materials of any model, by name."""
     models = {name: {"$ref": f"#/$defs/{name}"} for name in MODELS}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -52,7 +55,7 @@ def _model(name: str) -> dict[str, Any]:
 
 
 def _only(model: str, choice: str, value: str) -> dict[str, Any]:
-    """The condition that a choice is made, or is the default."""
+    """Return the condition that the parameter `choice` has a value, which may be its default."""
     is_default = MODELS[model].parameters[choice].default == value
     return {"properties": {choice: {"const": value}}, **({} if is_default else {"required": [choice]})}
 
@@ -101,6 +104,6 @@ def _number(low: float, high: float) -> dict[str, Any]:
 
 
 def _three(low: float, high: float) -> dict[str, Any]:
-    """Three numbers, or one for all."""
+    """Return the schema of three numbers, or one number for all three."""
     one = _number(low, high)
     return {"anyOf": [one, {"type": "array", "items": one, "minItems": 3, "maxItems": 3}]}

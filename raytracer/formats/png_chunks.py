@@ -1,7 +1,7 @@
-"""PNG files (ISO/IEC 15948), which may be anything: whether one is whole, before any of it is decoded.
+"""Integrity check of untrusted PNG files (ISO/IEC 15948) before decoding.
 
-Decoders make a picture of the remains of a file that was cut off, and fill up the rest. Every error is an
-`InputError`, without the file's name.
+The check is needed because decoders accept truncated files and fill up the missing pixels. Every error is an
+`InputError` without the file's name.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from raytracer.core.validation import InputError
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 # The first chunk, IHDR: its length and kind; width, height, bits, colour type, compression, filter, interlace; its CRC.
 _BEGIN = struct.Struct(">L4s2L5BL")
-# Samples of a pixel, and how many bits these may have, by the colour type.
+# For each colour type: the number of channels, and the allowed numbers of bits per channel.
 _COLOURS = {0: (1, (1, 2, 4, 8, 16)), 2: (3, (8, 16)), 3: (1, (1, 2, 4, 8)), 4: (2, (8, 16)), 6: (4, (8, 16))}
 _PALETTE = 3
-# The pixels of an interlaced picture's passes: first column and row, and every how many columns and rows.
+# The passes of an interlaced picture: first column, first row, column step and row step.
 _PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
 _WHOLE = ((0, 0, 1, 1),)
-# So many bytes are worked on at once.
+# The number of bytes that are processed at once.
 _PIECE = 1 << 16
-# Chunks of a file. For a picture of 2^25 pixels libpng makes 32,768 at most.
+# The most chunks of a file. For a picture of 2^25 pixels libpng writes at most 32,768.
 _MOST_CHUNKS = 1 << 17
-# Bytes of all chunks without pixels: text, colour profiles, a small picture.
+# The largest total size of all chunks without pixels, such as text, colour profiles and thumbnails, in bytes.
 _MOST_BESIDE = 1 << 24
 
 
 class Header(NamedTuple):
-    """The first chunk's account of the picture."""
+    """The picture's properties in the first chunk, IHDR."""
 
     width: int
     height: int
@@ -40,7 +40,7 @@ class Header(NamedTuple):
     interlaced: int
 
     def size(self) -> int:
-        """Bytes of all rows of pixels when inflated, each with its filter in front."""
+        """Return the number of bytes of all inflated rows of pixels, each with a leading filter byte."""
         total = 0
         for column, row, columns, rows in _PASSES if self.interlaced else _WHOLE:
             width, height = -((column - self.width) // columns), -((row - self.height) // rows)
@@ -50,7 +50,7 @@ class Header(NamedTuple):
 
 
 def read_header(file: IO[bytes], most_pixels: int) -> Header:
-    """The first chunk of a file. Raises InputError for more pixels than `most_pixels`."""
+    """Read the first chunk of a file. Raises InputError for a wrong one, and for more than `most_pixels` pixels."""
     if file.read(len(SIGNATURE)) != SIGNATURE:
         raise InputError("expected a PNG file")
     begin = file.read(_BEGIN.size)
@@ -63,18 +63,18 @@ def _header(begin: bytes, most_pixels: int) -> Header:
     _, _, width, height, bits, colour, compression, filtering, interlaced, crc = _BEGIN.unpack(begin)
     if width * height > most_pixels:
         raise InputError(f"expected at most {most_pixels} pixels, got {width}x{height}")
-    right = width and height and colour in _COLOURS and bits in _COLOURS[colour][1]
-    if not right or compression or filtering or interlaced > 1 or crc != zlib.crc32(begin[4:-4]):
+    is_valid = width and height and colour in _COLOURS and bits in _COLOURS[colour][1]
+    if not is_valid or compression or filtering or interlaced > 1 or crc != zlib.crc32(begin[4:-4]):
         raise InputError("expected a PNG file: its header is damaged")
     return Header(width, height, bits, colour, interlaced)
 
 
 def check_whole(file: IO[bytes], most_pixels: int) -> Header:
-    """Raise InputError unless a file is whole: all its chunks, up to the last, and the pixels of all rows."""
+    """Read a complete file and return its header. Raises InputError if a chunk or a row of pixels is missing."""
     header = read_header(file, most_pixels)
     inflater = zlib.decompressobj()
-    left, beside = header.size(), 0
-    last, once = b"IHDR", {b"IHDR"}
+    left, beside = header.size(), 0  # bytes of pixels still to come, and bytes of other chunks
+    last, once = b"IHDR", {b"IHDR"}  # the kind of the last chunk, and the kinds that may not come again
     for number, (length, kind) in enumerate(_chunks(file)):
         if kind == b"IHDR":
             if length == 13:
@@ -85,7 +85,7 @@ def check_whole(file: IO[bytes], most_pixels: int) -> Header:
             limits = f"at most {_MOST_CHUNKS} chunks and {_MOST_BESIDE} bytes beside its pixels"
             raise InputError(f"expected a PNG file of {limits}")
         if kind in once and not kind == last == b"IDAT":
-            raise InputError(f"expected a PNG file: its {kind.decode()} is not at one place")
+            raise InputError(f"expected a PNG file: its {kind.decode()} chunks are not consecutive")
         once |= {kind} & {b"IDAT", b"PLTE"}
         if kind == b"PLTE" and not (0 < length <= 3 << min(header.bits, 8) and length % 3 == 0):
             raise InputError("expected a PNG file: its palette has a wrong length")
@@ -107,7 +107,7 @@ def check_whole(file: IO[bytes], most_pixels: int) -> Header:
 
 
 def _chunks(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
-    """The length and kind of each chunk behind the header; whoever takes them reads the data and the CRC."""
+    """Yield the length and kind of each chunk after the header. The caller reads the chunk's data and CRC."""
     while True:
         length, kind = struct.unpack(">L4s", _exactly(file, 8))
         if length >= 1 << 31 or not kind.isalpha():
@@ -127,7 +127,7 @@ def _exactly(file: IO[bytes], size: int) -> bytes:
 
 
 def _inflated(inflater: zlib._Decompress, data: bytes, left: int) -> int:
-    """The number of bytes of pixels in the next deflated ones; no more than `left`."""
+    """Inflate the next bytes and return the number of bytes of pixels. Raises InputError for more than `left`."""
     total = 0
     try:
         while True:

@@ -1,7 +1,7 @@
-"""Scene files: TOML in, Scene and Settings out.
+"""Scene files: reading TOML into Scene and Settings.
 
-A scene file is untrusted input: it is parsed, never run; no text of the file reaches a shader; the file's size is
-bounded. Every error is an `InputError` that names the file, the key and the expected value.
+A scene file is untrusted input. It is parsed and never executed, none of its text gets into a shader, and its size is
+limited. Every error is an `InputError` that names the file, the line, the key and the expected value.
 """
 
 from __future__ import annotations
@@ -29,19 +29,21 @@ from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 
 MAX_BYTES = 4 * 1024 * 1024
-# The suffixes of the files that a scene file names.
+# The suffixes of companion files.
 _SUFFIXES = (*instance_files.READERS, *measured_files.READERS)
-# The keys of a file.
+# The allowed and the required top-level keys of a scene file.
 _TOP = ("camera", "shapes", "objects", "materials", "lights", "instances", "ambient", "background", "settings")
 _NEEDED = ("camera", "shapes", "objects")
 
 
 @public
 class SceneFile(NamedTuple):
-    """The content of a scene file, in the order in which `render` takes it: `rt.render(*rt.load_all("scene.toml"))`.
+    """The content of a scene file, in the order of the arguments of `render`: `rt.render(*rt.load_all("scene.toml"))`.
 
-    `size` is (width, height) in pixels. The table [settings] gives size and settings. Defaults: (1280, 720)
-    and `Settings()`.
+    Attributes:
+        scene: the scene.
+        size: (width, height) in pixels, from the table [settings]. Default: (1280, 720).
+        settings: the settings in the table [settings]. Default: Settings().
     """
 
     scene: Scene
@@ -50,7 +52,7 @@ class SceneFile(NamedTuple):
 
 
 class SceneDocument(NamedTuple):
-    """A scene file that was read: the file's path, its text, and the scene and the settings that the text gives."""
+    """A scene file after reading: its path and text, and the scene and the settings in the text."""
 
     path: Path
     text: str
@@ -59,25 +61,40 @@ class SceneDocument(NamedTuple):
 
 
 def examples() -> dict[str, Path]:
-    """List the example scenes that come with the package, by name."""
+    """Return the files of the example scenes that are installed with the package, by name."""
     return {path.stem: path for path in sorted(packaged("scenes", "assets/scenes").glob("*.toml"))}
 
 
 def load(path: str | os.PathLike[str]) -> Scene:
-    """The scene in the TOML file `path`; its `name` is the file's without the suffix.
+    """Load a scene from a TOML file. The scene's `name` is the file's name without the suffix.
 
-    Where there is no such file, `path` may be the name of one of `examples()`.
+    Args:
+        path: the file, or the name of an example scene such as "assignment" (if there is no such file).
 
-    Warns (UserWarning) of shapes that no object uses. Raises InputError if the file cannot be
-    read or is not a scene.
+    Returns:
+        The scene. Settings in the file are ignored: see `load_settings` and `load_all`.
+
+    Raises:
+        InputError: the file cannot be read, or does not describe a scene. The error has `file`, `line` and `keys`.
+
+    Warns (UserWarning) of shapes that no object uses.
     """
     return read_document(find_scene(path)).scene
 
 
 def load_all(path: str | os.PathLike[str]) -> SceneFile:
-    """The scene, the size and the settings in the file that `load` takes for `path`, which is read once.
+    """Load the scene, the picture size and the settings from a TOML file: `rt.render(*rt.load_all("scene.toml"))`.
 
-    Warns and raises as `load`, and for wrong settings.
+    Args:
+        path: the file, or the name of an example scene, as for `load`.
+
+    Returns:
+        A named tuple (scene, size, settings).
+
+    Raises:
+        InputError: as `load`, and for wrong settings.
+
+    Warns (UserWarning) of shapes that no object uses.
     """
     document = read_document(find_scene(path))
     section = document.section
@@ -85,12 +102,18 @@ def load_all(path: str | os.PathLike[str]) -> SceneFile:
 
 
 def load_settings(path: str | os.PathLike[str]) -> Settings:
-    """The settings in the table [settings] of the scene file that `load` takes for `path`; other settings are defaults.
+    """Load only the settings from the table [settings] of a scene file. Missing settings have their defaults.
 
-    A Scene has no settings, as the same scene is rendered with many. The file's size is no setting: `load_all` gives
-    the size, with the scene and the settings of one reading.
+    The picture size in the table is not part of Settings; `load_all` returns it.
 
-    Raises InputError if the file cannot be read, is no TOML, or has wrong settings; the scene is not looked at.
+    Args:
+        path: the file, or the name of an example scene, as for `load`.
+
+    Returns:
+        The settings.
+
+    Raises:
+        InputError: the file cannot be read, is not TOML, or has wrong settings. The scene is not checked.
     """
     path = find_scene(path)
     text = read_text(path)
@@ -99,7 +122,7 @@ def load_settings(path: str | os.PathLike[str]) -> Settings:
 
 
 def loads(text: str, name: str = "scene") -> Scene:
-    """The scene in a TOML text. Warns and raises as `load`, without a file's name; no files of instances are read."""
+    """Return the scene in a TOML text, without companion files. Warns and raises as `load`, without a file name."""
     scene, _, warning = _parse(_without_mark(text), name, None)
     if warning:
         warnings.warn(warning, stacklevel=2)
@@ -107,16 +130,19 @@ def loads(text: str, name: str = "scene") -> Scene:
 
 
 def find_scene(path: str | os.PathLike[str]) -> Path:
-    """Find the file that `load` takes for `path`, there or not. Raises InputError for no path."""
+    """Return the file for an argument of `load`: an example's file if `path` does not exist, else `path`.
+
+    Raises InputError if `path` is not a path.
+    """
     path = check_path(path, "path")
-    with suppress(OSError, ValueError):  # a name that the file system does not take
+    with suppress(OSError, ValueError):  # the file system does not accept the name
         if not path.exists():
             return examples().get(str(path), path)
     return path
 
 
 def read_document(path: Path) -> SceneDocument:
-    """Read a scene file. Warns and raises as `load`, whose caller the warning names."""
+    """Read a scene file. Warns and raises as `load`; the warning points at the caller of `load`."""
     return parse_document(path, read_text(path), stacklevel=4)
 
 
@@ -126,9 +152,9 @@ def read_text(path: Path) -> str:
         data = read_bounded(path, MAX_BYTES, stdin=True)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        near = did_you_mean_file(path, examples())
+        hint = did_you_mean_file(path, examples())
         expected = f"a readable scene file or an example ({', '.join(examples())})"
-        raise InputError(f"expected {expected}: {reason}{near}", file=str(path)) from None
+        raise InputError(f"expected {expected}: {reason}{hint}", file=str(path)) from None
     if len(data) > MAX_BYTES:
         raise InputError(f"expected a file of at most {MAX_BYTES} bytes", file=str(path))
     try:
@@ -147,7 +173,10 @@ def parse_document(path: Path, text: str, *, stacklevel: int = 2) -> SceneDocume
 
 
 def companion_paths(path: Path, text: str) -> list[Path]:
-    """List the other files that the text of file `path` names, there or not. Raises InputError if it is no TOML."""
+    """Return the companion files that the text of the scene file `path` names, whether they exist or not.
+
+    Raises InputError if the text is not TOML.
+    """
     document = parse_toml(text)
     tables = [table for key in ("instances", "materials") if isinstance(table := document.get(key), dict)]
     entries = [entry for table in tables for entry in table.values() if isinstance(entry, dict)]
@@ -156,10 +185,18 @@ def companion_paths(path: Path, text: str) -> list[Path]:
 
 
 def edit_positions(text: str, scene: Scene, folder: Path | None = None) -> str:
-    """Put the positions of the camera and the lights of `scene` into a scene file's text; all else stays, comments too.
+    """Replace the positions of the camera and the lights in a scene file's text, and keep everything else.
 
-    `folder` is the scene file's, where its files of instances are. Raises RuntimeError for a text with so strange a
-    layout that this does not succeed.
+    Args:
+        text: the text of the scene file, whose comments and layout are kept.
+        scene: the scene with the new positions. It must otherwise equal the scene in the text.
+        folder: the scene file's folder, for its companion files. None: there are none.
+
+    Returns:
+        The new text.
+
+    Raises:
+        RuntimeError: the text has an unsupported TOML layout.
     """
     text = _without_mark(text)
     try:
@@ -168,30 +205,30 @@ def edit_positions(text: str, scene: Scene, folder: Path | None = None) -> str:
     except ValueError:
         is_right, edited = False, ""
     if not is_right:
-        raise RuntimeError("this scene file is laid out in a way that moved lights and cameras cannot be put into")
+        raise RuntimeError("cannot write the moved light or camera back into the file: unsupported TOML layout")
     return edited
 
 
 @contextmanager
 def _located(path: Path, text: str) -> Iterator[None]:
-    """Errors in the block are about the text of file `path`: they name the file and the line."""
+    """Add the file and the line to InputErrors raised in the block, which are about the text of the file `path`."""
     try:
         yield
     except InputError as error:
-        from raytracer.formats.toml_lines import find_line  # its patterns take a while to compile
+        from raytracer.formats.toml_lines import find_line  # imported here, because its patterns compile slowly
 
         raise error.at(path, error.line or find_line(text, error.keys)) from None
 
 
 def _without_mark(text: str) -> str:
-    """A text without the byte order mark with which editors on Windows let it begin."""
+    """Remove the byte order mark that some editors on Windows put at the beginning of a text."""
     return text.removeprefix("\ufeff")
 
 
 def _parse(text: str, name: str, folder: Path | None) -> tuple[Scene, SettingsSection, str]:
-    """The scene, its file's [settings], and a warning or "".
+    """Return the scene and the settings in a text, and a warning or "".
 
-    `folder`: where the scene's files of instances are; None if there can be none.
+    `folder` contains the companion files. None: the text must not name any.
     """
     with collector_paused():
         table = check_table(parse_toml(text), _TOP, _NEEDED)

@@ -1,4 +1,4 @@
-"""The sections of a scene file: their tables to a Scene."""
+"""Conversion of the tables of a scene file to a Scene."""
 
 from __future__ import annotations
 
@@ -26,17 +26,26 @@ from raytracer.scene.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere
 
 T = TypeVar("T")
 
-# In the expressions of all objects together: as many as a scene can have primitives.
+# The most operators in the expressions of all objects together: as many as a scene can have primitives.
 MAX_OPERATORS = MAX_SURFACES
-# The keys of a table of instances, which are no struct's fields.
+# The keys of a table in [instances]. For other tables, the keys are the fields of a struct.
 _INSTANCES = ("positions", "scales", "file")
 _PRIMITIVES: dict[str, type[Primitive]] = {"sphere": Sphere, "plane": Plane}
 
 
 def build_scene(table: dict[str, Any], name: str, folder: Path | None) -> tuple[Scene, str]:
-    """Build the scene of that name from a file's sections. The text is a warning of shapes without use, or "".
+    """Build a scene from a scene file's tables.
 
-    `folder`: where the files that the sections name are; None if there can be none. Raises InputError.
+    Args:
+        table: the tables by name.
+        name: the name of the scene.
+        folder: the folder of companion files. None: the tables must not name any.
+
+    Returns:
+        The scene, and a warning of shapes that no object uses, or "".
+
+    Raises:
+        InputError: a table has a wrong value.
     """
     measured = MeasuredFiles(folder)
     materials = _named(table, "materials", lambda value, name: _material(value, name, measured))
@@ -61,7 +70,7 @@ def build_scene(table: dict[str, Any], name: str, folder: Path | None) -> tuple[
 
 
 def _named(table: dict[str, Any], key: str, make: Callable[[Any, str], T]) -> dict[str, T]:
-    """The results of `make(value, name)` for each entry of the table at `key`."""
+    """Return `make(value, name)` for each entry of the table at `key`, by name. Errors get the path of keys."""
     made: dict[str, T] = {}
     with within(key):
         for name, value in as_table(table.get(key, {})).items():
@@ -71,7 +80,7 @@ def _named(table: dict[str, Any], key: str, make: Callable[[Any, str], T]) -> di
 
 
 def _check_operators(objects: Any) -> None:
-    """Raise InputError where the expressions of all objects together have too many operators."""
+    """Raise InputError if the expressions of all objects together have too many operators."""
     texts = [text for text in objects.values() if isinstance(text, str)] if isinstance(objects, dict) else []
     if (count := sum(text.count(sign) for text in texts for sign in "~-&|")) > MAX_OPERATORS:
         raise InputError(f"expected at most {MAX_OPERATORS} operators in all, got {count}", "objects")
@@ -83,7 +92,7 @@ def _light(value: Any, i: int) -> PointLight:
 
 
 def _material(value: Any, name: str, measured: MeasuredFiles) -> Material:
-    # The label is the table's own name, so `name` is no key of the table.
+    # The material's label is the name of its table, so the table must not have a key `name`.
     model = check_choice(as_table(value).get("model", "phong"), "model", MODELS)
     parameters = dict(check_table(value, ("model", *MODELS[model].parameters)))
     if "file" in parameters:
@@ -94,7 +103,7 @@ def _material(value: Any, name: str, measured: MeasuredFiles) -> Material:
 
 def _shape(value: Any, name: str, materials: dict[str, Material], library: MaterialLibrary) -> Primitive:
     if not csg_expression.is_name(name):
-        raise InputError('expected a name of letters, digits and "_" that begins with no digit')
+        raise InputError('expected a name of letters, digits and "_" that does not begin with a digit')
     table = check_table(value, ("material", *_PRIMITIVES), ("material",))
     with within("material"):
         material = _material_of(table["material"], materials, library)
@@ -106,12 +115,12 @@ def _shape(value: Any, name: str, materials: dict[str, Material], library: Mater
 
 
 def _material_of(name: Any, materials: dict[str, Material], library: MaterialLibrary) -> Material:
-    """The file's own material of that name, or a published one."""
+    """Return the material `name` of the file, or a published material. Raises InputError."""
     if isinstance(name, str) and name in materials:
         return materials[name]
     if not isinstance(name, str) or "/" not in name:
-        near = did_you_mean(name, materials) if isinstance(name, str) else ""
-        raise InputError(f"expected the name of a material, got {shown(name)} ({known(materials)}){near}")
+        hint = did_you_mean(name, materials) if isinstance(name, str) else ""
+        raise InputError(f"expected the name of a material, got {shown(name)} ({known(materials)}){hint}")
     return library.material(name)
 
 
@@ -122,7 +131,10 @@ def _object(text: Any, shapes: dict[str, Primitive], objects: dict[str, Any]) ->
 
 
 def _all_instances(table: dict[str, Any], solids: dict[str, Solid], folder: Path | None) -> dict[str, Instances]:
-    """The table [instances]. Each is bounded alone, and here all are together, before they take time and memory."""
+    """Read the table [instances]. Raises InputError if all instances together have too many primitives.
+
+    Instances checks the limit for each entry. Here the sum is checked, before it takes much time and memory.
+    """
     budget = ByteBudget()
     count = 0
 
@@ -147,15 +159,17 @@ def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | N
     if "file" not in table:
         return Instances(solids[name], table["positions"], table.get("scales", 1.0))
     if "scales" in table:
-        raise InputError(f"expected scales in {shown(table['file'])}, not here too", "scales")
+        raise InputError(f"expected scales in {shown(table['file'])} only, not here as well", "scales")
     with within("file"):
         if folder is None:
-            raise InputError("expected positions: a text is in no folder; load() the scene's file instead")
+            raise InputError(
+                "expected positions: a scene text has no folder for the file; load() the scene's file instead"
+            )
         return read_instances(solids[name], folder, check_text(table["file"], ()), budget)
 
 
 def _unused(shapes: dict[str, Primitive], scene: Scene) -> str:
-    """A warning of shapes that no object uses, or ""."""
+    """Return a warning of shapes that no object uses, or ""."""
     assert isinstance(scene.objects, SceneObjects)
     used = {*map(id, scene.objects.nodes)}
     unused = [name for name, shape in shapes.items() if id(shape) not in used]

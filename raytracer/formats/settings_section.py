@@ -1,4 +1,4 @@
-"""The table [settings] of a scene file: how the scene is rendered where the command line does not say otherwise."""
+"""The table [settings] of a scene file: render settings that command line options override."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from raytracer.formats.toml_tables import check_table
 from raytracer.scene.settings import Settings
 from raytracer.scene.settings_patch import EMPTY, SettingsPatch, fewest
 
-# Width and height in pixels of a picture, where nobody says otherwise.
+# The default (width, height) of a picture, in pixels.
 DEFAULT_SIZE = 1280, 720
 _KEYS = (*Settings.__struct_fields__, "quality", "size")
 
 
 class SettingsSection(msgspec.Struct, frozen=True):
-    """The settings that a file gives, and the picture's width and height, or None."""
+    """The settings in a scene file, and the picture's (width, height) in pixels; None if the file has no size."""
 
     settings: SettingsPatch = EMPTY
     size: tuple[int, int] | None = None
 
 
 def parse_section(value: Any) -> SettingsSection:
-    """Check the table [settings]. Errors have the path of keys."""
+    """Check and convert the table [settings]. Raises InputError with the path of keys."""
     with within("settings"):
         fields = dict(check_table(value, _KEYS))
         size = check_size(fields.pop("size")) if "size" in fields else None
@@ -34,7 +34,7 @@ def parse_section(value: Any) -> SettingsSection:
 
 
 def section_text(settings: Settings, size: tuple[int, int] | None = None) -> str:
-    """Write the table [settings] that makes `settings`, with `size` if there is one."""
+    """Return a table [settings] in TOML for `settings`, without the defaults, and for `size` unless it is None."""
     lines = [f"size = [{size[0]}, {size[1]}]"] if size else []
     lines += [
         f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value}"

@@ -1,7 +1,7 @@
-"""Edits of a scene file's text: other positions of its camera and lights, and all else as it was.
+"""Edits of a scene file's text: new positions of camera and lights, with layout and comments kept.
 
-tomlkit keeps how a text is laid out. Its time grows with the square of some texts' lengths, so that tomlkit gets only
-the statements that give positions.
+The library tomlkit keeps the layout. For some texts its time grows with the square of the length, so it gets only the
+statements that define positions.
 """
 
 from __future__ import annotations
@@ -13,18 +13,24 @@ from typing import Any
 from raytracer.core.validation import Vec3
 from raytracer.formats.toml_text import statements
 
-# Characters of all these statements; tomlkit takes a second or two for so many.
+# The most characters of all these statements together, for which tomlkit takes a second or two.
 _MOST = 1 << 18
 _HEADER = re.compile(r"""[ \t]*\[\[?[ \t]*(?:(["']?)(camera|lights)\1[ \t]*\])?""")
 _KEY = re.compile(r"""[ \t]*(["']?)(camera|lights|position)\1[ \t]*[.=]""")
 
 
 def replace_positions(text: str, camera: Vec3, lights: Sequence[Vec3]) -> str:
-    """Replace the position in the table `camera` of a TOML text, and the positions in its `lights`.
+    """Replace the positions of the camera and the lights in a TOML text.
 
-    Raises ValueError for a text with which that cannot be done.
+    Args:
+        text: the text of a scene file.
+        camera: the new position of the table `camera`.
+        lights: the new positions of the tables `lights`, in order.
+
+    Raises:
+        ValueError: the layout of the text is not supported.
     """
-    import tomlkit  # takes long to import, and few sessions need it
+    import tomlkit  # imported here: it takes long, and few sessions need it
     from tomlkit.exceptions import TOMLKitError
 
     left = iter(lights)
@@ -35,7 +41,8 @@ def replace_positions(text: str, camera: Vec3, lights: Sequence[Vec3]) -> str:
 
     parts: list[str] = []
     copied, room = 0, _MOST
-    table: str | None = ""  # which the statements are in: "" before the first header, None in others
+    # The current table: "" before the first header, "camera", "lights", or None for any other table.
+    table: str | None = ""
     for at in statements(text):
         if header := _HEADER.match(text, at.start, at.stop):
             table = header[2]
@@ -54,7 +61,7 @@ def replace_positions(text: str, camera: Vec3, lights: Sequence[Vec3]) -> str:
             for light in document.get("lights", ()):
                 move(light, next(left))
             parts += text[copied : at.start], tomlkit.dumps(document)
-        # There are texts that tomllib reads and tomlkit does not.
+        # Some texts can be read by tomllib but not by tomlkit.
         except (TOMLKitError, ValueError, TypeError, LookupError, RecursionError, StopIteration) as error:
             raise ValueError(f"expected positions in TOML that tomlkit reads: {error}") from None
         copied = at.stop

@@ -1,4 +1,4 @@
-"""Lines of a TOML text: the line that gives the value at a path of keys."""
+"""Line numbers for error messages: the line of a TOML text that defines the value at a path of keys."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-# The pieces of a text that TOML's parser has taken, so that nothing here need be refused. Possessive, so that no text
-# makes the search slow. Numbers, dates, true and false are "bare", as are keys without quotes.
+# The tokens of a TOML text. The parser has accepted the text already, so these patterns need not reject anything.
+# Possessive quantifiers keep the time linear for every text. Keys without quotes, numbers, dates, true and false are
+# "bare".
 _STRING = r"""\"{3}(?:[^"\\]|\\.|"{1,2}(?!"))*+"{3,5}|'{3}(?:[^']|'{1,2}(?!'))*+'{3,5}
     |"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+'"""
 _PIECE = re.compile(
@@ -16,7 +17,7 @@ _PIECE = re.compile(
     |(?P<bare>[^\s\[\]{{}}=,."'#]++))""",
     re.VERBOSE | re.DOTALL,
 )
-# As much of a value beside the path as has no brackets, at once.
+# A faster pattern for values that are not on the path of keys: it skips everything up to the next bracket at once.
 _SKIPPED = re.compile(
     rf"""(?P<open>[\[{{])|(?P<close>[\]}}])|(?P<newline>\n)|(?:[^\[\]{{}}\n"'#]++|\#[^\n]*+|{_STRING})++""",
     re.VERBOSE | re.DOTALL,
@@ -26,10 +27,15 @@ _ESCAPED = {"b": "\b", "t": "\t", "n": "\n", "f": "\f", "r": "\r"}
 
 
 def find_line(text: str, keys: Sequence[str | int]) -> int | None:
-    """Find the line, from 1, on which a TOML text gives the value at a path of keys: its key's, header's or item's.
+    """Return the line of a value: the line of its key, its table header, or its item in a list.
 
-    Where the value is not given, the line of the innermost table or list around it; None if there is none either.
-    `text` must be TOML that tomllib reads. The time is linear in its length.
+    Args:
+        text: a TOML text that tomllib can read.
+        keys: the path of keys and list indices to the value.
+
+    Returns:
+        The line, from 1. If the text does not define the value, the line of the innermost table or list around it, or
+        None if the text does not define such a table either. The time is linear in the length of the text.
     """
     search = _Search(text, keys)
     while not search.is_done() and (piece := search.next()):
@@ -42,17 +48,19 @@ def find_line(text: str, keys: Sequence[str | int]) -> int | None:
 
 @dataclass
 class _Open:
-    """A list or inline table that is open: how many of the keys lead to it."""
+    """An open list or inline table. `depth` is the number of keys that lead to it."""
 
     depth: int
     is_list: bool
-    index: int = 0
-    is_at_start: bool = True  # of an item, or of a key
+    index: int = 0  # of the current item
+    is_at_start: bool = True  # whether the next token begins an item or a key
 
 
 class _Search:
-    """The longest part of a path of keys that a text gives, and its `position`. A depth counts the keys that lead to a
-    place; None if the place is beside their path."""
+    """A search for the longest prefix of a path of keys that a text defines, and for its `position` in the text.
+
+    A depth is the number of keys that lead to a position of the text, or None if the position is not on the path.
+    """
 
     def __init__(self, text: str, keys: Sequence[str | int]) -> None:
         self.position: int | None = None
@@ -61,22 +69,22 @@ class _Search:
         self._keys = keys
         self._longest = 0
         self._table: int | None = 0
-        # The index of the last table in each list of tables on the path, by the number of keys to the list.
+        # For each list of tables on the path, by its depth: the index of the last table so far.
         self._last: dict[int, int] = {}
 
     def is_done(self) -> bool:
-        """Whether the value itself has been met."""
+        """Whether the search has reached the value itself."""
         return self._longest == len(self._keys)
 
     def next(self) -> re.Match[str] | None:
-        """The next piece of the text."""
+        """Return the next token of the text, or None at the end."""
         piece = _PIECE.match(self._text, self._at)
         if piece:
             self._at = piece.end()
         return piece
 
     def read_header(self, start: int) -> None:
-        """`a.b]` after a `[` at `start`, or `[a.b]]`, an item of a list of tables."""
+        """Read a table header whose first `[` is at `start`: `[a.b]`, or `[[a.b]]` for an item of a list of tables."""
         is_item = self._text.startswith("[[", start)
         if is_item:
             self.next()
@@ -94,7 +102,7 @@ class _Search:
         self._skip()
 
     def read_entry(self, first: re.Match[str]) -> None:
-        """`a.b = ...`, to the end of its line, with the lists and inline tables in it."""
+        """Read an entry `a.b = ...` with its lists and inline tables, to the end of its last line."""
         depth = self._read_key(self._table, first)
         levels: list[_Open] = []
         while self._is_open(depth) or levels:
@@ -127,7 +135,7 @@ class _Search:
         self._skip()
 
     def _is_open(self, depth: int | None) -> bool:
-        """Whether more of the keys may be inside."""
+        """Whether a value at this depth may contain the rest of the path."""
         return depth is not None and depth < len(self._keys)
 
     def _read_key(self, depth: int | None, first: re.Match[str]) -> int | None:
@@ -137,7 +145,7 @@ class _Search:
         return depth
 
     def _names(self) -> list[str]:
-        """The parts of a dotted key up to the "=" or "]" that ends it, which are taken, too."""
+        """Read the rest of a dotted key, with the "=" or "]" that ends it, and return the parts of the key."""
         names: list[str] = []
         while (piece := self.next()) and piece.lastgroup not in ("end", "close"):
             if piece.lastgroup != "dot":
@@ -145,7 +153,7 @@ class _Search:
         return names
 
     def _skip(self, brackets: int = 0) -> None:
-        """Go on to where so many brackets are closed; without brackets to the end of a line that is in none."""
+        """Skip to the end of `brackets` open brackets; for 0, to the end of the first line outside all brackets."""
         is_line = brackets == 0
         while piece := _SKIPPED.match(self._text, self._at):
             self._at = piece.end()
@@ -160,7 +168,7 @@ class _Search:
                     return
 
     def _step(self, depth: int | None, name: str | int) -> int | None:
-        """The depth of `name` in the table or list at `depth`. Everything inside the value has the value's depth."""
+        """Return the depth of the entry `name` in the table or list at `depth`. Entries of the value keep its depth."""
         if depth is None or depth == len(self._keys):
             return depth
         return depth + 1 if self._keys[depth] == name else None
@@ -171,7 +179,7 @@ class _Search:
 
 
 def _name(piece: re.Match[str]) -> str:
-    """The part of a key that a piece writes."""
+    """Return the part of a key that a token stands for."""
     text = piece[piece.lastgroup or 0]
     if text[0] == '"':
         return _ESCAPE.sub(_unescaped, text[1:-1])

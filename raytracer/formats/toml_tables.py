@@ -1,4 +1,4 @@
-"""Tables of a TOML text to typed values, with errors that know the keys they are about."""
+"""Conversion of TOML tables to typed values, with errors that name the wrong key."""
 
 from __future__ import annotations
 
@@ -11,7 +11,16 @@ T = TypeVar("T")
 
 
 def build(kind: type[T], value: Any, **others: Any) -> T:
-    """Make a struct of which a table gives the fields, all but `others`. Fields without a default must be there."""
+    """Create a struct from a table with the struct's fields.
+
+    Args:
+        kind: the class of the struct.
+        value: the table. Fields without a default are required.
+        others: fields that are not read from the table, with their values.
+
+    Raises:
+        InputError: a key is missing or unknown, or a value is wrong.
+    """
     fields: tuple[str, ...] = kind.__struct_fields__  # pyright: ignore[reportAttributeAccessIssue]
     needed = fields[: len(fields) - len(kind.__struct_defaults__)]  # pyright: ignore[reportAttributeAccessIssue]
     keys = [name for name in fields if name not in others]
@@ -19,28 +28,28 @@ def build(kind: type[T], value: Any, **others: Any) -> T:
 
 
 def check_table(value: Any, keys: Sequence[str], needed: Sequence[str] = ()) -> dict[str, Any]:
-    """Return `value`, a table with no keys but `keys`, and with all of `needed`. Raises InputError."""
+    """Return `value` if it is a table with all keys of `needed` and no other keys than `keys`. Raises InputError."""
     value = as_table(value)
     check_keys(value, keys, needed)
     return value
 
 
 def as_table(value: Any) -> dict[str, Any]:
-    """Return `value`, a table. Raises InputError for another type."""
+    """Return `value` if it is a table. Raises InputError otherwise."""
     if not isinstance(value, dict):
         raise InputError(f"expected a table, got {_kind(value)}")
     return value
 
 
 def as_list(value: Any) -> list[Any]:
-    """Return `value`, a list. Raises InputError for another type."""
+    """Return `value` if it is a list. Raises InputError otherwise."""
     if not isinstance(value, list):
         raise InputError(f"expected a list, got {_kind(value)}")
     return value
 
 
 def _kind(value: Any) -> str:
-    """Name a value's type in the words of TOML."""
+    """Return the name of a value's type in TOML's terms."""
     match value:
         case dict():
             return "a table"

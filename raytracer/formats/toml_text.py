@@ -1,4 +1,4 @@
-"""TOML texts from anyone: parsed within bounds of time and memory, and split into statements."""
+"""Parsing of untrusted TOML texts within limits of time and memory, and splitting into statements."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Any
 
 from raytracer.core.validation import InputError
 
-# A mark of TOML that is in no string and no comment, with the text before it. Up to the first mistake in a text, where
-# tomllib stops, this reads strings as tomllib does. It is possessive and matches wherever it begins, so that no text
-# makes the search slow.
+# A punctuation mark of TOML outside strings and comments, with the text before it. Strings are recognised as tomllib
+# does, up to the first syntax error, at which tomllib stops. Possessive quantifiers, and a match at every position,
+# keep the time linear for every text.
 _MARK = r"""
     (?: [^"'\#.,=\n\[\]{}]++
       | \"{3} (?: [^"\\]++ | \\. | "(?!"") )*+ "{0,5}
@@ -20,17 +20,17 @@ _MARK = r"""
       | ' [^'\n]*+ '?
       | \# [^\n]*+
     )*+ (?: ( [.,=\n\[\]{}] ) | \Z )"""
-# A scene file needs 4 parts and 6 brackets.
+# The most parts of a dotted key, and the most brackets open at once. A scene file needs 4 parts and 6 brackets.
 _MOST_PARTS = _MOST_OPEN = 32
-# With headers, in braces, or by a key's parts beyond its second. tomllib takes up to 2 kB for each, and 4 MB of text
-# that fill a scene have some 170,000.
+# The most tables: by headers, by braces, or by the parts of a dotted key beyond the second. tomllib needs up to 2 kB of
+# memory per table. A scene file of 4 MB, the largest size, has about 170,000 tables.
 _MOST_TABLES = 1 << 18
-# Characters of a message, in which there may be a key of any length.
+# The most characters of the parser's message, which may contain a key of any length.
 _SHOWN = 1000
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Parse a TOML text. Raises InputError for no TOML, and for a text that would take long or much memory."""
+    """Parse a TOML text. Raises InputError if it is not TOML, or would take much time or memory."""
     _check_marks(text)
     try:
         return tomllib.loads(text)
@@ -41,7 +41,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def _line(error: tomllib.TOMLDecodeError, text: str) -> int:
-    """The line, from 1, at which the parser stopped. Before Python 3.14 only its message says so."""
+    """Return the line, from 1, at which the parser stopped. Before Python 3.14 only the message contains it."""
     if (line := getattr(error, "lineno", None)) is not None:
         return line
     at = re.search(r"\(at line (\d+), column \d+\)$", str(error))
@@ -49,13 +49,16 @@ def _line(error: tomllib.TOMLDecodeError, text: str) -> int:
 
 
 def _without_middle(message: str) -> str:
-    """A message of at most 1000 characters: its begin, and its end, which says where."""
+    """Shorten a message to 1000 characters. It keeps the end, which contains the position of the error."""
     half = _SHOWN // 2
     return message if len(message) <= _SHOWN else f"{message[:half]}...{message[3 - half :]}"
 
 
 def statements(text: str) -> Iterator[slice]:
-    """The parts of a TOML text that end with a line and outside of all brackets: headers, assignments, comments."""
+    """Yield the statements of a TOML text: headers, assignments and comments, to the end of their last line.
+
+    A statement ends at the end of a line outside all brackets.
+    """
     start = opened = 0
     for match in re.finditer(_MARK, text, re.VERBOSE | re.DOTALL):
         mark = match[1]
@@ -68,10 +71,10 @@ def statements(text: str) -> Iterator[slice]:
 
 
 def _check_marks(text: str) -> None:
-    """Raise InputError for a text for which tomllib would take long, or much memory, for its length.
+    """Raise InputError for a text for which tomllib would need much time or memory for its length.
 
-    A key's parts cost their square, each table some 20 microseconds and 2 kB, and brackets in brackets Python's stack.
-    A number with more than one dot is no TOML, so what more dots join is a key.
+    The time of a dotted key grows with the square of its parts. A table costs some 20 microseconds and 2 kB. Nested
+    brackets use Python's stack. Words joined by two or more dots are a key, because a number has at most one dot.
     """
     opened = dots = tables = 0
     before = "\n"

@@ -1,9 +1,9 @@
-"""The same picture in float64 NumPy, from the definitions: the ground truth of all that is measured.
+"""Ground truth: an independent ray tracer in float64 NumPy, written from the definitions.
 
-Nothing is shared with the shaders but the scene, so that neither hides an error of the other: the package imports core,
-scene and formats, never compiler, gpu or rendering. The *float64 ray tracer* draws one sample as the shaders do, or
-several. A *converged picture* is traced by it with random samples of its own, until its estimated error is small; on
-the command line, and as `rt.reference`, a converged picture is called the reference.
+It shares only the scene with the shaders, so that neither can hide an error of the other: the package imports core,
+scene and formats, never compiler, gpu or rendering. The *float64 ray tracer* can use the same samples as the shaders.
+A *converged picture* uses random samples of its own, until its estimated error is small. The command line and
+`rt.reference` call a converged picture the reference.
 
 Other packages may use:
 

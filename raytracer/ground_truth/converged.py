@@ -1,26 +1,28 @@
-"""The picture that a scene converges to: traced in float64 with many samples, and an estimate of its own error.
+"""Converged pictures: traced in float64 with many random samples, with an estimate of their own error.
 
-Nothing is shared with how pictures are sampled, so that an error of theirs does not hide: a pixel's points are random
-ones, stratified, of its own. A *round* gives a pixel four independent *sets* of samples. Of n samples in a
-set one is anywhere in each of n equal boxes of the pixel, and at each light that has a radius it looks along 2 x 2
-rays, of which each set's n samples spread over the light in the same way, paired at random with their boxes
-("padding", Kollig and Keller 2002, "Efficient multidimensional sampling").
+The sampling is independent of the renderer's sampling, so that an error of the latter shows: each pixel has stratified
+random points of its own. A *round* gives a pixel four independent *sets* of n samples. A set has one random point in
+each of n equal boxes of the pixel. Each sample sends 2 x 2 rays to each light that has a radius. The points on the
+light are stratified over the set's samples in the same way, and paired with the boxes at random ("padding", Kollig and
+Keller 2002, "Efficient multidimensional sampling").
 
-The four sets are independent, whatever the correlations within one, so a quarter of their sample variance is,
-in the mean, the squared error of the round's mean. A pixel's rounds are weighted by their samples. After each round
-only those pixels go on which are estimated to be off by more than the tolerance, or have a neighbour that is, each
-with as many samples as it has. So do pixels that had ended, once a neighbour turns out to be off: an edge cuts many
-pixels in a row, and of which of them few samples meet it is chance. What no sample meets in any of nine pixels, such as
-a sliver far smaller than they are, is in no estimate; and as samples end where the estimate is low, that is a little
-too low in the mean. On the assignment, against 2 x 8192 samples by the GPU, that is not seen: with up to 1024 samples
-it is estimated to be off by 2.8e-4 at 160x90 and 1.95e-4 at 320x180 and is by 2.7e-4 and 1.96e-4; with up to 4096 and
-a tolerance of 1e-4, by 9.2e-5 and 7.1e-5, and is by 8.7e-5 and 7.2e-5.
+The four sets are independent, even though the samples within a set are correlated. So a quarter of their sample
+variance is an unbiased estimate of the squared error of the round's mean. A pixel's rounds are weighted by their
+samples. After each round, only pixels whose estimated error exceeds the tolerance, and their neighbours, continue, and
+each doubles its samples. A pixel that had stopped continues if a neighbour turns out to exceed the tolerance: an edge
+cuts many pixels in a row, and it is chance in which of them few samples hit it.
 
-Where few pixels hold most of the squared error, a handful of sets tell it, and the picture's error is uncertain: at
-least half of what they say. Of 93 references of 37 scenes at 40x24, glints and random scenes among them, against 2 x
-16384 samples or more by the GPU, 35 were uncertain, and of these the bound was at most 1.25 times the true error in 34;
-of the other 58 the estimate was within 25 % in 53. Three of the five that were not have eight emitters of a twentieth
-of a pixel in the dark, which no sample met.
+The estimate has two limits. It does not include features that no sample hits in any of nine pixels, such as slivers far
+smaller than a pixel. And it is slightly too low on average, because sampling stops where the estimate is low. On the
+assignment, compared with 2 x 8192 samples by the GPU, this bias does not show. With up to 1024 samples, the estimated
+errors are 2.8e-4 at 160x90 and 1.95e-4 at 320x180, and the true ones 2.7e-4 and 1.96e-4. With up to 4096 samples and a
+tolerance of 1e-4, the estimated errors are 9.2e-5 and 7.1e-5, and the true ones 8.7e-5 and 7.2e-5.
+
+If few pixels hold most of the squared error, the estimate rests on few sets and is uncertain: the stated lower bound is
+half of the estimate. This was measured for 93 references of 37 scenes at 40x24, with glints and random scenes, against
+2 x 16384 samples or more by the GPU. 35 were uncertain, and in 34 of these the lower bound was at most 1.25 times the
+true error. In 53 of the other 58 the estimate was within 25 % of the true error. Three of the remaining five have eight
+emitters of a twentieth of a pixel in the dark, which no sample hit.
 """
 
 from __future__ import annotations
@@ -56,17 +58,27 @@ def trace_converged(
     progress: Progress | None = None,
     before: Callable[[Job], None] | None = None,
 ) -> Image:
-    """Trace the picture that `scene` at `size` (width, height) converges to, in float64.
+    """Trace a converged picture in float64, or read it from the disk cache.
 
-    Of `settings` shading, shadows and bounces count. Pixels get 16 samples, and more, up to `samples`, while a pixel is
-    estimated to be off by more than `tolerance`, in linear radiance. `error` (H, W) is each pixel's estimated standard
-    error, `samples` (H, W) its number of samples; depth, normal and material are the centre rays'. `estimate` is that
-    of the picture; its `seconds` are those of this call.
+    Args:
+        scene: the scene.
+        size: (width, height) in pixels.
+        settings: only shading, shadows and bounces count. Default: Settings().
+        samples: the most samples per pixel. Each pixel gets at least 16.
+        tolerance: the accepted standard error of a pixel, in linear radiance. Pixels above it get more samples.
+        cache: whether to use the disk cache (disk_cache.py). Default: True.
+        workers: the number of processes; the result does not depend on it. Default: one per processor. Processes are
+            spawned, so a script that calls this function needs `if __name__ == "__main__":`.
+        progress: a function of (done, expected) numbers of samples.
+        before: a function that is called with the job before tracing, but not if the picture is in the cache.
 
-    A picture that was made before is read from the disk, unless `cache` is False (disk_cache.py). `workers` processes
-    trace, by default one for each processor; the result does not depend on their number. They are spawned: a script
-    that calls this needs `if __name__ == "__main__":`. `progress` gets (done, expected) samples, `before` the job that
-    is going to be traced, if one is. Raises InputError.
+    Returns:
+        The picture. `error` is the estimated standard error of each pixel [H, W], `samples` its number of samples
+        [H, W]. depth, normal and material belong to the rays through the pixels' centres. `estimate.seconds` is the
+        time of this call.
+
+    Raises:
+        InputError: a wrong value.
     """
     begin = time.perf_counter()
     job = make_job(scene, size, settings or Settings(), samples, tolerance)
@@ -84,7 +96,7 @@ def trace_converged(
 
 
 def _estimate(error: NDArray[np.float64], samples: float, seconds: float) -> Estimate:
-    """The estimate of a picture whose pixels have these standard errors (H, W) and so many `samples` on average."""
+    """Return the estimate for a picture, from the standard errors of its pixels [H, W] and their mean samples."""
     squares = np.square(error)
     is_uncertain = rests_on_few(squares)
     rmse = (LEAST if is_uncertain else 1.0) * math.sqrt(squares.mean())
@@ -93,32 +105,33 @@ def _estimate(error: NDArray[np.float64], samples: float, seconds: float) -> Est
 
 
 def _trace(job: Job, workers: int | None, progress: Progress | None) -> Image:
+    """Trace a job in rounds, until no pixel needs more samples."""
     width, height = job.size
     count = width * height
     total, variance = np.zeros((count, 3)), np.zeros((count, 3))  # n times the mean, n^2 times the mean's variance
-    taken = np.zeros(count, np.int32)
+    taken = np.zeros(count, np.int32)  # samples of each pixel so far
     depth, normal, material = np.empty(count), np.empty((count, 3)), np.empty(count, np.int32)
-    going = np.arange(count)
+    active = np.arange(count)  # the pixels that get more samples in this round
     most = job.most_samples
-    done = 0  # samples of all pixels
+    done = 0  # samples of all pixels so far
     with Processes(TaskTracer, job, workers) as processes:
-        for turn in itertools.count():
-            more = np.where(taken[going], taken[going], FIRST_SAMPLES)
-            left = (most - taken[going]).sum() if done else count * job.expected_samples
+        for round_number in itertools.count():
+            more = np.where(taken[active], taken[active], FIRST_SAMPLES)
+            left = (most - taken[active]).sum() if done else count * job.expected_samples
             expected = done + int(left)
-            for task, result in processes.map(round_tasks(going, more, turn)):
-                at, n = task.pixels, task.samples
-                total[at] += n * result.mean
-                variance[at] += n**2 * result.variance
-                taken[at] += n
+            for task, result in processes.map(round_tasks(active, more, round_number)):
+                pixels, n = task.pixels, task.samples
+                total[pixels] += n * result.mean
+                variance[pixels] += n**2 * result.variance
+                taken[pixels] += n
                 if result.centre:
-                    depth[at], normal[at], material[at] = result.centre[1:]
-                done += n * len(at)
+                    depth[pixels], normal[pixels], material[pixels] = result.centre[1:]
+                done += n * len(pixels)
                 if progress:
                     progress(done, max(expected, done + 1))
-            off = np.sqrt(variance.mean(axis=1)) / taken > job.tolerance
-            going = np.flatnonzero(_and_around(off.reshape(height, width)).ravel() & (taken < most))
-            if not len(going):
+            is_above = np.sqrt(variance.mean(axis=1)) / taken > job.tolerance
+            active = np.flatnonzero(_with_neighbours(is_above.reshape(height, width)).ravel() & (taken < most))
+            if not len(active):
                 break
     if progress:
         progress(done, done)
@@ -132,7 +145,7 @@ def _trace(job: Job, workers: int | None, progress: Progress | None) -> Image:
     )
 
 
-def _and_around(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The pixels of a mask (H, W), and the 8 neighbours of each."""
-    around = np.lib.stride_tricks.sliding_window_view(np.pad(mask, 1), (3, 3))
-    return np.any(around, axis=(2, 3))
+def _with_neighbours(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return a mask [H, W] extended by the 8 neighbours of each pixel."""
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(mask, 1), (3, 3))
+    return np.any(windows, axis=(2, 3))

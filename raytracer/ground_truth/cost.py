@@ -1,4 +1,4 @@
-"""The memory and the time that a converged picture (converged.py) takes, estimated before it is traced."""
+"""Estimates of the memory and the time for tracing a converged picture (converged.py)."""
 
 from __future__ import annotations
 
@@ -15,32 +15,41 @@ from raytracer.ground_truth.pixel_tasks import RAYS, Task, TaskTracer
 from raytracer.scene.scene import Scene
 from raytracer.scene.solids import leaves
 
-# Bytes of each pixel: sums, results of processes that are not summed up yet, the picture, its masks.
+# Bytes per pixel: sums, results of processes that are not summed yet, the picture, masks.
 _PIXEL = 256
-# Those of a process, beside a table of which surfaces coincide.
+# Bytes per process, without its table of coincident surfaces.
 _PROCESS = 1 << 26
-# A ray meets each primitive of a tree at each root of each: so many steps of NumPy for a pair. One takes a microsecond.
+# Every primitive of a tree is tested at every root of every primitive: 16 NumPy operations per pair of primitives, each
+# of at least a microsecond.
 _STEPS, _STEP_SECONDS = 16, 1e-6
-# Seconds. A pixel that takes longer is not traced for an estimate.
+# The longest time for tracing sample pixels, in seconds. If one pixel takes longer, the time is not measured.
 _TRIED = 1.0
 _UNITS = (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0))
 
 
 class Cost(NamedTuple):
-    """`seconds`, or at least so many if not `tried`; for so many `primitives`."""
+    """The estimated `seconds` for a scene of so many `primitives`. It is a lower bound if nothing was `tried`."""
 
     seconds: float
     tried: bool
     primitives: int
 
     def __str__(self) -> str:
-        unit, length = next((each for each in _UNITS if self.seconds >= 2.0 * each[1]), ("seconds", 1.0))
+        unit, length = next((entry for entry in _UNITS if self.seconds >= 2.0 * entry[1]), ("seconds", 1.0))
         about = "about" if self.tried else "at least"
-        return f"{about} {self.seconds / length:.0f} {unit}: each ray meets each of {self.primitives} primitives"
+        return (
+            f"{about} {self.seconds / length:.0f} {unit}: each ray is tested against all {self.primitives} primitives"
+        )
 
 
 def check_cost(scene: Scene, size: tuple[int, int], workers: int | None = None) -> None:
-    """Raise InputError if a converged picture needs more memory than this machine has; warn if it needs much."""
+    """Raise InputError if a converged picture needs more memory than the machine has; warn if it needs much.
+
+    Args:
+        scene: the scene.
+        size: (width, height) in pixels.
+        workers: the number of processes. Default: one per processor.
+    """
     workers = workers or os.cpu_count() or 1
     count = sum(len(leaves(solid)) for solid in scene.solids())
     table, physical = workers * count**2, physical_memory()
@@ -54,12 +63,12 @@ def check_cost(scene: Scene, size: tuple[int, int], workers: int | None = None) 
 
 
 def estimate_cost(job: Job, workers: int | None = None) -> Cost:
-    """Estimate how long a job takes, by tracing some of its pixels."""
+    """Estimate the time of a job by tracing some of its pixels. Default of `workers`: one process per processor."""
     width, height = job.size
     workers = min(workers or os.cpu_count() or 1, max(1, width * height * FIRST_SAMPLES // RAYS))
     counts = [len(leaves(solid)) for solid in job.scene.solids()]
     rays = width * height * job.expected_samples / workers
-    least = sum(_STEPS * _STEP_SECONDS * count**2 for count in counts)  # of RAYS or fewer at once
+    least = sum(_STEPS * _STEP_SECONDS * count**2 for count in counts)  # seconds for a batch of up to RAYS rays
     if least > _TRIED:
         return Cost(rays / RAYS * least, False, sum(counts))
     tracer = TaskTracer(job)
@@ -71,5 +80,5 @@ def estimate_cost(job: Job, workers: int | None = None) -> Cost:
         seconds = time.perf_counter() - begin
         if seconds > _TRIED:
             break
-    # A single pixel's rays take about as long as all that are traced at once.
+    # If only one pixel was traced: its rays take about as long as a full batch of RAYS rays.
     return Cost(rays / (len(tried) * FIRST_SAMPLES if len(tried) > 1 else RAYS) * seconds, len(tried) > 1, sum(counts))

@@ -1,4 +1,4 @@
-"""Converged pictures on the disk: each is traced once for all that decides it, and kept while there is room."""
+"""Disk cache of converged pictures. A hash of everything that a picture depends on is the cache key."""
 
 from __future__ import annotations
 
@@ -26,41 +26,41 @@ from raytracer.scene.scene import Scene
 from raytracer.scene.solids import Primitive, Solid, postfix
 
 _ROOT = Path(__file__).parent.parent
-# The packages of whose change kept pictures are dropped: this one and all that it imports, besides the root.
+# The packages whose source code is part of the cache key: this package and all packages that it imports.
 _PACKAGES = ("core", "scene", "formats", "ground_truth")
-# Bytes of all pictures that are kept. Beyond, pictures are removed, the one first that was asked for least recently. A
-# picture of 320x180 pixels has 5 MB.
+# The largest size of the cache, in bytes. When it is exceeded, the least recently used files are deleted. A picture of
+# 320x180 pixels has 5 MB.
 MOST_BYTES = 10**9
-# Beyond any radiance: lights and materials keep it within float32.
+# The largest possible radiance: the limits of lights and materials keep radiance within float32.
 _LARGEST = float(np.finfo(np.float32).max)
-# The largest length of a normal, with its rounding.
+# The largest component of a unit normal, with rounding.
 _UNIT = 1.0 + 1e-9
 
 
 def cache_folder() -> Path:
-    """The folder of the pictures: the variable RAYTRACER_CACHE, or the user's cache."""
+    """Return the cache's folder: the environment variable RAYTRACER_CACHE, or the user's cache folder."""
     from platformdirs import user_cache_dir
 
     return Path(os.environ.get("RAYTRACER_CACHE") or user_cache_dir("raytracer"))
 
 
 def path_of(job: Job) -> Path:
-    """The file of a job's picture, named by a hash of all that decides the picture."""
-    decides = {
+    """Return the file of a job's picture. Its name is a hash of everything that the picture depends on."""
+    cache_key = {
         "scene": canonical(job.scene),
         "size": list(map(int, job.size)),
         "settings": [job.settings.shading, job.settings.shadows, job.settings.bounces],
         "samples": job.samples,
         "tolerance": job.tolerance,
-        "numpy": np.__version__,  # other random numbers
+        "numpy": np.__version__,  # another version may have other random numbers
         "sources": _sources(),
     }
-    text = json.dumps(decides, sort_keys=True)
+    text = json.dumps(cache_key, sort_keys=True)
     return cache_folder() / f"truth-{hashlib.sha256(text.encode()).hexdigest()}.npz"
 
 
 def read(path: Path, job: Job) -> Image | None:
-    """Read a job's picture; None if there is no file, or the file is damaged, or cannot be that picture."""
+    """Read a job's picture; return None if the file is missing, damaged, or not a possible picture of the job."""
     width, height = job.size
     arrays = {
         "radiance": ((height, width, 3), np.float64),
@@ -83,12 +83,12 @@ def read(path: Path, job: Job) -> Image | None:
     if not _is_possible(image, job):
         return None
     with suppress(OSError):
-        os.utime(path)  # asked for now
+        os.utime(path)  # mark the file as recently used
     return image
 
 
 def _is_possible(image: Image, job: Job) -> bool:
-    """Whether all numbers of an image are within the ranges of a job's picture. NaN is in no range."""
+    """Whether all numbers of an image are in the ranges of a job's picture. NaN is out of range."""
     assert image.depth is not None and image.normal is not None and image.material is not None
     assert image.samples is not None and image.error is not None
     ranges = (
@@ -104,7 +104,7 @@ def _is_possible(image: Image, job: Job) -> bool:
 
 
 def write(path: Path, image: Image) -> None:
-    """Keep a picture on the disk. Warns if that fails: the picture itself is none the worse."""
+    """Store a picture in the cache. If that fails, warn and continue."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with replaced_whole(path) as file:
@@ -114,36 +114,36 @@ def write(path: Path, image: Image) -> None:
         _make_room(path.parent)
     except OSError as error:
         reason = error.strerror or error
-        warnings.warn(f"{path.parent}: the reference was not kept for the next time: {reason}", stacklevel=1)
+        warnings.warn(f"{path.parent}: the reference could not be stored in the cache: {reason}", stacklevel=1)
 
 
 def _make_room(folder: Path) -> None:
-    """Remove pictures, least recently asked for first, until the others have MOST_BYTES or less."""
+    """Delete the least recently used pictures until the others have MOST_BYTES or less."""
     files = []
     for file in folder.glob("truth-*.npz"):
-        with suppress(OSError):  # another process removed it
+        with suppress(OSError):  # another process may have deleted it
             status = file.lstat()
-            if stat.S_ISREG(status.st_mode):  # and was written here
+            if stat.S_ISREG(status.st_mode):  # not a link or folder, which the cache does not create
                 files.append((status.st_mtime, status.st_size, file))
     total = 0
     for k, (_, size, file) in enumerate(sorted(files, reverse=True)):
         total += size
-        if total > MOST_BYTES and k:  # never the newest
+        if total > MOST_BYTES and k:  # the newest file is always kept
             with suppress(OSError):
                 file.unlink()
 
 
 def canonical(scene: Scene) -> Any:
-    """A scene as lists, numbers and strings, equal for two scenes if and only if both converge to the same picture.
+    """Return a scene as lists, numbers and strings, for the cache key.
 
-    Names of the scene and of materials do not count. An array counts by its hash. Other numbers stay as they are: JSON
-    has all their bits.
+    The results of two scenes are equal if and only if both scenes have the same converged picture: names of the scene
+    and of materials are left out. An array is replaced by its hash. Other numbers keep all their bits in JSON.
     """
     number = {material: i for i, material in enumerate(scene.materials)}
 
     def plain(value: Any) -> Any:
         match value:
-            case Material():  # of a leaf
+            case Material():  # the material of a leaf, by its index in the list of materials
                 return number[value]
             case Measured():
                 return plain(value.values)
@@ -166,7 +166,7 @@ def canonical(scene: Scene) -> Any:
 
 
 def _sources() -> list[list[str]]:
-    """The name and a hash of each file that decides how a picture is traced."""
+    """Return the name and a hash of each source file on which a traced picture depends."""
     packages = (file for package in _PACKAGES for file in (_ROOT / package).rglob("*.py"))
     files = sorted([*_ROOT.glob("*.py"), *packages])
     return [[file.relative_to(_ROOT).as_posix(), hashlib.sha256(file.read_bytes()).hexdigest()] for file in files]

@@ -1,8 +1,8 @@
-"""Rays against CSG trees in float64 NumPy, from the definitions: the geometry of ray_tracer.py.
+"""Intersection of rays with CSG trees in float64 NumPy, written from the definitions.
 
-A point is inside a CSG tree by Boolean logic over the primitives that it is inside of. Along a
-ray, a surface is a root of a primitive at which the tree is different just before and just
-after. Every root is tried; nothing is sorted, skipped or shared with the shaders.
+Whether a point is inside a CSG tree follows by Boolean logic from the primitives that contain it. A ray hits the
+surface of the tree at a root of a primitive if just one of the points right before and right after the root is inside
+the tree. The code tests every root of every primitive: it sorts and skips nothing, and shares nothing with the shaders.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Mask = NDArray[np.bool_]
 
 
 def _inside(solid: list[Solid], leaf_inside: list[Mask]) -> list[Mask]:
-    """Whether points are in each node of a postfix tree, by whether they are in the leaves."""
+    """Return for each node of a postfix tree whether points are inside, from the masks of the leaves in order."""
     results: list[Mask] = []
     stack: list[Mask] = []
     leaf = iter(leaf_inside)
@@ -41,9 +41,10 @@ def _inside(solid: list[Solid], leaf_inside: list[Mask]) -> list[Mask]:
 
 
 class Tracer:
-    """The scene's leaves, and rays (ro, rd) of shape (R, 3) against them. A surface is a leaf's number.
+    """Intersects rays with the primitives (leaves) of a scene.
 
-    Points are relative to the camera. coincide[a, b]: whether leaves a and b have one surface.
+    Rays have origins `ro` and directions `rd` [R, 3]. Points are relative to the camera. A surface is the index of a
+    leaf, -1 for none. coincide[a, b]: whether the surfaces of leaves a and b are identical.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -65,11 +66,17 @@ class Tracer:
         light: PointLight | None = None,
         distance: Array | None = None,
     ) -> list[tuple[Array, Array]]:
-        """(entry, exit) of every leaf along the whole line; (inf, -inf) where it is missed.
+        """Return for every leaf the distances (entry, exit) along the whole line; (inf, -inf) if the line misses it.
 
-        For rays that start on a surface, `start` is its number and `n` its outward normal: there
-        the root at the start is 0 by definition, not by computation. So it is `distance` for surfaces
-        that the `light` lies on, or that are its own, at which such rays end. All others start at the camera.
+        Args:
+            ro: the rays' origins [R, 3].
+            rd: the rays' directions, unit vectors [R, 3].
+            start: the surfaces on which the rays start [R]. The root there is exactly 0 by definition, not computed.
+                None: the rays start at the camera.
+            n: the outward normals of these surfaces at the rays' origins [R, 3].
+            light: the light to which the rays go. None: no shadow rays.
+            distance: the distance of the light [R]. It is the exact root for surfaces on which the light lies, and for
+                the light's own sphere, because the rays end there.
         """
         result = []
         for k, leaf in enumerate(self.leaves):
@@ -79,10 +86,10 @@ class Tracer:
                 to_center = np.subtract(leaf.center, self._eye) - ro
                 along = dot(to_center, rd)
                 perp = to_center - along[:, None] * rd
-                # The product of the roots; the power of the ray's origin. Beside a huge sphere float64, too,
-                # needs it to more bits than a distance leaves, and the camera's is known exactly.
-                to = np.linalg.norm(to_center, axis=1)
-                power: Any = (to - leaf.radius) * (to + leaf.radius)
+                # The product of the two roots is the power of the ray's origin. Next to a huge sphere, computing it
+                # from a distance loses too many bits, even in float64. For the camera it is known exactly.
+                to_distance = np.linalg.norm(to_center, axis=1)
+                power: Any = (to_distance - leaf.radius) * (to_distance + leaf.radius)
                 if start is None:
                     power = leaf.power(self._eye)
                 square = np.where(np.abs(along) < leaf.radius, along**2 - power, leaf.radius**2 - dot(perp, perp))
@@ -117,7 +124,10 @@ class Tracer:
         return result
 
     def first(self, ro: Array, rd: Array, *ends: Any) -> tuple[Array, NDArray[np.int32]]:
-        """(t, surface) of the first surface with t > 0: inf, -1 if there is none. `ends` as for spans()."""
+        """Return (t, surface) of the first surface with t > 0; (inf, -1) if there is none.
+
+        `ends` are the optional arguments of spans() about the rays' ends.
+        """
         nearest, surface = np.full(len(rd), np.inf), np.full(len(rd), -1, np.int32)
         spans = self.spans(ro, rd, *ends)
         first_leaf = 0
@@ -135,7 +145,7 @@ class Tracer:
         return nearest, surface
 
     def normals(self, P: Array, surface: NDArray[np.int32]) -> Array:
-        """Outward unit normals (R, 3) of the primitives at points on them; 0 for surface -1."""
+        """Return the outward unit normals of the primitives at points on their surfaces [R, 3]; 0 for surface -1."""
         result = np.zeros(P.shape)
         for k, leaf in enumerate(self.leaves):
             on = surface == k
@@ -156,8 +166,11 @@ def _after(spans: list[tuple[Array, Array]], t: Array) -> list[Mask]:
 
 
 def _owner(tree: list[Solid], before: list[Mask], after: list[Mask]) -> NDArray[np.int32]:
-    """The leaf (counted in the tree) whose surface it is: an operator's first operand that changes."""
-    stack: list[tuple[Mask, Any]] = []  # does the node change, its owner
+    """Return the leaf that a hit surface belongs to, as its index in the tree.
+
+    At each operator, it is in the first operand whose state (inside or not) changes at the root.
+    """
+    stack: list[tuple[Mask, Any]] = []  # for each node: whether its state changes, and the leaf
     leaf = 0
     for node, b, a in zip(tree, before, after, strict=True):
         if isinstance(node, Primitive):
@@ -174,7 +187,7 @@ def _owner(tree: list[Solid], before: list[Mask], after: list[Mask]) -> NDArray[
 
 
 def _geometry(leaf: Primitive) -> object:
-    """Equal for leaves whose surfaces coincide, whatever their materials and sides."""
+    """Return a key that is equal for leaves with coincident surfaces, regardless of their materials and sides."""
     if isinstance(leaf, Sphere):
         return leaf.center, leaf.radius
     (x, y, z), offset = leaf.unit()

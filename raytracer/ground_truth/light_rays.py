@@ -1,4 +1,4 @@
-"""Rays from points to a light, in float64: ray_tracer.py looks along them, by a rule of its own."""
+"""Shadow rays: directions, distances and irradiance of the rays from surface points to a light, in float64."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 def ends_on(leaf: Primitive, light: PointLight) -> bool:
-    """Whether rays to a light end on a leaf's surface: the point lies on it, or the sphere is the light's own."""
+    """Whether shadow rays end on a primitive's surface: a point light lies on it, or it is the light's own sphere."""
     if light.radius:
         return isinstance(leaf, Sphere) and light.is_bulb(leaf)
     return leaf.touches(light.position)
@@ -31,13 +31,24 @@ def light_rays(
     rays: int,
     shift: Array | None = None,
 ) -> Iterator[tuple[Array, Array, Array]]:
-    """(L, distance, irradiance) of the rays from points to a light: one, or `rays` x `rays` to a sphere.
+    """Yield (L, distance, irradiance) of the rays from points to a light: one ray, or `rays` x `rays` to a sphere.
 
-    `to_center` (R, 3) goes from the points to the light's centre; of a point on the light's `own` sphere `n` is the
-    outward normal. `irradiance` (R, 3) is that on a surface across the ray: the light's radiance times the ray's solid
-    angle. Rays go through the middles of parts, of equal solid angle, of the directions in which the sphere is seen, or
-    of each point's parts through the places that its `shift` (R, 2) in [0, 1) says: where that is random and all places
-    are as likely, each point's mean over its rays is right in the mean, however few they are.
+    The directions to a spherical light are divided into `rays` x `rays` parts of equal solid angle, with a ray in each.
+    With uniformly random shifts, the mean over a point's rays is unbiased, however few they are.
+
+    Args:
+        light: the light.
+        to_center: vectors from the points to the light's centre [R, 3].
+        own: whether the point lies on the light's own sphere [R].
+        n: outward normals of these spheres, used where `own` is true [R, 3].
+        rays: the square root of the number of rays to a sphere.
+        shift: the position of the ray in its part, in [0, 1), for each point [R, 2]. None: the middle of the part.
+
+    Yields:
+        L: unit vectors towards the light [R, 3].
+        distance: the distance to the light along the ray [R].
+        irradiance: the irradiance on a surface perpendicular to the ray: the light's radiance times the solid angle of
+            the part [R, 3].
     """
     d = np.linalg.norm(to_center, axis=1)
     W = to_center / np.where(d == 0.0, 1.0, d)[:, None]
@@ -49,19 +60,20 @@ def light_rays(
         yield W, d, I
         return
     r = light.radius
-    d, W = np.where(own, r, d), np.where(own[:, None], -n, W)  # half of all directions go into it
-    around = ~own & (d <= r)
+    d, W = np.where(own, r, d), np.where(own[:, None], -n, W)  # from its surface, the sphere fills a half-space
+    inside = ~own & (d <= r)
     W[d == 0.0] = 0.0, 0.0, 1.0
     sine = r / np.maximum(d, r)
-    opening = np.where(around, 2.0, sine**2 / (1.0 + np.sqrt(1.0 - sine**2)))  # 1 - cosine of the cone's half angle
+    opening = np.where(inside, 2.0, sine**2 / (1.0 + np.sqrt(1.0 - sine**2)))  # 1 - cosine of the cone's half angle
     radiance = I / (math.pi * sine**2)[:, None]
     U = np.cross(W, np.eye(3)[np.argmin(np.abs(W), axis=1)])
     U /= np.linalg.norm(U, axis=1, keepdims=True)
-    across, around_it = (0.5, np.full(len(d), 0.5)) if shift is None else shift.T
+    polar_shift, azimuth_shift = (0.5, np.full(len(d), 0.5)) if shift is None else shift.T
     for i, j in itertools.product(range(rays), repeat=2):
-        off, angle = (i + across) / rays * opening, (2.0 * math.pi * (j + around_it) / rays)[:, None]
-        side = np.sqrt(off * (2.0 - off))
-        L = (1.0 - off)[:, None] * W + side[:, None] * (np.cos(angle) * U + np.sin(angle) * np.cross(W, U))
-        half_chord = np.sqrt(np.maximum(r**2 - (d * side) ** 2, 0.0))
-        distance = d * (1.0 - off) + np.where(own | around, half_chord, -half_chord)
+        # 1 - cosine of the angle to the cone's axis, and the azimuth around the axis.
+        versine, angle = (i + polar_shift) / rays * opening, (2.0 * math.pi * (j + azimuth_shift) / rays)[:, None]
+        ray_sine = np.sqrt(versine * (2.0 - versine))
+        L = (1.0 - versine)[:, None] * W + ray_sine[:, None] * (np.cos(angle) * U + np.sin(angle) * np.cross(W, U))
+        half_chord = np.sqrt(np.maximum(r**2 - (d * ray_sine) ** 2, 0.0))
+        distance = d * (1.0 - versine) + np.where(own | inside, half_chord, -half_chord)
         yield L, distance, radiance * (2.0 * math.pi * opening / rays**2)[:, None]

@@ -1,4 +1,7 @@
-"""The parts that microfacet models share, in float64 NumPy, from the definitions: Fresnel, distributions, masking."""
+"""Terms of the microfacet models in float64 NumPy: Fresnel reflectance, distributions of normals, masking.
+
+Arrays have one entry per ray: [R], or [R, 3] for vectors and colours.
+"""
 
 from __future__ import annotations
 
@@ -13,24 +16,25 @@ Array = NDArray[np.float64]
 
 
 def dot(a: Array, b: Array) -> Array:
-    """The scalar products of vectors (..., 3)."""
+    """Return the dot products of vectors [..., 3]."""
     return np.sum(a * b, axis=-1)
 
 
 def column(values: Array) -> Array:
-    """(R,) as (R, 1)."""
+    """Reshape [R] to [R, 1], to multiply numbers with colours."""
     return np.asarray(values)[..., None]
 
 
 def schlick(f0: Array, c: Array) -> Array:
+    """Return Schlick's approximation (1994) of the Fresnel reflectance [R, 3], by the cosine of the angle [R]."""
     return f0 + (1.0 - f0) * column(1.0 - c) ** 5
 
 
 def fresnel(m: Material, c: Array) -> Array:
-    """The share of light that a facet reflects, (R, 3), by the cosine (R,) of the angle to it."""
+    """Return the Fresnel reflectance of a facet [R, 3], by the cosine of the angle of incidence [R]."""
     if m.fresnel == "schlick":
         return schlick(np.array(m.f0), c)
-    # Amplitudes for a complex index, as Born and Wolf have them; a dielectric's is real.
+    # Amplitudes for a complex index of refraction (Born and Wolf). The index of a dielectric is real.
     index = np.array(m.n) + 1j * np.array(m.k) if m.fresnel == "conductor" else np.array([m.ior] * 3, complex)
     c3 = column(c)
     inside = np.sqrt(index**2 - 1.0 + c3**2)
@@ -40,7 +44,14 @@ def fresnel(m: Material, c: Array) -> Array:
 
 
 def distribution(m: Material, kind: str, cosine: Array, alpha: float | None = None) -> Array:
-    """D of the facets' normals, (R,), by the cosine of their angle with N."""
+    """Return the distribution D of microfacet normals [R].
+
+    Args:
+        m: the material, for its `alpha`.
+        kind: "ggx" or "beckmann".
+        cosine: the cosine between microfacet normal and N [R].
+        alpha: the roughness. Default: `m.alpha`.
+    """
     a2 = (m.alpha if alpha is None else alpha) ** 2
     tan2 = (1.0 - cosine**2) / cosine**2
     if kind == "ggx":
@@ -49,7 +60,7 @@ def distribution(m: Material, kind: str, cosine: Array, alpha: float | None = No
 
 
 def smith_lambda(m: Material, kind: str, cosine: Array) -> Array:
-    """Smith's Lambda of a direction, (R,), by its cosine."""
+    """Return Smith's Lambda [R] of directions with these cosines to N [R], for the distribution `kind`."""
     tan = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) / cosine
     if kind == "ggx":
         return (np.sqrt(1.0 + (m.alpha * tan) ** 2) - 1.0) / 2.0
@@ -62,6 +73,6 @@ def smith_lambda(m: Material, kind: str, cosine: Array) -> Array:
 
 
 def masking(m: Material, kind: str, NoL: Array, NoV: Array) -> Array:
-    """G, (R,)."""
+    """Return the masking-shadowing function G [R] for the distribution `kind`."""
     l, v = smith_lambda(m, kind, NoL), smith_lambda(m, kind, NoV)
     return 1.0 / ((1.0 + l) * (1.0 + v) if m.masking == "separable" else 1.0 + l + v)

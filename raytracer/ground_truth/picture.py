@@ -1,4 +1,4 @@
-"""`rt.reference`: the picture that a scene converges to, as a function of checked arguments."""
+"""`rt.reference`: the ground truth picture of a scene, as a public function that checks its arguments."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ from raytracer.scene.settings import Settings
 from raytracer.scene.settings_patch import SettingsPatch, checked_patch
 from raytracer.scene.warnings import scene_warnings
 
-# A sixteenth of the pixels that render makes: the processor traces them in float64, in seconds to minutes.
+# The default (width, height): a sixteenth of the pixels of render()'s default, because tracing in float64 on the CPU
+# takes seconds to minutes.
 REFERENCE_SIZE = (320, 180)
-# Seconds. Longer waits are announced.
+# The time from which a warning is given, in seconds.
 WORTH_MENTION = 60.0
-# Processes. More than any machine has processors are a mistake.
+# The largest accepted number of processes: no machine has more processors.
 _MOST_WORKERS = 4096
 
 
@@ -40,38 +41,53 @@ def reference(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Image:
-    """Trace in float64 the limit of the picture of `scene` at `size` (width, height) in pixels.
+    """Compute the ground truth of a picture: the picture to which more and more samples converge.
 
-    `shading`, `shadows` and `bounces` are as `Settings` has them, and come before the fields of `settings`, whose other
-    fields are of no effect. Each pixel gets 16 samples, and up to `samples` (range: 16 to 65536) while its error is
-    estimated to be above `tolerance`, in linear radiance. The image is float64: `radiance`; `depth`, `normal` and
-    `material` of the centre rays; `samples`, the samples of each pixel; `error`, the standard error of each pixel;
-    `estimate`, the error of the picture, which is a lower bound if `uncertain`.
+    The reference is traced on the CPU in float64, by code that is independent of the shaders, with adaptive random
+    sampling. Compare pictures with it by `raytracer.compare`.
 
-    A reference is kept on the disk and read from there the next time, unless `cache` is False: the folder is the
-    variable RAYTRACER_CACHE, or the user's cache. `workers` processes trace (default: one for each processor). The
-    result does not depend on their number. They are spawned, so a script needs `if __name__ == "__main__":`.
-    `progress(done, expected)` is called with numbers of samples.
+    Args:
+        scene: the scene.
+        size: (width, height) in pixels. Range: 1 to 65536. Default: (320, 180).
+        settings: settings, of which only shading, shadows and bounces count. Default: Settings().
+        samples: the most samples per pixel. Range: 16 to 65536. Default: 1024. Each pixel gets 16 samples, and more
+            while its estimated error exceeds `tolerance`.
+        tolerance: the accepted standard error of a pixel, in linear radiance, at least 0. Default: 0.0005.
+        shading: overrides `settings.shading`. None does not. Default: None.
+        shadows: overrides `settings.shadows`. None does not. Default: None.
+        bounces: overrides `settings.bounces`. None does not. Default: None.
+        cache: whether to store the reference on the disk, and read it from there the next time. The folder is the
+            environment variable RAYTRACER_CACHE, or the user's cache folder. Default: True.
+        workers: the number of processes. The result does not depend on it. Default: one per processor. The processes
+            are spawned, so that a script needs `if __name__ == "__main__":`.
+        progress: a function that is called with (done, expected) numbers of samples. Default: None.
 
-    Warns (UserWarning) as `render`, and of more than a minute and of much memory. Raises InputError for a wrong value,
-    and for a scene or a size that needs more memory than this machine has.
+    Returns:
+        An Image in float64. `depth`, `normal` and `material` belong to the rays through the pixels' centres [H, W].
+        `samples` is the number of samples and `error` the standard error of each pixel [H, W]. `estimate` is the error
+        of the whole picture; it is only a lower bound if `estimate.uncertain`.
+
+    Raises:
+        InputError: a wrong value, or a scene or size that needs more memory than the machine has.
+
+    Warns (UserWarning) as `render`, and if the reference takes more than a minute or much memory.
     """
     scene = checked_scene(scene)
-    chosen = SettingsPatch.without_none(shading=shading, shadows=shadows, bounces=bounces)
-    used = (checked_patch(settings).without_sampling() | chosen).resolve()
+    overrides = SettingsPatch.without_none(shading=shading, shadows=shadows, bounces=bounces)
+    merged = (checked_patch(settings).without_sampling() | overrides).resolve()
     size = check_size(size)
     samples, tolerance = check_accuracy(samples, tolerance)
     cache = check_flag(cache, "cache")
     if workers is not None:
         workers = whole(workers, "workers", 1, _MOST_WORKERS)
     check_progress(progress)
-    for warning in scene_warnings(scene, used.replace(precision=64)):
+    for warning in scene_warnings(scene, merged.replace(precision=64)):
         warnings.warn(warning, stacklevel=2)
     check_cost(scene, size, workers)
 
     def announce(job: Job) -> None:
-        if (takes := estimate_cost(job, workers)).seconds > WORTH_MENTION:
-            warnings.warn(f"this takes {takes}", stacklevel=4)
+        if (cost := estimate_cost(job, workers)).seconds > WORTH_MENTION:
+            warnings.warn(f"this takes {cost}", stacklevel=4)
 
     options: dict[str, Any] = {"samples": samples, "tolerance": tolerance, "cache": cache, "workers": workers}
-    return trace_converged(scene, size, used, **options, progress=progress, before=announce)
+    return trace_converged(scene, size, merged, **options, progress=progress, before=announce)

@@ -1,4 +1,4 @@
-"""Tasks: some pixels of a round of a converged picture (converged.py), each traced by one process."""
+"""Tasks: groups of pixels of one round of a converged picture (converged.py), which worker processes trace."""
 
 from __future__ import annotations
 
@@ -14,23 +14,24 @@ from raytracer.ground_truth.job import Job
 
 Array = NDArray[np.float64]
 
-# Enough sets to tell their variance, and few enough for each to be well stratified.
+# The number of independent sets of samples: enough to estimate their variance, and few enough that each set is well
+# stratified.
 _SETS = 4
-# Of a pixel's sample to a light, squared: a sample that costs one ray from the camera may cost a few to the lights.
+# The square root of the number of rays from one sample to a light with a radius. A camera ray justifies a few of them.
 _LIGHT_RAYS = 2
-# Of the random numbers; any will do.
+# The seed of the random numbers. Any number will do.
 _SEED = 20_190_521
 
-# Rays are traced so many at a time that those of all primitives stay within some processors' caches and 64 MiB,
-# and are no more than this.
+# The most rays that are traced at once, and the most rays times primitives, so that the arrays stay within 64 MiB and
+# the caches of some processors.
 RAYS, _RAYS_TIMES_LEAVES = 1 << 13, 1 << 21
 
 
 class Task(NamedTuple):
-    """Some pixels of a round that all get the same number of samples: their flat indices, and that number.
+    """Some pixels of a round, as flat indices, which all get the same number of samples.
 
-    `key` decides the task's random numbers, and no other task has it: the round, the samples, the place of the first
-    pixel.
+    `key` is the seed of the task's random numbers, unique in the picture: the round, the number of samples, and the
+    index of the first pixel among the round's pixels with this number of samples.
     """
 
     pixels: NDArray[np.intp]
@@ -39,24 +40,27 @@ class Task(NamedTuple):
 
 
 class TaskResult(NamedTuple):
-    """The results of a task's pixels: mean radiance, (P, 3), its variance, and in the first round the centre rays."""
+    """The results for P pixels: mean radiance and its variance [P, 3], and in the first round the centre rays."""
 
     mean: Array
     variance: Array
     centre: ray_tracer.RayResults | None
 
 
-def round_tasks(pixels: NDArray[np.intp], samples: NDArray[np.int32], turn: int) -> Iterator[Task]:
-    """Cut the pixels of round `turn` into tasks, in a way that does not depend on which process traces them."""
+def round_tasks(pixels: NDArray[np.intp], samples: NDArray[np.int32], round_number: int) -> Iterator[Task]:
+    """Split the pixels of a round into tasks. The split does not depend on the number of processes.
+
+    `samples` is the number of samples of each of the `pixels` in this round.
+    """
     for n in map(int, np.unique(samples)):
         step = max(1, RAYS // n)
-        alike = pixels[samples == n]
-        for start in range(0, len(alike), step):
-            yield Task(alike[start : start + step], n, (turn, n, start))
+        group = pixels[samples == n]
+        for start in range(0, len(group), step):
+            yield Task(group[start : start + step], n, (round_number, n, start))
 
 
 class TaskTracer:
-    """Traces the tasks of a job: a process has one."""
+    """A function that traces the tasks of a job. Each process has one."""
 
     def __init__(self, job: Job) -> None:
         self._job = job
@@ -67,15 +71,15 @@ class TaskTracer:
         y, x = np.divmod(task.pixels, self._job.size[0])
         lights = len(self._job.scene.lights) if self._job.settings.shadows == "soft" else 0
         rng = np.random.default_rng((_SEED, *task.key))
-        within, *at_lights = _spread(rng, len(x), task.samples, 1 + lights)
-        shifts = np.stack(at_lights, axis=-2) if lights else None
-        radiance = self._trace(x[:, None, None] + within[..., 0], y[:, None, None] + within[..., 1], shifts).radiance
+        offsets, *light_points = _spread(rng, len(x), task.samples, 1 + lights)
+        shifts = np.stack(light_points, axis=-2) if lights else None
+        radiance = self._trace(x[:, None, None] + offsets[..., 0], y[:, None, None] + offsets[..., 1], shifts).radiance
         sets = radiance.reshape(len(x), _SETS, -1, 3).mean(axis=2)
         centre = self._trace(x + 0.5, y + 0.5, None) if task.key[0] == 0 else None
         return TaskResult(sets.mean(axis=1), sets.var(axis=1, ddof=1) / _SETS, centre)
 
     def _trace(self, x: Array, y: Array, shifts: Array | None) -> ray_tracer.RayResults:
-        """Trace the rays through points of the picture, as many at a time as fit."""
+        """Trace the rays through points of the picture, in batches that fit into memory."""
         job = self._job
         rd = ray_tracer.rays_through(job.scene.camera, job.size, x.ravel(), y.ravel())
         shifts = shifts if shifts is None else shifts.reshape(len(rd), -1, 2)
@@ -89,9 +93,10 @@ class TaskTracer:
 
 
 def _spread(rng: np.random.Generator, pixels: int, samples: int, kinds: int) -> Iterator[Array]:
-    """Points of so many kinds in [0, 1)^2, each (P, sets, n, 2): of each set one is in each of n equal boxes.
+    """Yield `kinds` arrays of stratified random points in [0, 1)^2 [pixels, sets, n, 2].
 
-    The boxes of the first kind are in order, those of the others in an order of each set's own.
+    Each set has one point in each of n equal boxes. The first array has the boxes in order. The other arrays have them
+    in a random order of each set's own.
     """
     n = samples // _SETS
     rows = 1 << (n.bit_length() - 1) // 2

@@ -1,7 +1,8 @@
-"""The same ray tracer in float64 NumPy, from the definitions: the shaders are tested against it.
+"""Float64 ray tracer in NumPy, written from the definitions, against which the shaders are tested.
 
-intersection.py has the surfaces that rays meet, light_rays.py the rays to lights, reflectance.py the materials. The
-axes are the world's, the origin is the camera: far from the world's own origin float64 runs out of bits, too. Slow.
+intersection.py intersects rays with surfaces, light_rays.py makes shadow rays, and reflectance.py evaluates materials.
+Coordinates are relative to the camera, with the axes of the world, because float64 loses precision far from the world's
+origin. The ray tracer is slow.
 """
 
 from __future__ import annotations
@@ -29,13 +30,18 @@ from raytracer.scene.solids import Sphere
 
 Array = NDArray[np.float64]
 
-_ROWS = 64  # of pixels traced at once
+_ROWS = 64  # rows of pixels that are traced at once
 
 
 def trace(scene: Scene, size: tuple[int, int], settings: Settings | None = None, *, rays: int = 8) -> Image:
-    """Trace the image of `scene` at `size` (width, height): the same as `raytracer.render` draws, but in float64.
+    """Trace a picture with the same samples as `raytracer.render`, but in float64.
 
-    Under soft shadows each sample sends `rays` x `rays` rays to each light that has a radius.
+    Args:
+        scene: the scene.
+        size: (width, height) in pixels.
+        settings: the settings. Precision, evaluator and stopping rules do not count. Default: Settings().
+        rays: with soft shadows, the square root of the number of rays from each sample to each light with a radius.
+            Default: 8.
     """
     settings = settings or Settings()
     width, height = size
@@ -66,7 +72,11 @@ def trace(scene: Scene, size: tuple[int, int], settings: Settings | None = None,
 
 
 def camera_rays(camera: Camera, size: tuple[int, int], point: ArrayLike = (0.5, 0.5)) -> Array:
-    """(H, W, 3) unit directions through `point` (from the top left, in [0, 1)) of every pixel: (2,), or (H, W, 2)."""
+    """Return unit vectors from the camera through a point of every pixel [H, W, 3].
+
+    `point` is the position in the pixel, from the top left, in [0, 1): the same for all pixels [2], or one for each
+    pixel [H, W, 2]. Default: the centre.
+    """
     width, height = size
     y, x = np.mgrid[:height, :width]
     offset = np.asarray(point)
@@ -74,7 +84,10 @@ def camera_rays(camera: Camera, size: tuple[int, int], point: ArrayLike = (0.5, 
 
 
 def rays_through(camera: Camera, size: tuple[int, int], x: Array, y: Array) -> Array:
-    """(..., 3) unit directions through points of the picture, in pixels from its top left corner."""
+    """Return unit vectors from the camera through points of the picture [..., 3].
+
+    `x` and `y` are in pixels from the picture's top left corner.
+    """
     width, height = size
     right, up, forward = (np.array(axis) for axis in camera.axes())
     tangent = math.tan(math.radians(camera.vertical_fov) / 2.0)
@@ -85,7 +98,7 @@ def rays_through(camera: Camera, size: tuple[int, int], x: Array, y: Array) -> A
 
 
 class RayResults(NamedTuple):
-    """Results of R rays from the camera: all as in Image."""
+    """Results of R rays from the camera, with the meaning of the arrays in Image."""
 
     radiance: Array  # (R, 3)
     depth: Array  # (R,)
@@ -96,11 +109,16 @@ class RayResults(NamedTuple):
 def trace_rays(
     scene: Scene, settings: Settings, tracer: Tracer, rd: Array, rays: int, shifts: Array | None = None
 ) -> RayResults:
-    """Trace the rays from the camera along unit vectors `rd` (R, 3); `tracer` is that of `scene`.
+    """Trace rays from the camera.
 
-    Under soft shadows `rays` x `rays` rays go from each hit point to each light that has a radius. `shifts`
-    (R, lights, 2) in [0, 1) says through which places of the light's parts, see light_rays(); without, through the
-    middles.
+    Args:
+        scene: the scene.
+        settings: the settings: shading, shadows and bounces count.
+        tracer: the Tracer of the scene.
+        rd: unit vectors [R, 3].
+        rays: with soft shadows, the square root of the number of rays from a hit point to each light with a radius.
+        shifts: positions of these rays in their parts of each light, in [0, 1) [R, lights, 2], see light_rays(). None:
+            the middles.
     """
     ro = np.zeros(rd.shape)
     t, surface = tracer.first(ro, rd)
@@ -122,9 +140,9 @@ def _radiance(
     shifts: Array | None,
     bounce: int = 0,
 ) -> Array:
-    """The light along each ray, Le + ka Ia + sum of S Il f cos(theta_i), (R, 3), and what mirrors reflect.
+    """Return the radiance along each ray: Le + ka Ia + sum of S Il f cos(theta_i), and mirror reflections [R, 3].
 
-    The sum is over all rays to all lights.
+    The sum is over all rays to all lights. S is 0 or less than 1 in shadow, Il the irradiance, f the reflectance.
     """
     result = np.empty(rd.shape)
     result[...] = scene.background
@@ -137,17 +155,17 @@ def _radiance(
 
     options = settings.compile_options
     materials = [options.shaded(leaf.material) for leaf in tracer.leaves]
-    leaves_of = {m: [k for k, other in enumerate(materials) if other == m] for m in dict.fromkeys(materials)}
-    groups = {material: np.isin(surface, leaves) for material, leaves in leaves_of.items()}
+    leaf_indices = {m: [k for k, other in enumerate(materials) if other == m] for m in dict.fromkeys(materials)}
+    groups = {material: np.isin(surface, leaves) for material, leaves in leaf_indices.items()}
     I = np.zeros(P.shape)
     for material, on in groups.items():
         I[on] = np.multiply(material.ka, scene.ambient) + np.array(material.le)
 
     def rays_to(k: int, light: PointLight) -> Iterator[tuple[PointLight, Array, Array, Array]]:
         own = np.array([light.radius > 0.0 and ends_on(leaf, light) for leaf in tracer.leaves])[surface]
-        place = np.subtract(light.position, scene.camera.position)
+        position = np.subtract(light.position, scene.camera.position)
         shift = shifts if shifts is None else shifts[:, k]
-        return ((light, *ray) for ray in light_rays(light, place - P, own, n, rays, shift))
+        return ((light, *ray) for ray in light_rays(light, position - P, own, n, rays, shift))
 
     lights = map(settings.cast, scene.lights)
     for light, L, distance, irradiance in itertools.chain.from_iterable(itertools.starmap(rays_to, enumerate(lights))):
@@ -158,7 +176,7 @@ def _radiance(
             blocked = blocked_at < distance
             diluted = np.divide(blocked_at, distance, out=np.zeros(len(P)), where=blocked)
             S = np.where(blocked, diluted if settings.shadows == "diluted" else 0.0, 1.0)
-        # A light in the plane itself grazes it: N.L is 0, whatever rounding makes of it.
+        # A light that lies in a plane does not illuminate it: N.L is 0, although rounding may give another value.
         on = np.array([ends_on(leaf, light) and not isinstance(leaf, Sphere) for leaf in tracer.leaves])
         grazes = np.any(tracer.coincide & on, axis=1)[surface]
         lit = (NoL > 0.0) & (distance > 0.0) & ~grazes
@@ -169,10 +187,10 @@ def _radiance(
     for material, on in groups.items():
         if MODELS[material.model].mirrors and bounce < settings.bounces and on.any():
             start, R = P[on], rd[on] - 2.0 * dot(rd[on], N[on])[:, None] * N[on]
-            t, met = tracer.first(start, R, surface[on], n[on])
-            normals = tracer.normals(start + np.where(np.isfinite(t), t, 0.0)[:, None] * R, met)
+            t, hit_surface = tracer.first(start, R, surface[on], n[on])
+            normals = tracer.normals(start + np.where(np.isfinite(t), t, 0.0)[:, None] * R, hit_surface)
             shift = shifts if shifts is None else shifts[on]
-            seen = _radiance(scene, settings, tracer, start, R, t, met, normals, rays, shift, bounce + 1)
-            I[on] += mirrored(material, N[on], V[on]) * seen
+            incoming = _radiance(scene, settings, tracer, start, R, t, hit_surface, normals, rays, shift, bounce + 1)
+            I[on] += mirrored(material, N[on], V[on]) * incoming
     result[hit] = I
     return result

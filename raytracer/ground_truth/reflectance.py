@@ -1,9 +1,8 @@
-"""The reflectance models in float64 NumPy, from their definitions: the files of `shaders/brdf/` are tested
-against them.
+"""Reflectance models in float64 NumPy, written from their definitions. Tests compare `shaders/brdf/` with them.
 
-Each model's function gives f cos(theta_i), (R, 3), for unit vectors N, L, V of shape (R, 3) with N.L > 0 and N.V > 0.
-Vectors that were rounded to float32 are not unit any more, which tells where L and V are nearly opposite, or a lobe
-is narrow. So what counts is their directions and sum: H = (L + V) / |L + V|, V.H = |L + V| / 2.
+Each model's function returns f cos(theta_i) [R, 3] for unit vectors N, L, V [R, 3] with N.L > 0 and N.V > 0. After
+rounding to float32 the vectors are not exactly unit vectors, which matters if L and V are nearly opposite or a lobe is
+narrow. So the functions use only directions and sums of vectors: H = (L + V) / |L + V|, V.H = |L + V| / 2.
 """
 
 from __future__ import annotations
@@ -21,13 +20,13 @@ Array = NDArray[np.float64]
 
 
 def reflected(m: Material, N: Array, L: Array, V: Array) -> Array:
-    """f cos(theta_i) of a material, (R, 3), for unit vectors (R, 3) with N.L > 0."""
+    """Return f cos(theta_i) of a material [R, 3], for unit vectors [R, 3] with N.L > 0."""
     with np.errstate(under="ignore", over="ignore"):
         return REFLECTANCES[m.model](m, N, L, V)
 
 
 def mirrored(m: Material, N: Array, V: Array) -> Array:
-    """The share, (R, 3), of the light from the mirror direction that a material sends towards V."""
+    """Return the fraction of the radiance from the mirror direction that a material reflects towards V [R, 3]."""
     return rough_surfaces.he_mirrored(m, N, V) if m.model == "he" else fresnel(m, np.clip(dot(N, V), 0.0, 1.0))
 
 
@@ -37,7 +36,7 @@ def _halfway(L: Array, V: Array) -> Array:
 
 
 def _facet_cosine(L: Array, V: Array) -> Array:
-    """V.H"""
+    """Return V.H [R]."""
     return np.linalg.norm(L + V, axis=-1) / 2.0
 
 
@@ -83,7 +82,7 @@ def _mirror(m: Material, N: Array, L: Array, V: Array) -> Array:
 
 
 def _facets(m: Material, kind: str, N: Array, L: Array, V: Array) -> Array:
-    """D G / (4 N.V), (R,)."""
+    """Return D G / (4 N.V) [R]."""
     NoV = dot(N, V)
     return distribution(m, kind, dot(N, _halfway(L, V))) * masking(m, kind, dot(N, L), NoV) / (4.0 * NoV)
 

@@ -1,5 +1,7 @@
-"""The rough and the empirical models of `reflectance.py`: Strauss, Lafortune, Oren and Nayar, EON, Lambertian
-microfacets, and He's wave optics; each from its published definition, with angles where that has angles.
+"""Reflectance models of rough surfaces, and empirical ones, for `reflectance.py`.
+
+These are the models of Strauss, Lafortune, Oren and Nayar, EON, Lambertian microfacets, and He's wave optics. The code
+follows each published definition, and uses angles if the definition does.
 """
 
 from __future__ import annotations
@@ -16,23 +18,23 @@ Array = NDArray[np.float64]
 
 
 def _angle(N: Array, W: Array) -> Array:
-    """Between unit vectors, also where its cosine has lost it."""
+    """Return the angle between unit vectors, accurate also for small angles, for which the cosine is not."""
     return np.arctan2(np.linalg.norm(np.cross(N, W), axis=-1), dot(N, W))
 
 
 def _azimuth(N: Array, L: Array, V: Array) -> Array:
-    """Between the parts of L and V in the surface; 0 where one has none."""
+    """Return the angle between the projections of L and V into the surface; 0 if a projection is 0."""
     l, v = np.cross(N, L), np.cross(N, V)
     return np.arctan2(np.linalg.norm(np.cross(l, v), axis=-1), dot(l, v))
 
 
 def strauss(m: Material, N: Array, L: Array, V: Array) -> Array:
-    """Strauss 1990, with his names."""
+    """Return the model of Strauss (1990), in his notation."""
     F = lambda x: (1 / (x - m.kf) ** 2 - 1 / m.kf**2) / (1 / (1 - m.kf) ** 2 - 1 / m.kf**2)  # noqa: E731
     G = lambda x: (1 / (1 - m.kg) ** 2 - 1 / (x - m.kg) ** 2) / (1 / (1 - m.kg) ** 2 - 1 / m.kg**2)  # noqa: E731
     alpha, gamma = _angle(N, L) * 2 / np.pi, _angle(N, V) * 2 / np.pi
     R = 2 * dot(N, L)[:, None] * N - L
-    # (R.V)^h, from the angle between them: the power of a float64 cosine is off by h 2^-53, this is not.
+    # (R.V)^h from the angle between R and V. The power of a float64 cosine would have a relative error of h 2^-53.
     between = np.arctan2(np.linalg.norm(np.cross(R, V), axis=-1), dot(R, V))
     h = 3 / (1 - m.smoothness)
     lobe = np.where(dot(R, V) > 0, np.exp(h * np.log(np.maximum(np.cos(between), 1e-300))), 0.0)
@@ -48,7 +50,10 @@ def strauss(m: Material, N: Array, L: Array, V: Array) -> Array:
 
 
 def lafortune(m: Material, N: Array, L: Array, V: Array) -> Array:
-    """Lafortune et al. 1997. Where the tangent is parallel to the normal, the light is in the plane of x and z."""
+    """Return the model of Lafortune et al. (1997).
+
+    If the tangent is parallel to the normal, the direction of the light, projected into the surface, is the x axis.
+    """
     tangent = np.array(m.tangent) / np.linalg.norm(m.tangent)
     l = L - dot(N, L)[:, None] * N
     x = tangent - dot(N, np.broadcast_to(tangent, N.shape))[:, None] * N
@@ -67,7 +72,7 @@ def lafortune(m: Material, N: Array, L: Array, V: Array) -> Array:
 
 
 def oren_nayar(m: Material, N: Array, L: Array, V: Array) -> Array:
-    """Oren and Nayar 1994, appendix A, or without interreflection; 0 where the former is negative."""
+    """Return the model of Oren and Nayar (1994), appendix A, with negative values set to 0, or its short form."""
     theta_i, theta_r, phi = _angle(N, L), _angle(N, V), _azimuth(N, L, V)
     a, b, c = np.maximum(theta_i, theta_r), np.minimum(theta_i, theta_r), np.cos(phi)
     s2 = math.radians(m.sigma) ** 2
@@ -86,7 +91,7 @@ def oren_nayar(m: Material, N: Array, L: Array, V: Array) -> Array:
 
 
 def eon(m: Material, N: Array, L: Array, V: Array) -> Array:
-    """Portsmouth, Kutz and Hill 2025, with the exact E."""
+    """Return the model of Portsmouth, Kutz and Hill (2025), with the exact albedo E."""
     mu_i, mu_o, r, rho = dot(N, L), dot(N, V), m.roughness, np.array(m.rho)
     if r == 0.0:
         return mu_i[:, None] * rho / np.pi
@@ -101,19 +106,19 @@ def eon(m: Material, N: Array, L: Array, V: Array) -> Array:
 
 
 def eon_albedo(theta: Array, r: float) -> Array:
-    """E: the albedo of the first bounce for rho = 1."""
+    """Return E, the albedo of the first bounce for rho = 1, by the angle of incidence."""
     A, sine, cosine = 1 / (1 + (0.5 - 2 / (3 * np.pi)) * r), np.sin(theta), np.cos(theta)
     G = sine * (theta - sine * cosine) + 2 / 3 * (sine / np.maximum(cosine, 1e-300) * (1 - sine**3) - sine)
     return A + r * A / np.pi * G
 
 
 def eon_mean_albedo(r: float) -> float:
-    """<E>: its mean over all directions."""
+    """Return <E>, the mean of E over all directions."""
     return (1 + (2 / 3 - 28 / (15 * np.pi)) * r) / (1 + (0.5 - 2 / (3 * np.pi)) * r)
 
 
 def diffuse_microfacet(m: Material, N: Array, L: Array, V: Array) -> Array:
-    """Equation xxiii by the rule that the shader has, of m.nodes nodes: this tells rounding from the rule's error."""
+    """Return equation xxiii by the shader's quadrature rule of m.nodes nodes, so that differences are rounding only."""
     parts = max(int(math.sqrt(m.nodes / 120)), 1)
     x, weights = np.polynomial.legendre.leggauss(5)
     x = ((x + 1) / 2 + np.arange(parts)[:, None]).ravel() / parts
@@ -121,7 +126,7 @@ def diffuse_microfacet(m: Material, N: Array, L: Array, V: Array) -> Array:
 
 
 def diffuse_microfacet_integral(m: Material, N: Array, L: Array, V: Array, nodes: int = 100) -> Array:
-    """Equation xxiii, by 8 nodes^2 nodes."""
+    """Return equation xxiii by an accurate quadrature of 8 nodes^2 nodes."""
     x, weights = np.polynomial.legendre.leggauss(2 * nodes)
     return _diffuse_microfacet(m, N, L, V, nodes, (x + 1) / 2, weights / 2)
 
@@ -129,8 +134,10 @@ def diffuse_microfacet_integral(m: Material, N: Array, L: Array, V: Array, nodes
 def _diffuse_microfacet(
     m: Material, N: Array, L: Array, V: Array, azimuths: int, elevations: Array, weights: Array
 ) -> Array:
-    """rho / (NoL NoV) G 1/pi int <L.m> <V.m> D(m) dm, for m along (r alpha cos phi, r alpha sin phi, 1): phi from the
-    light's azimuth, in four parts, each in Sidi's variable; of each phi, atan(r) or atan(r / 2).
+    """Return rho / (NoL NoV) G 1/pi int <L.m> <V.m> D(m) dm, for m along (r alpha cos phi, r alpha sin phi, 1).
+
+    The quadrature over phi, from the light's azimuth, has four parts, each in Sidi's variable. For each phi it runs
+    over atan(r) or atan(r / 2).
     """
     theta_i, theta_o, phi = _angle(N, L), _angle(N, V), _azimuth(N, L, V)
     scale, last = (1.0, np.inf) if m.distribution == "ggx" else (2.0, 4.0)
@@ -153,7 +160,7 @@ def _diffuse_microfacet(
             cosines = np.maximum(np.cos(theta_i)[:, None] + r * lit, 0) * np.maximum(
                 np.cos(theta_o)[:, None] + r * seen, 0
             )
-            # D(m) dm = P22 / cos(theta_m) dslopes, and each cosine has another cos(theta_m).
+            # D(m) dm = P22 / cos(theta_m) dslopes, and each of the two cosines has a factor cos(theta_m).
             total += (cosines / np.sqrt(1 + (r * m.alpha) ** 2) * p22 * r * dr) @ dsidi * width
     G = masking(m, m.distribution, np.cos(theta_i), np.cos(theta_o))
     return (G * total / np.pi / np.cos(theta_o))[:, None] * np.array(m.rho)
@@ -163,7 +170,10 @@ _erfc = np.vectorize(math.erfc, otypes=[float])
 
 
 def he(m: Material, N: Array, L: Array, V: Array) -> Array:
-    """He et al. 1991 with Westin's corrections: all but what is mirrored; the polarisations' products as printed."""
+    """Return the model of He et al. (1991) with Westin's corrections, without the mirror term.
+
+    The products of the polarisation vectors are those printed in the article.
+    """
     theta_i, theta_r, v = _angle(N, L), _angle(N, V), L + V
     v_z, v_xy = dot(N, v), np.linalg.norm(np.cross(N, v), axis=-1)
     lambdas = np.array(m.wavelength)
@@ -173,7 +183,8 @@ def he(m: Material, N: Array, L: Array, V: Array) -> Array:
     p_i, p_r = np.cross(s_i, k_i), np.cross(s_r, k_r)
     products = (dot(s_r, k_i) ** 2 + dot(p_r, k_i) ** 2) * (dot(s_i, k_r) ** 2 + dot(p_i, k_r) ** 2)
     crossed = np.linalg.norm(np.cross(k_r, k_i), axis=-1) ** 4
-    # Where both are along one line or along the normal, their limit; else 1, up to rounding.
+    # The quotient of products is 1 up to rounding. Where it is 0 / 0 (directions along one line or along the normal),
+    # its limit is used.
     defined = (crossed > 1e-12) & (np.sin(theta_i) > 1e-6) & (np.sin(theta_r) > 1e-6)
     G = (dot(v, v) / v_z) ** 2 * np.where(defined, products / np.maximum(crossed, 1e-300), 1.0)
     g = (2 * np.pi / lambdas * (he_height(m, theta_i, theta_r) * v_z)[:, None]) ** 2
@@ -185,7 +196,7 @@ def he(m: Material, N: Array, L: Array, V: Array) -> Array:
 
 
 def he_mirrored(m: Material, N: Array, V: Array) -> Array:
-    """The factor of the radiance from the mirror direction: ks F e^-g S."""
+    """Return the factor of the radiance from the mirror direction, ks F e^-g S [R, 3]."""
     theta = _angle(N, V)
     g = (4 * np.pi / np.array(m.wavelength) * (he_height(m, theta, theta) * np.cos(theta))[:, None]) ** 2
     F = fresnel(m, np.cos(theta))
@@ -193,7 +204,10 @@ def he_mirrored(m: Material, N: Array, V: Array) -> Array:
 
 
 def he_height(m: Material, theta_i: Array, theta_r: Array) -> Array:
-    """sigma: the roughness that is not in shadow, sigma0 / sqrt(1 + x^2), x exp(x^2 / 2) = (K_i + K_r) / sqrt(8 pi)."""
+    """Return sigma, the effective roughness of the unshadowed surface [R].
+
+    It is sigma0 / sqrt(1 + x^2), where x solves x exp(x^2 / 2) = (K_i + K_r) / sqrt(8 pi).
+    """
     if m.sigma0 == 0:
         return 0 * theta_i
     K = sum(np.tan(t) * _erfc(m.tau / (2 * m.sigma0 * np.maximum(np.tan(t), 1e-300))) for t in (theta_i, theta_r))
@@ -206,10 +220,10 @@ def he_height(m: Material, theta_i: Array, theta_r: Array) -> Array:
 
 
 def he_series(g: Array, b: Array) -> Array:
-    """The sum of g^m e^-g / (m! m) exp(-b / m) over m >= 1, term by term."""
+    """Return the sum of g^m e^-g / (m! m) exp(-b / m) over m >= 1, term by term."""
     if not g.size:
         return np.zeros(g.shape)
-    # The largest term is at m^2 log(m / g) = b, so at m < g + sqrt(b).
+    # The largest term is where m^2 log(m / g) = b, so m < g + sqrt(b).
     most = g + np.sqrt(b)
     m = np.arange(1, int(np.max(2 * most + 12 * np.sqrt(most))) + 40.0)
     log_factorials = np.cumsum(np.log(m))

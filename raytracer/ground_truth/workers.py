@@ -1,4 +1,4 @@
-"""Work on all processors: the same object in each of some processes, called with one task after the other."""
+"""Parallel work: a pool of processes, each with a function that is created once and called for one task at a time."""
 
 from __future__ import annotations
 
@@ -14,15 +14,20 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 
-# Fewer tasks than this are done here: other processes take half a second to start.
+# Fewer tasks than this are done in the calling process, because worker processes take half a second to start.
 _FEW = 8
 
 
 class Processes:
-    """`make(job)` in each of `workers` processes, by default as many as the machine has processors.
+    """A pool of worker processes, each of which calls the function `make(job)` with tasks.
 
-    They are spawned, as threads of OpenGL drivers do not survive a fork. Ctrl-C is for this process alone, and when it
-    ends in any way so do they.
+    The processes are spawned, because threads of OpenGL drivers do not survive a fork. Only the calling process handles
+    Ctrl-C. When it ends, for any reason, the worker processes end, too.
+
+    Args:
+        make: a function that takes the job and returns the function for tasks. Both must be importable.
+        job: the argument of `make`.
+        workers: the number of processes. Default: the number of processors.
     """
 
     def __init__(self, make: Callable[[Any], Callable[[Any], Any]], job: Any, workers: int | None = None) -> None:
@@ -41,7 +46,7 @@ class Processes:
             self._pool.shutdown(cancel_futures=True)
 
     def map(self, tasks: Iterable[T]) -> Iterator[tuple[T, Any]]:
-        """Each task with its result, in any order."""
+        """Yield each task with its result, in any order."""
         tasks = list(tasks)
         if self._workers == 1 or (len(tasks) < _FEW and not self._pool):
             self._here = self._here or self._make(self._job)
@@ -58,7 +63,7 @@ class Processes:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Ctrl-C waits; a process that is started in the block never gets it, not even while it starts."""
+    """Delay Ctrl-C until the end of the block. Processes that start in the block never receive it."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
@@ -69,7 +74,7 @@ def _uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-# The object of this process, if this process is a worker. A pool hands its tasks to functions of a module only.
+# The function of this process, if it is a worker. It is a global, because a pool can only call functions of a module.
 _worker: Callable[[Any], Any] | None = None
 
 

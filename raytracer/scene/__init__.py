@@ -1,26 +1,28 @@
-"""The description of a picture: solids, lights, a camera, materials, and the settings of how the picture is made.
+"""The scene description (solids, materials, lights, camera) and the render settings.
 
-All are frozen values that check themselves when they are made. The package imports core alone: no OpenGL, and NumPy
-only where arrays are: for instances, measured materials, and spheres that are warned of. Other packages may use:
+All objects are immutable and check their values when they are created. The package imports only core. It does not
+import OpenGL, and imports NumPy only for instances, measured materials and some warnings. Other packages may use:
 
     scene: Scene, checked_scene, used_models
     scene_objects: SceneObjects
     solids: Solid, Primitive, Sphere, Plane; Union, Intersection, Difference, Complement; leaves, postfix, simplified
-        and with_leaves, for the parts of a tree; MAX_SURFACES, ROUNDING
+        and with_leaves (traversal of CSG trees); MAX_SURFACES, ROUNDING
     instances: Instances
     lights: PointLight, FALLOFFS
     camera: Camera
-    materials: a package of its own
+    materials: a subpackage with its own list
     settings: Settings
     options: CompileOptions, SamplingOptions (the halves of Settings), Shadows, Evaluator, Precision,
         MAX_SAMPLES
     settings_patch: SettingsPatch, EMPTY, Quality, quality, QUALITIES, ASKED_SAMPLES, fewest, flags, changes,
-        checked_patch (settings from many places)
+        checked_patch (partial settings and their precedence)
     sequences: SampleSequence, SEQUENCES, PROGRESSIVE, sample_place, sample_points, scatters, light_index,
         replicate_place
     warnings: scene_warnings, NO_RADIUS
 
-A new sequence is a row in sequences.py. A new falloff is a name in lights.py, a formula in irradiance.glsl and one in
-float64 in ground_truth/light_rays.py. A new setting is a field in options.py, in its half and with its check, in
-settings.py with its meaning, and in settings_patch.py; and an option of the command line in app/options.py.
+To add a sample sequence, add a row in sequences.py.
+To add a falloff, add a name in lights.py, a formula in irradiance.glsl, and the formula in float64 in
+ground_truth/light_rays.py.
+To add a setting, add a field with its check in options.py (CompileOptions or SamplingOptions), a field with its
+description in settings.py, a field in settings_patch.py, and a command line option in app/options.py.
 """

@@ -1,7 +1,4 @@
-"""The camera: where it stands, and which way the picture's axes point.
-
-Part of `scene.py`, whose docstring says what holds for all values of a scene.
-"""
+"""The camera: its position, direction of view and angle of view."""
 
 from __future__ import annotations
 
@@ -11,14 +8,25 @@ from raytracer.core.record import Record, public
 from raytracer.core.validation import InputError, Vec3, direction, number, point, set_fields
 from raytracer.core.vectors import cross, divided, dot, scaled, sub
 
-# Sine of the angle between `up` and the view below which rounding of the given numbers decides
-# where "right" points.
+# The smallest accepted sine of the angle between `up` and the direction of view. At smaller angles the rounding of the
+# input decides in which direction the picture's "right" points.
 MIN_UP_ANGLE = 1e-8
 
 
 @public
 class Camera(Record, frozen=True):
-    """A pinhole camera. `vertical_fov` is in degrees, in (0, 180); `up` need not be a unit vector."""
+    """A pinhole camera.
+
+    Args:
+        position: the position of the pinhole.
+        look_at: the point in the centre of the picture. It must differ from `position`.
+        up: the direction that points upwards in the picture, of any length. It must not be parallel to the direction
+            of view. Default: (0, 1, 0).
+        vertical_fov: the vertical angle of view, in degrees. Range: above 0, below 180. Default: 53.13.
+
+    Raises:
+        InputError: a wrong value.
+    """
 
     position: Vec3
     look_at: Vec3
@@ -39,7 +47,10 @@ class Camera(Record, frozen=True):
         self.axes()
 
     def axes(self) -> tuple[Vec3, Vec3, Vec3]:
-        """Unit vectors right, up, forward of the picture, in world space (right-handed: back = -forward)."""
+        """Return the picture's axes (right, up, forward) as unit vectors in world space.
+
+        The vectors right, up and -forward form a right-handed system.
+        """
         forward = sub(self.look_at, self.position)
         distance = math.hypot(*forward)
         if distance == 0.0:
@@ -49,7 +60,7 @@ class Camera(Record, frozen=True):
         sine = math.hypot(*right)
         if sine < MIN_UP_ANGLE:
             raise InputError(f"expected a direction not parallel to the view, got {self.up}", "up")
-        # The shorter the product, the larger its rounding: take out the rest along `forward`.
+        # A short cross product has a large relative rounding error: remove its component along `forward`.
         right = divided(right, sine)
         right = sub(right, scaled(forward, dot(right, forward)))
         right = divided(right, math.hypot(*right))

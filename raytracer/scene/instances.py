@@ -1,6 +1,6 @@
-"""Many copies of one solid, each moved and scaled: held as arrays, so that a great many are no burden.
+"""Instances: many moved and scaled copies of one solid, stored as arrays so that a million copies stay cheap.
 
-Part of `scene.py`, which says what holds for all of it. NumPy is imported only where instances are made.
+NumPy is imported only when instances are created.
 """
 
 from __future__ import annotations
@@ -39,19 +39,25 @@ _SCALE = "a number above 0"
 
 @public
 class Instances(Record, frozen=True, eq=False):
-    """`solid` at N places: instance i has its point p at positions[i] + scales[i] * p. An object of a scene.
+    """N copies of a solid, as one object of a scene. Copy i maps a point p to positions[i] + scales[i] p.
 
-    `positions` is array-like (N, 3) with N at least 1; `scales`, above 0, is array-like (N,) or one
-    number for all. Both are held as read-only float64 arrays, (N, 3) and (N,). Every placed sphere and
-    plane must be within the bounds of `Sphere` and `Plane`. Raises InputError, whose message begins with
-    the field and names the first wrong row, counted from 0: `positions[2]: expected ...`.
+    Args:
+        solid: the solid to copy.
+        positions: where the copies put the solid's origin, at least one row. Any array-like; stored as a read-only
+            float64 array [N, 3].
+        scales: the sizes of the copies relative to the solid, above 0: one number for all, or one per copy. Stored as a
+            read-only float64 array [N]. Default: 1.
+
+    Raises:
+        InputError: a wrong value, or a copy that exceeds the limits of Sphere and Plane. The message names the first
+            wrong row, counted from 0: `positions[2]: expected ...`.
     """
 
     solid: Solid
     positions: Array
     scales: Array = 1.0  # pyright: ignore[reportAssignmentType]
 
-    if TYPE_CHECKING:  # arguments of more types than the fields
+    if TYPE_CHECKING:  # the arguments may have more types than the fields
 
         def __init__(self, solid: Solid, positions: ArrayLike, scales: ArrayLike = 1.0) -> None: ...
 
@@ -62,7 +68,7 @@ class Instances(Record, frozen=True, eq=False):
 
         if not isinstance(self.solid, Solid):
             raise InputError(f"expected a solid, got {shown(self.solid)}", "solid")
-        positions = _held(number_array(self.positions, "positions", MAX_SURFACES, point))
+        positions = _float_array(number_array(self.positions, "positions", MAX_SURFACES, point))
         if positions.ndim != 2 or positions.shape[1] != 3 or len(positions) == 0:
             raise InputError(f"expected at least one point, as an array (N, 3), got {_shape(positions)}", "positions")
         wrong = ~(np.abs(positions) <= MAX_LENGTH).all(axis=1)
@@ -71,9 +77,9 @@ class Instances(Record, frozen=True, eq=False):
         if is_number(self.scales):
             scales = np.full(len(positions), number(self.scales, "scales", expected=_SCALE))
         else:
-            scales = _held(number_array(self.scales, "scales", MAX_SURFACES, _scale))
+            scales = _float_array(number_array(self.scales, "scales", MAX_SURFACES, _scale))
         if scales.shape != positions.shape[:1]:
-            expected = f"one number, or {len(positions)} as of positions"
+            expected = f"one number, or {len(positions)}, one per position"
             raise InputError(f"expected {expected}, got {_shape(scales)}", "scales")
         wrong = ~((scales > 0.0) & (scales < np.inf))
         if wrong.any():
@@ -81,9 +87,10 @@ class Instances(Record, frozen=True, eq=False):
         for array in (positions, scales):
             array.setflags(write=False)
         set_fields(self, positions=positions, scales=scales)
-        self._check_places()
+        self._check_copies()
 
-    def _check_places(self) -> None:
+    def _check_copies(self) -> None:
+        """Raise InputError unless all copies of all primitives are within the limits."""
         import numpy as np
 
         primitives = leaves(self.solid)
@@ -91,7 +98,7 @@ class Instances(Record, frozen=True, eq=False):
             raise InputError(
                 f"expected at most {MAX_SURFACES} primitives, got {len(self)} x {len(primitives)}", "positions"
             )
-        with np.errstate(over="ignore"):  # what overflows is out of bounds
+        with np.errstate(over="ignore"):  # an infinite number is out of bounds, too
             centers, radii = self.spheres()
             wrong = ~((radii >= MIN_RADIUS) & (radii <= MAX_LENGTH)).all(axis=1)
             if wrong.any():
@@ -107,11 +114,14 @@ class Instances(Record, frozen=True, eq=False):
         if wrong.any():
             i = int(wrong.argmax())
             expected = f"placed centers and offsets within +-{MAX_LENGTH:g}"
-            place = f"{self.positions[i].tolist()} with the scale {self.scales[i]:g}"
-            raise InputError(f"expected {expected}, got {place}", ("positions", i))
+            got = f"{self.positions[i].tolist()} with the scale {self.scales[i]:g}"
+            raise InputError(f"expected {expected}, got {got}", ("positions", i))
 
     def replace(self, **changes: Any) -> Instances:
-        """Do as `Record.replace`; one scale of all places is the scale of any number of other positions, too."""
+        """Return a copy with other values for some fields, which are checked as in the constructor.
+
+        If all scales are equal, new `positions` may have another number of rows. Raises InputError.
+        """
         if "positions" in changes and (self.scales == self.scales[0]).all():
             changes = {"scales": float(self.scales[0])} | changes
         return super().replace(**changes)
@@ -119,7 +129,7 @@ class Instances(Record, frozen=True, eq=False):
     __replace__ = replace
 
     def __len__(self) -> int:
-        """N"""
+        """Return N, the number of copies."""
         return len(self.positions)
 
     def __eq__(self, other: object) -> bool:
@@ -136,28 +146,28 @@ class Instances(Record, frozen=True, eq=False):
         return hash((self.solid, self.positions.tobytes(), self.scales.tobytes()))
 
     def __repr__(self) -> str:
-        same = bool((self.scales == self.scales[0]).all())
-        scales = float(self.scales[0]) if same else self.scales.tolist()
-        more = "" if scales == 1.0 else f", scales={scales!r}"
-        return f"Instances(solid={self.solid!r}, positions={self.positions.tolist()!r}{more})"
+        is_uniform = bool((self.scales == self.scales[0]).all())
+        scales = float(self.scales[0]) if is_uniform else self.scales.tolist()
+        suffix = "" if scales == 1.0 else f", scales={scales!r}"
+        return f"Instances(solid={self.solid!r}, positions={self.positions.tolist()!r}{suffix})"
 
     def solids(self) -> Iterator[Solid]:
-        """The N placed solids, one after the other."""
+        """Yield the N copies as solids."""
         for position, scale in zip(self.positions.tolist(), self.scales.tolist(), strict=True):
             yield with_leaves(self.solid, lambda leaf, p=position, s=scale: _placed(leaf, p, s))
 
     def spheres(self) -> tuple[Array, Array]:
-        """Centers (N, S, 3) and radii (N, S) of the placed spheres, S to an instance, to the bit as in solids()."""
+        """Return the centres [N, S, 3] and radii [N, S] of the S spheres of each copy, bit-identical to solids()."""
         centers, radii = sphere_arrays([leaf for leaf in leaves(self.solid) if isinstance(leaf, Sphere)])
         scales = self.scales[:, None]
         return centers * scales[..., None] + self.positions[:, None], radii * scales
 
 
 def sphere_arrays(spheres: Sequence[Sphere]) -> tuple[Array, Array]:
-    """Centers (N, 3) and radii (N,) of spheres."""
+    """Return the centres [N, 3] and radii [N] of spheres."""
     import numpy as np
 
-    # Twice as fast as an array of tuples.
+    # This is twice as fast as converting a list of tuples.
     numbers = chain.from_iterable([sphere.center for sphere in spheres])
     return np.fromiter(numbers, np.float64).reshape(-1, 3), np.array([sphere.radius for sphere in spheres])
 
@@ -172,11 +182,11 @@ def _scale(value: Any, key: Key | Keys) -> float:
     return number(value, key, math.ulp(0.0), expected=_SCALE)
 
 
-def _held(array: NDArray[Any]) -> Array:
-    """A float64 array of its own, and without -0, so that equal arrays have equal bytes."""
+def _float_array(array: NDArray[Any]) -> Array:
+    """Copy an array to float64, with -0 replaced by 0, so that equal arrays have equal bytes and equal hashes."""
     import numpy as np
 
-    with np.errstate(over="ignore"):  # of wider numbers; what overflows is out of bounds
+    with np.errstate(over="ignore"):  # numbers beyond float64 become infinite, which is out of bounds
         return np.asarray(array, np.float64, order="C") + 0.0
 
 

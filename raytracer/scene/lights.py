@@ -1,7 +1,4 @@
-"""Lights: points, and under soft shadows spheres, and how their light falls off with distance.
-
-Part of `scene.py`, whose docstring says what holds for all values of a scene.
-"""
+"""Light sources: points or, with soft shadows, spheres, and their falloff with distance."""
 
 from __future__ import annotations
 
@@ -24,17 +21,25 @@ from raytracer.core.validation import (
 from raytracer.scene.solids import ROUNDING, Sphere
 
 Falloff = Literal["none", "inverse_square"]
-# The place of a falloff here is its number in irradiance.glsl, which has its formula; light_rays.py has it in float64.
+# The index of a falloff is its number in irradiance.glsl, which has the formulas. light_rays.py has them in float64.
 FALLOFFS: tuple[Falloff, ...] = get_args(Falloff)
 
 
 @public
 class PointLight(Record, frozen=True, repr_omit_defaults=True):
-    """A light at `position`: a point, or under soft shadows a sphere of `radius`, which nobody sees itself.
+    """A point light or, with soft shadows, a spherical light. The light itself is invisible.
 
-    `color` is I, the irradiance on a surface that faces it: at any distance where `falloff` is "none", as in the
-    lecture; I / distance^2, of the centre, where that is "inverse_square", though never more than 1e12, as colours
-    are, and inside the sphere as on it. `radius` is 0 or in [1e-12, 1e12].
+    Args:
+        position: the centre of the light.
+        color: the intensity I, linear RGB, each in [0, 1e12]: the irradiance on a surface that faces the light, at
+            distance 1 or, without falloff, at any distance. Default: (1, 1, 1).
+        radius: the radius of the sphere, 0 for a point. Range: 0, or 1e-12 to 1e12. It counts only in pictures with
+            soft shadows. Default: 0.
+        falloff: "none", as in the lecture, or "inverse_square": the irradiance is I / distance^2, by the distance from
+            the light's centre, at most 1e12 and inside the sphere the same as on it. Default: "none".
+
+    Raises:
+        InputError: a wrong value.
     """
 
     position: Vec3
@@ -56,9 +61,9 @@ class PointLight(Record, frozen=True, repr_omit_defaults=True):
         )
 
     def is_bulb(self, sphere: Sphere) -> bool:
-        """Whether `sphere` is this light's own, to the rounding of the numbers that are given."""
+        """Whether `sphere` has the light's centre and radius, up to rounding. It does not block the light."""
         if not isinstance(sphere, Sphere):
             raise InputError(f"expected a Sphere, got {shown(sphere)}", "sphere")
         largest = max(map(abs, (*sphere.center, *self.position, self.radius)))
-        off = max(math.dist(sphere.center, self.position), abs(sphere.radius - self.radius))
-        return off <= ROUNDING * largest
+        difference = max(math.dist(sphere.center, self.position), abs(sphere.radius - self.radius))
+        return difference <= ROUNDING * largest

@@ -1,6 +1,6 @@
-"""The two halves of settings: options of which shaders are made, and options of how many samples are drawn.
+"""The two halves of Settings: CompileOptions (which shaders are needed) and SamplingOptions (how pixels are sampled).
 
-Each half checks its own fields. `Settings` has all of them, and explains them.
+Each half checks its own fields. `Settings` has all fields and documents them.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Precision = Literal[32, 64]
 
 
 class CompileOptions(Record, frozen=True):
-    """The settings that decide the shaders and the arrays of a scene."""
+    """The settings on which the shaders and the arrays of a scene depend."""
 
     shading: Shading | None = None
     shadows: Shadows = "hard"
@@ -49,23 +49,23 @@ class CompileOptions(Record, frozen=True):
             set_fields(self, shading=check_choice(shading, "shading", SHADINGS, hint=shading_hint(shading)))
 
     def shaded(self, material: Material) -> Material:
-        """Convert `material` to the model of `shading`, if there is one.
+        """Convert `material` to the model `shading`; return it unchanged if `shading` is None.
 
         Raises InputError if the conversion needs an exponent above 1e6.
         """
         if self.shading is None:
             return material
-        from raytracer.scene.materials.convert import translated  # few pictures need it
+        from raytracer.scene.materials.convert import translated  # imported here, because few pictures need it
 
         return translated(material, self.shading)
 
     def effective_light(self, light: PointLight) -> PointLight:
-        """Reduce `light` to its center, unless shadows are soft."""
+        """Return `light` as it shines with these shadows: without its radius, unless shadows are soft."""
         return light if self.shadows == "soft" else msgspec.structs.replace(light, radius=0.0)
 
 
 class SamplingOptions(Record, frozen=True):
-    """The settings that decide how many samples are drawn, and where."""
+    """The settings that decide how many samples the pixels get, and where in a pixel."""
 
     samples: int = 1
     sequence: SampleSequence = "sobol"
@@ -88,8 +88,8 @@ class SamplingOptions(Record, frozen=True):
                     raise InputError(f"expected {' or '.join(fit)} with {key}, got {shown(self.sequence)}", "sequence")
         if self.adaptive is not None and self.has_stopping_rule:
             raise InputError(
-                "expected none with max_error or time, which decide themselves where samples go: leave out one or the "
-                "other",
+                "cannot be combined with max_error or time, which distribute the samples by themselves: remove "
+                "one or the other",
                 "adaptive",
             )
         if self.sequence not in PROGRESSIVE and math.isqrt(self.samples) ** 2 != self.samples:
@@ -98,7 +98,7 @@ class SamplingOptions(Record, frozen=True):
 
     @property
     def has_stopping_rule(self) -> bool:
-        """Whether `max_error` or `time` ends the sampling."""
+        """Whether an error (`max_error`) or a time limit (`time`) ends the sampling."""
         return self.max_error is not None or self.time is not None
 
     @property
@@ -108,7 +108,7 @@ class SamplingOptions(Record, frozen=True):
 
     @property
     def estimates_error(self) -> bool:
-        """Whether the samples tell the picture's error: more than one, of a sequence that tells it."""
+        """Whether the picture's error can be estimated: it needs two or more samples of Sobol's sequence."""
         return SEQUENCES[self.sequence].estimates_error and self.samples > 1
 
 
@@ -116,7 +116,7 @@ _ESTIMATING = tuple(name for name, traits in SEQUENCES.items() if traits.estimat
 
 
 def shading_hint(name: Any) -> str:
-    """End an error about a shading where `name` is a model that needs a file; else ""."""
+    """Return the end of an error about a shading if the model `name` needs a file, else ""."""
     if isinstance(name, str) and name in MODELS and name not in SHADINGS:
         return f'; {name} needs a file, so only a material can have it: model = "{name}", file = "brass.binary"'
     return ""

@@ -1,8 +1,8 @@
-"""The scene: solids, materials, lights and a camera.
+"""The scene: objects, materials, lights and a camera.
 
-Pure data, no OpenGL. Every object is frozen, checked when made, and has a `repr` that can be
-pasted back. Lengths are in one unit of the user's choice, angles in degrees, colours linear RGB.
-Whatever is wrong with a value raises `InputError`, whose message begins with the value's name.
+Scenes are plain data without OpenGL. All objects are immutable and checked when they are created, and their `repr` is
+valid Python. Lengths are in a unit of the user's choice, angles in degrees, colours in linear RGB. A wrong value raises
+`InputError`, whose message begins with the name of the value.
 """
 
 from __future__ import annotations
@@ -24,12 +24,21 @@ from raytracer.scene.solids import MAX_SURFACES, Solid
 
 @public
 class Scene(Record, frozen=True):
-    """Solids, lights and a camera.
+    """A scene: objects, lights and a camera.
 
-    `objects` are separate solids, and Instances of solids; the first hit of any is seen. `ambient`
-    is Ia of the lecture's formula, `background` the radiance of a ray that meets nothing.
-    `materials` lists the scene's materials in the order that the `material` output counts them:
-    those given, then any others in the order in which the objects name them.
+    Args:
+        objects: solids, and Instances of solids, at least one. Objects may overlap: a ray sees the nearest surface.
+        lights: the point lights. May be empty.
+        camera: the camera.
+        ambient: the ambient light Ia, linear RGB, each at least 0. A surface reflects `ka` Ia of it, where `ka` is a
+            parameter of its material. Default: (1, 1, 1).
+        background: the radiance of a ray that hits nothing, linear RGB, each at least 0. Default: (0.5, 0.7, 0.9).
+        materials: the order of the materials, which are the indices in `Image.material`. Materials of the objects
+            that are missing here are appended, in the order of the objects. Default: none.
+        name: a label. Default: "scene".
+
+    Raises:
+        InputError: a wrong value, or more than 1048576 primitives in all objects together.
     """
 
     objects: Sequence[Solid | Instances]
@@ -58,19 +67,19 @@ class Scene(Record, frozen=True):
         )
 
     def solids(self) -> tuple[Solid, ...]:
-        """All plain solids in order, Instances one by one. Surfaces are counted in this order everywhere."""
+        """Return all solids in order, with Instances expanded. Surfaces are numbered in this order."""
         return tuple(s for o in self.objects for s in (o.solids() if isinstance(o, Instances) else (o,)))
 
 
 def checked_scene(value: Any) -> Scene:
-    """`value`, if it is a Scene. Raises InputError."""
+    """Return `value` if it is a Scene. Raises InputError otherwise."""
     if not isinstance(value, Scene):
-        raise InputError(f"expected a Scene (raytracer.load() makes one of a file), got {shown(value)}", "scene")
+        raise InputError(f"expected a Scene (raytracer.load() reads one from a file), got {shown(value)}", "scene")
     return value
 
 
 def used_models(scene: Scene) -> list[str]:
-    """The reflectance models of the materials that the primitives have, in the order of MODELS."""
+    """Return the names of the reflectance models that occur in the scene, in the order of MODELS."""
     assert isinstance(scene.objects, SceneObjects)
     used = {material.model for material in scene.objects.materials}
     return [model for model in MODELS if model in used]
@@ -85,8 +94,8 @@ def _tuple_of(values: Any, kinds: tuple[type, ...], key: str, expected: str) -> 
     result = tuple(result)
     if len(result) > MAX_SURFACES:
         raise InputError(f"expected at most {MAX_SURFACES} {expected}", key)
-    # Very many values have few types.
-    if not all(issubclass(each, kinds) for each in {*map(type, result)}):
+    # Check each distinct type once: a million values have few types.
+    if not all(issubclass(kind, kinds) for kind in {*map(type, result)}):
         wrong = next(value for value in result if not isinstance(value, kinds))
         raise InputError(f"expected {expected}, got {shown(wrong)}", key)
     return result

@@ -1,6 +1,6 @@
-"""The objects of a scene, and the values that follow from the objects alone: trees, materials, spheres.
+"""The objects of a scene, and values that depend on the objects alone: trees, materials, spheres.
 
-`scene.py` describes the whole. Only the functions that make arrays import NumPy.
+Only the functions that make arrays import NumPy.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-# Nodes of a tree without complements of complements, to each leaf: the leaf, an operator, and a complement of either.
+# The most nodes per leaf in a tree without double complements: the leaf, an operator, and a complement of each.
 _NODES_PER_LEAF = 4
 
 
 class Run(NamedTuple):
-    """The nodes of the trees of plain solids that follow each other, or of the one solid of `instances`."""
+    """A sequence of objects: successive plain solids, or one Instances object. `nodes` holds the nodes of all trees."""
 
     nodes: list[Solid]
     instances: Instances | None
@@ -44,32 +44,33 @@ class Run(NamedTuple):
 
 
 class SceneObjects(tuple[Solid | Instances, ...]):
-    """The objects of a scene: a tuple that knows the trees of its solids, and the materials of all their primitives.
+    """The objects of a scene: a tuple with the trees of its solids and the materials of all primitives.
 
-    Scenes that differ in lights or camera share it, so that a window with very many objects looks at them once. Raises
-    InputError for no objects, and for more than MAX_SURFACES primitives.
+    Scenes that differ only in lights or camera share it, so that a window with very many objects reads them once.
+    Raises InputError for no objects, and for more than MAX_SURFACES primitives.
     """
 
-    # The trees of all objects one after another, as simplified() lists each: nodes[starts[i] : starts[i + 1]].
+    # The trees of all objects, one after another, in the order of simplified(): tree i is
+    # nodes[starts[i] : starts[i + 1]].
     nodes: list[Solid]
     starts: list[int]
-    # Once each, in the order in which the primitives have them.
+    # The distinct materials, in the order of the primitives.
     materials: tuple[Material, ...]
-    # The values that derive() made last, by name, each with its key. The values live as long as the objects.
+    # The cache of derive(): name -> (key, value). It lives as long as the objects.
     derived: dict[str, tuple[object, Any]]
 
     def __init__(self, objects: tuple[Solid | Instances, ...]) -> None:
         if not objects:
             raise InputError("expected at least one", "objects")
         self.nodes, self.starts, self.derived = [], [0], {}
-        self._instances: dict[int, Instances] = {}  # by their place among the objects
+        self._instances: dict[int, Instances] = {}  # index among the objects -> object
         for i, item in enumerate(objects):
             if isinstance(item, Instances):
                 self._instances[i] = item
                 item = item.solid
             self.nodes += simplified(item)
             self.starts.append(len(self.nodes))
-            # At once: of solids that objects share there may be more than fit the memory.
+            # Stop early: objects may share solids, so that all trees written out may not fit into memory.
             if len(self.nodes) > _NODES_PER_LEAF * MAX_SURFACES:
                 break
         leaves = _leaves(self.nodes)
@@ -82,15 +83,15 @@ class SceneObjects(tuple[Solid | Instances, ...]):
         self.materials = tuple(dict.fromkeys([leaf.material for leaf in leaves]))
 
     def __reduce__(self) -> tuple[type, tuple[list[Solid | Instances]]]:
-        """Become a plain tuple in a pickle: the scene that holds it finds all else again."""
+        """Pickle as a plain tuple. Unpickling the scene that holds it computes the other values again."""
         return tuple, (list(self),)
 
     def tree(self, i: int) -> list[Solid]:
-        """The tree of object i."""
+        """Return the nodes of object i, in postfix order."""
         return self.nodes[self.starts[i] : self.starts[i + 1]]
 
     def runs(self) -> Iterator[Run]:
-        """All objects in order."""
+        """Yield all objects in order, with successive plain solids together."""
         ends = [-1, *self._instances, len(self)]
         for before, end in pairwise(ends):
             if before + 1 < end:
@@ -99,14 +100,14 @@ class SceneObjects(tuple[Solid | Instances, ...]):
                 yield Run(self.tree(end), self._instances[end])
 
     def counts(self) -> list[int]:
-        """Count the solids of each object: 1, or the number of instances."""
+        """Return the number of solids of each object: 1, or the number of instances."""
         counts = [1] * len(self)
         for i, instances in self._instances.items():
             counts[i] = len(instances)
         return counts
 
     def spheres(self) -> tuple[Array, Array]:
-        """Centers (N, 3) and radii (N,) of all spheres, to the bit as in Scene.solids()."""
+        """Return the centres [N, 3] and radii [N] of all spheres, bit-identical to Scene.solids()."""
         return self.derive("spheres", None, self._spheres)
 
     def _spheres(self) -> tuple[Array, Array]:
@@ -120,13 +121,20 @@ class SceneObjects(tuple[Solid | Instances, ...]):
         return np.concatenate(centers), np.concatenate(radii)
 
     def derive(self, name: str, key: object, make: Callable[[], T]) -> T:
-        """The value that `make` makes of these objects and of `key`, kept by its name until there is another key."""
-        kept = self.derived.get(name)
-        if kept is None or kept[0] != key:
-            kept = self.derived[name] = key, make()
-        return kept[1]
+        """Return a cached value that depends on these objects.
+
+        Args:
+            name: the name of the value. The cache keeps one value per name.
+            key: everything else that the value depends on. Another key than before computes the value again.
+            make: a function that computes the value.
+        """
+        cached = self.derived.get(name)
+        if cached is None or cached[0] != key:
+            cached = self.derived[name] = key, make()
+        return cached[1]
 
 
 def _leaves(nodes: list[Solid]) -> list[Primitive]:
-    # The exact types, which take a quarter of the time of isinstance(): no class is derived from a primitive's.
+    # Comparing exact types takes a quarter of the time of isinstance(), and is correct because the primitives have no
+    # subclasses.
     return [node for node in nodes if type(node) is Sphere or type(node) is Plane]

@@ -1,6 +1,6 @@
-"""The sequences of sample places in a pixel, all in one table: `SEQUENCES`.
+"""Sample sequences: the positions of the samples in a pixel.
 
-A new sequence is a name in `SampleSequence`, and a row in `SEQUENCES` with the function that places its samples.
+To add a sequence, add its name to `SampleSequence`, and a row with a function for its positions to `SEQUENCES`.
 """
 
 from __future__ import annotations
@@ -11,35 +11,49 @@ from typing import Any, Literal, NamedTuple
 
 SampleSequence = Literal["sobol", "r2", "random", "grid", "rotated", "corners"]
 
-# Seeds that scramble the two dimensions of Sobol: of 1500 random pairs the one whose first 2, 3, 4, 8, 16, 32 and 64
-# points were least wrong about which share of a pixel an edge cuts off. Among 1500 others (benchmarks/sequences.py) it
-# is second, and with 16 half as wrong as "r2". Over pixels that exchange digits it is like most, 2 % worse than the
-# best.
+# Scrambling seeds of the two dimensions of Sobol's sequence. Among 1500 random pairs, this pair had the smallest error
+# in the share of a pixel that an edge cuts off, with the first 2, 3, 4, 8, 16, 32 and 64 points. Compared with another
+# 1500 pairs (benchmarks/sequences.py) it is second, and with 16 points its error is half that of "r2". Averaged over
+# pixels that exchange digits (is_scattered) it is average, 2 % worse than the best.
 _SCRAMBLES = 0xE7DAAF3E, 0xBB162E79
-# The same for replicate_place(), and the shift of its digits. Of 200 random ones they are best: for edges and lines of
-# all widths and 2 to 64 samples half the mean square difference of both means is the mean square error within 8 %.
+# Scrambling seeds, and the shift of digits, of replicate_place(): the best of 200 random choices. For edges and lines
+# of all widths, and 2 to 64 samples, half the mean square difference of the two means is within 8 % of the mean square
+# error.
 _REPLICATE_SCRAMBLES, _REPLICATE_SHIFT = (9252736, 850290736), (14400251, 6415969)
 # 1/p and 1/p^2 with p the plastic number, the real root of p^3 = p + 1.
 _ALPHA = (0.7548776662466927, 0.5698402909980532)
 
 
 def sample_place(k: int, sequence: SampleSequence = "sobol", samples: int = 1) -> tuple[int, int]:
-    """Sample k = 0, 1, 2, ... of a pixel that gets so many, in 2^-24 of the pixel: x from the left, y from the top.
+    """Return the position of a sample in its pixel as integers (x, y), in units of 2^-24 pixel from the top left.
 
-    The first of "sobol", and the only one of all but "random" and "corners", is the pixel's centre.
+    Sample 0 of "sobol" is the pixel's centre. With a single sample, so is the sample of every sequence but "random" and
+    "corners".
+
+    Args:
+        k: the number of the sample, from 0.
+        sequence: the sequence. Default: "sobol".
+        samples: the number of samples of the pixel, a square number for "grid", "rotated" and "corners". Default: 1.
     """
     x, y = SEQUENCES[sequence].place(k, samples)
     return int(x * 2.0**24), int(y * 2.0**24)
 
 
 def scatters(sequence: SampleSequence, samples: int) -> bool:
-    """Whether each pixel exchanges digits of its own in the places of its samples: a single sample's are kept."""
+    """Whether the sample positions are scrambled differently in each pixel. A single sample is not scrambled."""
     return SEQUENCES[sequence].is_scattered and samples > 1
 
 
 def sample_points(k: int, size: tuple[int, int], sequence: SampleSequence = "sobol", samples: int = 1) -> Any:
-    """(2,), or (H, W, 2) where they differ: where sample k is in the pixels of a picture of `size` (width, height), in
-    [0, 1)^2, x from the left, y from the top. The same as camera.glsl has.
+    """Return the positions of sample k in all pixels, in [0, 1)^2 from the top left, as camera.glsl computes them.
+
+    The result has the shape [2] if all pixels have the same position, else [H, W, 2].
+
+    Args:
+        k: the number of the sample, from 0.
+        size: (width, height) of the picture in pixels.
+        sequence: the sequence. Default: "sobol".
+        samples: the number of samples of each pixel. Default: 1.
     """
     import numpy as np
 
@@ -47,18 +61,18 @@ def sample_points(k: int, size: tuple[int, int], sequence: SampleSequence = "sob
     if scatters(sequence, samples):
         width, height = size
         x, y = np.meshgrid(np.arange(width), np.arange(height)[::-1])
-        at = x.astype(np.uint32) * np.uint32(3242174889) + y.astype(np.uint32) * np.uint32(2447445413)
-        place = place ^ (np.stack([at, at * np.uint32(1010068087)], axis=-1) >> np.uint32(8))
+        pixel_hash = x.astype(np.uint32) * np.uint32(3242174889) + y.astype(np.uint32) * np.uint32(2447445413)
+        place = place ^ (np.stack([pixel_hash, pixel_hash * np.uint32(1010068087)], axis=-1) >> np.uint32(8))
     return place * 2.0**-24
 
 
 def _r2(k: int, _: int) -> tuple[float, float]:
-    """The additive recurrence of Roberts (2018, "The unreasonable effectiveness of quasirandom sequences")."""
+    """The additive recurrence R2 (Roberts 2018, "The unreasonable effectiveness of quasirandom sequences")."""
     return (0.5 + k * _ALPHA[0]) % 1.0, (0.5 + k * _ALPHA[1]) % 1.0
 
 
 def _random(k: int, _: int) -> tuple[float, float]:
-    """Independent points, always the same."""
+    """Independent random points, with the number of the sample as the seed, so that pictures are reproducible."""
     from random import Random
 
     generator = Random(k)
@@ -66,53 +80,56 @@ def _random(k: int, _: int) -> tuple[float, float]:
 
 
 def _grid(k: int, samples: int) -> tuple[float, float]:
-    """The middles of n x n squares."""
+    """The centres of n x n squares."""
     n = math.isqrt(samples)
     j, i = divmod(k, n)
     return (i + 0.5) / n, (j + 0.5) / n
 
 
 def _rotated(k: int, samples: int) -> tuple[float, float]:
-    """A grid sheared so that each of n^2 rows and columns has one point; of 4, the rotated grid of hardware."""
+    """A grid sheared so that each of n^2 rows and columns has one point; with 4 points, the rotated grid of GPUs."""
     n = math.isqrt(samples)
     j, i = divmod(k, n)
     return (i + (j + 0.5) / n) / n, (j + (n - 0.5 - i) / n) / n
 
 
 def _corners(k: int, samples: int) -> tuple[float, float]:
-    """The corners of n x n squares, as the plain double loop over i / n and j / n has it."""
+    """The corners of n x n squares: the points of a plain double loop over i / n and j / n."""
     n = math.isqrt(samples)
     j, i = divmod(k, n)
     return i / n, j / n
 
 
 def _sobol(k: int, _: int) -> tuple[float, float]:
-    """Point k of Sobol's (1967) first two dimensions, a (0, 2)-sequence, with Owen's nested scrambling: of the first
-    2^m points each box of any shape 2^-i x 2^(i - m) holds one. Then shifted digit by digit so that point 0 is the
-    centre. To 24 digits.
+    """Point k of Sobol's sequence (1967) with Owen's nested scrambling, to 24 binary digits.
+
+    The first two dimensions of the sequence are a (0, 2)-sequence: each box of a shape 2^-i x 2^(i - m) contains one of
+    the first 2^m points. A digital shift moves point 0 to the pixel's centre.
     """
     x, y = scrambled_sobol(k, *_SCRAMBLES)
     return x * 2.0**-24, y * 2.0**-24
 
 
 def scrambled_sobol(k: int, x_seed: int, y_seed: int) -> tuple[int, int]:
-    """Point k of Sobol's sequence, scrambled by the two seeds, in 2^-24."""
+    """Return point k of Sobol's sequence, scrambled by a seed per dimension, as integers in units of 2^-24."""
     x = _reversed(_scrambled(k, x_seed) ^ _scrambled(0, x_seed))
     y = _reversed(_scrambled(_pascal(k), y_seed) ^ _scrambled(0, y_seed))
     return (x >> 8) ^ 1 << 23, (y >> 8) ^ 1 << 23
 
 
 def light_index(k: int) -> int:
-    """The index, in Sobol's sequence, of the point on each light that belongs to sample `k` of a pixel.
+    """Return the index, in Sobol's sequence, of the point on a light that sample `k` of a pixel uses.
 
-    With "sobol", place and point are four dimensions of a (0, 4)-sequence in base 4: of the first 4^m samples each box
-    of any shape with sides that are powers of 1/4 and a volume of 4^-m holds one. Both the place and the point alone
-    are (0, 2)-sequences in base 2. So the error falls fast where a penumbra moves within a pixel, too.
+    With the sequence "sobol", the position in the pixel and the point on the light together are a four-dimensional
+    (0, 4)-sequence in base 4: each box of volume 4^-m, whose sides are powers of 1/4, contains one of the first 4^m
+    samples. Each of the two alone is a (0, 2)-sequence in base 2. So the error also falls fast where a penumbra varies
+    within a pixel.
 
-    The index has the base-4 digits of `k` times a Pascal matrix over the field {0, 1, w, w + 1}, whose entries on
-    diagonal d are multiplied by w^d. In Faure's construction over that field (Niederreiter 1987, "Point sets and
-    sequences with small discrepancy") the four dimensions have the matrices for 0, 1, w and w + 1 in place of w.
-    Sobol's two dimensions are the first two. They turn the index into the other two, but for an order in each digit.
+    The index is the vector of base-4 digits of `k`, multiplied by a Pascal matrix over the field {0, 1, w, w + 1} whose
+    entries on diagonal d are multiplied by w^d. In Faure's construction over that field (Niederreiter 1987, "Point sets
+    and sequences with small discrepancy") the four dimensions have the matrices for 0, 1, w and w + 1 in place of w.
+    Sobol's two dimensions are the first two of these. Applied to the index, they give the other two, up to a
+    permutation of each digit.
     """
     digits = [k >> shift & 3 for shift in range(0, max(k.bit_length(), 1), 2)]
     index = 0
@@ -128,15 +145,18 @@ _TIMES_W = (0, 1, 2, 3), (0, 2, 3, 1), (0, 3, 1, 2)
 
 
 def replicate_place(k: int) -> tuple[int, int]:
-    """Sample `k` of a pixel in another scrambling of the sequence "sobol", as sample_place() has it.
+    """Return the position of sample `k` for a second scrambling of "sobol", in the units of sample_place().
 
-    Means of the samples 0 to n - 1 in both scramblings have independent errors of the same size.
+    The means of samples 0 to n - 1 with both scramblings have independent errors of the same size. Their difference
+    estimates the error.
     """
     x, y = scrambled_sobol(k, *_REPLICATE_SCRAMBLES)
     return x ^ _REPLICATE_SHIFT[0], y ^ _REPLICATE_SHIFT[1]
 
 
-# As in shaders/sampling/sobol.glsl, which explains them.
+# The next three functions repeat shaders/sampling/sobol.glsl: reversal of 32 bits; a permutation in which each bit
+# depends on lower bits only (Laine and Karras 2011, with Vegdahl's steps of 2021), for Owen scrambling; and the digits
+# of Sobol's second dimension, a Pascal matrix modulo 2.
 
 
 def _reversed(x: int) -> int:
@@ -160,16 +180,17 @@ def _pascal(x: int) -> int:
 
 
 class SequenceTraits(NamedTuple):
-    """A sequence: where its samples lie, and facts that others ask for."""
+    """A sample sequence: a function for its positions, and its properties."""
 
-    # The place of sample k of so many, in [0, 1)^2.
+    # A function of (k, number of samples) that returns the position of sample k in [0, 1)^2.
     place: Callable[[int, int], tuple[float, float]]
-    # Any number of first points is spread over the pixel, so samples can be added one at a time. The other sequences
-    # take a square number.
+    # Whether the first n points are spread over the pixel for every n, so that samples can be added one at a time. The
+    # other sequences need a square number of samples.
     is_progressive: bool = False
-    # Each pixel exchanges digits of its own: only for points that lose nothing by it, as in an order by digits.
+    # Whether each pixel exchanges digits of the positions by a hash of its own. It is true only for points that stay as
+    # evenly spread, such as digital sequences.
     is_scattered: bool = False
-    # The samples tell the error of their mean.
+    # Whether the samples allow an estimate of the error of their mean.
     estimates_error: bool = False
 
 

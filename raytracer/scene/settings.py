@@ -1,4 +1,4 @@
-"""Settings: how a picture is made, whatever it is of, traded between speed and accuracy."""
+"""Render settings: the trade-off between speed and accuracy, independent of the scene."""
 
 from __future__ import annotations
 
@@ -16,24 +16,46 @@ from raytracer.scene.sequences import SampleSequence
 
 @public
 class Settings(Record, frozen=True):
-    """The way to make a picture of a scene.
+    """Render settings.
 
-    `samples` a pixel, 1 to 65536. `shadows`: "off", "hard" (a blocked light gives nothing),
-    "diluted" (it gives the share dist(P, Q) / dist(P, light), Q the first blocking point) or "soft" (each sample
-    looks at one point of each light that has a radius; under all others a light is its centre).
-    `shading`: None for each material's own model, or the name of a model for all (convert.py). `evaluator`
-    finds where a ray meets a CSG tree: "cells" (looks only at surfaces that a cell of the picture or of a light's
-    surroundings can meet), "walk" (at everything) or "roth" (the assignment's hit lists, the readable one);
-    their pictures agree. `precision`: bits of the numbers in which rays and
-    surfaces are intersected: 32, or 64 for scenes beyond what 32 resolve (needs OpenGL 4.0).
-    `adaptive`: None, or an error in linear radiance, above 0, such as 0.01: only where a pixel's mean is estimated
-    to be off by more do pixels near it get more than 3 samples, up to `samples` (stopping_rule.py).
-    `bounces`: how many mirrors in a row light is followed through, 0 to 64; what comes after is left out.
-    `sequence`: where in a pixel its samples lie (sequences.py); "grid", "rotated" and "corners" take a square number.
-    `max_error`: None, or the root mean square error in linear radiance, above 0, such as 0.002: samples are added,
-    up to `samples`, until it is estimated to be less, and the estimate is certain (estimator.py). `time`: None, or
-    seconds, above 0: samples are added, up to `samples`, as long as they last. Programs are compiled before, and
-    depth, normal and material are drawn when they are asked for.
+    Args:
+        samples: the number of samples per pixel; with `adaptive`, `max_error` or `time`, the largest number. Range: 1
+            to 65536. Default: 1.
+        shading: a reflectance model to which all materials are converted. None keeps the material's own model.
+            Default: None.
+        shadows: the shadow of an occluded point P. Default: "hard".
+            "off": no shadows.
+            "hard": a blocked light contributes nothing.
+            "diluted": a blocked light contributes the share dist(P, Q) / dist(P, light), where Q is the first blocking
+            point on the way to the light.
+            "soft": lights with a radius are spheres, and each sample tests one random point of each sphere. With all
+            other shadows a light is a point.
+        evaluator: the algorithm that intersects rays with CSG trees. All produce the same picture. Default: "cells".
+            "cells": tests only the surfaces that may be met in a screen tile or in a range of directions from a light.
+            "walk": steps along the ray through all surfaces.
+            "roth": merges sorted hit lists (Roth diagrams) as in the assignment, written to be read.
+        precision: bits of the floating-point numbers in which rays and surfaces are intersected: 32, or 64 for scenes
+            that 32 bits do not resolve (needs OpenGL 4.0). Default: 32.
+        adaptive: an error in linear radiance, above 0, such as 0.01. Every pixel gets 3 samples. Only pixels whose
+            estimated error exceeds it, and their neighbours, get more. Excludes `max_error` and `time`. None disables
+            it. Default: None.
+        bounces: the largest number of successive mirror reflections that are traced. Light from further reflections
+            is left out. Range: 0 to 64. Default: 8.
+        sequence: the positions of the samples in a pixel: "sobol" (scrambled Sobol' points), "r2", "random", "grid",
+            "rotated" (rotated grid) or "corners". The last three need a square number of samples, and do not go with
+            `adaptive`, `max_error` or `time`; `max_error` needs "sobol". Default: "sobol".
+        max_error: the accepted root mean square error of the picture in linear radiance, above 0, such as 0.002.
+            Samples are added, up to `samples`, until the estimated error is below it and the estimate is reliable.
+            None disables it. Default: None.
+        time: a time limit in seconds, above 0. Samples are added, up to `samples`, until it ends. Not included are the
+            compilation of shaders before, and drawing depth, normals and materials, which happens at their first use.
+            None disables it. Default: None.
+
+    Raises:
+        InputError: a wrong value, or settings that exclude each other.
+
+    A `max_error` or `time` needs a larger `samples` in this constructor, whose default is 1. The keyword arguments of
+    `render` and the command line replace this default by 4096 if one of `adaptive`, `max_error` and `time` is set.
     """
 
     samples: int = 1
@@ -48,27 +70,30 @@ class Settings(Record, frozen=True):
     time: float | None = None
 
     def __post_init__(self) -> None:
-        for half in (self.sampling, self.compile_options):  # each checks its fields
+        for half in (self.sampling, self.compile_options):  # whose constructors check the fields
             set_fields(self, **msgspec.structs.asdict(half))
 
     @property
     def compile_options(self) -> CompileOptions:
-        """The half that decides shaders and arrays."""
+        """The settings on which the shaders and arrays of a scene depend."""
         return CompileOptions(*(getattr(self, name) for name in CompileOptions.__struct_fields__))
 
     @property
     def sampling(self) -> SamplingOptions:
-        """The half that decides samples."""
+        """The settings that decide the number and the positions of the samples."""
         return SamplingOptions(*(getattr(self, name) for name in SamplingOptions.__struct_fields__))
 
     def shaded(self, material: Material) -> Material:
-        """`material` under the shading override. Raises InputError if that would take an exponent above 1e6."""
+        """Convert `material` to the model `shading`; return it unchanged if `shading` is None.
+
+        Raises InputError if the conversion needs an exponent above 1e6.
+        """
         if not isinstance(material, Material):
             raise InputError(f"expected a Material, got {shown(material)}", "material")
         return self.compile_options.shaded(material)
 
     def cast(self, light: PointLight) -> PointLight:
-        """`light` under these shadows: its centre, unless they are soft."""
+        """Return `light` as it shines with these shadows: without its radius, unless shadows are soft."""
         if not isinstance(light, PointLight):
             raise InputError(f"expected a PointLight, got {shown(light)}", "light")
         return self.compile_options.effective_light(light)

@@ -1,4 +1,4 @@
-"""Some of the settings: given at several places, or by the name of a quality, and merged."""
+"""Partial settings from several sources (file, preset, options), and the precedence by which they are merged."""
 
 from __future__ import annotations
 
@@ -16,18 +16,19 @@ from raytracer.scene.options import CompileOptions, Evaluator, Precision, Sampli
 from raytracer.scene.sequences import SampleSequence
 from raytracer.scene.settings import Settings
 
-# The most samples under an error, a time or adaptive samples, unless a number of samples is given, too: the error falls
-# by less than 1e-3 then.
+# The default of `samples` if `max_error`, `time` or `adaptive` is set. Further samples would lower the error by less
+# than 1e-3 (linear radiance).
 ASKED_SAMPLES = 4096
 
 Quality = Literal["draft", "normal", "high", "reference"]
 
 
 class SettingsPatch(Record, frozen=True, repr_omit_defaults=True):
-    """Some fields of Settings; the others are UNSET. None takes back what another patch gives.
+    """Partial settings: some fields of Settings. The other fields are UNSET.
 
-    `quality` stands for all fields of SamplingOptions, and comes before the patch's own fields. resolve() checks the
-    values. `earlier | later` merges two patches, and chains are merged from the left.
+    None is a value like others: it disables a field that an earlier patch sets. `quality` is a preset of all fields of
+    SamplingOptions; the other fields of the same patch override it. `earlier | later` merges two patches, and the
+    later one has precedence. resolve() checks the values.
     """
 
     quality: Quality | UnsetType = UNSET
@@ -43,35 +44,37 @@ class SettingsPatch(Record, frozen=True, repr_omit_defaults=True):
     time: float | UnsetType | None = UNSET
 
     def __or__(self, later: SettingsPatch) -> SettingsPatch:
-        """Merge two patches: a value of `later` is in place of the value here. The result has no quality by name.
+        """Merge two patches: fields of `later` override the fields here. A quality is replaced by its fields.
 
-        `adaptive` displaces `max_error` and `time`, and is displaced by them, as they exclude each other. Where nobody
-        says how many samples an error, a time or adaptive samples may take, ASKED_SAMPLES: a number given
-        before those were is no such limit. Raises InputError for a quality that is none.
+        `adaptive` in `later` disables `max_error` and `time` of this patch, and the other way round, because they
+        exclude each other. If `later` is the first to set `max_error`, `time` or `adaptive`, and does not set
+        `samples`, `samples` becomes ASKED_SAMPLES: an earlier `samples` was not meant as the limit of these. Raises
+        InputError for an unknown quality.
         """
         return SettingsPatch(**_merged(_merged({}, self.fields()), later.fields()))
 
     def resolve(self) -> Settings:
-        """Fill up with defaults. Raises InputError as Settings does, and for a quality that is none."""
+        """Return the settings, with defaults for UNSET fields. Raises InputError as Settings() and quality() do."""
         return Settings(**_merged({}, self.fields()))
 
     def fields(self) -> dict[str, Any]:
-        """The fields that are not UNSET, by name."""
+        """Return the fields that are set, by name."""
         return {name: value for name, value in msgspec.structs.asdict(self).items() if value is not UNSET}
 
     def without_sampling(self) -> SettingsPatch:
-        """The fields of CompileOptions alone: they say nothing of how many samples there are, and where."""
+        """Return the patch with the fields of CompileOptions only."""
         return SettingsPatch(**{k: v for k, v in self.fields().items() if k in CompileOptions.__struct_fields__})
 
     @staticmethod
     def without_none(**fields: Any) -> SettingsPatch:
-        """A patch of the fields that are not None, as keywords of a function are where nobody gives them."""
+        """Return a patch of the keyword arguments that are not None. None stands for an omitted argument here."""
         return SettingsPatch(**{name: value for name, value in fields.items() if value is not None})
 
 
 EMPTY = SettingsPatch()
-# As the README has them: benchmarks/quality.py measures each. "reference" leaves nothing to an estimate. It is not of
-# 64 bits: those take no more than 512 primitives, and `render` says where 32 are not enough.
+# The quality presets. benchmarks/quality.py measures their time and error. "reference" has a fixed number of samples,
+# so that it does not rely on an error estimate. It keeps 32-bit precision, because 64 bits allow 512 primitives only,
+# and `render` warns if 32 bits are not enough.
 QUALITIES: dict[Quality, SettingsPatch] = {
     "draft": SettingsPatch(samples=1),
     "normal": SettingsPatch(max_error=0.002, samples=256),
@@ -81,41 +84,49 @@ QUALITIES: dict[Quality, SettingsPatch] = {
 
 
 def quality(name: str) -> Settings:
-    """The settings of a quality: "draft", "normal", "high" or "reference". Raises InputError for another name."""
+    """Return the settings of a quality preset.
+
+    Args:
+        name: "draft" (1 sample per pixel), "normal" (RMS error 0.002, up to 256 samples), "high" (RMS error 0.0005, up
+            to 4096 samples) or "reference" (1024 samples).
+
+    Raises:
+        InputError: an unknown name.
+    """
     return SettingsPatch(quality=cast("Quality", name)).resolve()
 
 
 def checked_patch(settings: Any) -> SettingsPatch:
-    """All fields of `settings`; no field of None. Raises InputError for another type."""
+    """Return a patch of all fields of a Settings object; for None, an empty patch. Raises InputError otherwise."""
     if settings is None:
         return EMPTY
     if not isinstance(settings, Settings):
-        makers = "Settings(), quality() or load_settings() make them"
-        raise InputError(f"expected Settings ({makers}), got {shown(settings)}", "settings")
+        sources = "from Settings(), quality() or load_settings()"
+        raise InputError(f"expected Settings ({sources}), got {shown(settings)}", "settings")
     return SettingsPatch(**msgspec.structs.asdict(settings))
 
 
 def changes(before: Settings, after: Settings) -> SettingsPatch:
-    """The fields that differ between `before` and `after`, as `after` has them."""
+    """Return the fields that differ, with the values of `after`."""
     old = msgspec.structs.asdict(before)
     return SettingsPatch(**{k: v for k, v in msgspec.structs.asdict(after).items() if v != old[k]})
 
 
 def fewest(settings: Settings, over: SettingsPatch = EMPTY) -> SettingsPatch:
-    """The fewest fields that make `settings`: alone, or merged with the patch that they are `over`."""
+    """Return the smallest patch that turns the patch `over` into `settings`. Default of `over`: an empty patch."""
     fields = changes(over.resolve(), settings).fields()
-    # An error, a time or adaptive samples among the fields may change the number of samples.
+    # Merging max_error, time or adaptive may change the number of samples, so it may have to be set, too.
     if settings.sampling.is_adaptive:
         fields["samples"] = settings.samples
     for name in tuple(fields):
-        fewer = {key: value for key, value in fields.items() if key != name}
+        smaller = {key: value for key, value in fields.items() if key != name}
         with suppress(InputError):
-            fields = fewer if (over | SettingsPatch(**fewer)).resolve() == settings else fields
+            fields = smaller if (over | SettingsPatch(**smaller)).resolve() == settings else fields
     return SettingsPatch(**fields)
 
 
 def flags(patch: SettingsPatch) -> str:
-    """The options of the command line that give the fields of `patch`, to the last digit."""
+    """Return the command line options for the fields of `patch`. Numbers have all their digits."""
     return " ".join(f"--{key.replace('_', '-')} {'none' if v is None else v}" for key, v in patch.fields().items())
 
 

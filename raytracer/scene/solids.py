@@ -1,7 +1,4 @@
-"""Solids: spheres and half-spaces, and trees of these by `|` `&` `-` `~`.
-
-Part of `scene.py`, which says what holds for all of it.
-"""
+"""Solids: spheres and half-spaces (primitives), and CSG trees of them by `|` `&` `-` `~`."""
 
 from __future__ import annotations
 
@@ -27,39 +24,39 @@ from raytracer.core.validation import items as list_of
 from raytracer.scene import tree
 from raytracer.scene.materials.material import Material
 
-# Leaves of one solid. Sub-solids may be shared in Python, so a short program can describe a tree
-# of astronomical size; no evaluator comes near this many.
+# The most leaves of one solid, more than any evaluator handles. With shared operands, a tree may be astronomically big.
 MAX_LEAVES = 65536
-# Nodes of one solid: twice as many as binary operators take, for complements.
+# The most nodes of one solid: twice as many as binary operators need, which leaves room for complements.
 MAX_NODES = 4 * MAX_LEAVES
-# Leaves of all solids of a scene, instances counted each. 2^20 of four float32 are 16 MiB, which any
-# GPU holds, and their numbers are exact in float32 (up to 2^24).
+# The most leaves of all solids of a scene, with each instance counted. 2^20 leaves of four float32 take 16 MiB, which
+# any GPU has, and leaf numbers up to 2^24 are exact in float32.
 MAX_SURFACES = 1048576
-# The roundings of a handful of numbers to float64 take their sum so far from 0, as a share of its largest number.
+# Bound of the rounding error of a sum of a few rounded float64 numbers, relative to the largest number.
 ROUNDING = 8.0 * 2.0**-53
-# Expected values in the words of errors.
 _RADIUS = f"a number above 0, in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
 _OFFSET = f"a number within +-{MAX_LENGTH:g}"
 
 
 @public
 class Solid(Record, frozen=True):
-    """A closed set of points: a primitive, or a tree of them. `|` `&` `-` `~` make trees."""
+    """A closed set of points, by a primitive (Sphere, Plane) or a CSG tree of primitives.
 
-    # As Python spells the operator; "" of a primitive.
-    symbol: ClassVar[str] = ""
+    The operators make trees: `a | b` (union), `a & b` (intersection), `a - b` (difference), `~a` (complement).
+    """
+
+    symbol: ClassVar[str] = ""  # the operator in Python, "" for a primitive
 
     @property
     def operands(self) -> tuple[Solid, ...]:
-        """The solids that the operator joins, none of a primitive."""
+        """The solids that the operator combines; () for a primitive."""
         return ()
 
     @staticmethod
     def from_postfix(items: Iterable[Solid | str | int]) -> Solid:
-        """The tree that a list in postfix order describes: `[a, b, "|", c, "-"]` is `(a | b) - c`.
+        """Return the tree for a list in postfix order: `[a, b, "|", c, "-"]` is `(a | b) - c`.
 
-        Each item is a solid, one of "|", "&", "-", "~" with its operands before it, or a whole number: the place, from
-        0, of an earlier item, whose solid it stands for. Trees may be of any depth. Raises InputError for other lists.
+        Each of the `items` is a solid, an operator ("|", "&", "-" or "~", after its operands), or the index, from 0, of
+        an earlier item, whose solid is used again. Trees may have any depth. Raises InputError for other lists.
         """
         untyped = list_of(items, MAX_NODES)
         if untyped is None:
@@ -84,7 +81,7 @@ class Solid(Record, frozen=True):
                 try:
                     solid = made[whole(item, ("items", i), 0, i - 1)]
                 except InputError:
-                    expected = f"a solid, one of {' '.join(_OPERATORS)}, or the place of an item before"
+                    expected = f"a solid, one of {' '.join(_OPERATORS)}, or the index of an earlier item"
                     raise InputError(f"expected {expected}, got {shown(item)}", ("items", i)) from None
             made.append(solid)
             pending.append(solid)
@@ -109,7 +106,7 @@ class Solid(Record, frozen=True):
 
 
 def _square(x: float) -> tuple[float, float]:
-    """x^2 as a float, and the exact remainder of its rounding (Dekker 1971, after Veltkamp's splitting)."""
+    """Return x^2 as a float, and the exact rounding error of it (Dekker 1971, with Veltkamp's splitting)."""
     high = x * 134217729.0 - (x * 134217729.0 - x)  # 2^27 + 1: the upper half of x's bits
     low = x - high
     square = x * x
@@ -118,7 +115,13 @@ def _square(x: float) -> tuple[float, float]:
 
 @public
 class Sphere(Solid, frozen=True, repr_omit_defaults=True):
-    """The ball around `center` with `radius` in [1e-12, 1e12]."""
+    """A solid ball. Raises InputError for a wrong value.
+
+    Args:
+        center: the centre, three numbers within +-1e12.
+        radius: the radius. Range: 1e-12 to 1e12.
+        material: the material of its surface. Default: Material().
+    """
 
     center: Vec3
     radius: float
@@ -133,25 +136,31 @@ class Sphere(Solid, frozen=True, repr_omit_defaults=True):
         )
 
     def power(self, point: Vec3) -> float:
-        """|center - point|^2 - radius^2 to its last bits: also where the point is all but on a huge sphere."""
+        """Return the power of a point, |center - point|^2 - radius^2, to the last bit, even next to a huge sphere."""
         parts = [-part for part in _square(self.radius)]
-        for c, p in zip(self.center, _place(point), strict=True):
+        for c, p in zip(self.center, _checked_point(point), strict=True):
             d = c - p
-            # The remainder of the subtraction's rounding (Knuth's two-sum): its square is below any bit that matters.
-            rest = (c - (d - (d - c))) - (p + (d - c))
-            parts += (*_square(d), 2.0 * d * rest)
+            # The rounding error of the subtraction (Knuth's two-sum). Its square is too small to count.
+            error = (c - (d - (d - c))) - (p + (d - c))
+            parts += (*_square(d), 2.0 * d * error)
         return math.fsum(parts)
 
     def touches(self, point: Vec3) -> bool:
-        """Whether `point` lies on the sphere, to the rounding of the numbers that are given."""
-        point = _place(point)
+        """Whether `point` lies on the sphere, up to rounding."""
+        point = _checked_point(point)
         largest = max(map(abs, (*self.center, *point, self.radius)))
         return abs(math.dist(self.center, point) - self.radius) <= ROUNDING * largest
 
 
 @public
 class Plane(Solid, frozen=True, repr_omit_defaults=True):
-    """The solid half-space dot(normal, x) <= offset; `normal` need not be a unit vector."""
+    """A solid half-space: all points x with dot(normal, x) <= offset. Raises InputError for a wrong value.
+
+    Args:
+        normal: the direction out of the solid, of any length but 0.
+        offset: dot(normal, x) for points x of the boundary. Range: offset and offset / |normal| within +-1e12.
+        material: the material of its surface. Default: Material().
+    """
 
     normal: Vec3
     offset: float
@@ -167,28 +176,28 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
             raise InputError(f"expected offset / |normal| within +-{MAX_LENGTH:g}, got {distance:g}", "offset")
 
     def unit(self) -> tuple[Vec3, float]:
-        """The unit normal and its offset: to the last bit the same, or both negated, for planes that coincide."""
+        """Return the unit normal and its offset. Coincident planes have bit-identical or exactly negated results."""
         scale = max(self.normal, key=abs)
         x, y, z, offset = (c / scale for c in (*self.normal, self.offset))
         length = math.copysign(math.hypot(x, y, z), scale)
         return (x / length, y / length, z / length), offset / length
 
     def depth(self, point: Vec3) -> float:
-        """The depth of a point inside: offset - dot(n, point) for the unit normal n; negative outside."""
+        """Return the distance of a point from the boundary, positive inside the half-space and negative outside."""
         normal, offset = self.unit()
-        return math.fsum((offset, *(-n * p for n, p in zip(normal, _place(point), strict=True))))
+        return math.fsum((offset, *(-n * p for n, p in zip(normal, _checked_point(point), strict=True))))
 
     def touches(self, point: Vec3) -> bool:
-        """Whether `point` lies on the plane, to the rounding of the numbers that are given."""
-        point = _place(point)
+        """Whether `point` lies on the plane, up to rounding."""
+        point = _checked_point(point)
         return abs(self.depth(point)) <= ROUNDING * max(map(abs, (*point, self.unit()[1])))
 
 
 Primitive = Sphere | Plane
 
 
-def _place(value: Any) -> Vec3:
-    """A point to be looked at, as far away as it may be."""
+def _checked_point(value: Any) -> Vec3:
+    """Return three finite numbers of any size. Raises InputError."""
     return vector(value, "point", -math.inf, math.inf, "3 finite numbers")
 
 
@@ -198,10 +207,7 @@ def _check_material(material: Any) -> None:
 
 
 class _Operator(Solid, frozen=True, eq=False):
-    """An inner node of a CSG tree.
-
-    Trees get deep (a - b - c - ...), so nothing here recurses, by tree.py.
-    """
+    """An inner node of a CSG tree. Trees may be deep (a - b - c - ...), so its methods do not recurse (see tree.py)."""
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
@@ -218,7 +224,7 @@ class _Operator(Solid, frozen=True, eq=False):
         return tree.text(self)
 
     def __rich_repr__(self) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """None, so that rich shows the repr: msgspec's own would recurse."""
+        """Return None, so that rich shows the repr. The method of msgspec would recurse."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Solid.from_postfix, (tree.flat(self),)
@@ -235,28 +241,28 @@ class _Binary(_Operator, frozen=True, eq=False):
 
 @public
 class Union(_Binary, frozen=True, eq=False):
-    """The points in `a` or `b`: `a | b`."""
+    """The union `a | b`: all points in `a` or `b`."""
 
     symbol = "|"
 
 
 @public
 class Intersection(_Binary, frozen=True, eq=False):
-    """The points in both `a` and `b`: `a & b`."""
+    """The intersection `a & b`: all points in both `a` and `b`."""
 
     symbol = "&"
 
 
 @public
 class Difference(_Binary, frozen=True, eq=False):
-    """The points in `a` that are not in `b`: `a - b`."""
+    """The difference `a - b`: all points in `a` that are not in `b`."""
 
     symbol = "-"
 
 
 @public
 class Complement(_Operator, frozen=True, eq=False):
-    """The points that are not in `a`: `~a`."""
+    """The complement `~a`: all points that are not in `a`."""
 
     symbol = "~"
 
@@ -272,12 +278,9 @@ _OPERATORS: dict[str, Callable[..., Solid]] = {kind.symbol: kind for kind in _KI
 
 
 def postfix(solid: Solid) -> list[Solid]:
-    """The nodes of a tree, operands before their operator.
-
-    Raises InputError for a tree of more than `MAX_LEAVES` leaves or `MAX_NODES` nodes, and for no solid.
-    """
-    # Root, right, left is postfix backwards: down along the last operands, with the first ones on a stack. Exact types
-    # are compared, which takes less time than isinstance(): no class is derived from a node's.
+    """Return the nodes of a tree, operands before operators. Raises InputError for too many nodes or another object."""
+    # Visit root, right operand, left operand: postfix order reversed. The stack holds the left operands still to visit.
+    # Comparing exact types is faster than isinstance(), and correct because node classes have no subclasses.
     order: list[Solid] = []
     pending = [solid]
     count = 0
@@ -305,7 +308,7 @@ def postfix(solid: Solid) -> list[Solid]:
 
 
 def simplified(solid: Solid) -> list[Solid]:
-    """List the tree as postfix() does, but without complements of complements: it is compiled alike."""
+    """Return the nodes of a tree in postfix order without double complements, which do not change the solid."""
     nodes = postfix(solid)
     if Complement not in map(type, nodes):
         return nodes
@@ -319,12 +322,12 @@ def simplified(solid: Solid) -> list[Solid]:
 
 
 def leaves(solid: Solid) -> list[Primitive]:
-    """The primitives of a tree, from left to right."""
+    """Return the primitives of a tree, from left to right."""
     return [node for node in postfix(solid) if isinstance(node, Primitive)]
 
 
 def with_leaves(solid: Solid, change: Callable[[Primitive], Solid]) -> Solid:
-    """The same tree over other leaves: each is what `change` makes of it."""
+    """Return a copy of the tree in which each primitive is replaced by `change(primitive)`."""
     stack: list[Solid] = []
     for node in postfix(solid):
         if isinstance(node, Primitive):

@@ -1,6 +1,7 @@
-"""Equality, hash, text and the flat form of trees of solids, all without recursion, so that depth is no limit.
+"""Equality, hash, text and postfix form of CSG trees.
 
-Sub-trees may be shared, so a short program describes a tree of astronomical size: each distinct node is visited once.
+The functions do not recurse, so that trees may have any depth. They visit each distinct node once: subtrees may be
+shared, so that a few nodes can stand for a tree of astronomical size.
 """
 
 from __future__ import annotations
@@ -10,14 +11,16 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from raytracer.scene.solids import Solid
 
-# Python reads at most 200 open parentheses (3.9 to 3.13), and the text of a tree stands inside other text.
+# The largest depth of a tree that is written with operators. Python's parser accepts at most 200 open parentheses (3.9
+# to 3.13), and a tree's text may stand inside other text.
 MAX_NESTING = 50
-# A tree of more nodes is as readable in its flat form, which shows shared sub-trees once.
+# The most nodes of a tree that is written with operators. A larger tree is as readable in postfix form, in which shared
+# subtrees occur once.
 MAX_NODES = 1000
 
 
 def distinct(root: Solid) -> list[Solid]:
-    """Each node once, after its operands."""
+    """Return each distinct node once, after its operands."""
     order: dict[int, Solid] = {}
     pending = [root]
     while pending:
@@ -32,7 +35,7 @@ def distinct(root: Solid) -> list[Solid]:
 
 
 def tree_hash(root: Solid) -> int:
-    """The hash of a tree: the same for trees that are equal, whatever their sub-trees share."""
+    """Return the hash of a tree. Equal trees have equal hashes, whether their subtrees are shared or not."""
     hashes: dict[int, int] = {}
     for node in distinct(root):
         operands = [hashes[id(operand)] for operand in node.operands]
@@ -43,10 +46,10 @@ def tree_hash(root: Solid) -> int:
 def are_equal(a: Solid, b: Solid) -> bool:
     """Whether two trees have the same operators over equal leaves.
 
-    Pairs of nodes are taken for equal until one is not, by sets of these (Hopcroft and Karp 1971, for automata): there
-    are no more such pairs than distinct nodes, whatever the trees share.
+    Nodes that must be equal are merged into sets with union-find until a pair differs (Hopcroft and Karp 1971, for
+    automata). So the number of comparisons is at most the number of distinct nodes, even if subtrees are shared.
     """
-    parents: dict[int, int] = {}  # of nodes in their sets, by id
+    parents: dict[int, int] = {}  # the union-find forest: id of a node -> id of its parent
 
     def representative(node: int) -> int:
         while (parent := parents.get(node, node)) != node:
@@ -72,18 +75,18 @@ def are_equal(a: Solid, b: Solid) -> bool:
 
 
 def flat(root: Solid) -> list[Solid | str | int]:
-    """The items of which Solid.from_postfix() makes the tree, shared sub-trees included."""
+    """Return the list from which Solid.from_postfix() makes the tree. Shared subtrees occur once."""
     items: list[Solid | str | int] = []
-    places: dict[int, int] = {}  # of finished operators
+    indices: dict[int, int] = {}  # id of a finished operator -> its index in items
     pending = [(root, False)]
     while pending:
         node, is_entered = pending.pop()
-        if id(node) in places:
-            items.append(places[id(node)])
+        if id(node) in indices:
+            items.append(indices[id(node)])
         elif not node.operands:
             items.append(node)
         elif is_entered:
-            places[id(node)] = len(items)
+            indices[id(node)] = len(items)
             items.append(node.symbol)
         else:
             pending += ((node, True), *((operand, False) for operand in reversed(node.operands)))
@@ -91,7 +94,7 @@ def flat(root: Solid) -> list[Solid | str | int]:
 
 
 def text(root: Solid) -> str:
-    """Python's text for a tree: with operators if it is small, else of its flat form."""
+    """Return a tree's text as Python code: with operators if the tree is small, else in postfix form."""
     nodes = distinct(root)
     heights: dict[int, int] = {}
     counts: dict[int, int] = {}

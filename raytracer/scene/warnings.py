@@ -1,6 +1,6 @@
-"""Warnings about scenes whose picture may well be another one than meant.
+"""Warnings about scenes and settings that probably do not give the intended picture.
 
-Each warning is one sentence for a user.
+Each warning is one sentence for the user.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-# Materials that get a warning each; a scene may have a million.
+# The number of materials that are warned about one by one. A scene may have a million materials.
 _NAMED = 5
 
 
 def scene_warnings(scene: Scene, settings: Settings) -> list[str]:
-    """Everything to tell a user whose picture of `scene` may well be another one than meant: one sentence each."""
+    """Return all warnings about a scene and its settings."""
     single = precision_warning(scene, settings), shadows_warning(scene, settings)
     return [*filter(None, single), *brightness_warnings(scene)]
 
@@ -37,14 +37,14 @@ NO_RADIUS = "no light has a radius"
 
 
 def shadows_warning(scene: Scene, settings: Settings) -> str | None:
-    """A warning of soft shadows where every light is a point, or None."""
+    """Return a warning if shadows are soft but every light is a point, else None."""
     if settings.shadows != "soft" or not scene.lights or any(light.radius for light in scene.lights):
         return None
-    return f"soft shadows are hard ones here, as {NO_RADIUS}: give a light one, such as radius = 0.5"
+    return f"soft shadows look like hard ones here, because {NO_RADIUS}: set one for a light, such as radius = 0.5"
 
 
 def brightness_warnings(scene: Scene) -> tuple[str, ...]:
-    """A warning for each material that reflects more light than reaches it, such as one of colours from 0 to 255."""
+    """Return a warning for each material that reflects more light than it receives, such as for colours up to 255."""
     assert isinstance(scene.objects, SceneObjects)
     return scene.objects.derive("brightness", scene.materials, lambda: tuple(_brightness_warnings(scene.materials)))
 
@@ -60,8 +60,8 @@ def _brightness_warnings(materials: Sequence[Material]) -> list[str]:
         if (keys := _too_bright(material, shares[material.model]))
     ]
     warnings = [
-        f"material {name}: {keys}: above 1 more light is reflected than comes in (colours are linear and from 0 to 1, "
-        "not from 0 to 255)"
+        f"material {name}: {keys}: a value above 1 reflects more light than comes in (colours are linear and range "
+        "from 0 to 1, not from 0 to 255)"
         for name, keys in bright[:_NAMED]
     ]
     if len(bright) > _NAMED:
@@ -70,20 +70,20 @@ def _brightness_warnings(materials: Sequence[Material]) -> list[str]:
 
 
 def _too_bright(material: Material, shares: list[str]) -> str:
-    """Name the parameters above 1 among `shares`, which should be at most 1; "" if there is none."""
+    """Return a list of the parameters in `shares` that exceed 1, the largest plausible value; "" if there is none."""
     largest = {name: max(material.get(name, (0.0,))) for name in shares}
     return ", ".join(f"{name} = {str(value).removesuffix('.0')}" for name, value in largest.items() if value > 1.0)
 
 
-# In float32 a point at distance d is known to about 4 x 2^-24 d. Once that is 1 % of a sphere's
-# radius, its cuts and the shadows on it begin to be visibly off: a ratio of 41943.
+# The largest ratio of distance and radius that float32 resolves: 41943. The error of a point at distance d is about
+# 4 x 2^-24 d. When it reaches 1 % of a sphere's radius, cuts of the sphere and shadows on it become visibly wrong.
 _RESOLVED = 0.01 * 2.0**24 / 4.0
 
 
 def precision_warning(scene: Scene, settings: Settings) -> str | None:
-    """A warning of a scene that goes beyond the resolution of its precision, or None.
+    """Return a warning if 32 bits do not resolve the scene's spheres, else None.
 
-    The measure is the largest distance from the camera at which a sphere can be seen over the smallest radius.
+    The measure is the largest distance from the camera to a visible point of a sphere, divided by the smallest radius.
     """
     if settings.precision == 64:
         return None
@@ -99,10 +99,10 @@ def precision_warning(scene: Scene, settings: Settings) -> str | None:
 
 
 def _reach(centers: Array, radii: Array, eye: Vec3) -> tuple[float, float]:
-    """The largest distance at which a sphere can be seen, and the smallest radius; (0, inf) without spheres.
+    """Return the largest distance of a visible point of a sphere, and the smallest radius; (0, inf) without spheres.
 
-    From outside it is seen as far as its outline, from inside as far as its other side. float64 is exact enough for a
-    warning.
+    From outside, the farthest visible points of a sphere are on its outline, from inside on its opposite side. float64
+    is accurate enough for a warning.
     """
     import numpy as np
 

@@ -98,7 +98,7 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
         (["render", SCENE, "-o", "{tmp}/a.png", "--time=-1"], "time: expected a finite number above 0 (seconds)"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--quality", "best"], "best"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--sequence", "grid", "--samples", "5"], "a square number"),
-        (["render", SCENE, "-o", "{tmp}/a.png", "--time", "1", "--adaptive", "0.1"], "adaptive: expected none"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--time", "1", "--adaptive", "0.1"], "adaptive: cannot be combined"),
         (["view", SCENE, "--sequence", "grid"], "sobol"),
         (["rendr"], 'did you mean "render"?'),
         (["render", SCENE, "-o", "{tmp}/a.png", "--sampels", "4"], 'did you mean "--samples"? (see raytracer render '),

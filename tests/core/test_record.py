@@ -57,7 +57,7 @@ def test_replace_checks_its_values_and_suggests_a_name_for_a_misspelt_one() -> N
         (rt.Settings(), {"sample": 3}, "unknown field `sample` of Settings "),
         (BALL, {"x": 3}, "unknown field `x` of Sphere (known: center, radius, material)"),
         (BALL, {"radius": -1}, "radius: expected"),
-        (rt.Settings(max_error=0.1), {"adaptive": 0.1}, "adaptive: expected none"),
+        (rt.Settings(max_error=0.1), {"adaptive": 0.1}, "adaptive: cannot be combined"),
         (scene, {"objects": []}, "objects: expected"),
     ]
     for object, changes, message in cases:

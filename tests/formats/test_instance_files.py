@@ -152,7 +152,7 @@ BIG = bytes(100_000_000)  # deflated to 100 kB
         ({"positions.npy": header((1, 3)) + bytes(24), "more.npy": b""}, r"expected the arrays positions and"),
         (
             {"scales.npy": header((1,)) + bytes(8)},
-            r"expected the arrays positions and, if wanted, scales, got 'scales'",
+            r"expected the arrays positions and, optionally, scales, got 'scales'",
         ),
         ({f"{i}.npy": b"" for i in range(10_000)}, r"expected an .npz file: it has too many members"),
     ],

@@ -157,7 +157,7 @@ BAD = [
     ),
     (END, f"{END}\n[settings]\ntime = nan", "settings.time: expected a finite number above 0 (seconds), got nan"),
     (END, f'{END}\n[settings]\ntime = "1"', "settings.time: expected a finite number above 0 (seconds), got '1'"),
-    (END, f"{END}\n[settings]\ntime = 1\nadaptive = 1", "settings.adaptive: expected none with max_error or time"),
+    (END, f"{END}\n[settings]\ntime = 1\nadaptive = 1", "settings.adaptive: cannot be combined with max_error or time"),
     (END, f"{END}\n[settings]\nshading = 3", "settings.shading: expected one of "),
     (END, f"{END}\n[settings]\nprecision = 64.0", "settings.precision: expected one of 32, 64, got 64.0"),
     (END, f"{END}\n[settings]\nprecision = 16", "settings.precision: expected one of 32, 64, got 16"),
@@ -369,5 +369,5 @@ def test_the_example_many_has_a_thousand_instances_over_the_ground() -> None:
 
 def test_a_text_without_the_moved_light_is_refused() -> None:
     other = loads(GOOD.replace("[[lights]]\nposition = [4.0, 7.0, 4.0]", ""))
-    with pytest.raises(RuntimeError, match="laid out"):
+    with pytest.raises(RuntimeError, match="TOML layout"):
         edit_positions(GOOD, other)

@@ -150,7 +150,7 @@ def test_pipes_links_and_folders_in_the_cache_are_not_read(tmp_path: Path, folde
         file.unlink()
     assert elsewhere.stat().st_mtime_ns == before
     file.mkdir()
-    with pytest.warns(UserWarning, match="the reference was not kept"):
+    with pytest.warns(UserWarning, match="the reference could not be stored"):
         trace_converged(scene, SIZE, samples=16)
 
 
@@ -196,7 +196,7 @@ def test_an_edit_invalidates_pictures_only_in_files_that_may_change_them(
 
 def test_a_read_only_cache_folder_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RAYTRACER_CACHE", "/proc/nowhere")
-    with pytest.warns(UserWarning, match=r"^/proc/nowhere: the reference was not kept"):
+    with pytest.warns(UserWarning, match=r"^/proc/nowhere: the reference could not be stored"):
         assert trace_converged(edge(), SIZE, samples=16).radiance.max() > 0.9
 
 

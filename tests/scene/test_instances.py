@@ -80,7 +80,7 @@ NAN, INFINITY = float("nan"), float("inf")
         (lambda: wrong(BALL, [[0, 0, 10**400]]), r"positions\[0\]: expected 3 numbers"),
         (lambda: wrong(BALL, [[0, 0, 0]], 0), r"scales\[0\]: expected a number above 0, got 0"),
         (lambda: wrong(BALL, [[0, 0, 0]] * 3, [1, 2, INFINITY]), r"scales\[2\]: expected a number above 0, got inf"),
-        (lambda: wrong(BALL, [[0, 0, 0]] * 3, [1, 2]), r"scales: expected one number, or 3 as of positions"),
+        (lambda: wrong(BALL, [[0, 0, 0]] * 3, [1, 2]), r"scales: expected one number, or 3, one per position"),
         (lambda: wrong(BALL, [[0, 0, 0]], "big"), r"scales: expected numbers, got 'big'"),
         (lambda: wrong(BALL, [[0, 0, 0]], True), r"scales: expected numbers, got True"),
         (

@@ -44,7 +44,7 @@ def test_a_material_with_an_albedo_above_1_is_named_once_with_its_parameters(
 def test_a_warning_shows_all_digits_of_a_value_just_above_1() -> None:
     material = rt.Material(kd=1.0000001)
     scene = rt.Scene([rt.Sphere((0, 0, 0), 1, material)], [], rt.Camera((0, 0, 5), (0, 0, 0)))
-    assert "kd = 1.0000001: above 1" in scene_warnings(scene, rt.Settings())[0]
+    assert "kd = 1.0000001: a value above 1" in scene_warnings(scene, rt.Settings())[0]
 
 
 def test_reflected_shares_above_1_warn_and_emission_and_indices_do_not() -> None:
@@ -91,8 +91,8 @@ def test_a_reference_warns_about_materials_and_memory_but_not_about_distances(
 ) -> None:
     # A scene beyond the distances of 32 bits, about which render() warns. The reference computes with 64 bits.
     far = rt.Scene([rt.Sphere((0, 0, 0), 1e-4), rt.Plane((0, 1, 0), -1e6)], [], rt.Camera((0, 0, 9), (0, 0, 0)))
-    monkeypatch.setattr("raytracer.core.memory._WORTH_MENTION", 1)
-    monkeypatch.setattr("raytracer.core.memory._SHARE", 0.0)
+    monkeypatch.setattr("raytracer.core.memory._WARN_BYTES", 1)
+    monkeypatch.setattr("raytracer.core.memory._WARN_SHARE", 0.0)
     for scene, messages in ((rt.load(bright), ["material 'red'", "this picture needs"]), (far, ["this picture needs"])):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")

@@ -1,4 +1,4 @@
-"""Materials: how surfaces reflect, by a reflectance model and its parameters. No formulas are here.
+"""Materials: reflectance models, their parameters, and conversion between models. The formulas are in shaders/brdf/.
 
 Other packages may use:
 
@@ -6,7 +6,8 @@ Other packages may use:
     models: MODELS, the table of all models and their parameters; Parameter, Shading, SHADINGS, REFLECTED
     lobe: Lobe, peak, MAX_COEFFICIENT
     merl: Measured, read, directions and SHAPE, for measured materials in MERL's format
-    convert: translated, a material in another model; normal_reflectance; WITHOUT_PI
+    convert: translated (converts a material to another model); normal_reflectance; WITHOUT_PI
 
-A new model is a row in models.py, a file in shaders/brdf/, and its formula in float64 in ground_truth/reflectance.py.
+To add a model, add a row in models.py, a file in shaders/brdf/, and the formula in float64 in
+ground_truth/reflectance.py.
 """

@@ -1,7 +1,7 @@
-"""A material as another model would have it, for the shading override: as like as that model can be made.
+"""Conversion of a material to another reflectance model, as closely as that model allows, for the setting `shading`.
 
-Parameters that both models have stay. Of the others a model's colours, and the width of its highlight, become the
-other model's, by their meaning, within the ranges of the other model.
+Parameters that mean the same in both models are kept. Colours and the width of the highlight are converted by their
+meaning, and clamped to the ranges of the other model.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from raytracer.scene.materials.lobe import Lobe
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 
-# The names of diffuse and of specular factors: the first that a material has counts.
+# The parameters that hold the diffuse and the specular colour, in order of precedence.
 _DIFFUSE, _SPECULAR = ("kd", "rho", "color"), ("ks", "f0")
 _BLACK = (0.0, 0.0, 0.0)
 # Models whose diffuse part has no 1/pi.
@@ -23,10 +23,10 @@ WITHOUT_PI = ("phong", "blinn", "strauss")
 
 
 def translated(material: Material, model: str) -> Material:
-    """`material` as the `model` has it.
+    """Convert a material to another reflectance model.
 
-    Between "phong" and "blinn" as in the lecture: Blinn's highlight with 4 h has the size of Phong's with h. Raises
-    InputError where 4 h is above 1e6.
+    From "phong" to "blinn" the exponent h is multiplied by 4, as in the lecture: then the highlights have the same
+    size. Raises InputError if 4 h exceeds 1e6.
     """
     if material.model == model:
         return material
@@ -43,7 +43,7 @@ def translated(material: Material, model: str) -> Material:
     for name, parameter in known.items():
         value = meant.get(name)
         if value is None or (parameter.when and meant[parameter.when[0]] != parameter.when[1]):
-            continue  # also not what belongs to another choice than the one that stays
+            continue  # the parameter keeps its default, or belongs to a choice that is not in effect
         match parameter.kind:
             case "color":
                 parameters[name] = tuple(min(max(part, parameter.low), parameter.high) for part in value)
@@ -55,41 +55,41 @@ def translated(material: Material, model: str) -> Material:
 
 
 def _shared(material: Material, model: str) -> dict[str, Any]:
-    """The parameters that mean the same in both models."""
+    """Return the parameters that mean the same in both models."""
     own, other = MODELS[material.model].parameters, MODELS[model].parameters
-    same = {n: v for n, v in material.parameters.items() if n in other and own[n].member == other[n].member}
+    shared = {n: v for n, v in material.parameters.items() if n in other and own[n].member == other[n].member}
     if material.model.startswith("blinn") != model.startswith("blinn"):
-        same.pop("h", None)
-    # Colours are shared out anew where one of the models has others, or means others.
-    others = {*_DIFFUSE, *_SPECULAR} & (own.keys() ^ other.keys())
-    if others or (material.model in WITHOUT_PI) != (model in WITHOUT_PI):
-        return {n: v for n, v in same.items() if n not in (*_DIFFUSE, *_SPECULAR)}
-    return same
+        shared.pop("h", None)
+    # Colours must be converted if the models have different colour parameters, or if one has the factor 1/pi.
+    differing = {*_DIFFUSE, *_SPECULAR} & (own.keys() ^ other.keys())
+    if differing or (material.model in WITHOUT_PI) != (model in WITHOUT_PI):
+        return {n: v for n, v in shared.items() if n not in (*_DIFFUSE, *_SPECULAR)}
+    return shared
 
 
 def _colors(material: Material, model: str) -> dict[str, Any]:
-    """The colours that say how much is reflected diffusely, and as a highlight, for a model that has some of these."""
+    """Return values for all diffuse and specular colour parameters that `model` may have."""
     wanted = MODELS[model].parameters.keys()
     diffuse, specular = _reflected(material)
-    # The lecture's diffuse factor is an albedo over pi, which others may not have above 1: then as bright as can be.
+    # The lecture's diffuse factor is an albedo divided by pi. Other models limit the albedo to 1: clamp the brightness.
     if material.model in WITHOUT_PI and model not in WITHOUT_PI:
         diffuse = scaled(diffuse, min(math.pi, 1.0 / max(*diffuse, 1.0 / math.pi)))
     elif model in WITHOUT_PI and material.model not in WITHOUT_PI:
         diffuse = scaled(diffuse, 1.0 / math.pi)
     if not wanted & {*_DIFFUSE}:
-        # A model of mirror facets only: of what has no such facets itself, they get the whole colour.
+        # The model has mirror facets only. A diffuse material without facets gives them its diffuse colour.
         specular = specular if "fresnel" in material.parameters or not any(diffuse) else diffuse
     elif not wanted & {*_SPECULAR}:
         diffuse = diffuse if any(diffuse) else specular
     colors = dict.fromkeys(_DIFFUSE, diffuse) | dict.fromkeys(_SPECULAR, specular)
-    # Where both are there, ks scales what f0 reflects.
+    # In a model with both f0 and ks, ks scales the reflectance: leave it at 1.
     return colors | ({"ks": (1.0, 1.0, 1.0)} if wanted >= {*_SPECULAR} else {})
 
 
 def _reflected(material: Material) -> tuple[Vec3, Vec3]:
-    """A material's diffuse colour, and its reflectance as a mirror or highlight at normal incidence."""
+    """Return a material's diffuse colour, and its specular colour or reflectance at normal incidence."""
     if table := material.get("file"):
-        from statistics import median  # takes long to import
+        from statistics import median  # imported here, because it takes long
 
         r, g, b = (math.pi * float(median(table.values[..., k].ravel()[::1001])) for k in range(3))
         return (r, g, b), _BLACK
@@ -107,7 +107,7 @@ def _reflected(material: Material) -> tuple[Vec3, Vec3]:
 
 
 def normal_reflectance(material: Material) -> Vec3 | None:
-    """The Fresnel factor of a material at normal incidence; None of a model without one."""
+    """Return the Fresnel reflectance of a material at normal incidence, or None if the model has no Fresnel factor."""
     if (ior := material.get("ior")) is not None:
         return (((ior - 1.0) / (ior + 1.0)) ** 2,) * 3
     if (n := material.get("n")) is not None:
@@ -121,7 +121,7 @@ def _product(a: Vec3, b: Vec3) -> Vec3:
 
 
 def _exponent(material: Material) -> float:
-    """Phong's exponent for a highlight of the size of this material's; the default's if it has none."""
+    """Return Phong's exponent for a highlight as wide as the material's, or Phong's default without a highlight."""
     if (h := material.get("h")) is not None:
         return h / 4.0 if material.model.startswith("blinn") else h
     if (alpha := material.get("alpha", material.get("m"))) is not None:
@@ -134,7 +134,7 @@ def _exponent(material: Material) -> float:
 
 
 def _widths(model: str, h: float) -> dict[str, float]:
-    """The parameters that say how wide a highlight is, for Phong's exponent; by Walter (2007) for microfacets."""
+    """Return the highlight's width, for Phong's exponent h, in the parameters of all models (Walter 2007 for alpha)."""
     alpha = math.sqrt(2.0 / (4.0 * h + 2.0))
     return {
         "h": 4.0 * h if model.startswith("blinn") else h,

@@ -1,4 +1,4 @@
-"""A lobe of Lafortune's model, which a material of that model has several of."""
+"""Lobe: one of the generalised cosine lobes of the reflectance model of Lafortune et al. (1997)."""
 
 from __future__ import annotations
 
@@ -8,17 +8,28 @@ from typing import Any
 from raytracer.core.record import Record, public
 from raytracer.core.validation import MAX_COLOR, MAX_EXPONENT, InputError, set_fields, three
 
-# Cosines of a lobe times its coefficients; above, its power would not stay finite with any exponent worth having.
+# The largest coefficient of a lobe. With larger ones, the lobe overflows for any useful exponent.
 MAX_COEFFICIENT = 1e3
 
 
 @public
 class Lobe(Record, frozen=True, repr_omit_defaults=True):
-    """A lobe of Lafortune's model: scale (cx Lx Vx + cy Ly Vy + cz Lz Vz)^n where that is above 0, per channel.
+    """A lobe of the model "lafortune": scale max(0, cx Lx Vx + cy Ly Vy + cz Lz Vz)^n for each colour channel.
 
-    x is along the material's `tangent`, z along the normal. `cy` is `cx` unless it is given. Each is three numbers, or
-    one that stands for three: cx, cy and cz in [-1000, 1000], n in [0, 1e6], scale in [0, 1e12]. Raises InputError for
-    others, and where scale max(|cx|, |cy|, |cz|)^n is above 1e12.
+    L is the direction to the light and V the direction to the viewer. Axis x is along the material's `tangent`, z along
+    the normal. Each argument is three numbers, one per channel, or one number for all channels.
+
+    Args:
+        cx: coefficient of x. Range: -1000 to 1000. cx = cy = -1, cz = 1 is a lobe around the mirror direction.
+        cz: coefficient of z. Range: -1000 to 1000.
+        n: the exponent. Range: 0 to 1e6.
+        cy: coefficient of y. Range: -1000 to 1000. Default: `cx`.
+        scale: the factor of the lobe. Range: 0 to 1e12. Default: 1.
+
+    Raises:
+        InputError: a value out of range, or scale max(|cx|, |cy|, |cz|)^n above 1e12.
+
+    Source: Lafortune, Foo, Torrance and Greenberg 1997, "Non-linear approximation of reflectance functions".
     """
 
     cx: Any
@@ -43,7 +54,7 @@ class Lobe(Record, frozen=True, repr_omit_defaults=True):
 
 
 def peak(cx: float, cy: float, cz: float, n: float, scale: float) -> float:
-    """The scale of a lobe whose coefficients are divided by the largest of them: inf if it overflows."""
+    """Return the largest value of a lobe, scale max(|cx|, |cy|, |cz|)^n, or inf if it overflows."""
     try:
         return scale * max(abs(cx), abs(cy), abs(cz)) ** n
     except OverflowError:

@@ -1,7 +1,4 @@
-"""Materials: a reflectance model of `models.py` and its parameters.
-
-Part of `scene.py`, which says what holds for all of it.
-"""
+"""Material: a reflectance model from `models.py` and the values of its parameters."""
 
 from __future__ import annotations
 
@@ -34,14 +31,25 @@ MAX_LOBES = 16
 
 @public
 class Material:
-    """The reflectance of a surface: `model`, a name of `models.MODELS`, and parameters that this model has.
+    """The reflectance of a surface: a reflectance model and the values of its parameters.
 
         Material(kd=(0.64, 0.08, 0.08))
         Material("ggx", alpha=0.1, fresnel="conductor")
 
-    A parameter that is not given has the model's default; all are attributes. Where three numbers are a colour
-    (linear RGB), one number stands for three that are equal. `name` is only a label. Raises InputError for a
-    parameter that the model does not have, or a value out of its range. Frozen; equal if all is equal.
+    `raytracer brdf list` and docs/models.md list the models, and the parameters of each with range, default and unit.
+    Parameters are attributes: `material.kd`. A material is immutable. Two materials are equal if their model, name and
+    parameters are equal.
+
+    Args:
+        model: the reflectance model: "phong", "blinn", "lambert", "minnaert", "phong_normalized", "blinn_normalized",
+            "strauss", "lafortune", "oren_nayar", "eon", "torrance_sparrow", "cook_torrance", "ggx", "beckmann",
+            "split", "diffuse_microfacet", "he", "mirror" or "merl". Default: "phong".
+        name: a label, which does not change the picture. Default: "".
+        parameters: parameters of the model, by name. An omitted parameter has the model's default. A colour is three
+            numbers, linear RGB, or one number for all three.
+
+    Raises:
+        InputError: an unknown model, a parameter that the model lacks, or a value out of range.
     """
 
     __slots__ = ("_hash", "_values", "model", "name")
@@ -56,8 +64,8 @@ class Material:
         known = MODELS[model].parameters
         for key in parameters:
             if key not in known:
-                near = did_you_mean(key, known)
-                raise InputError(f"the model {model} has no such parameter (known: {', '.join(known)}){near}", key)
+                hint = did_you_mean(key, known)
+                raise InputError(f"the model {model} has no such parameter (known: {', '.join(known)}){hint}", key)
         values = {
             key: _checked(parameter, parameters[key]) if key in parameters else parameter.default
             for key, parameter in known.items()
@@ -77,20 +85,20 @@ class Material:
 
     @property
     def parameters(self) -> Mapping[str, Any]:
-        """All its parameters by name, also those that have their default."""
+        """All parameters of the model by name, including those with their default value."""
         return dict(self._values)
 
     def get(self, name: str, default: Any = None) -> Any:
-        """A parameter, or `default` if the model has none of that name."""
+        """Return the parameter `name`, or `default` if the model has no such parameter."""
         if not isinstance(name, str):
             raise InputError(f"expected a string, got {shown(name)}", "name")
         return self._values.get(name, default)
 
     def replace(self, **changes: Any) -> Material:
-        """The same material with other parameters, another name or another model. `copy.replace` does the same.
+        """Return a copy with other parameters, another `name` or another `model`. `copy.replace` does the same.
 
-        With another choice goes what only the choice before had: f0, where `fresnel` is "schlick" no more. Parameters
-        that a new model does not have go, too.
+        Parameters that the new model lacks are dropped. So are parameters that belong to a replaced choice only: `f0`,
+        if `fresnel` changes from "schlick" to another value. Raises InputError.
         """
         model = changes.pop("model", self.model)
         new = MODELS.get(model) if isinstance(model, str) else None
@@ -143,7 +151,7 @@ def _made(model: str, name: str, values: dict[str, Any]) -> Material:
 
 
 def _checked(parameter: Parameter, value: Any) -> Any:
-    """`value` as the parameter holds it. Raises InputError."""
+    """Convert `value` to the type of the parameter. Raises InputError."""
     name, low, high = parameter.name, parameter.low, parameter.high
     match parameter.kind:
         case "number":
@@ -167,7 +175,7 @@ def _checked(parameter: Parameter, value: Any) -> Any:
 
 
 def _lobes(value: Any) -> tuple[Lobe, ...]:
-    """The lobes, all with a cy. A lobe may be a table, as in a file."""
+    """Return the lobes, with `cy` filled in. A lobe may also be a dict, as scene files have it. Raises InputError."""
     expected = f"at most {MAX_LOBES} lobes {{ cx, cz, n }}"
     values = items(value, MAX_LOBES)
     if values is None or len(values) > MAX_LOBES:
@@ -175,8 +183,8 @@ def _lobes(value: Any) -> tuple[Lobe, ...]:
     lobes: list[Lobe] = []
     for i, lobe in enumerate(values):
         with within(i):
-            known = lobe if isinstance(lobe, Lobe) else _lobe(lobe)
-            lobes.append(known if known.cy else known.replace(cy=known.cx))
+            parsed = lobe if isinstance(lobe, Lobe) else _lobe(lobe)
+            lobes.append(parsed if parsed.cy else parsed.replace(cy=parsed.cx))
     return tuple(lobes)
 
 

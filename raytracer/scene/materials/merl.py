@@ -1,9 +1,9 @@
-"""Measured isotropic reflectance in the format of the MERL database (Matusik et al. 2003), a `.binary` file.
+"""Measured isotropic reflectance in the format of the MERL database (Matusik et al. 2003): `.binary` files.
 
-Three int32, 90, 90 and 180, then float64 for red, green and blue in turn, [theta_h, theta_d, phi_d] each, the last
-fastest (Rusinkiewicz's half and difference angles). theta_h is sampled by its square root, the others evenly;
-phi_d is up to pi, as phi_d + pi is the same by reciprocity. A value is f over its channel's scale. Negative ones,
-below the horizon, count as 0.
+A file contains three int32 (90, 90, 180), then the float64 values of red, of green and of blue. Each channel is an
+array [theta_h, theta_d, phi_d] in C order, by Rusinkiewicz's half and difference angles. theta_h is sampled evenly in
+its square root, the other angles evenly. phi_d ends at pi, because phi_d + pi gives the same value by reciprocity. A
+stored value is f divided by the scale of its channel. Negative values, for directions below the horizon, count as 0.
 """
 
 from __future__ import annotations
@@ -23,23 +23,27 @@ from raytracer.core.validation import InputError, about, check_path
 SHAPE = (90, 90, 180)
 SCALES = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
 _BYTES = 12 + 8 * 3 * 90 * 90 * 180
-# The largest value: times any colour, float32 can hold it.
+# The largest accepted value of f: its product with the largest colour is still finite in float32.
 _LARGEST = 1e12
 
 
 class Measured:
-    """A table of f in 1/sr, `values` (90, 90, 180, 3) float32 [theta_h, theta_d, phi_d, RGB], read-only.
+    """A table of measured reflectance. Two tables are equal if all their values are.
 
-    Equal if all values are. Raises InputError for values of another shape, or not finite.
+    Attributes:
+        values: f in 1/sr, float32, read-only [theta_h 90, theta_d 90, phi_d 180, RGB 3].
+        path: the file from which the table was read, "" for none.
+
+    Raises InputError for values of another shape, above 1e12, or NaN.
     """
 
     def __init__(self, values: ArrayLike, path: str = "") -> None:
         numbers = np.asarray(values)
         if numbers.shape != (*SHAPE, 3):
             raise InputError(f"expected values of shape {(*SHAPE, 3)}, got {numbers.shape}")
-        if not (numbers <= _LARGEST).all():  # nor NaN
+        if not (numbers <= _LARGEST).all():  # NaN fails this comparison, too
             raise InputError(f"expected values of at most {_LARGEST:g}")
-        self.values: NDArray[np.float32] = (np.maximum(numbers, 0.0) + 0.0).astype(np.float32)  # and no -0.0
+        self.values: NDArray[np.float32] = (np.maximum(numbers, 0.0) + 0.0).astype(np.float32)  # + 0.0 replaces -0.0
         self.values.flags.writeable = False
         self.path = path
         self._digest = hashlib.sha256(self.values.tobytes()).digest()
@@ -58,9 +62,14 @@ class Measured:
 
 
 def read(path: str | os.PathLike[str], folder: Path | None = None) -> Measured:
-    """The table in a `.binary` file; with `folder`, one that is in there when all links are followed.
+    """Read a `.binary` file.
 
-    Raises InputError if it cannot be read or is none.
+    Args:
+        path: the file.
+        folder: a folder that must contain the file after all symbolic links are resolved. None allows any place.
+
+    Raises:
+        InputError: the file cannot be read, or is not in MERL's format.
     """
     path = check_path(path, "path")
     try:
@@ -78,14 +87,17 @@ def read(path: str | os.PathLike[str], folder: Path | None = None) -> Measured:
 
 
 def write(measured: Measured, file: IO[bytes]) -> None:
-    """Write a table as a `.binary` file."""
+    """Write a table to an open `.binary` file."""
     file.write(np.array(SHAPE, "<i4").tobytes())
     for channel, scale in enumerate(SCALES):
         file.write((measured.values[..., channel].astype("<f8") / scale).tobytes())
 
 
 def directions() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(wi, wo), unit, (90, 90, 180, 3) each, in the middle of every cell; the normal is +z. Some are below it."""
+    """Return the directions (wi, wo) at the centres of the table's cells, as unit vectors [90, 90, 180, 3] each.
+
+    The normal is +z. Some directions are below the surface.
+    """
     counts = (np.arange(n) + 0.5 for n in SHAPE)
     h, d, phi = np.meshgrid(*counts, indexing="ij")
     theta_h, theta_d, phi_d = (h / 90.0) ** 2 * np.pi / 2.0, np.radians(d), np.radians(phi)
