@@ -322,7 +322,7 @@ def test_check_prints_a_table_or_json_and_reports_unmet_expectations(
 
 @pytest.mark.gl
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("arguments", "says"),
     [
         ("oren_nayar --set rho=0.5", "of 1 it is not written down whether it conserves"),
         ("phong_normalized --set kd=0.2", "of 1 it is not written down whether it conserves"),
@@ -333,10 +333,10 @@ def test_check_prints_a_table_or_json_and_reports_unmet_expectations(
     ],
 )
 def test_check_does_not_apply_the_expectations_of_other_parameters(
-    capsys: pytest.CaptureFixture[str], arguments: str, message: str
+    capsys: pytest.CaptureFixture[str], arguments: str, says: str
 ) -> None:
     status, out, _ = run(capsys, "check", *arguments.split())
-    assert status == 0 and message in out and "1 measured, none not as expected" in out
+    assert status == 0 and says in out and "1 measured, none not as expected" in out
 
 
 @pytest.mark.gl

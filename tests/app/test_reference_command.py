@@ -111,9 +111,9 @@ def test_the_expected_time_is_printed_before_tracing_starts(
     assert re.fullmatch("at least [0-9]+ (hours|days): each ray is tested against all 2000 primitives", str(guessed))
     monkeypatch.setattr(picture, "WORTH_MENTION", 0.0)
     command = ["reference", "assignment", "-o", str(tmp_path / "a.npz"), "--size", "16x9", "--samples", "16"]
-    for count in (1, 0):  # the second picture is read from the cache, without a message
+    for says in (1, 0):  # the second picture is read from the cache, without a message
         assert main(command) == 0
-        assert capsys.readouterr().err.count("raytracer: this takes about 0 seconds: each ray is tested") == count
+        assert capsys.readouterr().err.count("raytracer: this takes about 0 seconds: each ray is tested") == says
 
 
 def test_ctrl_c_ends_all_its_processes_and_writes_nothing(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ def test_srgb_has_the_nearest_level_on_both_sides_of_every_threshold() -> None:
     nearest = np.rint(curve * 255)
     assert {tuple(levels) for levels in (nearest - np.arange(255)).T} <= {(0, 0, 1), (0, 1, 1)}
     np.testing.assert_array_equal(encode_srgb8(np.stack([values] * 3, -1))[..., 0], nearest)
-    assert (np.diff(at.view(np.int32) >> 16) > 0).all()  # encode_srgb8() relies on it
+    assert (np.diff(at.view(np.int32) >> 16) > 0).all()  # encode_srgb8() needs different upper halves
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
