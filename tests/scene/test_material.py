@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import pickle
+import re
 from typing import get_args
 
 import numpy as np
@@ -154,14 +155,40 @@ def test_struct_material_has_just_what_the_models_in_use_need() -> None:
         body = material_text(make_layout(materials)).partition("struct Material {")[2].partition("}")[0]
         return {line.split()[1].rstrip(";") for line in body.strip().splitlines()}
 
-    assert members(rt.Material("lambert")) == {"rho", "number"}
-    assert members(rt.Material("lambert"), rt.Material("ggx")) == {"rho", "number", "model", "f0", "alpha"}
+    assert members(rt.Material("lambert", ka=0)) == {"rho", "number"}, "ka only where something is not black"
+    assert members(rt.Material("lambert"), rt.Material("ggx")) == {"ka", "rho", "number", "model", "f0", "alpha"}
     assert members(rt.Material("ggx"), rt.Material("ggx", fresnel="conductor")) == {
         *("alpha", "f0", "n", "extinction", "fresnel", "number")
     }
-    assert members(rt.Material("lambert", le=1)) == {"rho", "le", "number"}, "only where something shines"
+    assert members(rt.Material("lambert", ka=0, le=1)) == {"rho", "le", "number"}, "le only where something shines"
     assert members(rt.Material()) == {"ka", "kd", "ks", "h", "number"}
     assert make_layout([rt.Material()]).texels == 3
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_the_default_ka_is_a_share_of_the_diffuse_colour_in_python_and_in_scene_files(model: str) -> None:
+    """0.15/0.8 as in the assignment, rounded to 15 digits; 0 in a model without kd and rho."""
+    if model not in SHADINGS:
+        return
+    diffuse = next((name for name in ("kd", "rho") if name in MODELS[model].parameters), None)
+    material = rt.Material(model, **({diffuse: (0.8, 0.1, 0.64)} if diffuse else {}))
+    assert material.ka == ((0.15, 0.01875, 0.12) if diffuse else (0, 0, 0))
+    lines = f'model = "{model}"\n' + (f"{diffuse} = [0.8, 0.1, 0.64]" if diffuse else "")
+    text = re.sub(r"(?s)(?<=\[materials.red\]\n).*?(?=\n\[)", lines, scenes.ASSIGNMENT.read_text())
+    assert loads(text).materials[0] == material.replace(name="red")
+
+
+def test_a_ka_with_its_default_follows_the_colour_and_a_chosen_one_stays() -> None:
+    red = rt.Material(kd=(0.8, 0.1, 0.1))
+    chosen = red.replace(ka=0.3)
+    assert red.replace(kd=0.64).ka == (0.12,) * 3 and chosen.replace(kd=0.64).ka == (0.3,) * 3
+    assert red.replace(model="oren_nayar", rho=0.1).ka == (0.01875,) * 3
+    assert rt.Material("ggx").replace(model="phong") == rt.Material()
+    assert repr(red) == "Material(kd=(0.8, 0.1, 0.1))", "a default is left out"
+    for material in (red, chosen):
+        for same in (eval(repr(material), dict(vars(rt))), pickle.loads(pickle.dumps(material)), copy.copy(material)):
+            assert same == material and same.replace(kd=0.2) == material.replace(kd=0.2)
+    assert translated(red, "lambert").ka == red.ka, "--shading keeps the ambient light of the picture"
 
 
 def test_another_choice_takes_what_belongs_to_it_along() -> None:

@@ -1,7 +1,4 @@
-"""Materials: a reflectance model of `models.py` and its parameters.
-
-Part of `scene.py`, which says what holds for all of it.
-"""
+"""Materials: a reflectance model of `models.py` with values for its parameters."""
 
 from __future__ import annotations
 
@@ -34,14 +31,20 @@ MAX_LOBES = 16
 
 @public
 class Material:
-    """The reflectance of a surface: `model`, a name of `models.MODELS`, and parameters that this model has.
+    """The reflectance of a surface: a reflectance model and its parameters.
 
         Material(kd=(0.64, 0.08, 0.08))
         Material("ggx", alpha=0.1, fresnel="conductor")
 
-    A parameter that is not given has the model's default; all are attributes. Where three numbers are a colour
-    (linear RGB), one number stands for three that are equal. `name` is only a label. Raises InputError for a
-    parameter that the model does not have, or a value out of its range. Frozen; equal if all is equal.
+    Args:
+        model: A model's name; `raytracer brdf list` prints all. Default: "phong".
+        name: A label, which changes no picture.
+        parameters: Parameters of the model, each with a default. For a colour (linear RGB), one number stands for three
+            equal ones. The ambient factor `ka` is 0.15/0.8 of the diffuse colour (`kd` or `rho`) by default, and 0 in a
+            model without one.
+
+    All parameters are attributes. A material is frozen, and equal to another one with equal model, name and values.
+    Raises InputError for a parameter that the model does not have, and for a value out of its range.
     """
 
     __slots__ = ("_hash", "_values", "model", "name")
@@ -62,6 +65,7 @@ class Material:
             key: _checked(parameter, parameters[key]) if key in parameters else parameter.default
             for key, parameter in known.items()
         }
+        values |= {key: p.default_among(values) for key, p in known.items() if p.diffuse and key not in parameters}
         for key, parameter in known.items():
             if not parameter.when or values[parameter.when[0]] == parameter.when[1]:
                 continue
@@ -77,20 +81,21 @@ class Material:
 
     @property
     def parameters(self) -> Mapping[str, Any]:
-        """All its parameters by name, also those that have their default."""
+        """All parameters by name, also parameters with their default value."""
         return dict(self._values)
 
     def get(self, name: str, default: Any = None) -> Any:
-        """A parameter, or `default` if the model has none of that name."""
+        """Return a parameter's value, or `default` if the model has no parameter of this name."""
         if not isinstance(name, str):
             raise InputError(f"expected a string, got {shown(name)}", "name")
         return self._values.get(name, default)
 
     def replace(self, **changes: Any) -> Material:
-        """The same material with other parameters, another name or another model. `copy.replace` does the same.
+        """Return a copy with other parameters, another name or another model. `copy.replace` does the same.
 
-        With another choice goes what only the choice before had: f0, where `fresnel` is "schlick" no more. Parameters
-        that a new model does not have go, too.
+        The copy leaves out parameters that it cannot have: parameters that a new model lacks, and parameters of a
+        former choice, such as `f0` once `fresnel` is not "schlick". A `ka` with its default value follows a new diffuse
+        colour or model.
         """
         model = changes.pop("model", self.model)
         new = MODELS.get(model) if isinstance(model, str) else None
@@ -101,9 +106,15 @@ class Material:
             for key, value in self._values.items()
             if key in known and (not (when := known[key].when) or chosen[when[0]] == when[1])
         }
+        if self.has_default("ka"):
+            del kept["ka"]
         return Material(model, **{"name": self.name, **kept, **changes})
 
     __replace__ = replace
+
+    def has_default(self, name: str) -> bool:
+        """Return whether a parameter has the value that it would have if the caller had not set it."""
+        return self._values.get(name) == MODELS[self.model].parameters[name].default_among(self._values)
 
     def __getattr__(self, name: str) -> Any:
         if name != "_values" and name in self._values:
@@ -128,9 +139,8 @@ class Material:
         return self._hash
 
     def __repr__(self) -> str:
-        known = MODELS[self.model].parameters
         parts = [f"model={self.model!r}"] if self.model != "phong" else []
-        parts += [f"{key}={value!r}" for key, value in self._values.items() if value != known[key].default]
+        parts += [f"{key}={value!r}" for key, value in self._values.items() if not self.has_default(key)]
         parts += [f"name={self.name!r}"] if self.name else []
         return f"Material({', '.join(parts)})"
 
@@ -143,7 +153,7 @@ def _made(model: str, name: str, values: dict[str, Any]) -> Material:
 
 
 def _checked(parameter: Parameter, value: Any) -> Any:
-    """`value` as the parameter holds it. Raises InputError."""
+    """Return `value` in the type of the parameter's kind. Raises InputError for a wrong type or range."""
     name, low, high = parameter.name, parameter.low, parameter.high
     match parameter.kind:
         case "number":
@@ -167,7 +177,7 @@ def _checked(parameter: Parameter, value: Any) -> Any:
 
 
 def _lobes(value: Any) -> tuple[Lobe, ...]:
-    """The lobes, all with a cy. A lobe may be a table, as in a file."""
+    """Return the lobes, each with its own `cy`. A lobe may be a dictionary, as in a scene file."""
     expected = f"at most {MAX_LOBES} lobes {{ cx, cz, n }}"
     values = items(value, MAX_LOBES)
     if values is None or len(values) > MAX_LOBES:
