@@ -12,7 +12,7 @@ ON_OSMESA := tests/gpu tests/rendering/test_picture.py
 ONCE := analysis ground_truth scene/test_merl.py compiler/test_soft_cells.py \
 	$(patsubst %,rendering/test_%.py,article brdf brdf_rough estimator mirrors peers soft)
 
-.PHONY: demo test view check extremes bench clean help
+.PHONY: demo test view check extremes bench pictures clean help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -54,6 +54,11 @@ extremes: .venv/core ## measure how wrong pictures are at the extremes, into ben
 bench: .venv/core ## measure how fast it is, and against POV-Ray, into benchmarks/results and the README
 	@tools/system-packages $(GL_PACKAGES) '?povray'
 	$(BIN)/python -m benchmarks.speed -o benchmarks/results --readme
+
+pictures: .venv/dev ## make the pictures of the README, the tutorial and the reflectance models
+	@tools/system-packages $(GL_PACKAGES) libglx-mesa0 xvfb xdotool
+	$(BIN)/python -m tools.pictures
+	$(BIN)/raytracer brdf gallery -o assets/gallery.png
 
 clean: ## remove everything that make made
 	rm -rf .venv build dist .pytest_cache .ruff_cache assignment.png

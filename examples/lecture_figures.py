@@ -11,7 +11,9 @@ out. Change `A` to `D`, `RAY_ORIGIN` or `VIEW` to draw figures of another solid.
 
 import argparse
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
+from typing import Literal, get_args
 
 import matplotlib
 import numpy as np
@@ -48,6 +50,7 @@ RAY_ORIGIN, RAY_DIRECTION = np.array((-3.0, 0.3, -0.1)), np.array((1.0, 0.6, 0.0
 MAX_ERROR = 0.001
 
 Interval = tuple[float, float]
+Shadows = Literal["off", "hard", "diluted", "soft"]
 
 
 def scene_of(solid: rt.Solid, camera: rt.Camera = VIEW) -> rt.Scene:
@@ -58,7 +61,7 @@ def scene_of(solid: rt.Solid, camera: rt.Camera = VIEW) -> rt.Scene:
 def stage_images(size: tuple[int, int]) -> dict[str, rt.Image]:
     """Render each stage of the CSG solid. The keys are the expressions."""
     # Farther away, the camera sees the whole spheres A and B.
-    camera = VIEW.replace(position=(10, 6.6, 6), look_at=(0.1, 1.7, -0.15), vertical_fov=24)
+    camera = VIEW.replace(position=(10, 6.6, 6), look_at=(0.1, 1.75, -0.15), vertical_fov=22.5)
     return {name: picture(scene_of(solid, camera), size, "soft") for name, solid in STAGES.items()}
 
 
@@ -66,7 +69,7 @@ def shadow_images(size: tuple[int, int]) -> dict[str, rt.Image]:
     """Render the solid with each kind of shadow. The keys are the values of `--shadows`."""
     # The shadow lies behind the solid, on the right.
     scene = scene_of(STAGES["((A & B) | C) - D"], VIEW.replace(look_at=(-0.6, 1.7, 0)))
-    return {shadows: picture(scene, size, shadows) for shadows in ("off", "hard", "diluted", "soft")}
+    return {shadows: picture(scene, size, shadows) for shadows in get_args(Shadows)}
 
 
 def highlight_images(size: tuple[int, int]) -> dict[str, rt.Image]:
@@ -78,7 +81,7 @@ def highlight_images(size: tuple[int, int]) -> dict[str, rt.Image]:
     return {model: rt.render(scene, size, max_error=MAX_ERROR, shading=model) for model in ("phong", "blinn")}
 
 
-def picture(scene: rt.Scene, size: tuple[int, int], shadows: str) -> rt.Image:
+def picture(scene: rt.Scene, size: tuple[int, int], shadows: Shadows) -> rt.Image:
     """Render a picture without visible noise."""
     return rt.render(scene, size, max_error=MAX_ERROR, shadows=shadows)
 
@@ -98,19 +101,17 @@ def roth_intervals() -> dict[str, list[Interval]]:
 def crossing(sphere: rt.Sphere) -> list[Interval]:
     """Return the interval of the ray inside a sphere: between the roots of |origin + t direction - center| = radius."""
     to_center = np.array(sphere.center) - RAY_ORIGIN
-    squared_length = RAY_DIRECTION @ RAY_DIRECTION
-    middle = (to_center @ RAY_DIRECTION) / squared_length
-    discriminant = middle**2 - (to_center @ to_center - sphere.radius**2) / squared_length
+    squared_length = float(RAY_DIRECTION @ RAY_DIRECTION)
+    middle = float(to_center @ RAY_DIRECTION) / squared_length
+    discriminant = middle**2 - (float(to_center @ to_center) - sphere.radius**2) / squared_length
     return [(middle - discriminant**0.5, middle + discriminant**0.5)] if discriminant > 0 else []
 
 
-def merged(
-    first: list[Interval], second: list[Interval], operation: Callable[[bool, bool], bool]
-) -> list[Interval]:
+def merged(first: list[Interval], second: list[Interval], operation: Callable[[bool, bool], bool]) -> list[Interval]:
     """Merge two sorted lists of intervals by a Boolean operation on "the ray is inside the solid"."""
     ends = sorted({end for interval in first + second for end in interval})
     result: list[Interval] = []
-    for start, end in zip(ends, ends[1:], strict=False):
+    for start, end in pairwise(ends):
         middle = (start + end) / 2
         in_first, in_second = (any(a < middle < b for a, b in intervals) for intervals in (first, second))
         if operation(in_first, in_second):
@@ -120,7 +121,7 @@ def merged(
 
 
 def first_hit() -> float:
-    """Return the distance of the first hit, by the ray tracer: a picture of one pixel, whose camera looks along the ray."""
+    """Return the distance of the first hit by the ray tracer, from a picture of one pixel along the ray."""
     camera = rt.Camera(vector(RAY_ORIGIN), vector(RAY_ORIGIN + RAY_DIRECTION))
     depth = rt.render(scene_of(STAGES["((A & B) | C) - D"], camera), (1, 1)).depth
     assert depth is not None
@@ -169,10 +170,10 @@ def roth_figure() -> Figure:
     whole = intervals["((A & B) | C) - D"]
     assert abs(first_hit() - whole[0][0]) < 1e-5, "the diagram and the ray tracer disagree"
     # Inches: both axes are 5.8 wide, and the section is as high as its 6 x 3.6 units of length need.
-    width, height = 7.4, 5.9
+    width, height = 7.7, 5.9
     figure = Figure(figsize=(width, height))
-    section = figure.add_axes((1.55 / width, 2.4 / height, 5.8 / width, 5.8 * 0.6 / height))
-    diagram = figure.add_axes((1.55 / width, 0.3 / height, 5.8 / width, 2.1 / height), sharex=section)
+    section = figure.add_axes((1.8 / width, 2.4 / height, 5.8 / width, 5.8 * 0.6 / height))
+    diagram = figure.add_axes((1.8 / width, 0.3 / height, 5.8 / width, 2.1 / height), sharex=section)
     _draw_section(section, whole)
     _draw_intervals(diagram, intervals)
     for end in sorted({end for interval in whole for end in interval}):
