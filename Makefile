@@ -12,7 +12,7 @@ ON_OSMESA := tests/gpu tests/rendering/test_picture.py
 ONCE := test_pages.py analysis ground_truth scene/test_merl.py compiler/test_soft_cells.py \
 	$(patsubst %,rendering/test_%.py,article brdf brdf_rough estimator mirrors peers soft)
 
-.PHONY: demo test view check extremes bench clean help
+.PHONY: demo test view check extremes bench pictures clean help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -54,6 +54,11 @@ extremes: .venv/core ## measure errors at the extremes of all inputs, into bench
 bench: .venv/core ## measure the speed, also against POV-Ray, into benchmarks/results and docs/performance.md
 	@tools/system-packages $(GL_PACKAGES) '?povray'
 	$(BIN)/python -m benchmarks.speed -o benchmarks/results --docs
+
+pictures: .venv/dev ## make the pictures of the README, the tutorial and the reflectance models
+	@tools/system-packages $(GL_PACKAGES) libglx-mesa0 xvfb xdotool
+	$(BIN)/python -m tools.pictures
+	$(BIN)/raytracer brdf gallery -o assets/gallery.png
 
 clean: ## remove all generated files
 	rm -rf .venv build dist .pytest_cache .ruff_cache assignment.png

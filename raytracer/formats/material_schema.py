@@ -10,7 +10,7 @@ from typing import Any
 from raytracer.core.validation import MAX_COLOR, MAX_EXPONENT
 from raytracer.scene.materials.lobe import MAX_COEFFICIENT
 from raytracer.scene.materials.material import MAX_LOBES
-from raytracer.scene.materials.models import MODELS, Parameter
+from raytracer.scene.materials.models import AMBIENT_SHARE, MODELS, Parameter
 
 _DEFAULT_MODEL = "phong"
 
@@ -62,8 +62,10 @@ def _only(model: str, choice: str, value: str) -> dict[str, Any]:
 
 def _parameter(p: Parameter) -> dict[str, Any]:
     text = p.meaning + (f", in {p.unit}" if p.unit else "") + (f" ({p.source})" if p.source else "")
+    if p.diffuse:
+        text += f"; default: {AMBIENT_SHARE:g} {p.diffuse}"
     described: dict[str, Any] = {"description": text}
-    if p.kind not in ("lobes", "measured"):
+    if p.kind not in ("lobes", "measured") and not p.diffuse:
         described["default"] = list(p.default) if isinstance(p.default, tuple) else p.default
     return described | _kind(p)
 

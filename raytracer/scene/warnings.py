@@ -70,8 +70,8 @@ def _brightness_warnings(materials: Sequence[Material]) -> list[str]:
 
 
 def _too_bright(material: Material, shares: list[str]) -> str:
-    """Return a list of the parameters in `shares` that exceed 1, the largest plausible value; "" if there is none."""
-    largest = {name: max(material.get(name, (0.0,))) for name in shares}
+    """Name the parameters above 1 among `shares`, which should be at most 1; "" if there is none."""
+    largest = {name: max(material.get(name, (0.0,))) for name in shares if not material.has_default(name)}
     return ", ".join(f"{name} = {str(value).removesuffix('.0')}" for name, value in largest.items() if value > 1.0)
 
 

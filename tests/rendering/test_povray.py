@@ -49,7 +49,7 @@ def test_features_that_povray_lacks_are_refused() -> None:
     for settings in (rt.Settings(shading="blinn"), rt.Settings(shadows="diluted")):
         with pytest.raises(povray.UnavailableError):
             exported(ball, settings=settings)
-    for material in (rt.Material(ks=(0.1, 0.2, 0.3)), rt.Material(kd=(0, 0, 0))):
+    for material in (rt.Material(ks=(0.1, 0.2, 0.3)), rt.Material(ka=0.1, kd=0)):
         with pytest.raises(povray.UnavailableError):
             exported(rt.Sphere((0, 0, 0), 1, material))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import pickle
+import re
 from typing import get_args
 
 import numpy as np
@@ -156,7 +157,7 @@ def test_struct_material_has_only_the_members_of_the_models_in_use() -> None:
         body = material_text(make_layout(materials)).partition("struct Material {")[2].partition("}")[0]
         return {line.split()[1].rstrip(";") for line in body.strip().splitlines()}
 
-    assert members(rt.Material("lambert")) == {"rho", "number"}
+    assert members(rt.Material("lambert")) == {"rho", "number"}, "no ka: the model of the lecture has it"
     assert members(rt.Material("lambert"), rt.Material("ggx")) == {"rho", "number", "model", "f0", "alpha"}
     assert members(rt.Material("ggx"), rt.Material("ggx", fresnel="conductor")) == {
         *("alpha", "f0", "n", "extinction", "fresnel", "number")
@@ -164,6 +165,30 @@ def test_struct_material_has_only_the_members_of_the_models_in_use() -> None:
     assert members(rt.Material("lambert", le=1)) == {"rho", "le", "number"}, "le only if a material emits light"
     assert members(rt.Material()) == {"ka", "kd", "ks", "h", "number"}
     assert make_layout([rt.Material()]).texels == 3
+
+
+@pytest.mark.parametrize("model", SHADINGS)
+def test_the_default_ka_is_a_share_of_the_diffuse_colour_in_python_and_in_scene_files(model: str) -> None:
+    """0.15/0.8 of kd in the lecture's models, rounded to 15 digits; 0 in all others."""
+    is_lecture = model in ("phong", "blinn")
+    material = rt.Material(model, **({"kd": (0.8, 0.1, 0.64)} if is_lecture else {}))
+    assert material.ka == ((0.15, 0.01875, 0.12) if is_lecture else (0, 0, 0))
+    lines = f'model = "{model}"\n' + ("kd = [0.8, 0.1, 0.64]" if is_lecture else "")
+    text = re.sub(r"(?s)(?<=\[materials.red\]\n).*?(?=\n\[)", lines, scenes.ASSIGNMENT.read_text())
+    assert loads(text).materials[0] == material.replace(name="red")
+
+
+def test_a_ka_with_its_default_follows_the_colour_and_a_chosen_one_stays() -> None:
+    red = rt.Material(kd=(0.8, 0.1, 0.1))
+    chosen = red.replace(ka=0.3)
+    assert red.replace(kd=0.64).ka == (0.12,) * 3 and chosen.replace(kd=0.64).ka == (0.3,) * 3
+    assert red.replace(model="blinn", kd=0.1).ka == (0.01875,) * 3
+    assert rt.Material("ggx").replace(model="phong") == rt.Material()
+    assert repr(red) == "Material(kd=(0.8, 0.1, 0.1))", "a default is left out"
+    for material in (red, chosen):
+        for same in (eval(repr(material), dict(vars(rt))), pickle.loads(pickle.dumps(material)), copy.copy(material)):
+            assert same == material and same.replace(kd=0.2) == material.replace(kd=0.2)
+    assert translated(red, "lambert").ka == red.ka, "--shading keeps the ambient light of the picture"
 
 
 def test_replacing_a_choice_drops_the_parameters_of_the_old_choice() -> None:

@@ -66,8 +66,8 @@ def shown_materials() -> dict[str, tuple[Material, str]]:
     table = read_collection("conductors")["copper"]
     copper: dict[str, Any] = {"fresnel": "conductor", "n": table["n"], "k": table["k"]}
     chosen = {
-        "phong": (Material("phong", ka=0.0, kd=_RUST), "h 32"),
-        "blinn": (Material("blinn", ka=0.0, kd=_RUST, h=128.0), "h 128"),
+        "phong": (Material("phong", kd=_RUST), "h 32"),
+        "blinn": (Material("blinn", kd=_RUST, h=128.0), "h 128"),
         "lambert": (Material("lambert", rho=_RUST), ""),
         "minnaert": (Material("minnaert", rho=_RUST, k=0.6), "k 0.6"),
         "phong_normalized": (Material("phong_normalized", kd=_RUST, ks=0.06), "ks 0.06, h 32"),

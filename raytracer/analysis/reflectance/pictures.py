@@ -1,4 +1,4 @@
-"""The scene on which materials are shown: a ball with a bite taken out of it, a small one, on a floor."""
+"""The scene that shows a material: a ball with a bite taken out of it and a small ball on a grey floor."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ _GREY = 0.42
 
 
 def light_of(material: Material) -> float:
-    """The colour of the light under which a white diffuse material is white: without 1/pi, it is 1 instead of pi."""
+    """Return the light's colour that makes a white diffuse material white: pi, or 1 for models without 1/pi."""
     return 1.0 if material.model in WITHOUT_PI else math.pi
 
 
 def scene_of(material: Material) -> Scene:
-    """The material on the scene, under its light."""
+    """Return the scene with this material. Without ambient light, it shows the reflectance alone."""
     light = light_of(material)
     ball = Sphere((0.0, 1.0, 0.0), 1.0, material) - Sphere((0.62, 1.72, 0.72), 0.62, material)
     small = Sphere((1.02, 0.3, 0.86), 0.3, material)
-    grey = Material("phong", ka=0.0, kd=_GREY, ks=0.0) if light == 1.0 else Material("lambert", rho=_GREY)
+    grey = Material("phong", kd=_GREY, ks=0.0) if light == 1.0 else Material("lambert", rho=_GREY)
     return Scene(
         [ball, small, Plane((0.0, 1.0, 0.0), 0.0, grey)],
         [PointLight(_KEY, _grey(light)), PointLight(_FILL, _grey(_FILL_SHARE * light))],
         Camera((0.35, 3.0, 5.0), (0.2, 0.82, 0.0), vertical_fov=28.0),
         background=(0.3, 0.38, 0.5),
-        ambient=_grey(light),
+        ambient=_grey(0.0),
     )
 
 
@@ -48,6 +48,6 @@ def _grey(value: float) -> Vec3:
 
 
 def draw_material(material: Material, side: int, samples: int, renderer: Renderer) -> NDArray[np.uint8]:
-    """Draw a square picture of the material on the scene, (side, side, 3), sRGB."""
+    """Render the material's scene as a square sRGB picture (side, side, 3)."""
     image = renderer.render(scene_of(material), (side, side), Settings(samples=samples))
     return encode_srgb8(image.radiance)

@@ -12,7 +12,7 @@ from raytracer.analysis.reflectance.properties import RECIPROCAL, RESOLVED, Mate
 from raytracer.analysis.reflectance.tried_parameters import Parameters
 from raytracer.analysis.reflectance.verification import Verification
 from raytracer.core.terminal import cell, say, say_table
-from raytracer.scene.materials.models import MODELS, Parameter
+from raytracer.scene.materials.models import AMBIENT_SHARE, MODELS, Parameter
 
 _HEADING = ("model", "settings", "reciprocal", "conserving", "largest albedo", "furnace", "(vi)", "outcome")
 _ANSWERS = {True: "yes", False: "no", None: "?"}
@@ -209,7 +209,8 @@ def _parameter_row(p: Parameter) -> list[str]:
         "measured": "a file",
         "direction": "not 0",
     }
-    default = {"lobes": "one, of Phong's kind", "measured": "none"}.get(p.kind) or _default_text(p.default)
+    share = f"{AMBIENT_SHARE:g} {p.diffuse}" if p.diffuse else ""
+    default = {"lobes": "one, of Phong's kind", "measured": "none"}.get(p.kind) or share or _default_text(p.default)
     only = f", only with {p.when[0]} = {p.when[1]}" if p.when else ""
     return [
         p.name,
@@ -230,6 +231,7 @@ def _default_text(value: Any) -> str:
 
 def markdown() -> str:
     """The text of docs/models.md: the models with their parameters and expectations."""
+    ambient, emission = (MODELS["phong"].parameters[name] for name in ("ka", "le"))
     lines = [
         "# Reflectance models",
         "",
@@ -237,15 +239,15 @@ def markdown() -> str:
         "`raytracer/analysis/reflectance/expectations.py`.",
         "",
         "The GLSL of a model is `shaders/brdf/MODEL.glsl`; in float64, `raytracer/ground_truth/reflectance.py`. A",
-        "colour is three numbers, linear RGB, or one for all three. Every model also has `ka` and `le`, here only",
-        "once.",
+        "colour is three numbers, linear RGB, or one for all three. Every model also has `ka` and `le`, listed once",
+        "here. The default `ka` is 0.15/0.8 of `kd` in `phong` and `blinn`, and 0 in all other models.",
         "",
         "*Reciprocal* and *conserving* (it never reflects more than it gets) are what is expected, and why: with the",
         "default parameters but for those named; of rows that fit, the last holds. A *law* holds with any values of",
         f"the others. So does that a model is reciprocal, except {', '.join(NOT_RECIPROCAL)}. The tests measure all of",
         "it, of the very GLSL that renders, at the ends of each parameter's range: `raytracer brdf check`.",
         "",
-        *_parameter_lines([MODELS["lambert"].parameters[name] for name in ("ka", "le")]),
+        *_parameter_lines([ambient, emission]),
     ]
     for name, model in MODELS.items():
         lines += ["", f"## {name}", "", f"{model.about[0].upper()}{model.about[1:]} ({model.source}).", ""]

@@ -3,7 +3,8 @@
 Other packages may use:
 
     material: Material, MAX_LOBES
-    models: MODELS, the table of all models and their parameters; Parameter, Shading, SHADINGS, REFLECTED
+    models: MODELS, the table of all models and their parameters; Parameter, Shading, SHADINGS, REFLECTED,
+        AMBIENT_SHARE
     lobe: Lobe, peak, MAX_COEFFICIENT
     merl: Measured, read, directions and SHAPE, for measured materials in MERL's format
     convert: translated (converts a material to another model); normal_reflectance; WITHOUT_PI

@@ -1,4 +1,4 @@
-"""Material: a reflectance model from `models.py` and the values of its parameters."""
+"""Materials: a reflectance model of `models.py` with values for its parameters."""
 
 from __future__ import annotations
 
@@ -31,25 +31,23 @@ MAX_LOBES = 16
 
 @public
 class Material:
-    """The reflectance of a surface: a reflectance model and the values of its parameters.
+    """The reflectance of a surface: a reflectance model and its parameters.
 
         Material(kd=(0.64, 0.08, 0.08))
         Material("ggx", alpha=0.1, fresnel="conductor")
 
-    `raytracer brdf list` and docs/models.md list the models, and the parameters of each with range, default and unit.
-    Parameters are attributes: `material.kd`. A material is immutable. Two materials are equal if their model, name and
-    parameters are equal.
-
     Args:
-        model: the reflectance model: "phong", "blinn", "lambert", "minnaert", "phong_normalized", "blinn_normalized",
+        model: The reflectance model: "phong", "blinn", "lambert", "minnaert", "phong_normalized", "blinn_normalized",
             "strauss", "lafortune", "oren_nayar", "eon", "torrance_sparrow", "cook_torrance", "ggx", "beckmann",
-            "split", "diffuse_microfacet", "he", "mirror" or "merl". Default: "phong".
-        name: a label, which does not change the picture. Default: "".
-        parameters: parameters of the model, by name. An omitted parameter has the model's default. A colour is three
-            numbers, linear RGB, or one number for all three.
+            "split", "diffuse_microfacet", "he", "mirror" or "merl". docs/models.md has the parameters of each.
+            Default: "phong".
+        name: A label, which changes no picture.
+        parameters: Parameters of the model, each with a default. For a colour (linear RGB), one number stands for three
+            equal ones. The default of the ambient factor `ka` is 0.15/0.8 of `kd` in the models "phong" and "blinn",
+            and 0 in all others.
 
-    Raises:
-        InputError: an unknown model, a parameter that the model lacks, or a value out of range.
+    All parameters are attributes. A material is frozen, and equal to another one with equal model, name and values.
+    Raises InputError for a parameter that the model does not have, and for a value out of its range.
     """
 
     __slots__ = ("_hash", "_values", "model", "name")
@@ -64,12 +62,13 @@ class Material:
         known = MODELS[model].parameters
         for key in parameters:
             if key not in known:
-                hint = did_you_mean(key, known)
-                raise InputError(f"the model {model} has no such parameter (known: {', '.join(known)}){hint}", key)
+                near = did_you_mean(key, known)
+                raise InputError(f"the model {model} has no such parameter (known: {', '.join(known)}){near}", key)
         values = {
             key: _checked(parameter, parameters[key]) if key in parameters else parameter.default
             for key, parameter in known.items()
         }
+        values |= {key: p.default_among(values) for key, p in known.items() if p.diffuse and key not in parameters}
         for key, parameter in known.items():
             if not parameter.when or values[parameter.when[0]] == parameter.when[1]:
                 continue
@@ -85,20 +84,21 @@ class Material:
 
     @property
     def parameters(self) -> Mapping[str, Any]:
-        """All parameters of the model by name, including those with their default value."""
+        """All parameters by name, also parameters with their default value."""
         return dict(self._values)
 
     def get(self, name: str, default: Any = None) -> Any:
-        """Return the parameter `name`, or `default` if the model has no such parameter."""
+        """Return a parameter's value, or `default` if the model has no parameter of this name."""
         if not isinstance(name, str):
             raise InputError(f"expected a string, got {shown(name)}", "name")
         return self._values.get(name, default)
 
     def replace(self, **changes: Any) -> Material:
-        """Return a copy with other parameters, another `name` or another `model`. `copy.replace` does the same.
+        """Return a copy with other parameters, another name or another model. `copy.replace` does the same.
 
-        Parameters that the new model lacks are dropped. So are parameters that belong to a replaced choice only: `f0`,
-        if `fresnel` changes from "schlick" to another value. Raises InputError.
+        The copy leaves out parameters that it cannot have: parameters that a new model lacks, and parameters of a
+        former choice, such as `f0` once `fresnel` is not "schlick". A `ka` with its default value follows a new `kd`
+        or model.
         """
         model = changes.pop("model", self.model)
         new = MODELS.get(model) if isinstance(model, str) else None
@@ -109,9 +109,15 @@ class Material:
             for key, value in self._values.items()
             if key in known and (not (when := known[key].when) or chosen[when[0]] == when[1])
         }
+        if self.has_default("ka"):
+            del kept["ka"]
         return Material(model, **{"name": self.name, **kept, **changes})
 
     __replace__ = replace
+
+    def has_default(self, name: str) -> bool:
+        """Return whether a parameter has the value that it would have if the caller had not set it."""
+        return self._values.get(name) == MODELS[self.model].parameters[name].default_among(self._values)
 
     def __getattr__(self, name: str) -> Any:
         if name != "_values" and name in self._values:
@@ -136,9 +142,8 @@ class Material:
         return self._hash
 
     def __repr__(self) -> str:
-        known = MODELS[self.model].parameters
         parts = [f"model={self.model!r}"] if self.model != "phong" else []
-        parts += [f"{key}={value!r}" for key, value in self._values.items() if value != known[key].default]
+        parts += [f"{key}={value!r}" for key, value in self._values.items() if not self.has_default(key)]
         parts += [f"name={self.name!r}"] if self.name else []
         return f"Material({', '.join(parts)})"
 
@@ -151,7 +156,7 @@ def _made(model: str, name: str, values: dict[str, Any]) -> Material:
 
 
 def _checked(parameter: Parameter, value: Any) -> Any:
-    """Convert `value` to the type of the parameter. Raises InputError."""
+    """Return `value` in the type of the parameter's kind. Raises InputError for a wrong type or range."""
     name, low, high = parameter.name, parameter.low, parameter.high
     match parameter.kind:
         case "number":
@@ -175,7 +180,7 @@ def _checked(parameter: Parameter, value: Any) -> Any:
 
 
 def _lobes(value: Any) -> tuple[Lobe, ...]:
-    """Return the lobes, with `cy` filled in. A lobe may also be a dict, as scene files have it. Raises InputError."""
+    """Return the lobes, each with its own `cy`. A lobe may be a dictionary, as in a scene file."""
     expected = f"at most {MAX_LOBES} lobes {{ cx, cz, n }}"
     values = items(value, MAX_LOBES)
     if values is None or len(values) > MAX_LOBES:
@@ -183,8 +188,8 @@ def _lobes(value: Any) -> tuple[Lobe, ...]:
     lobes: list[Lobe] = []
     for i, lobe in enumerate(values):
         with within(i):
-            parsed = lobe if isinstance(lobe, Lobe) else _lobe(lobe)
-            lobes.append(parsed if parsed.cy else parsed.replace(cy=parsed.cx))
+            known = lobe if isinstance(lobe, Lobe) else _lobe(lobe)
+            lobes.append(known if known.cy else known.replace(cy=known.cx))
     return tuple(lobes)
 
 

@@ -1,10 +1,10 @@
-"""The table of the reflectance models, with the parameters, ranges, units and sources of each.
+"""The table of reflectance models: the parameters of each model with their ranges, units, defaults and sources.
 
-This table defines the parameters of materials everywhere: in `Material`, scene files, the JSON Schema of scene files,
-the shaders' struct Material, `raytracer brdf` and docs/models.md. The formulas are in `shaders/brdf/`, one file per
-model, and again, in float64, in `ground_truth/reflectance.py`.
+`Material`, scene files, their JSON Schema, the shaders' struct Material, `raytracer brdf` and docs/models.md all take
+the parameters from this table. The formulas are in `shaders/brdf/`, one file per model, and a second time, in float64,
+in `raytracer/ground_truth/reflectance.py`.
 
-A parameter name means the same in all models: `rho` is an albedo, `f0` a reflectance at normal incidence.
+A parameter's name has the same meaning in every model: `rho` is an albedo, `f0` a reflectance at normal incidence.
 """
 
 from __future__ import annotations
@@ -14,17 +14,20 @@ from typing import Any, Literal, cast
 
 import msgspec
 
-from raytracer.core.validation import MAX_COLOR, MAX_EXPONENT
+from raytracer.core.validation import MAX_COLOR, MAX_EXPONENT, Vec3
 from raytracer.scene.materials.lobe import Lobe
 
-# The unit of colours that are fractions of the incident light. A value above 1 reflects more light than comes in.
+# The unit of colours that are shares of light. A surface with a share above 1 reflects more light than it receives.
 REFLECTED = "linear RGB"
+# The default of `ka`, as a share of the diffuse colour. The assignment's materials have this share: of a surface colour
+# c, their ka is 0.15 c and their kd 0.8 c, so that shadows keep the hue of the surface.
+AMBIENT_SHARE = 0.15 / 0.8
 
 Kind = Literal["number", "whole", "color", "direction", "choice", "lobes", "measured"]
 
 
 class Parameter(msgspec.Struct, frozen=True):
-    """A parameter of a model: a number or colour in [`low`, `high`], or a choice from `choices`, or another `kind`."""
+    """A parameter of a model. Numbers and colours are in [`low`, `high`]; a choice is one of `choices`."""
 
     name: str
     kind: Kind
@@ -34,13 +37,19 @@ class Parameter(msgspec.Struct, frozen=True):
     high: float = 1.0
     unit: str = ""
     source: str = ""
-    # The names of a choice. With `values`, the shader gets the number for the name, else it has a function per name.
+    # The names of a choice. With `values`, the shader reads a choice as a number; without, as a function's name.
     choices: tuple[str, ...] = ()
     values: tuple[float, ...] = ()
-    # The condition for the parameter to exist, as (other parameter, its value): ("fresnel", "conductor").
+    # A condition: the material has this parameter only if another one has this value, as in ("fresnel", "conductor").
     when: tuple[str, str] | None = None
-    # The name in the shaders' struct Material, if another model has a different parameter of the same name.
+    # The name in struct Material, if another model uses this parameter's name with another meaning.
     member: str = ""
+    # The colour of which the default is AMBIENT_SHARE. `default` then holds for the default of that colour.
+    diffuse: str = ""
+
+    def default_among(self, values: dict[str, Any]) -> Any:
+        """Return the default in a material with the other parameters `values`."""
+        return ambient_share(values[self.diffuse]) if self.diffuse else self.default
 
 
 class Model(msgspec.Struct, frozen=True):
@@ -49,8 +58,14 @@ class Model(msgspec.Struct, frozen=True):
     about: str
     source: str
     parameters: dict[str, Parameter]
-    # Whether the model has an ideal mirror reflection, for which reflection rays are traced.
+    # True if the model reflects some light in the mirror direction only, which takes reflection rays.
     mirrors: bool = False
+
+
+def ambient_share(diffuse: Vec3) -> Vec3:
+    """Return AMBIENT_SHARE of a diffuse colour, rounded to 15 digits, so that 0.8 gives 0.15."""
+    r, g, b = (float(f"{AMBIENT_SHARE * part:.15g}") for part in diffuse)
+    return r, g, b
 
 
 def _color(name: str, default: float, meaning: str, high: float = 1.0, **more: Any) -> Parameter:
@@ -65,22 +80,30 @@ def _choice(name: str, meaning: str, *choices: str, **more: Any) -> Parameter:
     return Parameter(name, "choice", choices[0], meaning, choices=choices, **more)
 
 
-def _model(about: str, source: str, *parameters: Parameter, ka: float = 0.0, mirrors: bool = False) -> Model:
-    common = (
-        _color("ka", ka, "ambient factor: sends back ka Ia", MAX_COLOR, unit=REFLECTED),
-        *parameters,
-        _color("le", 0.0, "emission Le: radiance that the surface emits in all directions", MAX_COLOR, unit="radiance"),
-    )
-    return Model(about, source, {p.name: p for p in common}, mirrors)
+_KA = _color("ka", 0.0, "ambient factor: the surface reflects ka Ia", MAX_COLOR, unit=REFLECTED)
+_LE = _color("le", 0.0, "emission Le: radiance that the surface emits in all directions", MAX_COLOR, unit="radiance")
+
+
+def _model(about: str, source: str, *parameters: Parameter, ka: Parameter = _KA, mirrors: bool = False) -> Model:
+    """Return a model with its own parameters and the two of all models, `ka` and `le`."""
+    return Model(about, source, {p.name: p for p in (ka, *parameters, _LE)}, mirrors)
 
 
 _RHO = _color("rho", 0.8, "albedo", unit=REFLECTED)
 _ALPHA = _number(
-    "alpha", 0.3, 1e-4, 1.0, "roughness: the width of the distribution of microfacet slopes", source="Walter 2007"
+    "alpha",
+    0.3,
+    1e-4,
+    1.0,
+    "roughness of the microfacets: the spread of their slopes",
+    source="Walter 2007",
 )
 _H = _number("h", 32.0, 0.0, MAX_EXPONENT, "exponent of the highlight")
+_KD = _color("kd", 0.8, "diffuse factor", MAX_COLOR, unit=REFLECTED)
+# Ambient light belongs to the lecture's models. The other models describe reflectance alone.
+_LECTURE_KA = msgspec.structs.replace(_KA, default=ambient_share(_KD.default), diffuse="kd")
 _LECTURE = (
-    _color("kd", 0.8, "diffuse factor", MAX_COLOR, unit=REFLECTED),
+    _KD,
     _color("ks", 0.5, "specular factor", MAX_COLOR, unit=REFLECTED),
     _H,
 )
@@ -91,33 +114,39 @@ _NORMALIZED = (
 )
 _MASKING = _choice(
     "masking",
-    "masking of microfacets from the light and from the viewer: correlated by their height, or independent",
+    "share of microfacets hidden from light or viewer: one joint factor (correlated) or two independent ones",
     "correlated",
     "separable",
     source="Smith 1967; Heitz 2014",
 )
 _SMITH = _choice(
     "smith",
-    "Smith's masking function for Beckmann: exact, or the common rational approximation, with an error of 0.35 %",
+    "Smith's masking of Beckmann's facets: exact, or the rational fit in common use, which is 0.35 % off",
     "exact",
     "rational",
     source="Smith 1967; Walter 2007",
 )
-_DISTRIBUTION = _choice("distribution", "distribution of the microfacet normals", "ggx", "beckmann")
+_DISTRIBUTION = _choice("distribution", "distribution of the microfacets' normals", "ggx", "beckmann")
 
 
 def _fresnel(f0: float) -> tuple[Parameter, ...]:
     """Return the parameters of a Fresnel factor in one of three forms."""
     return (
-        _choice("fresnel", "reflectance of a facet by the angle of incidence", "schlick", "dielectric", "conductor"),
+        _choice(
+            "fresnel",
+            "form of the Fresnel factor",
+            "schlick",
+            "dielectric",
+            "conductor",
+        ),
         _color("f0", f0, "reflectance at normal incidence", when=("fresnel", "schlick"), source="Schlick 1994"),
-        _number("ior", 1.5, 0.1, 10.0, "index of refraction relative to the outside", when=("fresnel", "dielectric")),
-        # The defaults are gold at 650, 550 and 450 nm (Johnson and Christy 1972).
+        _number("ior", 1.5, 0.1, 10.0, "index of refraction, relative to the outside", when=("fresnel", "dielectric")),
+        # Gold at 650, 550 and 450 nm (Johnson and Christy 1972).
         Parameter(
             "n",
             "color",
             (0.156, 0.424, 1.383),
-            "real part of the index of refraction",
+            "index of refraction, real part",
             0.0,
             100.0,
             when=("fresnel", "conductor"),
@@ -126,7 +155,7 @@ def _fresnel(f0: float) -> tuple[Parameter, ...]:
             "k",
             "color",
             (3.602, 2.472, 1.915),
-            "imaginary part of the index of refraction",
+            "index of refraction, imaginary part",
             0.0,
             100.0,
             when=("fresnel", "conductor"),
@@ -136,15 +165,15 @@ def _fresnel(f0: float) -> tuple[Parameter, ...]:
 
 
 def _v_cavity(m: str) -> tuple[Parameter, ...]:
-    """Return the parameters of models with V-shaped cavities; `m` describes their parameter m."""
+    """Return the parameters of models with V-shaped cavities; `m` is the meaning of the roughness m."""
     return (
         _color("rho", 0.0, "albedo of the diffuse part", unit=REFLECTED),
-        _color("ks", 1.0, "factor of the specular part", unit=REFLECTED),
+        _color("ks", 1.0, "scale of all but the diffuse part", unit=REFLECTED),
         _number("m", 0.3, 1e-4, 3.0, m),
         *_fresnel(0.8),
         _choice(
             "constant",
-            "constant factor of D F G / (N.L N.V): 1/4, or 1/pi or 1 as in some publications",
+            "factor of D F G / (N.L N.V): 1/4 (modern), 1/pi (cook) or 1 (unnormalized)",
             "modern",
             "cook",
             "unnormalized",
@@ -155,43 +184,43 @@ def _v_cavity(m: str) -> tuple[Parameter, ...]:
 
 
 MODELS: dict[str, Model] = {
-    "phong": _model("the lecture's: kd N.L + ks (R.V)^h", "Phong 1975", *_LECTURE, ka=0.1),
-    "blinn": _model("the lecture's: kd N.L + ks (N.H)^h", "Blinn 1977", *_LECTURE, ka=0.1),
+    "phong": _model("the lecture's model: kd N.L + ks (R.V)^h", "Phong 1975", *_LECTURE, ka=_LECTURE_KA),
+    "blinn": _model("the lecture's model: kd N.L + ks (N.H)^h", "Blinn 1977", *_LECTURE, ka=_LECTURE_KA),
     "lambert": _model("diffuse: the same radiance in all directions", "Lambert 1760", _RHO),
     "minnaert": _model(
-        "a model of the moon: darker, or brighter, towards its edge",
+        "diffuse, darker or brighter towards the edge, as the moon is",
         "Minnaert 1941",
         _RHO,
-        _number("k", 0.5, 0.0, 100.0, "1 is Lambert; below, brighter at grazing angles", member="darkening"),
+        _number("k", 0.5, 0.0, 100.0, "1: Lambert; below 1, brighter at grazing angles", member="darkening"),
     ),
     "phong_normalized": _model(
-        "Lambert and a lobe of albedo ks around the mirror direction", "Lafortune and Willems 1994", *_NORMALIZED
+        "Lambert and a lobe around the mirror direction of albedo ks", "Lafortune and Willems 1994", *_NORMALIZED
     ),
     "blinn_normalized": _model(
-        "Lambert and a lobe of albedo ks around the halfway vector", "Blinn 1977; Giesen 2009", *_NORMALIZED
+        "Lambert and a lobe around the halfway vector of albedo ks", "Blinn 1977; Giesen 2009", *_NORMALIZED
     ),
     "strauss": _model(
         "from plastic to metal by five intuitive numbers",
         "Strauss 1990",
         _color("color", 0.7, "colour", unit=REFLECTED),
-        # The upper end keeps the exponent of the highlight, 3 / (1 - smoothness), within its limit.
-        _number("smoothness", 0.7, 0.0, 1.0 - 3.0 / MAX_EXPONENT, "0 diffuse, near 1 a mirror"),
-        _number("metalness", 0.3, 0.0, 1.0, "0 dielectric, 1 metal"),
-        _number("transparency", 0.0, 0.0, 1.0, "fraction of the light that is not reflected"),
-        _number("kf", 1.12, 1.0 + 1e-3, 10.0, "constant of the Fresnel function F"),
-        _number("kg", 1.01, 1.0 + 1e-3, 10.0, "constant of the masking function G"),
-        _number("kj", 0.1, 0.0, 1.0, "strength of the additional reflection at grazing angles"),
+        # Its exponent is 3 / (1 - smoothness).
+        _number("smoothness", 0.7, 0.0, 1.0 - 3.0 / MAX_EXPONENT, "0: diffuse; near 1: a mirror"),
+        _number("metalness", 0.3, 0.0, 1.0, "0: dielectric; 1: metal"),
+        _number("transparency", 0.0, 0.0, 1.0, "share of the light that is not reflected"),
+        _number("kf", 1.12, 1.0 + 1e-3, 10.0, "constant of F"),
+        _number("kg", 1.01, 1.0 + 1e-3, 10.0, "constant of G"),
+        _number("kj", 0.1, 0.0, 1.0, "additional reflectance at grazing angles"),
     ),
     "lafortune": _model(
         "Lambert and any number of generalised cosine lobes",
         "Lafortune et al. 1997",
         msgspec.structs.replace(_RHO, default=(0.2,) * 3),
-        Parameter("lobes", "lobes", (Lobe((-1.0,) * 3, (1.0,) * 3, (20.0,) * 3, (-1.0,) * 3),), "the lobes"),
+        Parameter("lobes", "lobes", (Lobe((-1.0,) * 3, (1.0,) * 3, (20.0,) * 3, (-1.0,) * 3),), "list of lobes"),
         Parameter(
             "tangent",
             "direction",
             (1.0, 0.0, 0.0),
-            "direction of the lobes' x axis in the scene's coordinates, projected into the surface",
+            "direction of the lobes' x axis, in scene axes; projected into the surface",
         ),
     ),
     "oren_nayar": _model(
@@ -199,36 +228,34 @@ MODELS: dict[str, Model] = {
         "Oren and Nayar 1994",
         _RHO,
         _number("sigma", 30.0, 0.0, 90.0, "standard deviation of the facets' slope angle", unit="degrees"),
-        _choice("form", "with interreflection between facets, or without (short form)", "full", "short"),
+        _choice("form", "full: with light between facets; short: without", "full", "short"),
     ),
     "eon": _model(
-        "rough diffuse that conserves energy: after Oren, Nayar and Fujii",
+        "energy-conserving rough diffuse: after Oren, Nayar and Fujii",
         "Portsmouth, Kutz and Hill 2025",
         _RHO,
-        _number("roughness", 0.5, 0.0, 1.0, "0 is Lambert"),
+        _number("roughness", 0.5, 0.0, 1.0, "0: Lambert"),
     ),
     "torrance_sparrow": _model(
-        "mirror facets in V-shaped cavities, with Gaussian angles",
+        "mirror facets, Gaussian in their angle, in V-shaped cavities",
         "Torrance and Sparrow 1967",
         *_v_cavity("width of the distribution of the facets' angles, in radians"),
-        _number(
-            "c", 0.0, 0.0, 1e12, "height of the distribution; 0 stands for 1 / (pi m^2), which is right for small m"
-        ),
+        _number("c", 0.0, 0.0, 1e12, "height of the distribution; 0: 1 / (pi m^2), which is correct for small m"),
     ),
     "cook_torrance": _model(
-        "mirror facets in V-shaped cavities, with Beckmann's distribution",
+        "mirror facets, Beckmann's distribution, in V-shaped cavities",
         "Cook and Torrance 1982",
         *_v_cavity("root mean square of the facets' slopes"),
     ),
     "ggx": _model(
-        "mirror facets, with a long-tailed distribution",
+        "mirror facets, a long-tailed distribution",
         "Trowbridge and Reitz 1975; Walter 2007",
         _ALPHA,
         *_fresnel(0.8),
         _MASKING,
     ),
     "beckmann": _model(
-        "mirror facets of a Gaussian random surface",
+        "mirror facets of a Gaussian rough surface",
         "Beckmann 1963; Walter 2007",
         _ALPHA,
         *_fresnel(0.8),
@@ -236,11 +263,11 @@ MODELS: dict[str, Model] = {
         _SMITH,
     ),
     "split": _model(
-        "mirror facets, and diffuse reflection of the rest: (1 - F) Lambert + F D G / (4 N.L N.V)",
+        "light that facets do not reflect is diffuse: (1 - F) Lambert + F D G / (4 N.L N.V)",
         "the cheat sheet; Karis 2013",
         _RHO,
-        _number("metalness", 0.0, 0.0, 1.0, "0 dielectric, 1 metal, which has no diffuse part, and rho as its f0"),
-        _color("f0", 0.04, "reflectance of the dielectric at normal incidence"),
+        _number("metalness", 0.0, 0.0, 1.0, "0: dielectric; 1: metal, without a diffuse part and with rho as its f0"),
+        _color("f0", 0.04, "reflectance at normal incidence of the dielectric"),
         _ALPHA,
         _DISTRIBUTION,
         _MASKING,
@@ -258,7 +285,7 @@ MODELS: dict[str, Model] = {
             "nodes",
             "whole",
             128,
-            "quadrature nodes, in steps of 20 or more: more are slower and more accurate",
+            "quadrature nodes, in steps of at least 20: more are slower and more accurate",
             40.0,
             4096.0,
         ),
@@ -267,23 +294,23 @@ MODELS: dict[str, Model] = {
         "a rough surface by wave optics",
         "He, Torrance, Sillion and Greenberg 1991; Westin's errata",
         msgspec.structs.replace(_RHO, default=(0.0,) * 3, meaning="albedo of the uniform diffuse part"),
-        _color("ks", 1.0, "factor of all but the uniform diffuse part", unit=REFLECTED),
-        _number("sigma0", 0.18, 0.0, 1e3, "root mean square of the height", unit="um"),
-        _number("tau", 3.0, 1e-3, 1e6, "autocorrelation length", unit="um"),
+        _color("ks", 1.0, "scale of all but the diffuse part", unit=REFLECTED),
+        _number("sigma0", 0.18, 0.0, 1e3, "root mean square of the surface height", unit="um"),
+        _number("tau", 3.0, 1e-3, 1e6, "autocorrelation length of the surface height", unit="um"),
         Parameter("wavelength", "color", (0.65, 0.55, 0.45), "wavelength of each channel", 0.1, 100.0, unit="um"),
         *_fresnel(0.8),
-        Parameter("terms", "whole", 64, "terms of the sum: fewer are faster; 32 have an error of 1e-3", 16.0, 1024.0),
+        Parameter("terms", "whole", 64, "terms of the sum: fewer are faster; 32 are accurate to 1e-3", 16.0, 1024.0),
         mirrors=True,
     ),
     "mirror": _model("ideal mirror", "Whitted 1980", *_fresnel(0.9), mirrors=True),
     "merl": _model(
-        "measured, isotropic, from a file in MERL's format",
+        "measured isotropic reflectance, from a file in MERL's format",
         "Matusik et al. 2003",
-        Parameter("file", "measured", None, "the .binary file, in the scene file's folder or below"),
+        Parameter("file", "measured", None, "a .binary file, in the folder of the scene file or below"),
     ),
 }
-# The models to which every material can be converted: all models whose parameters have defaults. "merl" needs a file.
-# The list is for type checkers only. SHADINGS computes it from the table, and a test compares the two.
+# The models to which every material can be converted: the models whose parameters all have defaults ("merl" needs a
+# file). The names stand here for static types only; SHADINGS has the names of the table, and a test compares both.
 Shading = Literal[
     "phong",
     "blinn",

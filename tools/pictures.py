@@ -1,0 +1,178 @@
+"""Make the pictures of README.md and docs/tutorial.md in docs/pictures/: `make pictures`.
+
+A picture of a scene comes from its page: this program saves the page's TOML blocks, and runs the page's own
+`raytracer render` commands and its Python. The other pictures are those of examples/lecture_figures.py, two enlarged
+crops, and the window on a display of its own (Xvfb). Equal software on equal machines makes equal files.
+
+    python -m tools.pictures [NAME ...]
+
+NAME: only these pictures, by their file names without .png.
+"""
+
+import argparse
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+import raytracer as rt
+from examples import lecture_figures as figures
+from tests.displays import window
+from tests.processes import finished
+
+CHECKOUT = Path(__file__).resolve().parent.parent
+FOLDER = CHECKOUT / "docs/pictures"
+PAGES = ("README.md", "docs/tutorial.md")
+
+# Sizes in pixels. Pages show rows of five, four and two pictures at about half of these sizes, because GitHub shrinks a
+# table to its page, which is about 830 wide. So pictures are sharp on displays with two pixels for one.
+STAGE, OPTION, WINDOW = (300, 300), (380, 284), (1000, 600)
+# The corner of the solid at the cut: edges in all directions. (left, upper, right, lower) of a picture of CROPPED.
+CROPPED, CROP = (320, 240), (90, 98, 128, 126)
+# The window's camera: VIEW of the lecture figures, turned so that the solid is on the right of the table of keys.
+WINDOW_CAMERA = figures.VIEW.replace(look_at=(-1.35, 1.44, 2.25), vertical_fov=46)
+# Samples per pixel of the window's picture.
+WINDOW_SAMPLES = 256
+
+Pixels = NDArray[np.uint8]
+
+
+def blocks(page: str, language: str) -> list[str]:
+    """Return the code blocks of a page in one language, in order."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", (CHECKOUT / page).read_text(), re.DOTALL | re.MULTILINE)
+
+
+def page_pictures(page: str, wanted: Callable[[str], bool]) -> Iterator[tuple[str, Pixels]]:
+    """Make the pictures that the page's own code makes: of each `raytracer render` and each `image.save()`."""
+    environment = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
+    with tempfile.TemporaryDirectory() as folder:
+        for block in blocks(page, "toml"):
+            if name := re.match(r"# ([\w-]+\.toml)\n", block):
+                (Path(folder) / name[1]).write_text(block)
+        commands = [line for block in blocks(page, "bash") for line in block.splitlines()]
+        for command in commands:
+            output = re.match(r"raytracer render .*-o ([\w-]+)\.png", command)
+            if output and wanted(output[1]):
+                run = [sys.executable, "-m", *shlex.split(command)]
+                subprocess.run(run, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
+                yield output[1], pixels_of(Path(folder) / f"{output[1]}.png")
+        for block in blocks(page, "python"):
+            output = re.search(r'image\.save\("([\w-]+)\.png"\)', block)
+            if output and wanted(output[1]):
+                run = [sys.executable, "-c", block]
+                subprocess.run(run, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
+                yield output[1], pixels_of(Path(folder) / f"{output[1]}.png")
+
+
+def pixels_of(path: Path) -> Pixels:
+    """Return the pixels of an image file as (H, W, 3)."""
+    with Image.open(path) as image:
+        return np.asarray(image.convert("RGB"))
+
+
+def csg_stages() -> Iterator[tuple[str, Pixels]]:
+    """Make the stages of the CSG solid."""
+    names = "csg-a", "csg-b", "csg-and", "csg-or", "csg-minus"
+    for name, image in zip(names, figures.stage_images(STAGE).values(), strict=True):
+        yield name, image.srgb8()
+
+
+def roth_diagram() -> Iterator[tuple[str, Pixels]]:
+    """Make the Roth diagram."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "roth.png"
+        figures.roth_figure().savefig(path, dpi=90)
+        yield "roth", pixels_of(path)
+
+
+def shadow_kinds() -> Iterator[tuple[str, Pixels]]:
+    """Make a picture of each kind of shadow."""
+    for shadows, image in figures.shadow_images(OPTION).items():
+        yield f"shadows-{shadows}", image.srgb8()
+
+
+def highlights() -> Iterator[tuple[str, Pixels]]:
+    """Make a picture of each highlight."""
+    for model, image in figures.highlight_images(OPTION).items():
+        yield model, image.srgb8()
+
+
+def antialiasing() -> Iterator[tuple[str, Pixels]]:
+    """Make enlarged crops with 1 sample and with 16, pixels as squares."""
+    scene = figures.scene_of(figures.STAGES["((A & B) | C) - D"])
+    for samples in (1, 16):
+        crop = Image.fromarray(rt.render(scene, CROPPED, samples=samples).srgb8()).crop(CROP)
+        yield f"samples-{samples}", np.asarray(crop.resize(OPTION, Image.Resampling.NEAREST))
+
+
+def window_with_keys() -> Iterator[tuple[str, Pixels]]:
+    """Make the window with its table of keys."""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "assignment.toml").write_text(with_camera("assignment", WINDOW_CAMERA))
+        arguments = "assignment.toml", "--shadows", "soft", "--samples", str(WINDOW_SAMPLES)
+        with window(Path(folder), *arguments, size=WINDOW, display=WINDOW) as shown:
+            shown.act("key h")
+            title = f" {WINDOW_SAMPLES} of {WINDOW_SAMPLES} samples"
+            search = "xdotool", "search", "--name", title
+            shown.until(lambda: finished(*search, env=shown.variables).returncode == 0, "the picture was not refined")
+            time.sleep(1.0)  # the title changes before the last picture is on the display
+            yield "window", shown.shown(WINDOW).astype(np.uint8)
+            shown.close()
+
+
+def with_camera(example: str, camera: rt.Camera) -> str:
+    """Return the text of an example scene file with another camera."""
+    text = (CHECKOUT / f"assets/scenes/{example}.toml").read_text()
+    for key in ("position", "look_at", "vertical_fov"):
+        value = getattr(camera, key)
+        line = f"{key} = {list(value) if isinstance(value, tuple) else value}"
+        text = re.sub(rf"(?m)^{key} = .*$", line, text, count=1)  # the camera is the first table
+    return text
+
+
+# The pictures that each function makes, so that a run for some names does no other work.
+MAKERS: dict[Callable[[], Iterator[tuple[str, Pixels]]], tuple[str, ...]] = {
+    csg_stages: ("csg-a", "csg-b", "csg-and", "csg-or", "csg-minus"),
+    roth_diagram: ("roth",),
+    shadow_kinds: ("shadows-off", "shadows-hard", "shadows-diluted", "shadows-soft"),
+    highlights: ("phong", "blinn"),
+    antialiasing: ("samples-1", "samples-16"),
+    window_with_keys: ("window",),
+}
+
+
+def main() -> None:
+    """Make the pictures, and report their sizes."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME")
+    names = {*parser.parse_args().names}
+    shown = {name for page in PAGES for name in re.findall(r"pictures/([\w-]+)\.png", (CHECKOUT / page).read_text())}
+
+    def wanted(name: str) -> bool:
+        return name in (names or shown)
+
+    def made() -> Iterator[tuple[str, Pixels]]:
+        for page in PAGES:
+            yield from page_pictures(page, wanted)
+        for maker, own in MAKERS.items():
+            if any(map(wanted, own)):
+                yield from maker()
+
+    FOLDER.mkdir(exist_ok=True)
+    for name, pixels in made():
+        path = FOLDER / f"{name}.png"
+        Image.fromarray(pixels).save(path, optimize=True)
+        print(f"{path.relative_to(CHECKOUT)}: {pixels.shape[1]}x{pixels.shape[0]}, {path.stat().st_size / 1000:.0f} kB")
+
+
+if __name__ == "__main__":
+    main()
