@@ -25,7 +25,7 @@ from raytracer.scene.sequences import SEQUENCES
 
 # The reserve for reading a picture and for its replicate, over the time of a first trial: what follows takes time, too.
 _RESERVE = 1.25
-_WHY_ONE_SAMPLE = "1 sample a pixel"
+_WHY_ONE_SAMPLE = "1 sample per pixel"
 _WHY_NO_TIME = "some pixels got 1 sample, for want of time"
 
 
