@@ -4,8 +4,8 @@ Evaluates the error bounds in `shaders/geometry/sphere.glsl` and `plane.glsl` al
 doubtful if the bounds allow two answers: a ray may hit or miss a sphere, two roots may come in the other order, a
 camera or a light may be on the other side of a surface. In all other pixels, the visible surface and the lights that
 reach it must be exactly right, and depth and normal within their bounds. The method is first-order forward error
-analysis (Higham, "Accuracy and Stability of Numerical Algorithms", 2002), in view space: the scene's exact numbers are
-rounded, and so is the result of each operation.
+analysis (Higham, "Accuracy and Stability of Numerical Algorithms", 2002), in view space. It counts one rounding for
+each exact number of the scene, and one for each operation.
 """
 
 from __future__ import annotations
@@ -158,8 +158,8 @@ class _Analysis:
         for roots in all_roots:
             low, high = interval(roots)
             doubt |= np.any((high >= end[0]) & (low <= end[1]), axis=0)
-        # The lecture's models: the error of a cosine is that of its vectors. The error of a lobe is at most sqrt(h)
-        # times as large, for h >= 1. The error of Blinn's H is larger by 1 / |(L + V) / 2|.
+        # The lecture's models: a cosine has the error of its vectors. The error of a lobe is at most sqrt(h) times as
+        # large, for h >= 1. The error of Blinn's H is larger by 1 / |(L + V) / 2|.
         vectors = normal + L_error + FEW * UNIT[32]
         materials = [leaf.material for leaf in self._leaves]
         kd, ks, h = (

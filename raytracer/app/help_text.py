@@ -1,4 +1,4 @@
-"""The help of all commands: what a command does, its exit statuses, examples, and the page to read on.
+"""Help of all commands: the purpose of a command, its exit statuses, examples, and the page to read on.
 
 `HELP` is the table of commands. The texts of options are in `commands/NAME_cli.py` and `options.py`. Descriptions are
 wrapped to the terminal's width, except for indented lines.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import textwrap
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 _FAILED = "failed, for example because no OpenGL context opens or the disk is full"
 _INTERRUPTED = "interrupted by Ctrl-C"
@@ -140,7 +140,12 @@ EXAMPLES = (
 
 
 class HelpFormatter(argparse.RawDescriptionHelpFormatter):
-    """Wraps each line of a description to the terminal's width. Indented lines stay as they are."""
+    """Wraps each line of a description to the terminal's width. Indented lines stay unchanged."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        # argparse forgets the indentation of commands, and would put the summary of the longest one on the next line.
+        self._action_max_length = 4 + max(len(name) for name in HELP if " " not in name)
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         return "\n".join(line if line.startswith(" ") else textwrap.fill(line, width) for line in text.splitlines())

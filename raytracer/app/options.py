@@ -134,7 +134,8 @@ def add_settings(
         "--time",
         metavar="S",
         type=_number,
-        help="draw samples until S seconds have passed. For example 0.5; none: no such limit. Default: none.",
+        help="draw samples until S seconds have passed, without the compilation of shaders. For example 0.5; none: no "
+        "such limit. Default: none.",
     )
     if adaptive:
         add(

@@ -56,8 +56,8 @@ def evaluate(material: Material, wi: ArrayLike, wo: ArrayLike, *, device: Device
 def call(function: str, material: Material, *arguments: ArrayLike, device: Device | None = None) -> NDArray[Any]:
     """Call a GLSL function whose first parameter is a Material, in a shader for the model of `material`.
 
-    For example: ggxD() of shaders/brdf/distribution_ggx.glsl, for a material of the model ggx. Further arguments, the
-    result and errors are those of raytracer.glsl.call().
+    For example: ggxD() of shaders/brdf/distribution_ggx.glsl, for a material of the model ggx. For further
+    arguments, the result and errors see raytracer.glsl.call().
     """
     _check(material, device)
     check_text(function, "function")

@@ -69,7 +69,7 @@ class DrawnGeometry(GeometrySource):
     def geometry(self) -> Geometry:
         """Return the arrays. The first thread draws, and all other threads wait for it.
 
-        Errors are those of draw_geometry(). A forked process and a progress callback cannot use OpenGL: they start
+        Errors: see draw_geometry(). A forked process and a progress callback cannot use OpenGL: they start
         another process that draws, and raise ContextError if it fails.
         """
         if self._geometry is None:

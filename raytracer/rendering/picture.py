@@ -52,7 +52,7 @@ def render(
         settings: settings that the following arguments override. Default: Settings().
         quality: preset of settings, "draft", "normal", "high" or "reference"; overrides `settings`
         samples, adaptive, max_error, time, sequence, shading, shadows, evaluator, precision, bounces: see `Settings`;
-            they override `quality`. None leaves a setting as it is. `adaptive` replaces `max_error` and `time`, and
+            they override `quality`. None leaves a setting unchanged. `adaptive` replaces `max_error` and `time`, and
             they replace `adaptive`. If one of these three is passed without `samples`, the limit is 4096 samples.
         geometry: whether the image has depth, normal, material and error. Default: True.
         backend: way to open OpenGL: "auto", "egl", "window" or "osmesa". Default: the environment variable

@@ -143,8 +143,8 @@ def choose_blocks(weights: Array, count: int) -> tuple[Ints, Ints, Array]:
 def squared_error(squares: Array, probabilities: Array) -> tuple[float, float, bool]:
     """Estimate the sum of all blocks' squared errors from the `squares` of chosen blocks.
 
-    `probabilities` are those of their choice. Returns the sum, a lower bound, and whether few blocks hold most of the
-    sum.
+    `probabilities` has the probability of the choice of each. Returns the sum, a lower bound, and whether few blocks
+    hold most of the sum.
     """
     contributions = np.sort(squares / probabilities)
     sums, fourths = np.cumsum(contributions), np.cumsum(np.square(contributions))

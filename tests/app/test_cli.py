@@ -108,8 +108,8 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
         (["render", SCENE, "-o", "{tmp}/a.png", "--size", "9" * 100_000], " ... "),
         (["render", SCENE, "-o", "{tmp}/a.png", "more"], "expected no more arguments, got 'more'"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--shading", "ggz"], 'did you mean "ggx"?'),
-        (["render", SCENE, "-o", "{tmp}/a.png", "--shading", "merl"], "needs a data file, which only a scene file can name"),
-        (["tune", SCENE, "--time", "1", "--shading", "merl"], "needs a data file, which only a scene file can name"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--shading", "merl"], "needs a data file, which only a scene file"),
+        (["tune", SCENE, "--time", "1", "--shading", "merl"], "needs a data file, which only a scene file"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--shadows", "sotf"], 'did you mean "soft"?'),
         (["brdf", "chek"], 'did you mean "check"?'),
         (["brdf", "list", "--jsno"], 'did you mean "--json"? (see raytracer brdf list --help)'),
@@ -164,7 +164,7 @@ def test_an_error_that_was_not_reached_is_status_1_with_the_picture_and_a_remedy
     assert "sequence: expected sobol with max_error, got 'r2'" in capsys.readouterr().err
     assert not (tmp_path / "b.png").exists()
     status, says, errors = run("--quality", "high", "--samples", "4")
-    assert status == 0 and "at most 0.0005 was requested" in says and not errors, "asked for with so many samples at most"
+    assert status == 0 and "at most 0.0005 was requested" in says and not errors, "the quality limits the samples"
 
 
 @pytest.mark.parametrize("in_file", [False, True])

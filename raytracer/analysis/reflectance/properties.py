@@ -178,7 +178,7 @@ def _reciprocity(material: Material, seen: Callable[[Array, Array], Array]) -> f
     wi, wo = (w[keep].astype(np.float32).astype(float) for w in (wi, wo))
     there, back = seen(wi, wo) / wi[:, 2:], seen(wo, wi) / wo[:, 2:]
     larger = np.maximum(np.abs(there), np.abs(back))
-    # If terms almost cancel, as in the full form of Oren and Nayar, the rounding error is that of the terms.
+    # If terms almost cancel, as in the full form of Oren and Nayar, the terms' rounding errors remain.
     larger = np.maximum(larger, _NOTHING * np.median(larger, axis=0))
     counts = np.isfinite(larger) & (larger > _LEAST_VALUE)
     return float(np.max(np.abs(there - back)[counts] / larger[counts], initial=0.0))

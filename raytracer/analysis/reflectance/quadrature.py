@@ -77,7 +77,7 @@ def polar(axis: Array, fine: Fineness, kinks: Array | None = None) -> Rule:
     angle, width = _angles(edges, fine.panel)
     azimuth, share = _azimuths(_visible(angle, tilt), fine, () if kinks is None else (np.pi / 2,))
     if tilt > 0.0:
-        x = NORMAL * np.sin(tilt) - np.cos(tilt) * x  # square to the axis, upwards
+        x = NORMAL * np.sin(tilt) - np.cos(tilt) * x  # at right angles to the axis, upwards
     directions = _spherical(angle[:, None], azimuth, x, y, axis)
     return _above(directions, np.sin(angle)[:, None] * width[:, None] * share)
 

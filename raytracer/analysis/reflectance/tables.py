@@ -37,7 +37,7 @@ def print_checks(checks: Sequence[Verification]) -> None:
     wrong = sum(bool(check.differs) for check in checks)
     without = sum(check.expectation is None for check in checks)
     partly = sum(check.expectation is not None and check.expectation.conserving is None for check in checks)
-    parts = [f"{len(checks)} measured, {wrong or 'none'} not as expected"]
+    parts = [f"{len(checks)} measured, {f'{wrong} not' if wrong else 'all'} as expected"]
     parts += [f"{without} without an expectation"] if without else []
     parts += [f"{partly} without an expectation about energy"] if partly else []
     say("; ".join(parts))
@@ -241,9 +241,9 @@ def markdown() -> str:
         "once.",
         "",
         "Each row states, with the reason, whether a model is *reciprocal* and *conserving* (never reflects more light",
-        "than it receives), with the parameters in the first column and the defaults of all others. If several rows match,",
-        f"the last one applies. A *law* holds for any other parameters. All models but {', '.join(NOT_RECIPROCAL)} are",
-        "always reciprocal. `raytracer brdf check` and the tests measure all rows with the GLSL that renders.",
+        "than it receives), for the parameters in the first column and the defaults of all others. If several rows",
+        "match, the last one applies. A *law* holds for any values of the other parameters. Models other than",
+        f"{', '.join(NOT_RECIPROCAL)} are always reciprocal. `raytracer brdf check` measures all rows with the GLSL.",
         "",
         *_parameter_lines([MODELS["lambert"].parameters[name] for name in ("ka", "le")]),
     ]

@@ -22,7 +22,7 @@ from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 from raytracer.scene.settings_patch import ASKED_SAMPLES
 
-# 1, 2, 3, 4, 6, 8, 12, ... samples.
+# The numbers of samples of candidates: 1, 2, 3, 4, 6, 8, 12, ...
 LADDER = sorted({2**k for k in range(11)} | {3 * 2**k for k in range(9)})
 THRESHOLDS = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
 # The fewest samples of adaptive candidates. With fewer they skip almost nothing, because all pixels get 3 samples.

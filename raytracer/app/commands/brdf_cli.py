@@ -64,7 +64,11 @@ def _plot_arguments(parser: argparse.ArgumentParser) -> None:
         "ggx:alpha=0.1:f0=1,0.8,0.3",
     )
     _add_set(parser)
-    parser.add_argument("--lecture", action="store_true", help="compare (R.V)^h with (N.H)^4h instead")
+    parser.add_argument(
+        "--lecture",
+        action="store_true",
+        help="plot how much Phong's (R.V)^h and Blinn's (N.H)^4h differ, instead of materials; --set h=32 sets h",
+    )
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png")
     add_backend(parser)
 
@@ -72,7 +76,11 @@ def _plot_arguments(parser: argparse.ArgumentParser) -> None:
 def _gallery_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help="file to write: .png")
     parser.add_argument(
-        "--cell", metavar="N", type=int, default=176, help="width and height of each picture in pixels. Default: 176."
+        "--cell",
+        metavar="N",
+        type=int,
+        default=176,
+        help="width and height of each picture in pixels. Default: 176. Range: 64-2048.",
     )
     parser.add_argument("--samples", metavar="N", type=int, default=16, help="samples per pixel. Default: 16.")
     parser.add_argument(

@@ -103,7 +103,7 @@ def _value(parameter: Parameter, text: str, argument: str) -> Any:
     convert, expected = parse[parameter.kind]
     try:
         return convert(text)
-    except ValueError:  # InputError is one
+    except ValueError:  # InputError is a ValueError
         raise InputError(f"expected {expected}", file=_short(argument)) from None
 
 

@@ -65,7 +65,9 @@ def run(options: argparse.Namespace) -> int:
     from raytracer.ground_truth.job import Job
     from raytracer.ground_truth.picture import REFERENCE_SIZE, WORTH_MENTION
 
-    chosen = chosen_settings(options).without_sampling()  # --samples is the reference's own
+    chosen = chosen_settings(
+        options
+    ).without_sampling()  # --samples is no setting here, but an argument of trace_converged()
     chosen.resolve()
     size = chosen_size(options) or REFERENCE_SIZE
     check_size(size)

@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
     ):
         if value is not None:
             number(value, name, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
-    chosen = chosen_settings(options).without_sampling()  # --max-error and --time are targets
+    chosen = chosen_settings(options).without_sampling()  # --max-error and --time are targets, no settings
     chosen.resolve()
     document = read_document(find_scene(options.scene))
     scene, section = document.scene, document.section
