@@ -1,13 +1,13 @@
 """Measurements: differences of pictures, rounding, reflectance, cost against error.
 
-Each measurement is a value that is computed without printing; app prints values, or writes them. The package may import
-all others but app.
+Measurements return values and print nothing; app prints the values, or writes them. The package may import all other
+packages except app.
 
-    image_difference: metrics of how far two pictures are apart (`rt.compare`)
-    pixel_doubt, rounding_bounds: how far rounding may move a picture's numbers, for each pixel
-    numerics: how wrong pictures are where numbers get extreme (`raytracer extremes`)
+    image_difference: metrics for the difference between two pictures (`rt.compare`)
+    pixel_doubt, rounding_bounds: bounds of the rounding errors of a picture, for each pixel
+    numerics: errors of pictures at the ends of all value ranges (`raytracer extremes`)
     reflectance: properties of the reflectance models, and their expectations (`raytracer brdf`)
-    tradeoffs: cost against error of all settings (`raytracer trade` and `tune`)
+    tradeoffs: time and error of all settings (`raytracer trade` and `tune`)
     machine: describe_machine, for the head of a table
 
 Other packages may use:

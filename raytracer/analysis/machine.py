@@ -1,4 +1,4 @@
-"""The machine on which something was measured, for the head of a table."""
+"""Description of the machine of a measurement, for the head of a table."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from raytracer.version import __version__
 
 
 def describe_machine(renderer: Renderer) -> dict[str, str]:
-    """Name the driver, the processor, the versions and the date: times depend on them."""
+    """Return the driver, the processor, the versions and the date, on which measured times depend."""
     info = renderer.device.context.info
     return {
         "device": f"{info['GL_RENDERER']}, {info['GL_VERSION']}",

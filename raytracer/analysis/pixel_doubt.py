@@ -1,11 +1,11 @@
-"""How far a picture may be from the exact one by the rounding of its numbers, for each pixel.
+"""Rounding error bounds of a picture, for each pixel: the largest difference from the exact picture.
 
-The error bounds that `shaders/geometry/sphere.glsl` and `plane.glsl` state, evaluated along the rays of a
-picture. A pixel is doubtful where two answers lie within them: a ray that is tangent to a sphere, two
-roots that may come in the other order, a camera or a light that may be on the other side of a surface.
-Everywhere else, what is seen and what is lit must be exactly right, and depth and normal within the
-bounds. First-order forward error analysis (Higham, "Accuracy and Stability of Numerical Algorithms",
-2002), in view space, of the exact numbers' rounding and of every operation's after that.
+Evaluates the error bounds in `shaders/geometry/sphere.glsl` and `plane.glsl` along the rays of a picture. A pixel is
+doubtful if the bounds allow two answers: a ray may hit or miss a sphere, two roots may come in the other order, a
+camera or a light may be on the other side of a surface. In all other pixels, the visible surface and the lights that
+reach it must be exactly right, and depth and normal within their bounds. The method is first-order forward error
+analysis (Higham, "Accuracy and Stability of Numerical Algorithms", 2002), in view space. It counts one rounding for
+each exact number of the scene, and one for each operation.
 """
 
 from __future__ import annotations
@@ -39,17 +39,17 @@ Mask = NDArray[np.bool_]
 
 
 class PixelDoubt(NamedTuple):
-    """The changes that rounding may make in a picture of one sample: arrays (H, W)."""
+    """The largest errors by rounding in a picture of one sample. Arrays are (H, W)."""
 
-    doubtful: Mask  # what is seen may be another surface, or none
-    depth: Array  # |error| of the depth, elsewhere
-    normal: Array  # |error| of the normal
-    unlit: Mask  # which lights reach the point may differ
-    radiance: Array  # |error| of the radiance, where neither is in doubt; inf where it has no bound
+    doubtful: Mask  # the pixel may show another surface, or none
+    depth: Array  # bound of the depth's |error|, in pixels that are not doubtful
+    normal: Array  # bound of the normal's |error|
+    unlit: Mask  # a light may reach the point or not
+    radiance: Array  # bound of the radiance's |error|, in pixels that are neither doubtful nor unlit; inf: no bound
 
 
 def find_pixel_doubt(scene: Scene, size: tuple[int, int], precision: Precision = 32) -> PixelDoubt:
-    """The resolution of a picture of `scene` at `size` (width, height), one ray through each pixel's centre."""
+    """Compute the rounding error bounds of a picture of `scene`, with one ray through the centre of each pixel."""
     return _Analysis(scene, size, precision).run()
 
 
@@ -86,7 +86,7 @@ class _Analysis:
             doubt, error = self._light_errors(light, world[sure], t[sure], surface[sure], normal[sure], point[sure])
             unlit[sure] |= doubt
             radiance[sure] += error
-        # Pictures hold float32, and normals are turned to world space in it.
+        # Pictures store float32, and normals are rotated to world space in float32.
         depth = depth + UNIT[32] * np.where(hit, t, 0.0)
         normal = normal + FEW * UNIT[32] * hit
         shape = self._size[::-1]
@@ -99,7 +99,7 @@ class _Analysis:
         )
 
     def _same(self, k: int) -> int:
-        """The first leaf whose surface coincides with leaf k's: their roots are the same numbers."""
+        """Return the first leaf whose surface coincides with leaf k's: their roots are identical numbers."""
         return int(np.argmax(self._tracer.coincide[k]))
 
     def _distinct(self) -> list[int]:
@@ -111,7 +111,7 @@ class _Analysis:
     def _normal_errors(
         self, rays: Rays, roots: dict[int, Roots], surface: Any, t: Array, depth: Array
     ) -> tuple[Array, Array]:
-        """|error| of the normals at the hit points, and of these."""
+        """Return the bounds of |error| of the normals at the hit points, and of the hit points (R,)."""
         u = self._u
         normal, point = np.zeros(len(t)), np.zeros(len(t))
         for k, leaf in enumerate(self._leaves):
@@ -124,7 +124,7 @@ class _Analysis:
                 continue
             c = self._R @ np.subtract(leaf.center, self._eye)
             rd = rays.rd[on]
-            # The normal is made of the two legs to the centre: half the chord, and what is across it.
+            # The normal is the sum of two legs, from the centre to the chord's middle, and along half the chord.
             half = np.abs(t[on] - rd @ c)
             legs = moment_error(c, rd, u) + roots[self._same(k)].half[on] + FEW * u * half
             normal[on] = legs / leaf.radius + FEW * u
@@ -135,7 +135,7 @@ class _Analysis:
     def _light_errors(
         self, light: PointLight, world: Array, t: Array, surface: Any, normal: Array, point: Array
     ) -> tuple[Mask, Array]:
-        """Where whether a light reaches the hit points is in doubt, and |error| of what it gives where it does."""
+        """Return where it is in doubt whether a light reaches the hit points, and the bound of its light's |error|."""
         u = self._u
         P = t[:, None] * (world @ self._R.T)
         n = self._tracer.normals(t[:, None] * world, surface) @ self._R.T
@@ -158,8 +158,8 @@ class _Analysis:
         for roots in all_roots:
             low, high = interval(roots)
             doubt |= np.any((high >= end[0]) & (low <= end[1]), axis=0)
-        # Of the lecture's models: a cosine is as wrong as its vectors; a lobe at most sqrt(h) times that, for h from
-        # 1; Blinn's H by as much more as L + V is short.
+        # The lecture's models: a cosine has the error of its vectors. The error of a lobe is at most sqrt(h) times as
+        # large, for h >= 1. The error of Blinn's H is larger by 1 / |(L + V) / 2|.
         vectors = normal + L_error + FEW * UNIT[32]
         materials = [leaf.material for leaf in self._leaves]
         kd, ks, h = (
@@ -180,10 +180,10 @@ class _Analysis:
     def _between(
         self, k: int, rays: Rays, surface: Any, n: Array, normal: Array, light: PointLight, distance: Array, lit: bool
     ) -> Roots:
-        """The roots of leaf k for rays that leave `surface` towards a light.
+        """Return the roots of leaf k for rays that leave `surface` towards a light.
 
-        That at their start is exactly 0, and that at the light, if it lies on the leaf (`lit`), exactly the
-        distance: these are in no doubt.
+        Two roots are exact, and so in no doubt: 0 at the start of a ray, if `surface` coincides with the leaf, and the
+        distance of the light, if the light lies on the leaf (`lit`).
         """
         leaf = self._leaves[k]
         roots = self._roots(k, rays)
@@ -205,6 +205,6 @@ class _Analysis:
         )
 
     def _on(self, light: PointLight) -> int | None:
-        """The first leaf, spheres before planes, that the light lies on, as _distinct() numbers it."""
+        """Return the first leaf, spheres before planes, on which the light lies, by its number in _distinct()."""
         order = sorted(range(len(self._leaves)), key=lambda k: not isinstance(self._leaves[k], Sphere))
         return next((self._same(k) for k in order if self._leaves[k].touches(light.position)), None)

@@ -1,6 +1,6 @@
-"""How far the roots of rays and primitives may be from the exact ones by rounding.
+"""Rounding error bounds of the roots of rays and primitives.
 
-The bounds that `shaders/geometry/sphere.glsl` and `plane.glsl` state, for rays in view space.
+They are the bounds in `shaders/geometry/sphere.glsl` and `plane.glsl`, for rays in view space.
 """
 
 from __future__ import annotations
@@ -18,38 +18,38 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 UNIT = {32: 2.0**-24, 64: 2.0**-53}  # half a unit in the last place of 1
-# Roundings, of half a unit each, in a number made by a handful of operations: those of what is
-# given (1), a direction (sum, scale, product, and a common factor of up to 2 units: 4), a product
-# and a sum (2), and one to spare for functions that GLSL lets be off by a unit.
+# The number of roundings, of half a unit each, in the result of a few operations: the input (1), a direction (sum,
+# scale, product, and a common factor of up to 2 units: 4), a product and a sum (2), and one more, because GLSL allows
+# an error of a unit in some functions.
 FEW = 8.0
 
 
 class RoundedView(NamedTuple):
-    """From where the rays are: rotation to view space, camera, W + H in pixels, and the unit of the arithmetic."""
+    """The view in which rays are traced."""
 
-    R: Array
-    eye: Vec3
-    pixels: int
-    u: float
+    R: Array  # rotation to view space
+    eye: Vec3  # position of the camera
+    pixels: int  # W + H
+    u: float  # unit of the arithmetic
 
     def linear(self, length: Any) -> Any:
-        """The error of cameraSlope() that is not relative to what it gives, and float64's, here and in the host."""
+        """Return the error of cameraSlope() that is not relative to its result, plus float64's error on the host."""
         return (self.pixels * 2.0**-22 * self.u + FEW * UNIT[64]) * length
 
 
 class Roots(NamedTuple):
-    """Both roots of every ray with a leaf, inf where there is none; and where whether there are any is in doubt."""
+    """Both roots of each ray with a leaf, and their error bounds."""
 
-    t: Array  # (2, R)
-    error: Array
-    tangent: Mask  # (R,)
-    middle: Array  # where along the ray that would be, and how far around it
-    reach: Array
-    half: Array  # |error| of half the chord between the roots
+    t: Array  # the roots (2, R), inf: none
+    error: Array  # bounds of their |error| (2, R)
+    tangent: Mask  # whether the existence of the roots is in doubt (R,)
+    middle: Array  # if so, the middle between the possible roots (R,)
+    reach: Array  # and their largest distance from the middle (R,)
+    half: Array  # bound of the |error| of half the chord between the roots (R,)
 
 
 class Rays(NamedTuple):
-    """Rays in view space, (R, 3), with the error of their origins and directions, (R,)."""
+    """Rays in view space: origins and directions (R, 3), and the bounds of their errors (R,). `camera`: camera rays."""
 
     ro: Array
     rd: Array
@@ -59,7 +59,7 @@ class Rays(NamedTuple):
 
 
 def root_errors(view: RoundedView, leaf: Primitive, rays: Rays) -> Roots:
-    """The roots of a primitive and their errors."""
+    """Compute the roots of a primitive and their error bounds."""
     return _sphere_roots(view, leaf, rays) if isinstance(leaf, Sphere) else _plane_roots(view, leaf, rays)
 
 
@@ -84,7 +84,7 @@ def _sphere_roots(view: RoundedView, sphere: Sphere, rays: Rays) -> Roots:
         by_eye = u * at_eye + origin * np.linalg.norm(c + to_center, axis=1) * FEW * u
         by_center = (distance + r) * (u * np.linalg.norm(c) + FEW * u * (distance + r))
         power_error = 2.0 * distance * rays.ro_error + np.where(origin < distance, by_eye, by_center) * 2.0
-    # Either form of the discriminant, and the worse where it is open which one is taken.
+    # The shader uses one of two forms of the discriminant. If it is in doubt which one, the larger bound counts.
     q_error = p_error + u * r + 2.0 * u * (r + p)
     by_moment = (r + p + np.abs(r - p) + q_error) * q_error
     by_power = (2.0 * np.abs(along) + along_error) * along_error + power_error + 2.0 * u * (along**2 + np.abs(power))
@@ -129,7 +129,7 @@ def _plane_roots(view: RoundedView, plane: Plane, rays: Rays) -> Roots:
         error += 2.0 * u * np.abs(t)
     parallel = np.abs(slope) <= slope_error
     t = np.where(parallel | ~np.isfinite(t), np.inf, t)
-    # Where the slope's sign is open the root may be anywhere far out on either side.
+    # If the sign of the slope is in doubt, the root may be anywhere far out on either side.
     far = np.abs(depth) / np.maximum(2.0 * slope_error, np.finfo(float).tiny)
     doubt = parallel & ((np.abs(depth) <= depth_error) | (far < 1e30))
     none, zero = np.full(len(t), np.inf), np.zeros(len(t))
@@ -137,29 +137,33 @@ def _plane_roots(view: RoundedView, plane: Plane, rays: Rays) -> Roots:
 
 
 def moment_error(c: Array, rd: Array, unit: float) -> Array:
-    """|error|, (R,), of the length of cross(c, rd) for vectors (R, 3) or (3,): it has that of each of its products."""
+    """Return the bound of |error| of the length of cross(c, rd) (R,), by the errors of all products.
+
+    The vectors are (R, 3) or (3,). `unit` is the unit of the arithmetic.
+    """
     a, b = np.abs(np.broadcast_to(c, rd.shape)), np.abs(rd)
     products = np.roll(a, -1, axis=1) * np.roll(b, -2, axis=1) + np.roll(a, -2, axis=1) * np.roll(b, -1, axis=1)
     return FEW * unit * (np.linalg.norm(products, axis=1) + np.linalg.norm(np.cross(c, rd), axis=1))
 
 
 def interval(roots: Roots) -> tuple[Array, Array]:
-    """(2, R) each: where the roots begin and end to be; inf for none."""
+    """Return the ends of the intervals that contain the roots, (2, R) each; inf: no root."""
     known = np.isfinite(roots.t)
     t = np.where(known, roots.t, 0.0)
     return np.where(known, t - roots.error, np.inf), np.where(known, t + roots.error, np.inf)
 
 
 def order_in_doubt(leaves: list[Roots], end: Array) -> Mask:
-    """Where the order of the roots from 0 to `end`, or how many there are, is in doubt."""
+    """Return for each ray whether the order or the number of the roots between 0 and `end` is in doubt (R,)."""
     doubt = np.zeros(len(end), bool)
     for roots in leaves:
         ahead = (roots.middle + roots.reach >= 0.0) & (roots.middle - roots.reach <= end)
         doubt |= roots.tangent & ahead
     low, high = (np.concatenate(ends) for ends in zip(*map(interval, leaves), strict=True))
-    # A root that is 0 exactly, of a camera on a surface, is in no doubt.
+    # A root of exactly 0, for a camera on a surface, is in no doubt.
     doubt |= np.any((low <= 0.0) & (high >= 0.0) & (low < high), axis=0)
-    # Sorted by where they begin, an interval overlaps an earlier one if it begins before the furthest end so far.
+    # In the order of their lower ends, an interval overlaps an earlier one if it begins before the largest upper end so
+    # far.
     order = np.argsort(low, axis=0)
     low, high = np.take_along_axis(low, order, axis=0), np.take_along_axis(high, order, axis=0)
     furthest = np.maximum.accumulate(high, axis=0)[:-1]

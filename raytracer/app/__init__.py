@@ -1,9 +1,9 @@
 """The program: the command line and the window.
 
-Commands read arguments, check them before slow imports, call the packages below, and print or write values; no command
-measures or draws by itself. cli.py lists the commands, options.py has the arguments that several share,
-commands/NAME_cli.py is `raytracer NAME`, viewer/ the window of `raytracer view`. The package may import all others; no
-other package imports it. `raytracer/__main__.py` uses:
+A command reads its arguments, checks them before slow imports, calls the packages below, and prints or writes their
+results; no command measures or draws by itself. cli.py runs the commands, help_text.py has their help, options.py has
+the arguments that several commands share, commands/NAME_cli.py is `raytracer NAME`, and viewer/ is the window of
+`raytracer view`. The package may import all other packages; no other package imports it. `raytracer/__main__.py` uses:
 
     cli: main
 """

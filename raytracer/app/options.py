@@ -1,4 +1,4 @@
-"""Arguments that several commands take on the command line: a scene, settings, a size, a backend."""
+"""The command-line arguments that several commands share: scene, settings, size and OpenGL backend."""
 
 from __future__ import annotations
 
@@ -9,75 +9,81 @@ from functools import partial
 from typing import Any, get_args
 
 from raytracer.scene.materials.models import MODELS, SHADINGS
-from raytracer.scene.options import CompileOptions, Evaluator, Precision, Shadows
+from raytracer.scene.options import MAX_BOUNCES, MAX_SAMPLES, CompileOptions, Evaluator, Precision, Shadows
 from raytracer.scene.scene import Scene
 from raytracer.scene.sequences import SEQUENCES, SampleSequence
 from raytracer.scene.settings import Settings
 from raytracer.scene.settings_patch import ASKED_SAMPLES, QUALITIES, SettingsPatch, flags
 from raytracer.scene.warnings import scene_warnings
 
-# Of a whole number. More are too many in any case, and are more than an error shows; Python refuses some thousands.
+# Digits of a whole number; further digits are cut off. A number of 300 digits is beyond all limits, and longer than an
+# error message shows; int() raises ValueError for more than 4300 digits.
 _MOST_DIGITS = 300
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
-    """SCENE."""
-    parser.add_argument("scene", metavar="SCENE", help="a TOML scene file, or the name of an example: assignment")
+    """Add the argument SCENE."""
+    parser.add_argument("scene", metavar="SCENE", help="TOML scene file, or the name of the example scene: assignment")
 
 
 def add_backend(parser: argparse.ArgumentParser) -> None:
-    """--backend and --device."""
+    """Add --backend and --device."""
     parser.add_argument(
         "--backend",
         metavar="NAME",
-        help="how OpenGL is reached: auto, egl, window or osmesa (default: the variable RAYTRACER_BACKEND, or auto)",
+        help="way to open OpenGL: auto, egl, window or osmesa. Default: the environment variable RAYTRACER_BACKEND, "
+        "else auto.",
     )
     parser.add_argument(
         "--device",
         metavar="N|NAME",
-        help="one of EGL's devices: its index or a part of its name, as raytracer doctor lists them (default: the "
-        "variable RAYTRACER_DEVICE, or the first that is hardware, or the first)",
+        help="EGL device: its index, or a part of its name, as raytracer doctor lists them. Default: the environment "
+        "variable RAYTRACER_DEVICE, else the first hardware device, else the first device.",
     )
 
 
-def add_size(parser: argparse.ArgumentParser, default: str = "1280x720") -> None:
-    """--size, of which `default` only tells: nothing is stored that is not given."""
+def add_size(parser: argparse.ArgumentParser, default: str = "the size in the scene file, else 1280x720") -> None:
+    """Add --size. `default` appears only in the help: without the option, nothing is stored."""
     parser.add_argument(
         "--size",
         metavar="WxH",
         type=picture_size,
         default=argparse.SUPPRESS,
-        help=f"in pixels (default: {default})",
+        help=f"width and height of the picture in pixels. Default: {default}.",
     )
 
 
 def add_compile_options(
     parser: argparse.ArgumentParser, names: tuple[str, ...] = CompileOptions.__struct_fields__
 ) -> None:
-    """Add the options of these names, for chosen_settings(). Nothing is stored of an option that is not there."""
+    """Add the options in `names`, for chosen_settings(). If the user omits an option, nothing is stored for it."""
     options: dict[str, dict[str, Any]] = {
         "shading": {
             "metavar": "MODEL",
             "choices": ("none", *SHADINGS),
             "type": _model,
-            "help": "a model for all materials, as like theirs as it can be (default: none, each one's own): "
-            + ", ".join(SHADINGS),
+            "help": "reflectance model for all materials, which are converted as closely as the model allows. "
+            "Default: none, the scene's own models. Models: " + ", ".join(SHADINGS) + ".",
         },
-        "shadows": {"choices": get_args(Shadows), "help": "default: hard"},
+        "shadows": {
+            "choices": get_args(Shadows),
+            "help": "shadows; soft needs a light with a radius. Default: hard.",
+        },
         "evaluator": {
             "choices": get_args(Evaluator),
-            "help": "how CSG is evaluated: cells (the default: only what a cell of the picture can see), walk (all of "
-            "it everywhere) or roth (the assignment's hit lists)",
+            "help": "CSG evaluator; all three draw the same picture: cells tests only the objects that may be visible "
+            "in a cell of the picture, walk tests all objects, roth merges hit lists as in the assignment. "
+            "Default: cells.",
         },
         "precision": {
             "choices": get_args(Precision),
             "type": int,
-            "help": "bits of the numbers in which rays meet surfaces (default: 32; 64 needs OpenGL 4.0)",
+            "help": "floating-point bits of ray-surface intersections; 64 needs OpenGL 4.0. Default: 32.",
         },
         "bounces": {
             "metavar": "N",
             "type": whole,
-            "help": "mirrors in a row that light is followed through (default: 8)",
+            "help": f"successive mirror reflections that a ray follows. Default: 8. Range: 0-{MAX_BOUNCES}.",
         },
     }
     for name in names:
@@ -91,10 +97,15 @@ def add_settings(
     *,
     adaptive: bool,
 ) -> None:
-    """Add --size, --quality and all of Settings, without --adaptive if that is False.
+    """Add --size, --quality and an option for each field of Settings.
 
-    `samples` is the default, which is only told: nothing is stored of an option that is not there, as a scene file may
-    give it.
+    If the user omits an option, nothing is stored for it, because the scene file may set it.
+
+    Args:
+        parser: the parser of a command
+        samples: the default number of samples, which appears only in the help
+        sequences: the choices of --sequence
+        adaptive: whether to add --adaptive
     """
     add = partial(parser.add_argument, default=argparse.SUPPRESS)
     limited = "--max-error, --time or --adaptive" if adaptive else "--max-error or --time"
@@ -102,65 +113,73 @@ def add_settings(
     add(
         "--quality",
         choices=tuple(QUALITIES),
-        help="settings by a name, " + "; ".join(f"{name}: {flags(patch)}" for name, patch in QUALITIES.items()),
+        help="preset of settings, which other options override: "
+        + "; ".join(f"{name}: {flags(patch)}" for name, patch in QUALITIES.items()),
     )
     add(
         "--samples",
         metavar="N",
         type=whole,
-        help=f"rays a pixel (default: {samples}); with {limited} the most (default: {ASKED_SAMPLES})",
+        help=f"samples per pixel. Default: {samples}. With {limited}: limit of samples, default: {ASKED_SAMPLES}. "
+        f"Range: 1-{MAX_SAMPLES}.",
     )
     add(
         "--max-error",
         metavar="E",
         type=_number,
-        help="samples until the picture's root mean square error, in linear radiance, is estimated to be below E, and "
-        "the estimate is certain: 0.002; or none",
+        help="draw samples until the estimated root mean square error (RMSE) of the picture is below E and the "
+        "estimate is certain. Linear radiance, for example 0.002; none: no such limit. Default: none.",
     )
-    add("--time", metavar="S", type=_number, help="samples as long as S seconds last: 0.5; or none")
+    add(
+        "--time",
+        metavar="S",
+        type=_number,
+        help="draw samples until S seconds have passed, without the compilation of shaders. For example 0.5; none: no "
+        "such limit. Default: none.",
+    )
     if adaptive:
         add(
             "--adaptive",
             metavar="T",
             type=_number,
-            help="more than 3 samples only where a pixel's error is estimated to be above T, in linear radiance: 0.01; "
-            "or none (default: all samples everywhere)",
+            help="draw more than 3 samples only near pixels whose estimated error exceeds T. Linear radiance, for "
+            "example 0.01; none: all samples in every pixel. Default: none.",
         )
     add(
         "--sequence",
         choices=sequences,
-        help="where in a pixel its samples lie (default: sobol, the only one that tells the error)",
+        help="pattern of the samples in a pixel; only sobol supports the error estimate. Default: sobol.",
     )
     add_compile_options(parser)
 
 
 def chosen_settings(options: argparse.Namespace) -> SettingsPatch:
-    """The settings that the command line gives."""
+    """Return the settings that the user set by options."""
     names = [name for name in SettingsPatch.__struct_fields__ if hasattr(options, name)]
     fields: dict[str, Any] = {name: None if (value := getattr(options, name)) == "none" else value for name in names}
     return SettingsPatch(**fields)
 
 
 def chosen_size(options: argparse.Namespace) -> tuple[int, int] | None:
-    """The size that the command line gives, or None."""
+    """Return the size that the user set by --size, or None."""
     return getattr(options, "size", None)
 
 
 def warn_about(name: str, scene: Scene, settings: Settings) -> None:
-    """Warn of everything in the scene of file `name` that makes its picture another one than meant."""
+    """Warn about everything in the scene of the file `name` that probably draws another picture than intended."""
     for warning in scene_warnings(scene, settings):
         warnings.warn(f"{name}: {warning}", stacklevel=2)
 
 
 def whole(text: str) -> int:
-    """A whole number that is not negative."""
+    """Parse a whole number of at least 0."""
     if not (text.isascii() and text.isdigit()):
         raise argparse.ArgumentTypeError(f"expected a whole number that is not negative, got {text!r}")
     return int(text.lstrip("0")[:_MOST_DIGITS] or "0")
 
 
 def picture_size(text: str) -> tuple[int, int]:
-    """A size such as 1280x720."""
+    """Parse a size such as 1280x720."""
     match = re.fullmatch(r"([0-9]+)x([0-9]+)", text)
     if not match:
         raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, such as 1280x720, got {text!r}")
@@ -170,7 +189,7 @@ def picture_size(text: str) -> tuple[int, int]:
 def _model(text: str) -> str:
     if text in MODELS and text not in SHADINGS:
         table = f'model = "{text}" and file = "..."'
-        raise argparse.ArgumentTypeError(f"{text} needs a table, which only a material of a scene file gives: {table}")
+        raise argparse.ArgumentTypeError(f"{text} needs a data file, which only a scene file can name: {table}")
     return text
 
 
@@ -178,5 +197,5 @@ def _number(text: str) -> float | str:
     return text if text == "none" else float(text)
 
 
-# As argparse names what it is not.
+# argparse prints this name in "invalid number value".
 _number.__name__ = "number"

@@ -1,4 +1,4 @@
-"""The samples of a picture or of a part, drawn one by one until the stopping rule ends them: for render() and for the
+"""Sampling loop of a picture, or of a part of it: draws samples until the stopping rule ends it, for render() and
 window.
 """
 
@@ -26,21 +26,21 @@ from raytracer.scene.options import SamplingOptions
 
 
 def is_measured(options: SamplingOptions, *, estimates: bool) -> bool:
-    """Whether samples need measurements: to choose blocks, or for `estimates` of the error."""
+    """Whether samples must be measured: to choose blocks, or for `estimates` of the error."""
     return stopping_rule.chooses_blocks(options) or (estimates and options.estimates_error)
 
 
 def margin(options: SamplingOptions) -> int:
-    """The most pixels that are drawn around a tile."""
+    """Return the largest number of pixels that are drawn beyond each side of a tile."""
     return MARGIN if stopping_rule.chooses_blocks(options) else 0
 
 
 class Accumulation:
     """The samples of a `part` of a picture of `size`, which consists of `tiles`.
 
-    Each tile gets a sample before any gets the next, so that decisions are made on the blocks of all tiles together.
-    `measurements` choose where samples go on, and with a stopping rule or `always_estimates` tell the error while
-    samples are added; without them nothing does either.
+    All tiles get a sample before any tile gets the next one, so that decisions see the blocks of all tiles together.
+    `measurements` are the basis of the choice of blocks and, with a stopping rule or `always_estimates`, of the error
+    estimate while samples are added. Without measurements there is neither.
     """
 
     def __init__(
@@ -55,27 +55,28 @@ class Accumulation:
         features: Features | None = None,
         always_estimates: bool = False,
     ) -> None:
-        """`features`: the bright features of the whole picture, if the options have `max_error`.
+        """Start without samples.
 
-        Blocks with features that samples may have missed go on.
+        `features` are the bright features of the whole picture, if the options have `max_error`. Blocks with features
+        that samples may have missed get more samples.
         """
         self._renderer, self._measurements, self._options = renderer, measurements, options
         self._part, self._size, self._features = part, size, features
         self._chooses = measurements is not None and stopping_rule.chooses_blocks(options)
-        area, *areas = (surrounded(each, size) if self._chooses else each for each in (part, *tiles))
-        self._sums = [TileSums(renderer, i, *each) for i, each in enumerate(zip(tiles, areas, strict=True))]
+        area, *areas = (surrounded(item, size) if self._chooses else item for item in (part, *tiles))
+        self._sums = [TileSums(renderer, i, *item) for i, item in enumerate(zip(tiles, areas, strict=True))]
         cells = renderer.seen_cells(area)
         self._blocks = Blocks.all_of(area, cells)
         self._spare: Mask | None = None
         self._statistics: BlockStatistics | None = None
         if measurements and options.estimates_error and (always_estimates or options.has_stopping_rule):
             self._statistics = before_any_look(self._blocks.active.shape)
-        self._light_scale = 1.0  # times which light the sums are of
-        self._correction = 1.0  # times which the estimate's errors are right
-        self._kept = 0  # of how many samples the sums are kept
+        self._light_scale = 1.0  # the factor of all light in the sums
+        self._correction = 1.0  # the factor that corrects the estimate's errors
+        self._kept = 0  # the number of samples in the kept sums
         self._is_enough = False
-        self._looking_seconds = 0.0  # that the last look took
-        self.drawing_seconds = 0.0  # that the last sample took
+        self._looking_seconds = 0.0  # duration of the last look
+        self.drawing_seconds = 0.0  # duration of the last sample
         self.samples = 0
 
     @property
@@ -85,7 +86,7 @@ class Accumulation:
 
     @property
     def light_scale(self) -> float:
-        """The power of two times which light the sums are of."""
+        """The power of two by which all light in the sums is multiplied."""
         return self._light_scale
 
     @property
@@ -94,11 +95,13 @@ class Accumulation:
         return self._blocks
 
     def step(self, seconds_left: float = math.inf, *, together: bool = False) -> None:
-        """Draw one more sample, and decide where more are needed, and whether; `seconds_left` are for all of them.
+        """Draw one more sample, and decide whether and where more samples are needed.
 
-        If `together`, TOGETHER samples are drawn where nothing is to be decided before the last of them.
+        Args:
+            seconds_left: the time for all further samples
+            together: draw TOGETHER samples at once if no decision is due before the last of them
 
-        Raises ShaderError for a mistake in the shaders of measurements, and InputError as TileRenderer.draw().
+        Raises ShaderError for a mistake in the shaders of measurements, and InputError as TileRenderer.draw() does.
         """
         begin = time.perf_counter()
         index, options, blocks = self.samples, self._options, self._blocks
@@ -124,7 +127,7 @@ class Accumulation:
             self._looking_seconds = time.perf_counter() - drawn
 
     def _choose_light_scale(self, measurements: BlockMeasurements, samples: Sequence[Sample]) -> None:
-        """Choose the scale of all light by the first `samples`, and draw these again if it is not 1."""
+        """Choose the scale of all light from the first `samples`, and draw them again if the scale is not 1."""
         brightest = max(measurements.brightest(around.area) for _, around in self._active_tiles())
         self._light_scale = self._renderer.light_scale(brightest)
         if self._light_scale != 1.0:
@@ -132,14 +135,14 @@ class Accumulation:
                 sums.draw(around, samples, self._light_scale)
 
     def is_done(self, seconds_left: float = math.inf) -> bool:
-        """Whether there are enough samples, or none more would be done in the seconds that are left."""
+        """Whether there are enough samples, or one more sample would take longer than `seconds_left`."""
         looking = self._looking_seconds if self._is_look_due(self.samples + 1) else 0.0
         return self._is_enough or self.drawing_seconds + looking > seconds_left
 
     def _can_draw_together(self) -> bool:
-        """Whether it saves time to draw TOGETHER more samples at once, and nothing is due before the last of them."""
+        """Whether TOGETHER samples at once save time, and no decision is due before the last of them."""
         after = self.samples + TOGETHER
-        # A sum ends at a multiple.
+        # A sum ends at a multiple of TOGETHER.
         if not self._renderer.draws_together or after > self._options.samples or after % TOGETHER:
             return False
         return not any(self._is_anything_due(n) for n in range(self.samples + 1, after))
@@ -149,11 +152,11 @@ class Accumulation:
         return ends or self._is_look_due(samples) or stopping_rule.is_choice_due(self._options, samples)
 
     def _is_look_due(self, samples: int) -> bool:
-        # The points are spread best where their number is a power of two.
+        # Sobol' points are spread best if their number is a power of two.
         return self._statistics is not None and not samples & (samples - 1)
 
     def _look(self, measurements: BlockMeasurements) -> None:
-        """Measure how far means moved, if that is due."""
+        """Measure the movement of means, if a look is due."""
         n, blocks, statistics = self.samples, self._blocks, self._statistics
         if statistics is None or not self._is_look_due(n):
             return
@@ -175,7 +178,7 @@ class Accumulation:
         return finite if self._light_scale == 1.0 else finite / np.float64(self._light_scale) ** 2
 
     def _decide(self, measurements: BlockMeasurements, growth: float) -> None:
-        """Choose the blocks that get more samples, if that is due. At last there are `growth` times as many."""
+        """Choose the blocks that get more samples, if a choice is due. `growth`: final over present samples."""
         n, options, blocks = self.samples, self._options, self._blocks
         rmse = self._rmse()
         if options.max_error is not None and rmse is not None:
@@ -199,7 +202,7 @@ class Accumulation:
         self._spare = choice.spare
         active = choice.active
         if self._features is not None and options.max_error is not None:
-            # A block whose samples met none of its features looks as if it had enough of them.
+            # A block whose samples all missed its bright features seems to have enough samples.
             active = active | blocks.active & self._features.unmet(n, options.max_error, self._size, active.shape)
         if not active.any():
             self._is_enough = True
@@ -207,9 +210,9 @@ class Accumulation:
             self._blocks = blocks.narrowed(active)
 
     def resume(self, measured: Estimate, seconds_left: float) -> bool:
-        """Whether samples go on: the `measured` error is not the one asked for, and one more fits the `seconds_left`.
+        """Continue sampling if the `measured` error is too large and `seconds_left` allows a sample; return whether so.
 
-        From then on the estimate of the error is as large as the measured error, if it was smaller.
+        An estimate that was smaller than the measured error is scaled up to it from now on.
         """
         is_over = self.samples == self._options.samples or self.drawing_seconds >= seconds_left
         if measured.reached is not False or is_over:
@@ -220,7 +223,7 @@ class Accumulation:
         return True
 
     def _active_tiles(self) -> Iterator[tuple[TileSums, Blocks]]:
-        """The tiles with active blocks, one by one in the renderer, with their blocks and those around."""
+        """Yield the tiles with active blocks, with the blocks of their areas. The renderer turns to each tile."""
         for sums in self._sums:
             around = self._around(sums)
             if around.active.any():
@@ -231,7 +234,7 @@ class Accumulation:
         return self._blocks.around(sums.tile, sums.area)
 
     def _measured(self, measure: Callable[[Blocks], NDArray[np.float32]]) -> NDArray[np.float32]:
-        """Apply `measure` to the blocks of each tile, and join the results; 0 in tiles without active blocks."""
+        """Apply `measure` to the blocks of all tiles, and join the results: 0 in tiles without active blocks."""
         joined = np.zeros(0, np.float32)
         for sums, around in self._active_tiles():
             measured = measure(around)
@@ -243,32 +246,32 @@ class Accumulation:
         return joined
 
     def _counts(self, blocks: Blocks) -> Counts:
-        """The numbers of samples of some blocks."""
+        """Return the numbers of samples of some blocks."""
         return blocks.samples if self._chooses else self.samples
 
     def stop_measuring(self) -> None:
-        """Go on without measurements, and so without an error."""
+        """Continue without measurements, and so without an error estimate."""
         self._measurements = self._statistics = None
 
     @property
     def knows_error(self) -> bool:
-        """Whether anything is known of the error (yet)."""
+        """Whether there is an error estimate (yet)."""
         return self._known is not None
 
     @property
     def _known(self) -> BlockStatistics | None:
-        """The statistics, once they tell an error."""
+        """The statistics, if there are enough samples for an error estimate."""
         return self._statistics if self.samples >= 2 else None
 
     def _rmse(self) -> float | None:
-        """The estimate of the part's root mean square error; None where it is not known (yet)."""
+        """Estimate the part's root mean square error; None if there is no estimate (yet)."""
         statistics, blocks, part = self._known, self._blocks, self._part
         if statistics is None:
             return None
         return statistics.rmse(blocks.samples, blocks.part(part), part[2] * part[3])
 
     def estimate(self, seconds: float) -> Estimate | None:
-        """The estimate of the part's error, whose samples took `seconds`; None where it is not known (yet)."""
+        """Estimate the error of the part, whose samples took `seconds`; None if there is no estimate (yet)."""
         statistics, blocks, part, max_error = self._known, self._blocks, self._part, self._options.max_error
         if statistics is None:
             return None
@@ -277,14 +280,17 @@ class Accumulation:
 
     @property
     def _samples(self) -> Counts:
-        """The number of samples of the part's pixels: (H, W), the top row first, or of all alike."""
+        """The numbers of samples of the part's pixels: (H, W), the top row first, or one number for all."""
         return self._blocks.samples_in(self._part) if self._chooses else self.samples
 
     def read(self, mean: NDArray[np.float32], deviation: NDArray[np.float32] | None = None) -> Counts:
-        """Read the mean of the samples so far into `mean` (H, W, 3), and the root of their variance, summed over
-        channels, into `deviation` (H, W), if there is such an array.
+        """Read the samples so far, and return their number: (H, W), or one number for all pixels.
 
-        Returns the number of samples: (H, W), or of all alike. Arrays have the top row first.
+        Args:
+            mean: array for the mean of the samples (H, W, 3)
+            deviation: array for the root of their variance, summed over channels (H, W); None: not needed
+
+        Arrays have the top row first.
         """
         x, y, _, height = self._part
         is_even = self.samples == 1 or not self._chooses
@@ -302,13 +308,12 @@ class Accumulation:
         return self._samples
 
     def _deviation(self, variance: NDArray[np.float32], mean: NDArray[np.float32]) -> NDArray[np.float32]:
-        """(H, W): the root of the `variance` of pixels' samples, unscaled."""
+        """Return the root of the `variance` of pixels' samples, without the light scale (H, W)."""
         deviation = np.sqrt(variance)
         if self._light_scale != 1.0:
             deviation /= np.float32(self._light_scale)
         if not math.isfinite(deviation.max(initial=0.0)):
-            # Squares overflowed. Samples that are not negative deviate by less than the root of their number times the
-            # mean.
+            # Squares overflowed. The deviation of samples >= 0 is at most the root of their number times their mean.
             bound = math.sqrt(self.samples) * np.linalg.norm(mean.astype(np.float64), axis=-1)
             deviation = np.where(np.isfinite(deviation), deviation, np.minimum(bound, np.finfo(np.float32).max))
         return deviation

@@ -1,4 +1,4 @@
-"""Measurements of a tile's blocks on the GPU: how far means moved, and how far apart samples lie."""
+"""Measurements of a tile's blocks on the GPU: the movement of means, and the spread of samples."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from raytracer.rendering.pixel_blocks import Blocks
 from raytracer.rendering.stopping_rule import APRON, NEXT
 
 _SUMMED_BEFORE = {"summedBefore": "summedBefore"}
-# Pixels that tell how bright a tile is: of 1280x720 to look at all takes as long as a sample.
+# The number of pixels of which brightest() takes the maximum. To read all 1280x720 pixels takes as long as a sample.
 _SEEN = 4096
 
 
@@ -44,17 +44,17 @@ _SOURCES = {
 
 
 class BlockMeasurements:
-    """Draws of a tile's blocks, in which one pixel is a block of the tile. They read the tile's sums from `player`.
+    """Measures a tile's blocks, by draws in which each pixel is a block. They read the tile's sums from `player`.
 
-    The sums are of light times a light_scale (TileRenderer.draw()). So are results; squares are times its square.
-    Its textures are the player's: "blocks", "earlierSum" for sums that are kept, "variance" and "sampledBlocks".
+    The sums, and so the results, contain the light_scale of TileRenderer.draw() as a factor; squares contain its
+    square. The textures belong to the player: "blocks", "earlierSum" for kept sums, "variance" and "sampledBlocks".
     """
 
     def __init__(self, device: Device, player: DrawPlayer, target: tuple[int, int]) -> None:
-        """`target` is the size of the largest area in pixels."""
+        """Create the textures. `target` is the size of the largest area in pixels."""
         self._device, self._player, self._target = device, player, target
         columns, rows = (-(-side // CELL) * PER_CELL for side in target)
-        self._versions: dict[str, FileVersion] = {}  # of the files of all programs so far
+        self._versions: dict[str, FileVersion] = {}  # the versions of the files of all programs so far
         player.use({}, replaced=_SOURCES)
         player.add_texture("blocks", (columns, rows), 4)
         player.add_texture("earlierSum", target, 4)
@@ -64,7 +64,7 @@ class BlockMeasurements:
         return is_current(self._versions)
 
     def brightest(self, area: Rectangle) -> float:
-        """The brightest channel in the sums of some pixels of an area, about SEEN that are spread over it, or all."""
+        """Return the brightest channel in the sums of about _SEEN pixels, spread over an area, or of all its pixels."""
         stride = max(1, math.isqrt(area[2] * area[3] // _SEEN))
         columns, rows = (-(-side // (stride * BLOCK)) for side in area[2:])
         mesh = Cells(cell_blocks(np.ones((rows, columns), bool)), 1)
@@ -73,19 +73,29 @@ class BlockMeasurements:
         return float(self._player.read("blocks", draw.area, 1).max(initial=0.0))
 
     def errors(self, blocks: Blocks, samples: int, summed: int, white: float) -> NDArray[np.float32]:
-        """(rows, columns): the error of each block by error.frag, 0 in cells without active blocks.
+        """Return the error of each block by error.frag, 0 in cells without active blocks (rows, columns).
 
-        There are so many `samples`, of which `summed` are in the tile's sums. `white` is the light_scale.
+        Args:
+            blocks: the blocks to measure
+            samples: number of samples so far
+            summed: number of samples in the tile's current sums
+            white: the light_scale, which stands for white
         """
-        # Later, pixels around a block may have fewer samples.
+        # Once blocks have stopped, pixels around a block may have fewer samples.
         program = "error_around" if blocks.is_whole else "error"
         uniforms = {"samples": float(samples), "summed": float(summed), "white": white}
         return self._measure(program, blocks, {}, **uniforms)[..., 0]
 
     def movement(self, blocks: Blocks, samples: int, summed: int, earlier: int) -> NDArray[np.float32]:
-        """(rows, columns, 2): what movement.frag gives of each block, 0 in cells without active blocks.
+        """Return each block's movement and largest variance by movement.frag (rows, columns, 2).
 
-        There are so many `samples`, of which `summed` are in the tile's sums. `earlier` are in those that were kept.
+        Cells without active blocks have 0.
+
+        Args:
+            blocks: the blocks to measure
+            samples: number of samples so far
+            summed: number of samples in the tile's current sums
+            earlier: number of samples in the kept sums
         """
         before = samples > summed
         inputs = {"earlierSum": "earlierSum"} | (_SUMMED_BEFORE if before else {})
@@ -94,18 +104,18 @@ class BlockMeasurements:
         return self._measure(program, blocks, inputs, **uniforms)
 
     def keep_sums(self, area: tuple[int, int, int, int], cells: Mask, *, before: bool) -> None:
-        """Keep the sums in some cells of an area, together with the sums `before` them."""
-        # Both, so that a mistake in either comes to light with the first sample.
+        """Keep a copy of the sums in some cells of an area, with `before` together with the sums before them."""
+        # Compile the program that will read the copy, too, so that a mistake in it appears with the first sample.
         self._compiled("movement_of_sums" if before else "movement")
         program, inputs = "kept_sums" if before else "kept", _SUMMED_BEFORE if before else {}
         mesh = Cells(cell_blocks(cells), CELL)
         self._player.play([self._draw(program, "earlierSum", area[2:], mesh, inputs)])
 
     def variance(self, area: Rectangle, cells: Mask, samples: NDArray[np.int32] | int) -> NDArray[np.float32]:
-        """(H, W), the lowest row first: the variance of each pixel's samples, 0 in other than these `cells` of an area,
-        and infinite where squares overflow.
+        """Return the variance of each pixel's samples in some `cells` of an area (H, W), the lowest row first.
 
-        `samples` is how many the tile's sums are of: (rows, columns) of blocks, or a number for all.
+        The variance is 0 in other cells, and infinite if squares overflow. `samples` is the number of samples in the
+        tile's sums: (rows, columns) of blocks, or one number for all.
         """
         if not self._player.has_texture("variance"):
             self._player.add_texture("variance", self._target, 1)
@@ -114,7 +124,7 @@ class BlockMeasurements:
             draw = self._draw("variance", "variance", size, mesh, {}, samples=float(samples))
         else:
             rows, columns = samples.shape
-            # The window has a texture "blockSamples" of its own, with other numbers.
+            # Not "blockSamples": the window has a texture of that name, with other numbers.
             self._player.add_texture("sampledBlocks", (columns, rows), 1, "i4")
             self._player.write("sampledBlocks", samples)
             draw = self._draw("variance_of_chosen", "variance", size, mesh, {"blockSamples": "sampledBlocks"})
@@ -122,7 +132,7 @@ class BlockMeasurements:
         return self._player.read("variance", draw.area, 1)[..., 0]
 
     def warm(self) -> None:
-        """Have the driver compile the draws of all other methods, by draws of one cell."""
+        """Warm up: make the driver compile the draws of all other methods, by drawing one cell."""
         area = 0, 0, min(CELL, self._target[0]), min(CELL, self._target[1])
         self._player.add_texture("summedBefore", self._target, 3)
         blocks = Blocks.all_of(area, np.ones((1, 1), bool))
@@ -132,13 +142,13 @@ class BlockMeasurements:
             self.movement(blocks, samples, NEXT, 1)
         some = blocks.active.copy()
         some[0, 0] = False
-        for each in (blocks, blocks.narrowed(some)):
-            self.errors(each, NEXT, NEXT, 1.0)
+        for measured in (blocks, blocks.narrowed(some)):
+            self.errors(measured, NEXT, NEXT, 1.0)
         self.variance(area, blocks.cells, blocks.samples)
         self.variance(area, blocks.cells, NEXT)
 
     def _measure(self, program: str, blocks: Blocks, inputs: dict[str, str], **uniforms: float) -> NDArray[np.float32]:
-        """(rows, columns, 1 or 2): the output of a program for each block."""
+        """Return the output of a program for each block (rows, columns, 1 or 2)."""
         rows, columns = blocks.active.shape
         mesh = Cells(cell_blocks(blocks.cells), PER_CELL)
         draw = self._draw(program, "blocks", (columns, rows), mesh, inputs, drawn=blocks.area[2:], **uniforms)
@@ -148,7 +158,7 @@ class BlockMeasurements:
     def _draw(
         self, program: str, target: str, size: tuple[int, int], mesh: Cells, inputs: Mapping[str, str], **uniforms: Any
     ) -> Draw:
-        """The draw of a mesh into the lower left `size` (width, height) of a texture, by the sums of the samples."""
+        """Return the draw of a mesh into the lower left `size` (width, height) of a texture. It reads the sums."""
         area = 0, 0, *size
         port, shown = viewport(area)
         uniforms["draw.viewport"] = shown
@@ -156,10 +166,10 @@ class BlockMeasurements:
         return Draw(self._compiled(program), mesh, (target,), area, port, uniforms, inputs)
 
     def _compiled(self, name: str) -> str:
-        """The name of a program that the player has now."""
+        """Compile a program for the player, if the player does not have it, and return its name."""
         if not self._player.has_program(name):
             source, vertex = _SOURCES[name](), plain_vertex_source()
-            # A file that an earlier program was made from keeps that version.
+            # A file that is part of an earlier program keeps the version of that program.
             self._versions = dict(source.versions + vertex.versions) | self._versions
             self._player.use({name: self._device.program(source, vertex)})
         return name

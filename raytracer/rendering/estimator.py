@@ -1,23 +1,23 @@
-"""An estimate of errors while samples are added: by how far the means of blocks of pixels still move.
+"""Error estimator for a picture that still gains samples, based on the movement of the means of blocks of pixels.
 
 The mean M_n of a pixel's n samples has an error e_n. From n / 2 samples to n the mean moves by D_n = M_n - M_(n/2).
-Where the new samples have nothing to do with the error of the old ones, e_(n/2)^2 = e_n^2 + D_n^2 on average over
-pixels. If e_n falls as n^-p, then
+If the new samples are independent of the error of the old ones, e_(n/2)^2 = e_n^2 + D_n^2 on average over pixels. If
+e_n falls as n^-p, then
 
     e_n^2 = D_n^2 / (4^p - 1).
 
-Scrambled Sobol' points on an edge have p = 3/4, and so have points on a light, along the light's outline: e_n is 0.74
-of D_n. Independent samples have p = 1/2: e_n is as large as D_n. Where both the place in the pixel and the point on the
-light matter, e_n falls fast from 8 samples to 16, and from 128 to 256: it may be 0.4 of what one p for all tells.
-Movements are measured where n is a power of two, as the points are spread best then; from there on the error is taken
-to fall as the error of independent samples.
+Scrambled Sobol' points on an edge have p = 3/4, and so do points on a light along its outline: e_n is 0.74 D_n.
+Independent samples have p = 1/2: e_n is as large as D_n. If both the place in the pixel and the point on the light
+matter, e_n falls fast from 8 samples to 16, and from 128 to 256: it may be 0.4 of the estimate with p = 3/4. Movements
+are measured if n is a power of two, because the points are spread best then. Between two measurements the error is
+assumed to fall like the error of independent samples.
 
-The estimate tells the stopping rule which blocks need more samples, and the window how a picture gains. Of a finished
-picture replicate.py measures the error, which needs no p.
+The stopping rule uses the estimate to find the blocks that need more samples, and the window shows it while a picture
+gains samples. The error of a finished picture is measured by replicate.py instead, which needs no p.
 
-The estimate is an average over many pixels, as good as the number of pixels that move. Where a few blocks of pixels
-hold most of the movement, such as a small light's glint on metal, the estimate is uncertain. The measure is the number
-of blocks of equal weight that would scatter as much, (sum s)^2 / sum s^2 of the blocks' squared movements s.
+The estimate is an average over pixels, and the more pixels move, the better it is. If a few blocks of pixels hold most
+of the movement, for example a small light's glint on metal, the estimate is uncertain. The measure is the effective
+number of blocks, (sum s)^2 / sum s^2 of the blocks' squared movements s.
 """
 
 from __future__ import annotations
@@ -34,26 +34,26 @@ from raytracer.formats.estimate import FEW_PIXELS, LEAST, WORST, Estimate, large
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# The error falls as n^-P, as on edges.
+# The exponent of the error n^-P: edges have 3/4.
 P = 0.75
-# The mean square of the last movement times FACTOR is the mean square of the error.
+# The mean square error over the mean square of the last movement.
 FACTOR = 1.0 / (4.0**P - 1.0)
 
 
 class BlockStatistics(NamedTuple):
-    """The statistics of blocks at the last look at each. Arrays are (rows, columns), the lowest row first."""
+    """The statistics of blocks, each at its last look. Arrays are (rows, columns), the lowest row first."""
 
-    at: NDArray[np.int32]  # the number of samples, 0 before any look
-    moved: NDArray[np.floating]  # how far the means moved: squares, summed over the block's pixels and channels
+    at: NDArray[np.int32]  # the number of samples at the look, 0 before any look
+    moved: NDArray[np.floating]  # the squared movement of the means, summed over the block's pixels and channels
     most: NDArray[np.floating]  # the largest variance of one pixel's samples, summed over channels
 
     def squared_errors(self, samples: NDArray[np.int32]) -> Array:
-        """Estimate each block's squared error with so many `samples` of each block, summed over pixels and channels."""
-        # From the last look on, the error falls as if samples were independent.
+        """Estimate each block's squared error, summed over pixels and channels, from its number of `samples`."""
+        # After the last look, the error is assumed to fall like the error of independent samples.
         return FACTOR * self.moved * (self.at / np.maximum(samples, 1))
 
     def rmse(self, samples: NDArray[np.int32], part: tuple[slice, slice], pixels: int) -> float:
-        """Estimate the root mean square error of a `part` of the blocks that has so many `pixels`."""
+        """Estimate the root mean square error of a `part` of the blocks. `pixels`: the number of its pixels."""
         return math.sqrt(self.squared_errors(samples)[part].sum() / (3 * pixels))
 
     def estimate(
@@ -83,7 +83,7 @@ class BlockStatistics(NamedTuple):
 
 
 def before_any_look(shape: tuple[int, ...]) -> BlockStatistics:
-    """The statistics of (rows, columns) blocks without any sample."""
+    """Return the statistics of (rows, columns) blocks without any sample."""
     zeros = np.zeros(shape, np.float32)
     return BlockStatistics(np.zeros(shape, np.int32), zeros, zeros)
 
@@ -91,9 +91,9 @@ def before_any_look(shape: tuple[int, ...]) -> BlockStatistics:
 def after_look(
     statistics: BlockStatistics, samples: int, measurements: NDArray[np.floating], active: Mask
 ) -> BlockStatistics:
-    """The statistics after a look at the `active` blocks, with so many `samples`.
+    """Update the statistics of the `active` blocks by a look after `samples` samples, and return them.
 
-    `measurements` (rows, columns, 2 or more) come from movement.frag: movement, the largest variance.
+    `measurements` come from movement.frag: movement and largest variance (rows, columns, 2 or more).
     """
     return BlockStatistics(
         np.where(active, np.int32(samples), statistics.at),

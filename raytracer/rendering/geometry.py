@@ -1,4 +1,4 @@
-"""The geometry of a picture, drawn when it is asked for: the surfaces that the centre rays of the pixels meet."""
+"""Geometry of a picture, drawn at the first access: depth, normal and material of each pixel's centre ray."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from raytracer.scene.options import SamplingOptions
 
 
 class GeometryRequest(msgspec.Struct, frozen=True, eq=False):
-    """All that decides the geometry of a picture."""
+    """The inputs of a picture's geometry."""
 
     compiled: CompiledScene
     size: tuple[int, int]
@@ -32,12 +32,12 @@ class GeometryRequest(msgspec.Struct, frozen=True, eq=False):
 
 
 def draw_geometry(device: Device, request: GeometryRequest) -> Geometry:
-    """The geometry of `request`. The device's context must be current.
+    """Draw the geometry of `request`. The device's context must be current.
 
-    Raises InputError if shaders do not come to an end, ShaderError for a mistake in `shaders/`.
+    Raises InputError if shaders are cut short because they do not terminate, ShaderError for a mistake in `shaders/`.
     """
     width, height = request.size
-    # Neither shadows nor mirrors are drawn, and so no lists of lights are made.
+    # Without shadows and mirrors, no candidate lists of lights are made.
     scene, options = request.compiled.scene, request.compiled.options
     compiled = compile(scene, options.replace(shadows="off", bounces=0), request.compiled)
     frame = make_frame(compiled, request.size, device.limits, plane_only=False)
@@ -58,39 +58,40 @@ def draw_geometry(device: Device, request: GeometryRequest) -> Geometry:
 
 
 class DrawnGeometry(GeometrySource):
-    """The geometry of `request`, which `device` draws at the first access. Images share it with their copies."""
+    """The geometry of `request`, which `device` draws at the first access. Copies of an image share it."""
 
     def __init__(self, device: Device, request: GeometryRequest) -> None:
         self.shape = request.size[1], request.size[0]
         self._device = device
-        self._request: GeometryRequest | None = request  # until it is drawn
+        self._request: GeometryRequest | None = request  # None once the geometry is drawn
         self._geometry: Geometry | None = None
 
     def geometry(self) -> Geometry:
-        """The arrays. Threads take turns: the first draws, all others wait for it.
+        """Return the arrays. The first thread draws, and all other threads wait for it.
 
-        Errors are those of draw_geometry(). A forked process and a progress callback, where OpenGL is of no use, have
-        another process draw, and raise ContextError if that fails.
+        Errors: see draw_geometry(). A forked process and a progress callback cannot use OpenGL: they start
+        another process that draws, and raise ContextError if it fails.
         """
         if self._geometry is None:
             within_turn = has_turn()
             is_elsewhere = within_turn or is_cut_off()
-            # No other lock than that of OpenGL's turns: a thread that waited for a turn with a lock of this object
-            # would wait for ever if the turn's thread, in a progress callback, asked for the same arrays.
+            # The only lock is OpenGL's turn. With a lock of this object besides, there would be a deadlock: one thread
+            # holds the lock and waits for its turn, while the thread that has the turn needs the same arrays in a
+            # progress callback.
             with nullcontext() if within_turn else exclusive() if is_elsewhere else self._device.turn():
-                if self._request is not None:  # another thread may have been before
+                if self._request is not None:  # another thread may have drawn them meanwhile
                     request, device = self._request, self._device
-                    made = _drawn_elsewhere(device, request) if is_elsewhere else draw_geometry(device, request)
-                    self._geometry, self._request = made, None
+                    drawn = _drawn_elsewhere(device, request) if is_elsewhere else draw_geometry(device, request)
+                    self._geometry, self._request = drawn, None
         assert self._geometry is not None
         return self._geometry
 
 
-# A new Python has the modules' paths before it unpickles what imports them.
+# The program of the other process. It sets sys.path before it unpickles objects, which imports their modules.
 _DRAW = """
 import os, pickle, sys
 output = os.fdopen(os.dup(1), "wb")
-os.dup2(2, 1)  # nothing else is written there
+os.dup2(2, 1)  # prints go to standard error, so that only the answer is on standard output
 sys.path[:], task = pickle.load(sys.stdin.buffer)
 from raytracer.rendering.geometry import answer
 with output:
@@ -99,7 +100,7 @@ with output:
 
 
 def _drawn_elsewhere(device: Device, request: GeometryRequest) -> Geometry:
-    """The geometry of `request` by another process, on the same kind of device."""
+    """Draw the geometry of `request` in another process, on the same kind of device."""
     compiled = request.compiled
     task = pickle.dumps((device.backend, device.adapter, compiled.scene, compiled.options, request.size, request.tile))
     message = pickle.dumps((sys.path, task))
@@ -108,7 +109,7 @@ def _drawn_elsewhere(device: Device, request: GeometryRequest) -> Geometry:
         reason = "this process was forked after its parent used OpenGL" if is_cut_off() else "a picture is being drawn"
         lines = done.stderr.decode(errors="replace").strip().splitlines()
         raise ContextError(
-            f"{reason}, and another process, which was to find depth, normal and material, failed: "
+            f"{reason}, and the other process that was to draw depth, normal and material failed: "
             f"{lines[-1] if lines else f'exit status {done.returncode}'}"
         )
     result: Geometry | Exception = pickle.loads(done.stdout)
@@ -118,13 +119,13 @@ def _drawn_elsewhere(device: Device, request: GeometryRequest) -> Geometry:
 
 
 def answer(task: bytes, output: Any) -> None:
-    """Draw the geometry of a pickled task and write it, or the error, as a pickle: the other process's part."""
+    """Draw the geometry of a pickled task, and write it, or the error, as a pickle. The other process calls this."""
     backend, adapter, scene, options, size, tile = pickle.loads(task)
     result: Geometry | Exception
     try:
         device = shared_device(backend, adapter)
         with device.turn():
             result = draw_geometry(device, GeometryRequest(compile(scene, options), size, tile))
-    except Exception as error:  # for the process that asked
+    except Exception as error:  # raised again in the process that started this one
         result = error
     output.write(pickle.dumps(result, pickle.HIGHEST_PROTOCOL))

@@ -1,4 +1,4 @@
-"""A picture as a function: what `raytracer render` makes."""
+"""The public function render(), which renders a scene to an image."""
 
 from __future__ import annotations
 
@@ -44,32 +44,41 @@ def render(
     device: int | str | None = None,
     progress: Progress | None = None,
 ) -> Image:
-    """Render `scene` at `size` (width, height) in pixels, with `samples` rays a pixel.
+    """Render `scene` to an image.
 
-    See `Settings` for `samples` to `bounces`. Those given come before `quality`, a name for some, that before the
-    fields of `settings`, and these before the defaults; None takes nothing back. `adaptive` is in place of
-    `max_error` and `time`, and these of it. `samples` is 4096 where one of the three is given here without it.
-    The image's `estimate` says how wrong it is, whether that is but a lower bound (`uncertain`), and whether
-    `max_error` is `reached`. Depth, normal and material are drawn at the first access to one of them, which takes its
-    turn as a call of render() does; within `progress` a new process draws them.
-    `geometry=False` leaves out these three and error.
-    `backend` is how OpenGL is reached: "auto" (the default, unless the variable RAYTRACER_BACKEND is set), "egl",
-    "window" or "osmesa"; the context is kept for the next call. `device` is one of EGL's, its index or a part of its
-    name, as `raytracer doctor` lists them (default: the variable RAYTRACER_DEVICE, or the first that is
-    hardware, or the first). `progress(done, total)` is called after each pass, and must not render itself,
-    nor wait for a thread that renders: that thread waits for this picture.
+    Args:
+        scene: the scene
+        size: width and height in pixels. Default: (1280, 720).
+        settings: settings that the following arguments override. Default: Settings().
+        quality: preset of settings, "draft", "normal", "high" or "reference"; overrides `settings`
+        samples, adaptive, max_error, time, sequence, shading, shadows, evaluator, precision, bounces: see `Settings`;
+            they override `quality`. None leaves a setting unchanged. `adaptive` replaces `max_error` and `time`, and
+            they replace `adaptive`. If one of these three is passed without `samples`, the limit is 4096 samples.
+        geometry: whether the image has depth, normal, material and error. Default: True.
+        backend: way to open OpenGL: "auto", "egl", "window" or "osmesa". Default: the environment variable
+            RAYTRACER_BACKEND, else "auto".
+        device: EGL device: its index, or a part of its name, as `raytracer doctor` lists them. Default: the environment
+            variable RAYTRACER_DEVICE, else the first hardware device, else the first device.
+        progress: called as progress(done, total) after each pass. It must neither render, nor wait for a thread that
+            renders, because that thread waits for this picture.
 
-    The scene drawn last stays in memory and on the device, with textures of up to 136 MB, until a call for another
-    scene: a call for the same object and size, with any number of samples, then only draws and reads.
+    The image's `estimate` states its error, whether the error is only a lower bound (`uncertain`), and whether
+    `max_error` is `reached`. Depth, normal and material are drawn at the first access to one of them. The access waits
+    for its turn like a call of render(); within `progress`, a new process draws them.
 
-    Threads take turns: a call waits until the call of another thread is done, and gives the same bits. After the first
-    picture a process must not be forked to render in the child, as multiprocessing does by default on Linux before
-    Python 3.14: OpenGL drivers do not survive that. Use multiprocessing.get_context("spawn").
+    The last scene stays in memory and on the device, with textures of up to 136 MB, until a call with another scene. A
+    call with the same scene object and size, and any number of samples, then only draws and reads. The OpenGL context
+    is kept, too.
 
-    Warns (UserWarning) of a scene whose distances and radii are further apart than 32 bits resolve, of soft shadows
-    where no light has a radius, and of each material that reflects more light than comes in. Raises
-    InputError for a wrong value or a scene beyond this driver's limits, ContextError if no OpenGL
-    context opens or in such a child, RuntimeError if called by `progress`, MemoryError if the picture does not fit.
+    Threads take turns: a call waits until the call of another thread returns. The pictures have the same bits as
+    without threads. After the first picture, a process must not be forked to render in the child, because OpenGL
+    drivers do not survive a fork. Python before 3.14 forks by default in multiprocessing on Linux: use
+    multiprocessing.get_context("spawn").
+
+    Warns (UserWarning) about a scene whose distances and radii differ by more than 32 bits resolve, about soft shadows
+    if no light has a radius, and about each material that reflects more light than it receives. Raises InputError for
+    a wrong value or a scene beyond the driver's limits, ContextError if no OpenGL context opens or in a forked child,
+    RuntimeError if `progress` calls render(), MemoryError if the picture does not fit into memory.
     """
     scene = checked_scene(scene)
     chosen = SettingsPatch.without_none(

@@ -1,4 +1,4 @@
-"""The arrays of a picture, and how they are filled: tile by tile, or by a stopping rule for the whole picture."""
+"""The arrays of a picture, filled tile by tile, or with a stopping rule for the whole picture at once."""
 
 from __future__ import annotations
 
@@ -23,16 +23,17 @@ from raytracer.rendering.tiles import place
 from raytracer.scene.options import SamplingOptions
 from raytracer.scene.sequences import SEQUENCES
 
-# The reserve for reading a picture and for its replicate, over the time of a first trial: what follows takes time, too.
+# The time reserved for the read-back and the replicate of a picture, over the time that they took in a first trial:
+# later steps take time, too.
 _RESERVE = 1.25
-_WHY_ONE_SAMPLE = "1 sample a pixel"
-_WHY_NO_TIME = "some pixels got 1 sample, for want of time"
+_WHY_ONE_SAMPLE = "1 sample per pixel"
+_WHY_NO_TIME = "the time was enough for only 1 sample in some pixels"
 
 
 class PictureArrays:
     """The arrays of a picture of `size` (width, height), the top row first.
 
-    `features` are its small bright features; None without estimates of its error.
+    `features` are the small bright features of the picture; None: no error estimate is needed.
     """
 
     def __init__(self, size: tuple[int, int], options: SamplingOptions, features: Features | None) -> None:
@@ -44,8 +45,8 @@ class PictureArrays:
         # The root of the variance of a pixel's samples, summed over channels.
         self.deviation = np.empty(shape, np.float32) if features is not None and options.estimates_error else None
         self._features = features
-        self._fewest = 0  # samples of a pixel
-        # With a time: the reserves for reading a sum, and for one sample of the replicate.
+        self._fewest = 0  # the fewest samples of a pixel
+        # If the user set a time: seconds reserved for the read-back of a sum, and for one sample of the replicate.
         self._reading_seconds = self._replicate_seconds = 0.0
         self._measurement: replicate.Measurement | None = None
 
@@ -56,10 +57,10 @@ class PictureArrays:
         tiles: Sequence[Rectangle],
         progress: Progress | None,
     ) -> float:
-        """Draw all tiles. Return the seconds, without the time of compilers.
+        """Draw all tiles, and return the duration in seconds, without compilation.
 
-        With a stopping rule, which decides on the whole picture, all tiles get samples at the same time, else one after
-        another.
+        With a stopping rule, which decides on the whole picture, all tiles get their samples together; without, one
+        tile after the other.
         """
         if self.options.time is not None:
             renderer.warm()
@@ -83,7 +84,7 @@ class PictureArrays:
         tiles: Sequence[Rectangle],
         progress: Progress | None,
     ) -> None:
-        """Add samples until the error, measured by a replicate, is small enough, or samples or time are used up."""
+        """Add samples until the error measured by a replicate is small enough, or samples or time are used up."""
         options, whole = self.options, (0, 0, *self.size)
         until = math.inf if options.time is None else time.perf_counter() + options.time
         accumulation = Accumulation(renderer, measurements, options, whole, tiles, self.size, features=self._features)
@@ -103,9 +104,9 @@ class PictureArrays:
         until: float,
         progress: Callable[[int, int], None],
     ) -> None:
-        """Draw all samples of a part and read them, so that their error can be measured by the time `until`.
+        """Draw all samples of a part and read them, early enough to measure their error by the time `until`.
 
-        `progress` gets the number of samples so far, and how many there are at most.
+        `progress` gets the number of samples so far, and the limit of samples.
         """
         while True:
             accumulation.step(self._seconds_left(accumulation, until), together=until == math.inf)
@@ -121,14 +122,14 @@ class PictureArrays:
         self.read(accumulation, part)
 
     def _seconds_left(self, accumulation: Accumulation, until: float) -> float:
-        """The seconds left for one more sample, if reading and the replicate are done by the time `until`."""
-        # A second part of the sum is read besides, and added in float64.
+        """Return the seconds left for samples, if the read-back and the replicate must end by the time `until`."""
+        # From SUMMED samples on, the sum has a second part, which is read and added in float64.
         parts = 1 if accumulation.samples < SUMMED else 2
         reserve = parts * self._reading_seconds + (accumulation.samples + 1) * self._replicate_seconds
         return until - reserve - time.perf_counter()
 
     def read(self, accumulation: Accumulation, part: Rectangle) -> None:
-        """Read the samples of a part."""
+        """Read the samples of a part into the arrays."""
         where = place(part, self.size[1])
         samples = accumulation.read(self.radiance[where], None if self.deviation is None else self.deviation[where])
         if self.samples is not None:
@@ -137,19 +138,19 @@ class PictureArrays:
 
     @property
     def _spread(self) -> replicate.Spread | None:
-        """The spread of the samples; None where nothing tells the error."""
+        """The spread of the samples; None if the samples do not support an error estimate."""
         if self.deviation is None or self._fewest < 2:
             return None
         return replicate.Spread(self.deviation, self._fewest if self.samples is None else self.samples)
 
     def measure(self, renderer: TileRenderer, tiles: Sequence[Rectangle]) -> Iterator[None]:
-        """Measure the error of the picture that was read. Yields after each step."""
+        """Measure the error of the picture in the arrays. Yields after each step."""
         spread = self._spread
         if spread:
             self._measurement = yield from replicate.measure(renderer, tiles, self.radiance, spread)
 
     def estimate(self, seconds: float) -> Estimate:
-        """The estimate of the error of the picture, which took `seconds` to draw."""
+        """Estimate the error of the picture, which took `seconds` to draw."""
         samples = float(self._fewest if self.samples is None else self.samples.mean())
         spread, max_error = self._spread, self.options.max_error
         if spread is None or self._measurement is None or self._features is None:
@@ -158,7 +159,7 @@ class PictureArrays:
         return replicate.estimate(self._measurement, spread, unseen, samples, seconds, max_error)
 
     def errors(self) -> NDArray[np.float32]:
-        """(H, W): the error of each pixel, nan where nothing tells it."""
+        """Return the error of each pixel, nan if it is unknown (H, W)."""
         spread = self._spread
         if spread is None or self._measurement is None:
             return np.full(self.radiance.shape[:2], np.nan, np.float32)
@@ -166,13 +167,13 @@ class PictureArrays:
 
     def _why_unknown(self) -> str:
         if not SEQUENCES[self.options.sequence].estimates_error:
-            return f"samples of the sequence {self.options.sequence} do not tell it"
+            return f"the sequence {self.options.sequence} does not support an error estimate"
         if self._features is None:
-            return "not asked for"
+            return "not requested"
         return _WHY_ONE_SAMPLE if self.options.samples == 1 else _WHY_NO_TIME
 
 
 def _add(progress: Progress | None, part: int, parts: int, done: int, most: int) -> None:
-    """Report `done` samples of a part, of which there are so many, with `most` samples each."""
+    """Report progress: `done` of at most `most` samples of the part with the index `part`, of `parts` parts."""
     if progress:
         progress(part * most + done, parts * most)

@@ -1,4 +1,4 @@
-"""The blocks of BLOCK x BLOCK pixels of a tile: how many samples each has got, and which get more."""
+"""The blocks of BLOCK x BLOCK pixels of a tile: the number of samples of each block, and the blocks that get more."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from raytracer.compiler.direction_cells import BLOCK, CELL
 from raytracer.compiler.meshes import PER_CELL, Mask, Rectangle
 from raytracer.rendering.stopping_rule import APRON
 
-# The most pixels beyond each of a tile's sides that surrounded() adds to it.
+# The most pixels that surrounded() adds at each side of a tile.
 MARGIN = CELL + BLOCK + APRON
 
 
 def surrounded(tile: Rectangle, size: tuple[int, int]) -> Rectangle:
-    """The area that decides on a tile's pixels: the tile's blocks and APRON pixels around, in whole cells."""
+    """Return the area on which decisions about a tile depend: its blocks and APRON pixels around, in whole cells."""
     (x, right), (y, top) = (
         (
             max(0, (at // BLOCK * BLOCK - APRON) // CELL * CELL),
@@ -28,42 +28,44 @@ def surrounded(tile: Rectangle, size: tuple[int, int]) -> Rectangle:
 
 
 class Blocks(NamedTuple):
-    """The blocks of an area, whole cells. Arrays are (rows, columns), the lowest row first, as OpenGL has it."""
+    """The blocks of an area of whole cells. Arrays are (rows, columns), the lowest row first, as in OpenGL."""
 
     area: Rectangle
-    cells: Mask  # the cells with active blocks in which anything may be seen
+    cells: Mask  # the cells with active blocks in which anything may be visible
     active: Mask  # the blocks that get more samples
-    is_whole: bool  # whether these are all
-    samples: NDArray[np.int32]  # how many each has got
+    is_whole: bool  # whether all blocks are active
+    samples: NDArray[np.int32]  # the number of samples of each block
 
     @staticmethod
     def all_of(area: Rectangle, cells: Mask) -> Blocks:
-        """All blocks of an area in whose `cells` anything may be seen, without a sample."""
+        """Return all blocks of an area, active and without a sample. `cells`: where anything may be visible."""
         shape = PER_CELL * cells.shape[0], PER_CELL * cells.shape[1]
         return Blocks(area, cells, np.ones(shape, bool), True, np.zeros(shape, np.int32))
 
     def sampled(self, more: int) -> Blocks:
-        """The same after so many `more` samples of the active blocks."""
+        """Return the blocks after `more` further samples of the active blocks."""
         return self._replace(samples=self.samples + np.int32(more) * self.active)
 
     def narrowed(self, active: Mask) -> Blocks:
-        """The same with fewer blocks `active`."""
-        # Measurements know nothing of a cell in which nothing is seen, such as its sums before.
+        """Return the blocks with fewer of them `active`."""
+        # Only cells in which anything may be visible: measurements have no kept sums of others.
         return self._replace(active=active, cells=self.cells & self.by_cell(active), is_whole=bool(active.all()))
 
     def where(self, area: Rectangle, side: int = BLOCK) -> tuple[slice, slice]:
-        """Where the blocks of an `area` of whole cells are in the arrays, or where squares of another `side` are.
+        """Return the slices of the arrays with the blocks of an `area` of whole cells.
 
-        Blocks of cells at the picture's edge count, though they be beyond it.
+        The slices include blocks beyond the picture's edge if they are in a cell at the edge. `side` is the side of the
+        squares of the arrays. Default: BLOCK.
         """
         x, y = area[0] - self.area[0], area[1] - self.area[1]
         (rows, columns), per = (-(-length // CELL) for length in (area[3], area[2])), CELL // side
         return slice(y // side, y // side + per * rows), slice(x // side, x // side + per * columns)
 
     def around(self, tile: Rectangle, area: Rectangle) -> Blocks:
-        """The blocks of an `area` around a `tile`, both of whole cells.
+        """Return the blocks of an `area` around a `tile`, both of whole cells.
 
-        Once some blocks have stopped, only blocks of the tile are active: others no longer decide on them.
+        Once some blocks have stopped, only blocks of the tile are active, because decisions on them no longer depend on
+        blocks around.
         """
         if area == self.area:
             return self
@@ -76,26 +78,29 @@ class Blocks(NamedTuple):
         return part.narrowed(own[where])._replace(is_whole=False)
 
     def by_cell(self, mask: Mask) -> Mask:
-        """(rows, columns) of cells: True for cells with a block that is True in `mask`."""
+        """Return for each cell whether any of its blocks is True in `mask` (rows, columns)."""
         return np.asarray(mask.reshape(len(self.cells), PER_CELL, -1, PER_CELL).any(axis=(1, 3)))
 
     def samples_in(self, part: Rectangle) -> NDArray[np.int32]:
-        """(H, W), top row first: how many samples each pixel got in a part of the area."""
+        """Return the number of samples of each pixel in a part of the area (H, W), the top row first."""
         samples, (x, y) = self.samples[self.part(part)], self._within_block(part)
         return samples.repeat(BLOCK, axis=1)[:, x : x + part[2]].repeat(BLOCK, axis=0)[y : y + part[3]][::-1]
 
     def divisors_in(self, part: Rectangle) -> NDArray[np.float32]:
-        """(H, W, 3): the same for each channel. By broadcasting, a division takes three times as long."""
+        """Return the result of samples_in() for each channel (H, W, 3).
+
+        A division by this array takes a third of the time of a division that broadcasts over channels.
+        """
         samples, (x, y) = self.samples[self.part(part)], self._within_block(part)
-        # Rows last: they are copied whole.
-        each = samples.astype(np.float32).repeat(3 * BLOCK, axis=1)[:, 3 * x : 3 * (x + part[2])]
-        return each.repeat(BLOCK, axis=0)[y : y + part[3]][::-1].reshape(part[3], part[2], 3)
+        # Rows are repeated last, because whole rows are copied fast.
+        row = samples.astype(np.float32).repeat(3 * BLOCK, axis=1)[:, 3 * x : 3 * (x + part[2])]
+        return row.repeat(BLOCK, axis=0)[y : y + part[3]][::-1].reshape(part[3], part[2], 3)
 
     def _within_block(self, part: Rectangle) -> tuple[int, int]:
-        """Where in a block the lower left pixel of a part of the area is."""
+        """Return the place of the lower left pixel of a part of the area in its block."""
         return (part[0] - self.area[0]) % BLOCK, (part[1] - self.area[1]) % BLOCK
 
     def part(self, tile: Rectangle) -> tuple[slice, slice]:
-        """Where the blocks of a tile are in the arrays."""
+        """Return the slices of the arrays with the blocks of a tile."""
         x, y = tile[0] - self.area[0], tile[1] - self.area[1]
         return slice(y // BLOCK, -(-(y + tile[3]) // BLOCK)), slice(x // BLOCK, -(-(x + tile[2]) // BLOCK))

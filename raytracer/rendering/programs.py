@@ -1,4 +1,4 @@
-"""The programs that draw a scene."""
+"""The compiled OpenGL programs that draw a scene."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from raytracer.gpu.gl import Program
 
 
 class ScenePrograms(NamedTuple):
-    """The programs that draw a scene, and the files that their texts are from."""
+    """The programs that draw a scene, and the versions of their shader files."""
 
     by_name: Mapping[str, Program]
-    versions: Mapping[str, FileVersion]  # of the files
+    versions: Mapping[str, FileVersion]
 
     def are_current(self) -> bool:
-        """Whether no file has changed since."""
+        """Whether no shader file has changed since the compilation."""
         return is_current(self.versions)
 
 
 def picture_programs(device: Device, compiled: CompiledScene, *, plane_only: bool, several: bool) -> ScenePrograms:
-    """The programs that draw pictures of a scene, with or without those for plane-only cells (program_sources())."""
+    """Compile the programs that draw pictures of a scene. `plane_only`, `several`: see program_sources()."""
     sources = program_sources(compiled, "picture", device.limits.varyings, plane_only=plane_only, several=several)
     versions: dict[str, FileVersion] = {}
     for source in sources.values():
@@ -33,9 +33,9 @@ def picture_programs(device: Device, compiled: CompiledScene, *, plane_only: boo
 
 
 def find_programs(device: Device, compiled: CompiledScene, show: Show | None = "picture") -> dict[str, Program]:
-    """The programs that draw a scene, by name; with `show` None they draw only what each pixel sees.
+    """Compile the programs that draw a scene, and return them by name. The context must be current.
 
-    The context must be current.
+    With `show` None, the programs draw only the geometry: the surface of each pixel.
     """
     return _programs(device, program_sources(compiled, show, device.limits.varyings))
 
@@ -45,6 +45,6 @@ def _programs(device: Device, sources: Mapping[str, ProgramSource]) -> dict[str,
 
 
 def are_compiled(device: Device, compiled: CompiledScene, show: Show | None = "picture") -> bool:
-    """Whether find_programs() compiles nothing. Raises ShaderError as find_programs()."""
+    """Whether find_programs() would compile nothing. Raises ShaderError as find_programs() does."""
     sources = program_sources(compiled, show, device.limits.varyings).values()
     return all(device.has_program(source.fragment, source.vertex) for source in sources)

@@ -1,4 +1,4 @@
-"""The picture in the window: drawn sample by sample on the GPU, where it stays until it is wanted."""
+"""Progressive picture of the window: drawn sample by sample, and kept on the GPU until the caller reads it."""
 
 from __future__ import annotations
 
@@ -30,25 +30,25 @@ from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 
-# Larger pixels would show nothing any more.
+# The largest side of an enlarged pixel, in pixels of the window. Larger ones would hide the scene.
 _MOST_ENLARGED = 16
 
 
 class Pace:
-    """The pace of samples, and so the size that pixels of a moving picture must have."""
+    """The measured time per sample, which decides the size of the pixels of a moving picture."""
 
     def __init__(self, budget: float) -> None:
         self._budget = budget  # seconds for one sample
         self._recent: deque[float] = deque(maxlen=5)
 
     def add(self, seconds: float) -> None:
-        """Take note of a sample by its seconds a pixel."""
+        """Record a sample, in seconds per pixel."""
         self._recent.append(seconds)
 
     def enlarged(self, pixels: int) -> int:
-        """The side, in pixels of the window, of the smallest pixels that keep a sample within the budget.
+        """Return the side of the smallest enlarged pixels that keep a sample within the budget, in window pixels.
 
-        By the fastest of the last samples: the slow ones had to wait for a compiler, or another process.
+        The fastest of the last samples counts, because slow samples had to wait for a compiler or another process.
         """
         if not self._recent:
             return 1
@@ -57,13 +57,13 @@ class Pace:
 
 
 class ProgressivePicture:
-    """A picture that begins anew with `start` and gains by every `step`.
+    """A picture that `start` begins, and that gains one sample with every `step`.
 
     The device's context must be current in all calls.
     """
 
     def __init__(self, device: Device, budget: float) -> None:
-        """`budget`: seconds that a sample of a moving picture may take."""
+        """Prepare without drawing. `budget`: time limit for a sample of a moving picture, in seconds."""
         self._device = device
         self._budget = budget
         self._pace = Pace(budget)
@@ -77,30 +77,37 @@ class ProgressivePicture:
         self._rereads = False
         self._is_mistaken = False  # whether the shaders of measurements have a mistake
         self._settings = Settings()
-        self._seconds = 0.0  # that the samples took
-        self._arrays: PictureArrays | None = None  # of the picture whose error is measured
+        self._seconds = 0.0  # duration of the samples
+        self._arrays: PictureArrays | None = None  # the arrays of the finished picture, while its error is measured
         self._measuring: Iterator[None] | None = None
-        self._estimate: Estimate | None = None  # the measured one
-        self._stopped: object = None  # the blocks whose numbers of samples are on the GPU
+        self._estimate: Estimate | None = None  # the measured error of the finished picture
+        self._stopped: object = None  # the active blocks when "blockSamples" was written to the GPU
         self.size = (0, 0)
-        self.is_moving = False  # then it is not to get a second sample, but begun anew as a still one
+        self.is_moving = False  # a moving picture gets no second sample; the caller starts a still picture instead
         self.enlarged = 1  # the side of a pixel in pixels of the window
 
     def reread(self) -> None:
-        """Read the shaders' files again at the next `start`."""
+        """Read the shader files again at the next `start`."""
         self._rereads = True
 
     def start(self, scene: Scene, settings: Settings, show: Show, size: tuple[int, int], *, moving: bool) -> None:
-        """Begin a picture of `size` pixels, none of them 0, without any sample yet.
+        """Begin a picture without any sample.
 
-        The pixels of a `moving` picture are enlarged as the budget wants. Programs are made only if `scene` has other
-        objects than the scene before, or other settings are used. Raises InputError for a scene or size beyond this
-        driver's limits and ShaderError for a mistake in `shaders/`; the picture before can then be started again.
+        Programs are compiled only if `scene` has other objects than the previous scene, or if settings differ.
+
+        Args:
+            scene, settings: the scene and the settings of the picture
+            show: the picture, or normals, depth or materials
+            size: width and height in pixels, both above 0
+            moving: whether the picture moves. The pixels of a moving picture are enlarged to keep the budget.
+
+        Raises InputError for a scene or size beyond the driver's limits, and ShaderError for a mistake in `shaders/`.
+        After an error, the previous picture can be started again.
         """
         limit = self._device.limits.target
         if max(size) > limit:
             raise InputError(
-                f"expected a window of at most {limit} pixels a side here, got {size[0]}x{size[1]}", "size"
+                f"expected a window of at most {limit} pixels a side on this driver, got {size[0]}x{size[1]}", "size"
             )
         compiled = self._compile(scene, settings)
         structure = compiled.structure, show
@@ -121,13 +128,13 @@ class ProgressivePicture:
             self._pace = Pace(self._budget)
         if rereads:
             self._is_mistaken, self._measurements = False, None
-            self._device.forget()  # programs of the files as they were
+            self._device.forget()  # the programs of previous file versions
         elif not is_known:
             self._device.trim()
         self.enlarged, self.is_moving = enlarged, moving and (enlarged > 1 or settings.samples > 1)
         self._settings, self._seconds, self._stopped = settings, 0.0, None
         self._arrays = self._measuring = self._estimate = None
-        # The only sample of a moving picture is at the pixel's centre, unless samples are random.
+        # A moving picture has one sample, at the pixel's centre unless samples are random.
         options = msgspec.structs.replace(settings.sampling, samples=1) if moving else settings.sampling
         measurements = None
         if show == "picture" and is_measured(options, estimates=True) and not self._is_mistaken:
@@ -141,7 +148,7 @@ class ProgressivePicture:
         )
 
     def _tiles_for(self, size: tuple[int, int], *, geometry: bool) -> TileRenderer:
-        """The renderer of a tile as large as the picture."""
+        """Return the renderer of a tile as large as the picture. Replaces the present one if it does not fit."""
         tiles = self._tiles
         if tiles is None or tiles.target != size or tiles.has_geometry != geometry:
             if tiles:
@@ -152,25 +159,25 @@ class ProgressivePicture:
         return tiles
 
     def has_structure(self, scene: Scene, settings: Settings, show: Show) -> bool:
-        """Whether the programs of the picture before draw this one. Raises InputError as `start`."""
+        """Whether the programs of the current picture can draw this one. Raises InputError as `start` does."""
         return self._structure == (self._compile(scene, settings).structure, show)
 
     def is_compiled(self, scene: Scene, settings: Settings, show: Show) -> bool:
-        """Whether `start` compiles nothing for this picture. Raises InputError and ShaderError as `start`."""
+        """Whether `start` would compile nothing for this picture. Raises InputError and ShaderError as `start` does."""
         compiled = self._compile(scene, settings)
         self._device.limits.check(compiled)
         return are_compiled(self._device, compiled, show)
 
     def _compile(self, scene: Scene, settings: Settings) -> CompiledScene:
-        """The compiled scene. It shares everything that it can with the one made last."""
+        """Compile the scene. The result shares as much as possible with the last compiled scene."""
         self._compiled = compile(scene, settings.compile_options, self._compiled)
         return self._compiled
 
     def step(self) -> None:
-        """Draw one more sample and wait for it, or go on with the measurement of a finished picture's error.
+        """Draw one more sample and wait for it, or continue to measure the error of a finished picture.
 
-        Raises InputError if shaders do not come to an end in the first one, and ShaderError for a mistake in the
-        shaders that measure a picture's error, once until they are read again: it goes on without.
+        Raises InputError if shaders do not terminate in the first sample. Raises ShaderError for a mistake in the
+        shaders of measurements: once, as the picture continues without an error until the shaders are read again.
         """
         assert self._accumulation
         begin = time.perf_counter()
@@ -191,7 +198,7 @@ class ProgressivePicture:
         self._write_stopped(self._accumulation)
 
     def _measure(self, accumulation: Accumulation) -> None:
-        """Measure the error of the finished picture, for as long as a sample may take, and go on if it is too large."""
+        """Measure the error of the finished picture within one budget. Resume sampling if the error is too large."""
         assert self._tiles and self._compiled
         end = time.perf_counter() + self._budget
         whole: Rectangle = (0, 0, self.size[0], self.size[1])
@@ -217,7 +224,7 @@ class ProgressivePicture:
         return math.inf if self._settings.time is None else self._settings.time - self._seconds
 
     def _write_stopped(self, accumulation: Accumulation) -> None:
-        """Bring the samples of the blocks that get no more to the GPU, if more blocks have stopped."""
+        """Upload the numbers of samples of stopped blocks, if more blocks have stopped."""
         blocks = accumulation.blocks
         if blocks.is_whole or blocks.active is self._stopped:
             return
@@ -228,7 +235,7 @@ class ProgressivePicture:
         self._stopped = blocks.active
 
     def textures(self) -> dict[str, Texture]:
-        """The textures from which the picture is shown, by their samplers in present.frag."""
+        """Return the textures of the picture, by the names of their samplers in present.frag."""
         assert self._tiles
         player = self._tiles.player
         names = {"radianceSum": "radiance"}
@@ -240,29 +247,29 @@ class ProgressivePicture:
 
     @property
     def light_scale(self) -> float:
-        """The power of two times which light the textures' sums are of."""
+        """The power of two by which all light in the textures' sums is multiplied."""
         return self._accumulation.light_scale if self._accumulation else 1.0
 
     @property
     def samples(self) -> int:
-        """The number of samples: pixels may have got fewer."""
+        """The number of samples. Pixels in stopped blocks have fewer."""
         return self._accumulation.samples if self._accumulation else 0
 
     @property
     def is_done(self) -> bool:
-        """Whether the picture has all samples that the settings want, and its error is measured."""
+        """Whether the picture has all samples that the settings require, and its error is measured."""
         accumulation = self._accumulation
         is_finished = accumulation is not None and accumulation.is_done(self._seconds_left())
         return is_finished and (self._estimate is not None or not self._can_measure)
 
     def estimate(self) -> Estimate | None:
-        """The picture's estimate of its own error; None where the error is not known (yet)."""
+        """Return the picture's estimate of its own error; None if there is no estimate (yet)."""
         if self._estimate or self._accumulation is None:
             return self._estimate
         return self._accumulation.estimate(self._seconds)
 
     def image(self, metadata: Mapping[str, str]) -> Image:
-        """The picture so far, in the size in which it is drawn."""
+        """Read the picture so far, with enlarged pixels as single pixels."""
         assert self._accumulation
         width, height = _enlarged(self.size, self.enlarged)
         mean = np.empty((height, width, 3), np.float32)
@@ -270,12 +277,12 @@ class ProgressivePicture:
         return Image(mean, metadata=metadata)
 
     def close(self) -> None:
-        """Give back everything on the GPU but the device's programs."""
+        """Release all GPU resources except the device's programs."""
         if self._tiles:
             self._tiles.close()
         self._tiles = self._measurements = self._accumulation = None
 
 
 def _enlarged(size: tuple[int, int], by: int) -> tuple[int, int]:
-    """The numbers of pixels, enlarged so much, that cover a window of `size`."""
+    """Return the numbers of pixels, enlarged by a factor, that cover a window of `size`."""
     return -(-size[0] // by), -(-size[1] // by)

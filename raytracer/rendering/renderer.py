@@ -1,4 +1,4 @@
-"""The renderer: a scene becomes an image on one device, which keeps the scene that was drawn last."""
+"""Renderer: renders scenes to images on one device, and keeps the last scene on the GPU."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from raytracer.rendering.tiles import TILE, split, tile_size
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 
-# Samples of all pixels together, adaptive ones as if none were left out: a picture of fewer gains less by a program for
-# plane-only cells than it takes to compile.
+# The number of samples of all pixels together from which a program for plane-only cells saves more time than it takes
+# to compile. With adaptive sampling, skipped samples count, too.
 _WORTH_PLANE_ONLY = 2**20
-# Pixels of the targets that stay after a picture: at up to 65 bytes a pixel, with measurements, 136 MB.
+# The most pixels of targets that stay after a picture: at up to 65 bytes per pixel, with measurements, 136 MB.
 _KEPT_PIXELS = 2**21
-# Bytes of a frame's numbers that stay, here and on the GPU: 10,000 objects and a light take a tenth.
+# The most bytes of a frame's numbers that stay, in memory and on the GPU: 10,000 objects and a light take a tenth.
 _KEPT_BYTES = 2**26
 
 
 def metadata(
     scene: Scene, size: tuple[int, int], settings: Settings, estimate: Estimate | None = None
 ) -> dict[str, str]:
-    """The text in a picture's file: names and values."""
+    """Return the text entries of a picture's file, by name."""
     from raytracer.version import __version__
 
     text = {
@@ -49,29 +49,29 @@ def metadata(
 
 
 class _Kept(NamedTuple):
-    """The scene that was drawn last, on the GPU."""
+    """The last scene, which stays on the GPU."""
 
     frame: Frame
-    plane_only: bool  # whether its plane-only cells are known, and have a program
-    several: bool  # whether they may have a program for several samples at once
+    plane_only: bool  # whether plane-only cells have a program of their own
+    several: bool  # whether there may be a program for several samples at once in plane-only cells
     programs: ScenePrograms
     tiles: TileRenderer
     measurements: BlockMeasurements | None
 
     def is_large(self) -> bool:
-        """Whether the scene takes more memory than is kept between pictures."""
+        """Whether the scene takes more memory than may stay between pictures."""
         width, height = self.tiles.target
         numbers = sum(part.nbytes for parts in self.frame.textures.values() for part in parts)
         return width * height > _KEPT_PIXELS or numbers > _KEPT_BYTES
 
     def shows(self, compiled: CompiledScene, size: tuple[int, int], *, plane_only: bool) -> bool:
-        """Whether a picture of this scene and size has this frame."""
+        """Whether the frame fits a picture of this scene and size."""
         return self.frame.compiled is compiled and self.frame.size == size and self.plane_only == plane_only
 
     def draws(self, compiled: CompiledScene, *, plane_only: bool, several: bool) -> bool:
-        """Whether the programs draw that scene."""
+        """Whether the programs fit that scene."""
         known = self.frame.compiled
-        # By identity: to compare thousands of equal objects takes longer than to make the texts.
+        # Compare by identity: to compare thousands of equal objects takes longer than to generate the shader texts.
         has_objects = compiled.scene.objects is known.scene.objects
         is_alike = compiled is known or (has_objects and compiled.structure == known.structure)
         has_programs = self.plane_only == plane_only and (self.several or not several)
@@ -81,8 +81,8 @@ class _Kept(NamedTuple):
 class Renderer:
     """Renders scenes on one device.
 
-    The numbers, programs and targets of the scene drawn last stay, up to _KEPT_PIXELS and _KEPT_BYTES. The same scene
-    is then drawn again without preparations, and one with the same objects with few.
+    The numbers, programs and targets of the last scene stay, up to _KEPT_PIXELS and _KEPT_BYTES. The next picture of
+    the same scene needs no preparation, and a scene with the same objects needs little.
     """
 
     def __init__(self, device: Device) -> None:
@@ -101,10 +101,14 @@ class Renderer:
         single_picture: bool = False,
         estimates: bool = True,
     ) -> Image:
-        """Render `scene` as `rt.render()` does. `tile` is the side of the largest target in pixels.
+        """Render `scene` as `rt.render()` does.
 
-        A `single_picture` is the process's only one: programs that take longer to compile than they save are left out.
-        Without `estimates` the image has no estimate of its error, unless samples are taken by the estimate.
+        Args:
+            scene, size, settings, geometry, progress: see `rt.render()`
+            tile: side of the largest target in pixels
+            single_picture: whether this is the process's only picture, which leaves out programs that take longer to
+                compile than they save
+            estimates: whether to estimate the image's error. A stopping rule estimates the error in any case.
         """
         options, (width, height) = settings.sampling, size
         estimates |= options.has_stopping_rule
@@ -114,12 +118,12 @@ class Renderer:
         tile = min(tile, self.device.limits.target - 2 * margin(options))
         features = None
         if estimates:
-            # An error that the samples do not tell needs no features.
+            # If the samples do not support an error estimate, no features are needed.
             features = bright_features(compiled, size) if options.estimates_error else NO_FEATURES
         arrays = PictureArrays(size, options, features)
-        # Plane-only cells have programs of their own where those save more than their compilation takes.
+        # Plane-only cells have programs of their own if these save more time than their compilation takes.
         plane_only = not single_picture or width * height * options.samples >= _WORTH_PLANE_ONLY
-        # Within a time, samples are drawn one by one.
+        # With a time limit, samples are drawn one by one.
         several = options.samples >= TOGETHER and options.time is None
         largest = tile_size(size, tile, is_drawn_once=options.samples == 1)
         around = 2 * margin(options)
@@ -162,7 +166,7 @@ class Renderer:
         plane_only: bool,
         several: bool,
     ) -> _Kept:
-        """Bring to the GPU the parts of a scene that are not there. `target` is the size of the largest tile."""
+        """Upload the parts of a scene that are not on the GPU. `target` is the size of the largest tile."""
         kept = self._kept
         if kept and kept.shows(compiled, size, plane_only=plane_only):
             frame = kept.frame
@@ -181,16 +185,17 @@ class Renderer:
         return self._kept
 
     def close(self) -> None:
-        """Release the kept scene. The next picture brings its own. The context must be current."""
-        kept, self._kept = self._kept, None  # first, as an interrupt may come while it is given back
+        """Release the kept scene. The next picture uploads its scene again. The context must be current."""
+        kept, self._kept = self._kept, None  # before the release, which an interrupt may end
         if kept:
             kept.tiles.close()
 
 
-# A device's renderer lives as long as the device: gpu/device.py keeps one of each kind.
+# The renderer of each shared device. Shared devices are never released: gpu/device.py keeps one for each backend and
+# adapter.
 _shared: dict[Device, Renderer] = {}
 
 
 def shared_renderer(device: Device) -> Renderer:
-    """The renderer of a shared device, for all calls of rt.render()."""
+    """Return the renderer of a shared device, which all calls of rt.render() use."""
     return _shared.setdefault(device, Renderer(device))

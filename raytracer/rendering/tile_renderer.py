@@ -1,4 +1,4 @@
-"""The renderer of tiles: it draws one sample of a tile after another, and reads their sums."""
+"""Tile renderer: draws the samples of tiles one after another, and reads their sums."""
 
 from __future__ import annotations
 
@@ -35,53 +35,53 @@ from raytracer.gpu.gl import Program, set_constants
 from raytracer.gpu.scene_buffers import SceneBuffers
 from raytracer.scene.options import SamplingOptions
 
-# The constant CUT_SHORT of cut_short.glsl.
+# The value of CUT_SHORT in cut_short.glsl.
 _CUT_SHORT = -(2**31)
-# Less than INF of real.glsl, more than any light.
+# Less than INF in real.glsl, and more than any light.
 _INFINITE = 1e29
-# The textures that each tile has of its own: the sums of its samples, those sums of which a copy was kept, and the sums
-# before them.
+# The textures of which each tile has its own: the sums of its samples, a kept copy of earlier sums, and the sums before
+# the current ones.
 _SUMS = "radiance", "earlierSum", "summedBefore"
 _PROGRAMS = SEE, SHAPES, SHADE, PICTURE, PLANE_ONLY, SEVERAL, EMPTY
 
 
 class TileRenderer:
-    """Targets of `target` (width, height) pixels, and a scene's numbers, on the GPU until closed.
+    """Draws tiles into targets of `target` (width, height) pixels. Holds targets and scene on the GPU until closed.
 
-    With `geometry` there are targets for distances and normals, too, for a program SEE that gives them.
+    With `geometry` there is also a target for distances and normals, which the program SEE draws.
     """
 
     def __init__(self, device: Device, target: tuple[int, int], *, geometry: bool = False) -> None:
         self.player = DrawPlayer(device)
         self.target = target
         self.has_geometry = geometry
-        self.draws_together = False  # whether TOGETHER samples take less time at once than one after another
+        self.draws_together = False  # whether TOGETHER samples at once take less time than one after another
         self._is_software = device.limits.is_llvmpipe
         self._buffers = SceneBuffers(device.context)
         self._frame: Frame | None = None
-        self._light_scale = 1.0  # times which light is on the GPU
-        self._tiles: dict[Rectangle, Meshes] = {}  # of whole tiles
-        self._masked: dict[Rectangle, tuple[Mask, Meshes]] = {}  # of parts of tiles: of each those drawn last
-        self._others: dict[int, dict[str, str]] = {}  # the names of textures of tiles besides the first
-        self._size = target  # of the textures of sums
+        self._light_scale = 1.0  # the factor of all light on the GPU
+        self._tiles: dict[Rectangle, Meshes] = {}  # the meshes of whole tiles
+        self._masked: dict[Rectangle, tuple[Mask, Meshes]] = {}  # the last mask of each tile, and its meshes
+        self._others: dict[int, dict[str, str]] = {}  # names of the textures of tiles besides the first
+        self._size = target  # size of the textures of sums
         if geometry:
             self.player.add_texture("normalDepth", target, 4)
-        # The sums of the samples times a light_scale, and in a of their squared lengths.
+        # RGB: the sums of the samples, times the light_scale; alpha: the sums of their squared lengths.
         self.player.add_texture("radiance", target, 4)
 
     def load(self, programs: Mapping[str, Program], frame: Frame) -> None:
-        """Take the numbers of a frame. `programs` draw its structure, by their names.
+        """Upload the numbers of a frame, and use `programs` (by name) to draw it.
 
-        Does nothing for the frame and the programs that are there. Raises ShaderError if a program has a uniform of
-        another type than it should have.
+        Does nothing if frame and programs are the current ones. Raises ShaderError if a uniform of a program has the
+        wrong type.
         """
         if frame is self._frame and programs is self._programs:
             return
-        self._frame = None  # until all of it is there
+        self._frame = None  # until everything is uploaded
         self._to_world = frame.view.rotation.astype(np.float32)
         self._rounds = frame.rounds
         self._upload(frame, 1.0)
-        self._material_index = np.append(frame.compiled.surfaces.material, np.int32(-1))  # so also at index -1
+        self._material_index = np.append(frame.compiled.surfaces.material, np.int32(-1))  # index -1 is the background
         self.player.use(programs, replaced=_PROGRAMS)
         self._tiles.clear()
         self._masked.clear()
@@ -91,24 +91,24 @@ class TileRenderer:
         self._shades = SHADE in programs or PICTURE in programs
         self.draws_together = SEVERAL in programs
         for program in programs.values():
-            set_constants(program, self._constants)  # a mistake in a type comes to light here
+            set_constants(program, self._constants)  # raises ShaderError for a uniform of the wrong type
             self._buffers.attach(program)
         self._frame, self._programs = frame, programs
 
     def _upload(self, frame: Frame, light_scale: float) -> None:
-        """Bring the numbers of `frame` to the GPU, with all light times `light_scale`."""
+        """Upload the numbers of `frame`, with all light multiplied by `light_scale`."""
         frame = frame if light_scale == 1.0 else in_light(frame, light_scale)
         self._buffers.upload(frame)
         self._constants = {**frame.uniforms, "two": 2}
         self._light_scale = light_scale
 
     def light_scale(self, brightest: float) -> float:
-        """The light_scale for the scene where samples are so bright."""
+        """Return the light_scale for the scene, if its brightest sample is `brightest`."""
         assert self._frame
         return light_scale(self._frame, brightest)
 
     def _find_seen(self, programs: Mapping[str, Program]) -> tuple[str, ...]:
-        """Have the textures that SEE and SHAPES draw into, and name them."""
+        """Create the textures that SEE and SHAPES draw into, and return their names."""
         if PICTURE in programs:
             return ()
         if not self.player.has_texture("surface"):
@@ -122,7 +122,7 @@ class TileRenderer:
         return ("surface", *(("others",) if others else ()), *geometry)
 
     def turn_to(self, tile: int, size: tuple[int, int]) -> None:
-        """From now on draw, measure and read the sums of that `tile`, of `size`: 0, 1, ... At first it is tile 0."""
+        """Switch to the sums of another `tile` (0, 1, ...) with this `size`. A new renderer starts with tile 0."""
         if tile and tile not in self._others:
             self._others[tile] = {name: f"{name} {tile}" for name in _SUMS}
         self.player.rename(self._others.get(tile, {}))
@@ -132,7 +132,7 @@ class TileRenderer:
                 self.player.add_texture(name, self._size, 4)
 
     def drop_others(self) -> None:
-        """Turn to tile 0, and give back the sums of all others."""
+        """Switch to tile 0, and release the sums of all other tiles."""
         self.turn_to(0, self.target)
         for names in self._others.values():
             for name in names.values():
@@ -140,7 +140,7 @@ class TileRenderer:
         self._others.clear()
 
     def seen_cells(self, area: Rectangle) -> Mask:
-        """(rows, columns): in which cells of an area, whole ones, anything may be seen."""
+        """Return for each cell of an area of whole cells whether anything may be visible in it (rows, columns)."""
         return self._coverage.seen_cells(area)
 
     def draw(
@@ -152,13 +152,16 @@ class TileRenderer:
         light_scale: float = 1.0,
         target: str = "radiance",
     ) -> None:
-        """Draw 1 or TOGETHER samples of a tile and wait for them: they are added to the sums, or begin new sums.
+        """Draw samples of a tile and wait for them. They are added to the sums, or begin new sums.
 
-        The sums are in the texture `target`: "radiance", or "replicate" for sums beside them.
+        Args:
+            tile: the tile; with a `mask`, it must begin where a cell begins
+            samples: 1 or TOGETHER samples
+            mask: the blocks to draw, in whole cells (rows, columns), the lowest row first. Default: all.
+            light_scale: the factor of all light, a power of two. Default: 1.
+            target: the texture of the sums, "radiance" or "replicate". Default: "radiance".
 
-        With a `mask` only those blocks of the tile are drawn that are True in it: (rows, columns), whole cells, the
-        lowest row first; the tile then begins where a cell does. The sums are of light times `light_scale`, a power of
-        two. Raises InputError if shaders do not come to an end.
+        Raises InputError if shaders are cut short because they do not terminate.
         """
         if light_scale != self._light_scale:
             assert self._frame
@@ -169,7 +172,7 @@ class TileRenderer:
         if samples[0].starts_sum and self._is_software and self._rounds > MAX_ROUNDS:
             if self._shades:
                 self.read_sums((0, 0, *tile[2:]))
-            if self.has_geometry:  # no light tells it
+            if self.has_geometry:  # there are no sums of light to check
                 self._read_surface(tile[2:])
 
     def _meshes_of(self, tile: Rectangle, mask: Mask | None) -> Meshes:
@@ -190,7 +193,7 @@ class TileRenderer:
         )
 
     def warm(self) -> None:
-        """Have the driver compile everything that draws of single samples need, by draws of one cell."""
+        """Warm up: make the driver compile everything that single samples need, by drawing one cell."""
         coverage, area = self._coverage.one_cell(), (0, 0, CELL, CELL)
         options = SamplingOptions(samples=2)
         whole = tile_meshes(coverage, area, None, self._list_readers)
@@ -200,10 +203,10 @@ class TileRenderer:
         self.player.forget_times()
 
     def read_sums(self, part: Rectangle, out: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
-        """(H, W, 3), top row first: the sums of red, green and blue in a part of the target, times the light_scale they
-        were drawn with, in the array `out`, which must be C-contiguous, if there is one.
+        """Read the sums of red, green and blue in a part of the target (H, W, 3), the top row first.
 
-        Raises InputError if shaders did not come to an end in some pixels.
+        The sums contain the light_scale as a factor. `out` is a C-contiguous array for them. Default: a new array.
+        Raises InputError if shaders were cut short in some pixels.
         """
         sums = np.empty((part[3], part[2], 3), np.float32) if out is None else out
         self.player.read_top_first("radiance", part, sums)
@@ -212,36 +215,36 @@ class TileRenderer:
         return sums
 
     def read_replicate(self, part: Rectangle) -> NDArray[np.float32]:
-        """(H, W, 3), the lowest row first: the sums in a part of the texture "replicate"."""
+        """Read the sums in a part of the texture "replicate" (H, W, 3), the lowest row first."""
         return self.player.read("replicate", part, 3)
 
     def write_sums_before(self, total: NDArray[np.floating]) -> None:
-        """Bring the sums before the target's to the GPU: (H, W, 3), the top row first, times the same light_scale."""
+        """Upload the sums before the current ones (H, W, 3), the top row first, with the same light_scale."""
         if not self.player.has_texture("summedBefore"):
             self.player.add_texture("summedBefore", self._size, 3)
         self.player.write("summedBefore", total[::-1].astype(np.float32))
 
     def read_geometry(self, size: tuple[int, int]) -> Geometry:
-        """The surfaces that the sample just drawn sees, in the lower left part of that size."""
+        """Read the geometry of the last sample, in the lower left part of this size."""
         seen = self.player.read("normalDepth", (0, 0, *size), 4)[::-1]
         surface = self._read_surface(size)
         depth = np.where(surface == 0, np.float32(np.inf), seen[..., 3])
         return Geometry(depth, seen[..., :3] @ self._to_world, self._material_index[np.abs(surface) - 1])
 
     def _read_surface(self, size: tuple[int, int]) -> NDArray[np.int32]:
-        """(H, W), top row first: the surfaces that the lower left part of that size sees. Errors as read_sums()."""
+        """Read the surfaces in the lower left part of this size (H, W), the top row first. Errors: see read_sums()."""
         surface = self.player.read("surface", (0, 0, *size), 1)[..., 0]
         _check_rounds(surface.min() == _CUT_SHORT)
         return surface[::-1]
 
     def close(self) -> None:
-        """Give back everything on the GPU."""
+        """Release all GPU resources."""
         self.player.close()
         self._buffers.close()
 
 
 def _coverage(programs: Collection[str], frame: Frame) -> Coverage:
-    """Find which program draws which cells."""
+    """Return the cells and rectangles that each program draws."""
     own = {EMPTY: frame.cells.empty, PLANE_ONLY: frame.cells.plane_only, SEVERAL: frame.cells.plane_only}
     cells = {name: mask for name, mask in own.items() if name in programs}
     others = np.ones_like(frame.cells.empty)

@@ -1,4 +1,4 @@
-"""The sums of the samples of one tile: on the GPU, and of more samples than are summed there on the host."""
+"""Sums of the samples of one tile, on the GPU, and beyond SUMMED samples also in memory."""
 
 from __future__ import annotations
 
@@ -14,42 +14,42 @@ from raytracer.rendering.block_measurements import BlockMeasurements
 from raytracer.rendering.pixel_blocks import Blocks
 from raytracer.rendering.tile_renderer import TileRenderer
 
-# Pixels that are read and divided at a time: their arrays stay in the processor's cache.
+# The number of pixels that are read and divided at a time, so that their arrays stay in the processor's cache.
 _STRIP = 2**15
 Counts = NDArray[np.int32] | int  # numbers of samples: (rows, columns) of the area's blocks, or one for all
 
 
 class TileSums:
-    """The sums of the samples of a tile and of an `area` around it: tile `number` of those that `renderer` draws."""
+    """The sums of the samples of a tile, and of an `area` around it. `number`: the tile's number in `renderer`."""
 
     def __init__(self, renderer: TileRenderer, number: int, tile: Rectangle, area: Rectangle) -> None:
         self.tile, self.area = tile, area
         self._renderer, self._number = renderer, number
-        self._total: Any = None  # (H, W, 3): the sums of the area's samples that were read
-        self._variance: NDArray[np.float32] | None = None  # (H, W), the lowest row first: of the first of them
+        self._total: Any = None  # the sums of the area that were read so far (H, W, 3)
+        self._variance: NDArray[np.float32] | None = None  # the variance of the first SUMMED samples (H, W), bottom up
 
     def take_turn(self) -> None:
-        """Have the renderer draw and measure this tile from now on."""
+        """Switch the renderer to this tile."""
         self._renderer.turn_to(self._number, self.area[2:])
 
     def draw(self, blocks: Blocks, samples: Sequence[Sample], light_scale: float) -> None:
-        """Draw 1 or TOGETHER more samples of the area's active blocks. Errors are those of TileRenderer.draw()."""
+        """Draw 1 or TOGETHER more samples of the area's active blocks. Errors: see TileRenderer.draw()."""
         mask = None if blocks.is_whole else blocks.active
         self._renderer.draw(self.area, samples, mask, light_scale=light_scale)
 
     def read_before_new(self, counts: Counts, measurements: BlockMeasurements | None) -> None:
-        """Read the sums before new ones begin, and the first time the variance, if there are `measurements` for it."""
+        """Read the sums before new sums begin. The first call also reads the variance, if there are `measurements`."""
         sums = self._renderer.read_sums((0, 0, *self.area[2:]))
         if measurements and self._variance is None:
             self._variance = self._variance_so_far(counts, measurements)
-        # A second part makes them float64. Until then that would change no bit of the mean.
+        # The total is float64 from the second part on; before, float64 would not change a bit of the mean.
         self._total = sums if self._total is None else np.add(self._total, sums, dtype=np.float64)
         self._renderer.write_sums_before(self._total)
 
     def read_mean(self, counts: Blocks | int, out: NDArray[np.float32]) -> None:
         """Read the mean of the tile's samples into `out` (H, W, 3), the top row first.
 
-        `counts` are how many samples there are: of blocks with all of the tile's, or of each pixel.
+        `counts` are the numbers of samples: blocks that cover the tile, or one number for all pixels.
         """
         x, y, width, height = self.tile
         rows = max(1, _STRIP // width)
@@ -68,16 +68,16 @@ class TileSums:
             np.divide(sums, divisors, out=out, casting="same_kind")
 
     def variance(self, counts: Counts, measurements: BlockMeasurements) -> NDArray[np.float32]:
-        """(H, W), the top row first: the variance of each pixel's first samples, at most SUMMED of them."""
+        """Return the variance of each pixel's first samples, at most SUMMED (H, W), the top row first."""
         variance = self._variance if self._variance is not None else self._variance_so_far(counts, measurements)
         return variance[::-1][_within(self.tile, self.area)]
 
     def _variance_so_far(self, counts: Counts, measurements: BlockMeasurements) -> NDArray[np.float32]:
-        """(H, W), the lowest row first: the variance of the area's samples, of which there are at most SUMMED."""
+        """Measure the variance of the area's samples, which must be at most SUMMED (H, W), the lowest row first."""
         return measurements.variance(self.area, self._renderer.seen_cells(self.area), counts)
 
 
 def _within(part: Rectangle, area: Rectangle) -> tuple[slice, slice]:
-    """Where a part of an area is in arrays of the area with the top row first."""
+    """Return the slices of a part of an area, in arrays of the area with the top row first."""
     x, top = part[0] - area[0], area[1] + area[3] - part[1] - part[3]
     return slice(top, top + part[3]), slice(x, x + part[2])

@@ -1,4 +1,4 @@
-"""Tiles: the parts of a picture that are drawn one after the other into the same targets."""
+"""Tiles: the parts of a picture that are drawn one after another into the same targets."""
 
 from __future__ import annotations
 
@@ -7,18 +7,17 @@ from collections.abc import Iterator
 from raytracer.compiler.direction_cells import CELL
 from raytracer.compiler.meshes import Rectangle
 
-# Side of a tile in pixels. A tile's targets take up to 65 bytes a pixel, 273 MB at this size.
+# The side of a tile in pixels. A tile's targets take up to 65 bytes per pixel, 273 MB at this size.
 TILE = 2048
-# Pixels of a tile that is drawn once: rows of cells in the processor's cache.
+# The number of pixels of a tile that gets one sample: rows of cells that fit into the processor's cache.
 _STRIP = 2**19
 
 
 def tile_size(size: tuple[int, int], side: int, *, is_drawn_once: bool) -> tuple[int, int]:
-    """Width and height of the largest tile of a picture of `size`, at most `side` pixels a side: whole cells, at least
-    one, or up to the picture's edge.
+    """Return width and height of the largest tile of a picture of `size`, at most `side` pixels each.
 
-    To draw into a tile once takes less time than to use the memory of a large target for the first time: such a tile is
-    a strip.
+    They are whole cells, at least one, or end at the picture's edge. A tile that is drawn once is a strip, because the
+    first use of a large target's memory takes longer than the drawing.
     """
     side = max(1, side // CELL) * CELL
     width = min(size[0], side)
@@ -27,15 +26,15 @@ def tile_size(size: tuple[int, int], side: int, *, is_drawn_once: bool) -> tuple
 
 
 def split(size: tuple[int, int], tile: tuple[int, int]) -> Iterator[Rectangle]:
-    """The tiles of a picture, from the top row down; `tile` is the size of the largest."""
+    """Yield the tiles of a picture, from the top down. `tile` is the size of the largest tile."""
     width, height = size
-    # Counted from the lowest row, as the cells and blocks are that they consist of.
+    # Tiles start at the lowest row, because cells and blocks do.
     for y in reversed(range(0, height, tile[1])):
         for x in range(0, width, tile[0]):
             yield x, y, min(tile[0], width - x), min(tile[1], height - y)
 
 
 def place(tile: Rectangle, height: int) -> tuple[slice, slice]:
-    """The rows and columns of a tile in arrays with the top row first, of a picture of `height` rows."""
+    """Return the rows and columns of a tile in arrays of a picture of `height` rows, the top row first."""
     x, y, columns, rows = tile
     return slice(height - y - rows, height - y), slice(x, x + columns)

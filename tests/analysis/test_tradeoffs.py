@@ -213,9 +213,9 @@ def test_what_ends_the_page_leaves_the_tables_and_no_page_of_another_trade(
     assert {file.name for file in tmp_path.iterdir()} == {"trade.csv", "trade.json"}
     assert len(json.loads((tmp_path / "trade.json").read_text())["configurations"]) == 2
     said = capsys.readouterr()
-    steps = [f"the reference of {MAIN}", f"measuring {MAIN}", "measuring in turns", "drawing trade.html"]
+    steps = [f"rendering the reference of {MAIN}", f"measuring {MAIN}", "measuring in turns", "drawing trade.html"]
     assert said.err.splitlines()[: len(steps)] == steps, "it says what it does where there is no terminal"
-    assert "there is no trade.html" in said.out if why == "Ctrl-C" else "no more" in said.err
+    assert "trade.html is missing" in said.out if why == "Ctrl-C" else "no more" in said.err
 
 
 def test_without_matplotlib_nothing_is_measured(

@@ -108,8 +108,8 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
         (["render", SCENE, "-o", "{tmp}/a.png", "--size", "9" * 100_000], " ... "),
         (["render", SCENE, "-o", "{tmp}/a.png", "more"], "expected no more arguments, got 'more'"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--shading", "ggz"], 'did you mean "ggx"?'),
-        (["render", SCENE, "-o", "{tmp}/a.png", "--shading", "merl"], "which only a material of a scene file gives"),
-        (["tune", SCENE, "--time", "1", "--shading", "merl"], "which only a material of a scene file gives"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--shading", "merl"], "needs a data file, which only a scene file"),
+        (["tune", SCENE, "--time", "1", "--shading", "merl"], "needs a data file, which only a scene file"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--shadows", "sotf"], 'did you mean "soft"?'),
         (["brdf", "chek"], 'did you mean "check"?'),
         (["brdf", "list", "--jsno"], 'did you mean "--json"? (see raytracer brdf list --help)'),
@@ -155,7 +155,7 @@ def test_a_missed_error_target_is_status_1_with_the_picture_and_a_remedy(
     for options, says in (
         (("--max-error", "1e-6", "--samples", "8"), "8 samples were not enough: try more --samples"),
         (("--max-error", "1e-6", "--time", "0.05"), "0.05 s were not enough: try more --time"),
-        (("--max-error", "0.01", "--samples", "1"), "unknown (1 sample a pixel)"),
+        (("--max-error", "0.01", "--samples", "1"), "unknown (1 sample per pixel)"),
     ):
         status, _, errors = run(*options)
         assert status == 1 and says in errors and errors.count("\n") == 1
@@ -164,7 +164,7 @@ def test_a_missed_error_target_is_status_1_with_the_picture_and_a_remedy(
     assert "sequence: expected sobol with max_error, got 'r2'" in capsys.readouterr().err
     assert not (tmp_path / "b.png").exists()
     status, says, errors = run("--quality", "high", "--samples", "4")
-    assert status == 0 and "was to be at most 0.0005" in says and not errors, "asked for with so many samples at most"
+    assert status == 0 and "at most 0.0005 was requested" in says and not errors, "the quality limits the samples"
 
 
 @pytest.mark.parametrize("in_file", [False, True])
@@ -178,7 +178,7 @@ def test_an_uncertain_error_estimate_never_reaches_the_target(
     says, errors = capsys.readouterr()
     error = says.splitlines()[1]
     assert error.startswith("error at least ") and ", perhaps far more: " in error and "up to" not in error
-    assert "its error is at least " in errors and "8 samples were not enough: try more --samples" in errors
+    assert "the error is at least " in errors and "8 samples were not enough: try more --samples" in errors
     assert errors.count("\n") == 1
     with Pillow.open(out) as picture:
         assert picture.info["Error"] == error

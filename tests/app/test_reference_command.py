@@ -45,7 +45,7 @@ def test_reference_writes_the_arrays_and_prints_a_summary(
     assert not folder.exists() and "from the cache" not in capsys.readouterr().out
     assert main(command) == 0
     said = capsys.readouterr().out
-    assert re.fullmatch(r"wrote .*: 32x18, 16 to 32 samples a pixel, .* RMSE about 0\.00\d+, \d+\.\d s\n", said)
+    assert re.fullmatch(r"wrote .*: 32x18, 16 to 32 samples per pixel, .* RMSE about 0\.00\d+, \d+\.\d s\n", said)
     assert main(command) == 0
     assert capsys.readouterr().out.endswith("from the cache\n")
     with np.load(out) as arrays:

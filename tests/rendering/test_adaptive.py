@@ -143,7 +143,7 @@ def test_the_command_line_stores_the_setting_and_the_samples_in_the_picture(
     options = "--size", "64x36", "--samples", "16", "--adaptive", "0.01"
     assert main(["render", "assignment", "-o", str(tmp_path / "a.png"), *options]) == 0
     assert b"adaptive=0.01" in (tmp_path / "a.png").read_bytes()
-    assert re.search("3 to 16 samples a pixel, [0-9.]+ on average", capsys.readouterr().out)
+    assert re.search("3 to 16 samples per pixel, [0-9.]+ on average", capsys.readouterr().out)
     assert main(["render", "assignment", "-o", str(tmp_path / "a.npz"), *options]) == 0
     with np.load(tmp_path / "a.npz") as arrays:
         assert arrays["samples"].shape == (36, 64)

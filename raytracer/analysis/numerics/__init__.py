@@ -1,8 +1,9 @@
-"""Numerics at the extremes: how wrong pictures are where numbers get large, small or nearly equal.
+"""Numerics at the extremes: errors of pictures if numbers are very large, very small or nearly equal.
 
 `raytracer extremes` measures all rows of the ledger and writes them; the tests measure a shorter form. The rows are in
-views.py, rays.py, solids.py and light.py; fuzz.py draws random scenes over all ranges together. pixel_errors.py
-compares pictures with the float64 ray tracer's, and allows for the doubt that `analysis/pixel_doubt.py` computes.
+views.py, rays.py, solids.py and light.py; fuzz.py makes random scenes with values from all ranges at once.
+pixel_errors.py compares pictures with pictures of the float64 ray tracer, within the bounds of
+`analysis/pixel_doubt.py`.
 
 Other packages may use:
 

@@ -8,23 +8,24 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Finding:
-    """One measurement: the number `found` is to be at most `bound`."""
+    """One measurement: its value `found` must be at most `bound`."""
 
     what: str  # the row of the ledger
     at: str  # the place in the row's range
-    bits: int  # of the intersections' precision; 32 if there is only that
-    measure: str
-    found: float
+    bits: int  # the precision of intersections; 32 if the measurement has no other
+    measure: str  # the measured quantity
+    found: float  # the measured value
     bound: float
     note: str = ""
 
     @property
     def kept(self) -> bool:
-        return self.found <= self.bound  # so not a NaN
+        """Whether the value is within its bound. A NaN is not."""
+        return self.found <= self.bound
 
 
 def worst(findings: Iterable[Finding]) -> list[Finding]:
-    """The largest finding of each measure of each row at each precision; if some are beyond their bounds, of these."""
+    """Return the largest finding for each row, measure and precision. Findings beyond their bounds come first."""
     groups: dict[object, list[Finding]] = {}
     for finding in findings:
         groups.setdefault((finding.what, finding.measure, finding.bits), []).append(finding)
@@ -33,7 +34,7 @@ def worst(findings: Iterable[Finding]) -> list[Finding]:
 
 @dataclass(frozen=True)
 class LedgerRow:
-    """A row of the ledger: a text about it, and its findings."""
+    """A row of the ledger: its description, and its findings."""
 
     about: str
     findings: list[Finding]

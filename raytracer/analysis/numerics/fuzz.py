@@ -1,4 +1,4 @@
-"""Random valid scenes over all the ranges of the ledger together."""
+"""Random valid scenes, with values from all ranges of the ledger at once."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Plane, Solid, Sphere
 
 SIZE = (40, 30)
-# So many scenes in a row have one structure, and so one program.
+# The number of consecutive seeds whose scenes share one structure, and so one compiled program.
 _ALIKE = 25
-# For a scene in which something is seen; some structures are empty.
+# The most attempts at a scene in which something is visible; some structures are empty.
 _ATTEMPTS = 8
-# That Roth filters compile in a second.
+# The most loops of a Roth filter that compiles within a second.
 _FEW_LOOPS = 7
 
 
 def random_scene(seed: int) -> Scene:
-    """The scene of a seed: 1 to 7 primitives in one or two trees, seen if they can be; all lengths log-uniform.
+    """Random scenes: 1 to 7 primitives in one or two trees, visible if possible. All lengths are log-uniform.
 
     Scale 1e-6 to 1e6; up to 1e6 scene sizes from the origin; radii over six orders of magnitude;
-    the camera 1e-3 to 1e6 radii from the surface of one of the spheres, without or within;
+    the camera 1e-3 to 1e6 radii from the surface of one of the spheres, outside or inside;
     fields of view from 1e-4 to 179.9 degrees; exponents 0 to 1e6; colours 1e-6 to 1e6.
     """
     for attempt in itertools.count():
         try:
             drawn = _draw(np.random.default_rng((1, seed // _ALIKE)), np.random.default_rng((2, seed, attempt)))
-        except InputError:  # beyond what a scene may hold: 1e12, or radii below 1e-12
+        except InputError:  # beyond the limits of a scene: lengths above 1e12, radii below 1e-12
             continue
         rays = ray_tracer.camera_rays(drawn.camera, (8, 6)).reshape(-1, 3)
         if attempt == _ATTEMPTS or np.any(ray_tracer.Tracer(drawn).first(np.zeros(rays.shape), rays)[1] >= 0):
@@ -58,7 +58,7 @@ def _draw(structure: np.random.Generator, rng: np.random.Generator) -> Scene:
         Material(m, ka=0, kd=_color(rng), ks=_color(rng), h=float(rng.choice((0.0, _log(rng, -2, 6)))))
         for m in models.tolist()
     ]
-    # Each ball overlaps the first, or touches it all but.
+    # Each ball overlaps the first ball, or almost touches it.
     first = _log(rng, -3, 3) * scale
     spheres = [Sphere(tuple(origin.tolist()), first, materials[0])]
     for _ in range(count - 1):
@@ -67,7 +67,7 @@ def _draw(structure: np.random.Generator, rng: np.random.Generator) -> Scene:
         center = origin + _direction(rng) * (first + radius * rng.choice((-1.0, 1.0))) * apart
         spheres.append(Sphere(tuple(center.tolist()), radius, materials[int(rng.integers(3))]))
     solids: list[Solid] = list(spheres)
-    if structure.random() < 0.5:  # a half-space whose face is within reach of the first ball
+    if structure.random() < 0.5:  # a half-space whose face cuts the first ball or is near it
         normal = _direction(rng)
         offset = float(normal @ origin) + first * rng.uniform(-1.2, 1.2)
         solids.append(Plane(tuple(normal.tolist()), offset, materials[2]))
@@ -85,7 +85,7 @@ def _draw(structure: np.random.Generator, rng: np.random.Generator) -> Scene:
     up = _direction(rng)
     center = np.array(seen.center)
     eye = center + up * (seen.radius + height)
-    # Towards the ball's surface, its outline or beside it, in a picture about as wide as the ball.
+    # Look at the ball's surface, at its outline or beside it, in a picture about as wide as the ball.
     target = center + seen.radius * unit(up + _log(rng, -1, 1) * _direction(rng))
     fov = math.degrees(math.atan2(seen.radius, abs(height))) * _log(rng, -1, 0.6)
     toward = unit(up + 1.2 * _direction(rng))
@@ -99,9 +99,10 @@ def _draw(structure: np.random.Generator, rng: np.random.Generator) -> Scene:
 def measure_random_scenes(
     renderer: Renderer, count: int, start: int = 0, progress: Callable[[int], None] | None = None
 ) -> list[Finding]:
-    """Measure the scenes of seeds `start` to `start + count`: all faults, then the worst of all, each with its seed.
+    """Measure the scenes of the seeds from `start` to `start + count`.
 
-    `progress(k)` is called after k scenes.
+    Returns all findings beyond their bounds, then the worst of the others, each with its seed. `progress(k)` is called
+    after k scenes.
     """
     findings: list[Finding] = []
     doubts: dict[tuple[Precision, str], list[float]] = {}
@@ -112,7 +113,7 @@ def measure_random_scenes(
             errors = measure_pixel_errors(renderer, drawn, SIZE, settings)
             doubts.setdefault((bits, "pixels"), []).append(min(1.0, errors.doubtful))
             doubts.setdefault((bits, "shadows"), []).append(errors.unlit)
-            now = [
+            new = [
                 Finding("fuzz", f"seed {seed}, {settings.evaluator}", bits, measure, value, bound)
                 for measure, value, bound in (
                     ("wrong pixels", errors.wrong, 0),
@@ -123,12 +124,12 @@ def measure_random_scenes(
                     ("radiance error, share of its bound", errors.radiance_share, 1),
                 )
             ]
-            findings = [f for f in findings if not f.kept] + worst([*(f for f in findings if f.kept), *now])
+            findings = [f for f in findings if not f.kept] + worst([*(f for f in findings if f.kept), *new])
         if progress:
             progress(seed - start + 1)
-    for (bits, what), shares in doubts.items():
-        at, measure = f"all {len(shares)} from seed {start}", f"mean share of doubtful {what}, of those hit"
-        # Of a few scenes the mean says nothing.
+    for (bits, kind), shares in doubts.items():
+        at, measure = f"all {len(shares)} from seed {start}", f"mean share of doubtful {kind}, of those hit"
+        # The mean of a few scenes has no bound.
         findings.append(
             Finding("fuzz", at, bits, measure, sum(shares) / len(shares), 0.1 if count >= 100 else math.inf)
         )
@@ -136,7 +137,7 @@ def measure_random_scenes(
 
 
 def _settings(renderer: Renderer, drawn: Scene, seed: int) -> list[Settings]:
-    """How to render a scene: always by cells in float32, now and then also otherwise."""
+    """Return the settings for a scene: always cells in float32, and for some seeds others besides."""
     chosen = [Settings()]
     if seed % 4 == 0 and 64 in renderer.device.limits.precisions:
         chosen.append(Settings(precision=64))

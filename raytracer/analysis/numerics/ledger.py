@@ -1,7 +1,7 @@
-"""The ledger of extremes: rows that each go to the ends of a range, and the measurement of all.
+"""Ledger of extremes: a list of rows, each for the ends of one value range, and the measurement of all rows.
 
 A row is a function that renders or intersects at the ends of a range, compares with float64, and yields `Finding`s.
-Its docstring is the text about it.
+Its docstring is the row's description in the ledger.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from raytracer.analysis.numerics.findings import Finding, LedgerRow
 from raytracer.core.progress import Progress
 from raytracer.rendering.renderer import Renderer
 
-# In the order of the ledger. The second argument asks for the shorter form.
+# The rows in the order of the ledger. Their second argument selects the shorter form.
 ROWS: tuple[Callable[[Renderer, bool], Iterator[Finding]], ...] = (
     views.scene_scale,
     views.distance_from_origin,
@@ -34,7 +34,7 @@ ROWS: tuple[Callable[[Renderer, bool], Iterator[Finding]], ...] = (
     light.light_on_a_surface,
     light.valid_scenes,
 )
-# What a row counts for in the progress, in fuzzed scenes.
+# The work of a row, in random scenes, for the progress bar.
 _ROW = 60
 
 

@@ -1,4 +1,4 @@
-"""The ledger as text: rows of a table for the terminal, extremes.csv and extremes.md."""
+"""Text of the ledger: a table for the terminal, extremes.csv and extremes.md."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from dataclasses import astuple, fields
 
 from raytracer.analysis.numerics.findings import Finding, LedgerRow
 
-# In the name of a measure that has no bound: pixels that are wrong, in doubt or not.
+# A part of the names of measures without a bound: the numbers of all wrong pixels, doubtful or not.
 IN_FACT = "in fact"
-HEADING = ("what", "measured", "beyond bounds", "largest share of a bound, 32 bits", "wrong in fact, 32 / 64 bits")
+HEADING = ("row", "measured", "beyond bounds", "largest share of a bound, 32 bits", "wrong in fact, 32 / 64 bits")
 
 
 def summary(rows: Iterable[LedgerRow]) -> list[list[str]]:
-    """A line under HEADING for each row: the share of its bound of what is nearest to it, and so on."""
+    """Return the cells of a line under HEADING for each row."""
     lines = []
     for row in rows:
         near = max((f.found / f.bound for f in row.findings if f.bits == 32 and 0.0 < f.bound < math.inf), default=0.0)
@@ -35,7 +35,7 @@ def summary(rows: Iterable[LedgerRow]) -> list[list[str]]:
 
 
 def as_csv(findings: Sequence[Finding]) -> str:
-    """Every finding, with a heading."""
+    """Return all findings as CSV, with a heading."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([*(field.name for field in fields(Finding)), "kept"])
@@ -45,21 +45,21 @@ def as_csv(findings: Sequence[Finding]) -> str:
 
 
 def as_markdown(rows: Sequence[LedgerRow], measured: str) -> str:
-    """A summary, then every row by place. `measured` says how, with what and on what."""
+    """Return the ledger as Markdown: a summary, then each row by place. `measured` is a sentence about the run."""
     lines = [
         "# Right at the extremes",
         "",
         "Written by `raytracer extremes` (`make extremes`): pictures and rays from the GPU against float64.",
         f"{measured}",
         "",
-        "- A pixel, or a shadow in it, is *doubtful* where the rounding of its numbers lets two answers be. That is",
-        "  computed for each ray by `raytracer/analysis/pixel_doubt.py`, from the error bounds that",
-        "  `shaders/geometry/sphere.glsl` and `plane.glsl` state. *Wrong* are pixels that are wrong without being",
-        "  doubtful: their bound is 0. The share of doubtful ones has a bound too, so that doubt does not",
-        "  excuse everything. Where that is `-`, 32 bits do not resolve the scene; *wrong in fact* then",
-        "  says how wrong it is, and what `--precision 64` makes of it.",
-        "- *Share of its bound*: an error over the bound that is computed for that very pixel. With 64 bits the depth",
-        "  is always near its bound, which is then that of the float32 in which pictures are kept.",
+        "- A pixel, or a shadow in it, is *doubtful* if rounding allows two answers.",
+        "  `raytracer/analysis/pixel_doubt.py` computes this for each ray, from the error bounds in",
+        "  `shaders/geometry/sphere.glsl` and `plane.glsl`. *Wrong* pixels are wrong without being doubtful:",
+        "  their bound is 0. The share of doubtful pixels has a bound, too, so that doubt does not excuse everything.",
+        "  If this bound is `-`, 32 bits do not resolve the scene. *Wrong in fact* then counts all wrong pixels,",
+        "  with 32 bits and with `--precision 64`.",
+        "- *Share of its bound*: an error over the bound that is computed for the same pixel. With 64 bits the depth",
+        "  is always near its bound, because pictures store float32.",
         "- *ulp*: a unit in the last place of float32.",
         "",
         *_lines(HEADING, summary(rows)),
@@ -71,7 +71,7 @@ def as_markdown(rows: Sequence[LedgerRow], measured: str) -> str:
 
 
 def _by_place(findings: list[Finding]) -> list[str]:
-    """A line for each place in the range, a column for each measure: found with 32 bits / with 64, and the bounds."""
+    """Return a table: a line for each place in the range, a column for each measure, values with 32 / 64 bits."""
     cells: dict[tuple[str, str], list[str]] = {}
     bounds: dict[str, dict[str, None]] = {}
     for f in findings:
@@ -88,7 +88,7 @@ def _by_place(findings: list[Finding]) -> list[str]:
     rows = [row for row in rows if any(row[1:])]
     zero = [f"{m} (bound {', '.join(bounds[m])})" for m in bounds if m not in measures]
     heading = [f"{m} (bound {', '.join(bounds[m]) if len(bounds[m]) < 3 else 'computed'})" for m in measures]
-    intro = [f"Found everywhere: 0 {'; 0 '.join(zero)}.", ""] if zero else []
+    intro = [f"At all places: 0 {'; 0 '.join(zero)}.", ""] if zero else []
     return [*intro, *_lines(("at, with 32 / 64 bits", *heading, "note"), rows)]
 
 
@@ -98,7 +98,7 @@ def _lines(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def number_text(value: float) -> str:
-    """A number as text: a count as it is, another number to three digits, no bound as a dash."""
+    """Format a number: counts in full, other numbers with three digits, an infinite bound as a dash."""
     if value == math.inf:
         return "-"
     return f"{value:.0f}" if abs(value) < 1e6 and value == int(value) else f"{value:.3g}"

@@ -1,4 +1,4 @@
-"""Rows of the ledger on light: self-shadows, highlights, where a shadow ray ends, what is never NaN."""
+"""Rows of the ledger on light: self-shadows, highlights, ends of shadow rays, lights on surfaces, valid values."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ _RED, _BLUE, _GREEN, _GREY = MATTE
 def self_shadow(renderer: Renderer, short: bool) -> Iterator[Finding]:
     """The re-intersection test of pbrt-v4 (shapes_test.cpp, FullSphere.Reintersect), through the renderer.
 
-    Spheres of radius 10^U(-4, 4), seen from 10^U(-8, 8) away in each coordinate; from each hit point
-    rays to lights in all directions, near and far. A ball alone never shades what faces a light on its side.
+    Spheres of radius 10^U(-4, 4), seen from a distance of 10^U(-8, 8) in each coordinate. Rays from each hit point go
+    to lights in all directions, near and far. A single ball never shades points of its surface that face a light.
     """
     seeds = 40 if short else 1000
     for bits in renderer.device.limits.precisions:
@@ -44,7 +44,7 @@ def self_shadow(renderer: Renderer, short: bool) -> Iterator[Finding]:
             distance = np.linalg.norm(eye)
             outside = distance > radius
             fov = 2.2 * math.degrees(math.atan(radius / distance)) if outside else 170.0
-            # Eight near lights and eight far ones; where the camera is inside, the lights are.
+            # Eight near lights and eight far lights, inside the sphere if the camera is inside.
             reach = np.repeat((2.0, 10.0 ** rng.uniform(1, 6)) if outside else (0.3, 0.95), 8)
             places = unit(rng.normal(size=(16, 3))) * radius * reach[:, None]
             lights = [PointLight(tuple(place), (2.0**i, 0, 0)) for i, place in enumerate(places.tolist())]
@@ -63,7 +63,7 @@ def self_shadow(renderer: Renderer, short: bool) -> Iterator[Finding]:
 
 
 def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """Highlights of exponents 0 to 1e6: of single vectors as they are given, at values down to 1e-8; and pictures."""
+    """Highlights with exponents 0 to 1e6: values down to 1e-8 for single vectors, and pictures."""
     u = UNIT[32]
     for h in (0.0, 32.0, 1e6) if short else (0.0, 0.1, 1.0, 10.0, 32.0, 100.0, 1e3, 1e4, 1e5, 1e6):
         for model in ("phong", "blinn"):
@@ -86,13 +86,14 @@ def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
             for bits in renderer.device.limits.precisions:
                 image = renderer.render(scene, (64, 64), Settings(precision=bits))
                 off = float(np.abs(image.radiance - truth).max())
-                # The functions' own error, and vectors that are off by 16 u in all where a lobe is steepest.
+                # The error of the functions, and the effect of an error of 16 u in all vectors where a lobe is
+                # steepest.
                 most = (32.0 + 16.0 * math.exp(-0.5) * math.sqrt(h)) * u
                 yield Finding("exponent", at, bits, "error in a picture, of the highlight's peak", off, most)
 
 
 def _near_highlight(model: str, h: float, count: int) -> list[NDArray[np.float32]]:
-    """N, L, V, (count, 3) each, where the highlight has a value 10^-U(0, 8); or anywhere, if it is that broad."""
+    """Return random N, L, V, (count, 3) each, with a highlight of 10^-U(0, 8), or as near to it as a lobe allows."""
     rng = np.random.default_rng(11)
     cosine = np.maximum(10.0 ** (-rng.uniform(0, 8, (count, 1)) / max(h, 1e-9)), 0.02)
 
@@ -111,19 +112,19 @@ def _near_highlight(model: str, h: float, count: int) -> list[NDArray[np.float32
 
 
 def _highlight_on_a_ball(model: str, h: float) -> Scene:
-    """A picture of nothing but a highlight, about twice as wide as it is."""
+    """Return a scene with nothing but a highlight, in a picture about twice as wide as the highlight."""
     material = Material(model, ka=0, kd=0, ks=1, h=h)
     P, N, eye = np.array((0.0, 0.0, 1.0)), np.array((0.0, 0.0, 1.0)), np.array((0.3, 0.4, 5.0))
     V = unit(eye - P)
     light = P + 6.0 * (2.0 * float(N @ V) * N - V)
-    # Away from the outline, where a lobe of h < 1 ends too steeply for any bound.
+    # Keep away from the outline, where a lobe with h < 1 is too steep for any bound.
     fov = min(12.0, math.degrees(8.0 / math.sqrt(max(h, 1e-9))) / 5.0)
     camera = Camera(tuple(eye.tolist()), tuple(P.tolist()), vertical_fov=fov)
     return Scene([Sphere((0, 0, 0), 1, material)], [PointLight(tuple(light.tolist()))], camera, background=(0, 0, 0))
 
 
 def shadow_end(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """An occluder 1e-6 before and behind the light, for light one and ten units from a wall."""
+    """An occluder 1e-6 in front of and behind a light that is one or ten units from a wall."""
     wall = Plane((0, 0, 1), 0, _GREY)
     for distance, side in itertools.product((1.0, 10.0), (-1.0, 1.0)):
         light = PointLight((0.3, 0.2, distance))
@@ -137,7 +138,7 @@ def shadow_end(renderer: Renderer, short: bool) -> Iterator[Finding]:
             where = "before" if side < 0 else "behind"
             scene = Scene([wall, occluder], [light], camera)
             at = f"{name} 1e-6 {where}, light at {distance:g}"
-            # All in doubt: with 32 bits 1e-6 is 8 units in the last place of 1, and 1 of 10.
+            # All shadows may be in doubt: with 32 bits, 1e-6 is 8 units in the last place of 1, and 1 unit of 10.
             for finding in findings(renderer, "shadow end", at, scene, (64, 48), dark=math.inf):
                 if finding.measure.endswith("shadows"):
                     yield finding
@@ -148,7 +149,7 @@ def shadow_end(renderer: Renderer, short: bool) -> Iterator[Finding]:
 
 
 def light_on_a_surface(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """A light exactly on a sphere, a plane, or the ground: it shines to both sides, and no surface shades itself."""
+    """A light exactly on a sphere, a plane, or the ground. It shines to both sides, and no surface shades itself."""
     objects = [Sphere((0, 1, 0), 1, _RED), Sphere((-2, 0.7, 1), 0.7, _BLUE), Plane((0, 1, 0), 0, _GREY)]
     places = [(1.0, 1.0, 0.0), (0.6, 1.0, 0.8), (0.0, 1.0, -1.0), (-2.0, 1.4, 1.0), (0.0, 0.0, 3.0), (3.0, 0.0, 3.0)]
     for position in places[1::3] if short else places:
@@ -159,7 +160,7 @@ def light_on_a_surface(renderer: Renderer, short: bool) -> Iterator[Finding]:
 
 
 def valid_scenes(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """Lights and colours at their ends: no output is NaN, no radiance infinite or negative."""
+    """Lights and colours at the ends of their ranges. No output is NaN, and no radiance is infinite or negative."""
     ball, floor = Sphere((0, 0, 0), 1, _RED), Plane((0, 1, 0), -1, _GREY)
     eye = (0.5, 0.4, 3.0)
     lights = {
@@ -184,7 +185,7 @@ def valid_scenes(renderer: Renderer, short: bool) -> Iterator[Finding]:
                 material = Material(ka=c, kd=c, ks=c, h=h, model=model)
                 objects = [Sphere(ball.center, 1, material), Plane(floor.normal, -1, material)]
                 lights = [PointLight(position, c)] * 3
-                if shadows == "soft":  # and attenuated; the last one is the ball's own
+                if shadows == "soft":  # attenuated lights; the last one may be a bulb, as large as the ball
                     lights = [PointLight(position, c, radius, "inverse_square") for radius in (0.0, 1e-6, 1.0)]
                 scene = Scene(objects, lights, Camera(eye, (0, 0, 0), vertical_fov=70), c, c)
                 image = renderer.render(scene, (32, 24), Settings(precision=bits, shadows=shadows))

@@ -1,4 +1,4 @@
-"""Pictures of the GPU against those of the float64 ray tracer: which pixels are wrong, and how large errors are."""
+"""Comparison of GPU pictures with float64 pictures: wrong pixels, and the errors of all other pixels."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from raytracer.scene.options import Evaluator
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 
-# Without ambient light or highlights: black where no light reaches, and only there.
+# Materials without ambient light and highlights: black where no light reaches, and only there.
 MATTE = tuple(
     Material(ka=(0, 0, 0), kd=kd, ks=(0, 0, 0))
     for kd in ((0.8, 0.1, 0.1), (0.1, 0.2, 0.9), (0.1, 0.8, 0.2), (0.6, 0.6, 0.6))
@@ -28,25 +28,28 @@ MATTE = tuple(
 
 @dataclass(frozen=True)
 class PixelErrors:
-    """The errors of a picture of one sample against the float64 ray tracer's. Errors are those of sure pixels."""
+    """The errors of a picture of one sample against float64. Sure pixels are pixels that are not doubtful.
 
-    wrong: int  # sure pixels that show another material, or none
-    doubtful: float  # share of the pixels, and of those that show something, in which that is in doubt
-    lit: int  # sure pixels that light reaches, or does not, and should not, or should
-    unlit: float  # share of the sure hit pixels where that is in doubt
-    anyhow: int  # pixels that are wrong in either way, doubtful or not
-    bad: int  # values of any output that are not finite (but for a depth of nothing), or negative radiance
+    Errors of depth, normal and radiance are errors of sure pixels.
+    """
+
+    wrong: int  # number of sure pixels that show another material, or none
+    doubtful: float  # number of doubtful pixels over the number of pixels that show something
+    lit: int  # number of sure pixels with a wrong shadow, or without a shadow that should be there
+    unlit: float  # share of sure hit pixels with a doubtful shadow
+    anyhow: int  # number of pixels that are wrong in either way, doubtful or not
+    bad: int  # number of values that are not finite (except the background's depth), and of negative radiances
     depth_share: float  # largest error of the depth over its bound
-    depth_median: tuple[float, float]  # the error in units in the last place of the depth; and its bound
+    depth_median: tuple[float, float]  # median error, and median bound, in units in the last place of the depth
     depth_largest: tuple[float, float]
     normal_share: float
     radiance_share: float
 
 
 def measure_pixel_errors(renderer: Renderer, scene: Scene, size: tuple[int, int], settings: Settings) -> PixelErrors:
-    """Compare a picture of `scene` with the float64 ray tracer's.
+    """Compare a picture of `scene` with the picture of the float64 ray tracer.
 
-    The shadows are compared by the pixels without any light: scenes are to have one light, and be MATTE.
+    Shadows are compared by black pixels: the scene must have a single light and only MATTE materials.
     """
     image = renderer.render(scene, size, settings)
     exact = ray_tracer.trace(scene, size, settings)
@@ -79,19 +82,19 @@ def measure_pixel_errors(renderer: Renderer, scene: Scene, size: tuple[int, int]
 
 
 def invalid(image: Image) -> int:
-    """Count the values that no output of an image may have: NaN; infinite or negative radiance; and so on."""
+    """Count the invalid values of an image: NaN, infinite or negative radiance, and depths that are not above 0."""
     assert image.depth is not None and image.normal is not None
     bad = np.sum(~(image.radiance >= 0.0) | np.isinf(image.radiance)) + np.sum(~np.isfinite(image.normal))
     return int(bad + np.sum(~(image.depth > 0.0)))
 
 
 def unit(v: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Vectors (..., 3) made unit."""
+    """Normalize vectors (..., 3)."""
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
 def _largest(error: NDArray[np.float64], bound: NDArray[np.float64]) -> float:
-    """The largest share of its bound that an error has; one above a bound of 0 is infinite."""
+    """Return the largest error over its bound. An error above a bound of 0 is infinite."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(np.nan_to_num(error / bound, nan=0.0, posinf=np.inf).max(initial=0.0))
 
@@ -106,10 +109,17 @@ def findings(
     doubt: float = 0.01,
     dark: float = 0.05,
 ) -> Iterator[Finding]:
-    """Measure a scene at all precisions.
+    """Measure a scene with all precisions.
 
-    At most a share `doubt` of what is seen, and `dark` of what is lit, may be in doubt with 32 bits; inf
-    says that 32 bits do not resolve that. With 64 bits the bounds are always the defaults.
+    Args:
+        renderer: the renderer
+        row: name of the row
+        at: place in the row's range
+        scene, size, evaluator: the picture
+        doubt: largest share of doubtful pixels with 32 bits; inf: 32 bits do not resolve the scene. Default: 0.01.
+        dark: largest share of doubtful shadows with 32 bits; inf: 32 bits do not resolve them. Default: 0.05.
+
+    With 64 bits the bounds are always the defaults.
     """
     for bits in renderer.device.limits.precisions:
         errors = measure_pixel_errors(renderer, scene, size, Settings(precision=bits, evaluator=evaluator))

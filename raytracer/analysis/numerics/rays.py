@@ -15,11 +15,11 @@ _U = UNIT[32]
 
 
 def tangents(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """Rays that pass a sphere's centre at r (1 -+ 2^-k): along an axis, and in random directions."""
+    """Rays that pass a sphere's centre at a distance of r (1 -+ 2^-k), along an axis and in random directions."""
     row = "grazing and tangent"
     rng = np.random.default_rng(7)
     for k in (4, 12, 20, 23) if short else range(1, 24):
-        # Along an axis all numbers are exact, so the answer has to be.
+        # Along an axis all numbers are exact, and so the answer must be exact.
         rays = np.zeros(3, glsl_call.dtype("Ray"))
         rays["ro"] = [(1.0 - 2.0**-k, 0, 5), (1.0 + 2.0**-k, 0, 5), (1.0, 0, 5)]
         rays["rd"] = (0, 0, -1)
@@ -40,7 +40,7 @@ def tangents(renderer: Renderer, short: bool) -> Iterator[Finding]:
         spheres = np.zeros((count, 4))
         spheres[:, 3] = radius
         entry, exit = _span(renderer, rays, spheres)
-        # The truth for the numbers as they were rounded; rd is unit to rounding only.
+        # The exact answer for the rounded numbers. Rounding makes the length of rd differ from 1.
         ro, rd = rays["ro"].astype(float), rays["rd"].astype(float)
         rd /= np.linalg.norm(rd, axis=1, keepdims=True)
         p = np.linalg.norm(np.cross(ro, rd), axis=1)
@@ -54,7 +54,7 @@ def tangents(renderer: Renderer, short: bool) -> Iterator[Finding]:
             along = -np.sum(ro * rd, axis=1)[hit]
             half = np.sqrt(np.square(radius[hit].astype(float)) - p[hit] ** 2)
             off = np.maximum(np.abs(entry[hit] - (along - half)), np.abs(exit[hit] - (along + half)))
-            # p's error as the square root passes it on, to second order, and the rounding of the sum.
+            # The error of p, passed on by the square root, to second order, and the rounding of the sum.
             least = np.square(radius[hit].astype(float)) - (p[hit] + p_error[hit]) ** 2
             by_p = half - np.sqrt(np.maximum(least, 0.0))
             bound = by_p + 8.0 * _U * (np.linalg.norm(ro[hit], axis=1) + half)
@@ -68,7 +68,7 @@ def _perpendicular(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np
 
 
 def _span(renderer: Renderer, rays: np.ndarray, spheres: object) -> tuple[np.ndarray, np.ndarray]:
-    """Both roots in float64's type."""
+    """Compute both roots of each ray on the GPU, and convert them to float64."""
     terms = glsl_call.call("sphereTermsOf", rays, spheres, device=renderer.device)  # pyright: ignore[reportArgumentType]
     span = glsl_call.call("sphereSpan", rays, spheres, terms, device=renderer.device)  # pyright: ignore[reportArgumentType]
     return span[:, 0].astype(float), span[:, 1].astype(float)

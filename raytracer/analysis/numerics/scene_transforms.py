@@ -1,4 +1,4 @@
-"""Scenes that are enlarged or moved as a whole."""
+"""Transforms of whole scenes: enlargement and translation."""
 
 from __future__ import annotations
 
@@ -14,7 +14,14 @@ from raytracer.scene.solids import Plane, Primitive, Solid, Sphere, with_leaves
 
 
 def _transform(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset: Callable[[Plane], float]) -> Scene:
-    """`scene` with all its points and lengths changed; `point` turns nothing, and multiplies lengths by `scale`."""
+    """Transform all points and lengths of `scene`.
+
+    Args:
+        scene: the scene
+        point: the transform of points, without rotation
+        scale: its factor for lengths
+        offset: the transform of a plane's offset
+    """
 
     def changed(leaf: Primitive) -> Solid:
         if isinstance(leaf, Sphere):
@@ -38,12 +45,12 @@ def _transform(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset
 
 
 def enlarge_scene(scene: Scene, by: float) -> Scene:
-    """`scene` with all lengths `by` times as large."""
+    """Multiply all lengths of `scene` by a factor, and return the new scene."""
     return _transform(scene, lambda p: scaled(p, by), by, lambda plane: plane.offset * by)
 
 
 def move_scene(scene: Scene, by: Vec3) -> Scene:
-    """`scene`, moved by a vector as a whole."""
+    """Move `scene` as a whole by a vector, and return the new scene."""
     return _transform(
         scene,
         lambda p: add(p, by),

@@ -1,4 +1,4 @@
-"""Rows of the ledger on solids: shells, coincident faces, deep trees, the camera inside."""
+"""Rows of the ledger on solids: shells, coincident faces, deep trees, cameras inside solids."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ EVALUATORS: tuple[Evaluator, ...] = ("cells", "walk", "roth")
 
 
 def _evaluators(short: bool) -> tuple[Evaluator, ...]:
-    """The evaluators of a row. The shorter form leaves out walk: `cells` draws all but the plane-only cells by it."""
+    """Return the evaluators of a row. The short form skips walk, which `cells` uses for all but plane-only cells."""
     return ("cells", "roth") if short else EVALUATORS
 
 
@@ -38,29 +38,30 @@ def _scene(*objects: Solid, eye: tuple[float, float, float] = (0.4, 0.7, 5.0)) -
 
 
 def shells(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """Concentric spheres of radii 1 and 1 + 2^-k, seen from 5: the outer one is seen; and from inside the hollow one
-    between them, which no light enters."""
+    """Concentric spheres of radii 1 and 1 + 2^-k. From a distance of 5 the outer sphere is visible. The view from
+    inside
+    their difference, a hollow shell, is dark, because no light enters it."""
     for k in (8, 16, 20, 23) if short else range(1, 24):
         outer, inner = Sphere((0, 0, 0), 1.0 + 2.0**-k, _RED), Sphere((0, 0, 0), 1.0, _BLUE)
         at = f"2^-{k}"
-        # At a depth of 4, thinner than the roots' errors of 8 u each from 2^-18 on.
+        # From 2^-18 on, the shell is thinner than the errors of both roots, 8 u each at a depth of 4.
         doubt, dark = 0.01 if k <= 17 else math.inf, 0.05 if k <= 15 else math.inf
         seen = _scene(inner, outer)
-        yield from findings(renderer, "shells", f"which is seen, {at}", seen, SIZE, doubt=doubt, dark=dark)
+        yield from findings(renderer, "shells", f"from outside, {at}", seen, SIZE, doubt=doubt, dark=dark)
         inside = Scene([outer - inner], [_LIGHT], Camera((0.2, 0.1, 0.3), (-0.3, -0.1, -1), vertical_fov=100))
         for bits in renderer.device.limits.precisions:
             image = renderer.render(inside, SIZE, Settings(precision=bits))
             resolved = find_pixel_doubt(inside, SIZE, bits)
             lit, doubtful = (image.radiance > 0.0).any(axis=2), resolved.unlit | resolved.doubtful
-            at_all = f"from inside, {at}"
+            place = f"from inside, {at}"
             most = 0.05 if k <= 15 or bits == 64 else math.inf
-            yield Finding("shells", at_all, bits, "lit pixels", int(np.sum(lit & ~doubtful)), 0)
-            yield Finding("shells", at_all, bits, "lit pixels in fact, doubtful or not", int(np.sum(lit)), math.inf)
-            yield Finding("shells", at_all, bits, "doubtful pixels and shadows", float(doubtful.mean()), most)
+            yield Finding("shells", place, bits, "lit pixels", int(np.sum(lit & ~doubtful)), 0)
+            yield Finding("shells", place, bits, "lit pixels in fact, doubtful or not", int(np.sum(lit)), math.inf)
+            yield Finding("shells", place, bits, "doubtful pixels and shadows", float(doubtful.mean()), most)
 
 
 def _ties() -> dict[str, tuple[Solid, Solid | None]]:
-    """Solids whose parts coincide, and what each is: a simpler one, or nothing."""
+    """Return solids with coincident parts, each with an equal simpler solid; None: the solid is empty."""
     a, a2 = Sphere((0, 0, 0), 1, _RED), Sphere((0, 0, 0), 1, _BLUE)
     b = Sphere((0.5, 0.25, 0.5), 1, _GREEN)
     left, left2 = Plane((1, 2, 3), 0, _GREY), Plane((2, 4, 6), 0, _BLUE)  # through the centre of a
@@ -92,7 +93,7 @@ def _ties() -> dict[str, tuple[Solid, Solid | None]]:
 
 
 def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """Solids made of parts with common faces, against what they are: the same pixels, bit for bit."""
+    """Solids whose parts have common faces, compared with equal simpler solids. All pixels agree bit for bit."""
     row = "coincident faces"
     ties = _ties()
     for evaluator, bits in itertools.product(EVALUATORS, renderer.device.limits.precisions):
@@ -107,7 +108,7 @@ def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
         alone = renderer.render(_scene(Sphere((0, 0, 0), 1, _RED)), SIZE, settings)
         wrong = _differs(renderer.render(twins, SIZE, settings), alone)
         yield Finding(row, f"two objects A, {evaluator}", bits, "wrong pixels", wrong, 0)
-    # Where only single rays meet both surfaces: against the reference.
+    # If only single rays hit both surfaces, pictures are compared with float64.
     touching = {
         "spheres that touch": Sphere((-1, 0, 0), 1, _RED) | Sphere((1, 0, 0), 1, _BLUE),
         "a sphere on a half-space": Sphere((0, 1, 0), 1, _RED) | Plane((0, 1, 0), 0, _GREY),
@@ -115,7 +116,7 @@ def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
         "a sphere tangent from inside, on": Sphere((0.5, 0, 0), 0.5, _BLUE) | Sphere((0, 0, 0), 1, _RED),
         "a sphere cut by a half-space through its centre": Sphere((0, 0, 0), 1, _RED) & Plane((1, 0, 2), 0, _GREY),
     }
-    # One half-space cuts a sphere, and its other side another one beside it: their shadows start on either's face.
+    # A half-space cuts one sphere, and its complement another sphere beside it: shadow rays start on both faces.
     half, other_half = Plane((0.1, 0.7, 0.3), 0.1, _GREY), Plane((-0.1, -0.7, -0.3), -0.1, _GREEN)
     cut = [Sphere((0, 0, 0), 1, _RED) & half, Sphere((0.1, 0, 0), 0.9, _BLUE) - other_half]
     for evaluator in _evaluators(short):
@@ -126,13 +127,13 @@ def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
     if short:
         return
     for (name, solid), evaluator in itertools.product(touching.items(), EVALUATORS):
-        for x in (0.0, 0.4):  # from the front: the middle ray meets them; and from the side
+        for x in (0.0, 0.4):  # from the front, where the middle ray hits both surfaces, and from the side
             scene = _scene(solid, eye=(x, 0.7 * x + 0.5 * ("half-space" in name), 5.0))
             yield from findings(renderer, row, f"{name}, {evaluator}, from x = {x:g}", scene, (65, 49), evaluator)
 
 
 def _differs(image: Image, expected: Image | None) -> int:
-    """Pixels in which any output is not the expected picture's; expected is nothing for None."""
+    """Count the pixels in which any output differs from the expected picture. None: an empty picture is expected."""
     assert image.material is not None and image.depth is not None and image.normal is not None
     if expected is None:
         return int(np.sum(image.material >= 0))
@@ -155,7 +156,7 @@ def deep_trees(renderer: Renderer, short: bool) -> Iterator[Finding]:
             while len(solids) > 1:
                 a, b = solids.pop(0), solids.pop(0)
                 i += 1
-                # a | b and a - b, each written with complements: none may be lost on the way.
+                # a | b and a - b, both written with complements, none of which may be lost.
                 joined = ~(~a & ~b) if i % 2 else ~(~a | b)
                 if shape == "chain":
                     solids.insert(0, joined)
@@ -169,7 +170,7 @@ def deep_trees(renderer: Renderer, short: bool) -> Iterator[Finding]:
 
 
 def camera_inside(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """The camera in every subset of three spheres and a half-space that overlap."""
+    """The camera inside each combination of three overlapping spheres and a half-space."""
     a, b, c = (Sphere(p, 1.0, m) for p, m in zip([(0.5, 0, 0), (-0.4, 0.3, 0), (0, -0.4, 0.3)], MATTE, strict=False))
     h = Plane((0.2, 1.0, 0.4), 0.05, _GREY)
     trees = {

@@ -1,4 +1,4 @@
-"""Rows of the ledger on where things are: scale, distance, huge spheres, fields of view."""
+"""Rows of the ledger on views: scale, distance, huge spheres, fields of view."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Plane, Sphere
 
 SIZE = (96, 54)
-# Of the still life: what "scene sizes" are counted in.
+# The size of the still life, the unit of "scene sizes".
 EXTENT = 10.0
 
 _RED, _BLUE, _GREEN, _GREY = MATTE
 
 
 def still_life() -> Scene:
-    """The assignment's solids in matte colours."""
+    """Return the assignment's scene in matte colours."""
     lens = Sphere((-1, 2, 0), 1.5, _RED) & Sphere((1, 2, 0), 1.5, _RED)
     solid = (lens | Sphere((0, 2.7, -0.3), 0.8, _BLUE)) - Sphere((0, 2.8, 0.3), 0.8, _GREEN)
     camera = Camera((0, 3, 6), (0, 2, 0))
@@ -35,15 +35,15 @@ def still_life() -> Scene:
 
 
 def scene_scale(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """The whole scene from 1e-6 to 1e6 times its size."""
+    """The whole scene, 1e-6 to 1e6 times its size."""
     for power in (-6, 0, 6) if short else range(-6, 7):
         yield from findings(renderer, "scene scale", f"1e{power}", enlarge_scene(still_life(), 10.0**power), SIZE)
 
 
 def distance_from_origin(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """Scene and camera together away from the origin, as far as coordinates go."""
+    """Scene and camera moved away from the origin together, up to the limit of coordinates."""
     row = "distance from the origin"
-    home = enlarge_scene(still_life(), 1.37)  # away from whole numbers, which keep their bits when moved
+    home = enlarge_scene(still_life(), 1.37)  # whole numbers would keep their bits when moved
     at_home = renderer.render(home, SIZE, Settings())
     assert at_home.depth is not None
     for power in (6,) if short else range(0, 11):
@@ -51,58 +51,58 @@ def distance_from_origin(renderer: Renderer, short: bool) -> Iterator[Finding]:
         scene = move_scene(home, (0.61 * away, 0.37 * away, -0.7 * away))
         at = f"1e{power} scene sizes"
         yield from findings(renderer, row, at, scene, SIZE)
-        # What is left of the scene when its own numbers have been rounded so far out: an end that
-        # no precision of the shaders puts off.
+        # The effect of rounding the scene's own numbers so far from the origin. No precision of the shaders can
+        # reduce it.
         image = renderer.render(scene, SIZE, Settings())
         assert image.depth is not None
         both = np.isfinite(image.depth) & np.isfinite(at_home.depth)
         change = float(np.median(np.abs(image.depth[both] / at_home.depth[both].astype(float) - 1.0)))
         theory = 2.0**-22 + 2.0**-53 * away
-        note = "out here the scene's own numbers have fewer bits than float32" if change > 2.0**-22 else ""
+        note = "the scene's own numbers have fewer bits here than float32" if change > 2.0**-22 else ""
         yield Finding(row, at, 32, "median change of depth by the move", change, theory, note)
 
 
 def far_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """One sphere that fills the picture, however far away and small."""
+    """One sphere that fills the picture, at all distances and sizes."""
     distances = {f"unit sphere at {d:g}": (1.0, d) for d in (100.0, 200.0, 2000.0, 4100.0, 1e5)}
     ratios = {f"radius / distance 1e-{k}": (1.0, 10.0**k) for k in range(1, 8)}
     ratios["radius / distance 0.999"] = (0.999, 1.0)
     chosen = {**distances, **ratios}
     for at in list(chosen)[3::4] if short else chosen:
         radius, distance = chosen[at]
-        # 1.3 of its radius on the picture's side, and a little off the middle.
+        # Half the picture's height is 1.3 radii, and the sphere is a little off the middle.
         fov = 2.0 * math.degrees(math.atan(1.3 * radius / distance))
         direction = np.array((0.36, 0.48, -0.8))
         center = tuple((direction * distance).tolist())
         look_at = tuple((direction * distance + radius * np.array((0.2, -0.1, 0.05))).tolist())
         light = tuple((direction * (distance - 3.0 * radius) + np.array((2.0 * radius, radius, 0.0))).tolist())
         scene = Scene([Sphere(center, radius, _RED)], [PointLight(light)], Camera((0, 0, 0), look_at, vertical_fov=fov))
-        # In doubt is where half the chord is shorter than the errors of the roots at both its ends.
+        # A pixel is doubtful if half the chord is shorter than the errors of the roots at both its ends.
         share = (16.0 * UNIT[32] * distance / radius) ** 2
         doubt, dark = (0.001 + share, max(0.05, share)) if share < 1.0 else (math.inf, math.inf)
         yield from findings(renderer, "sphere far away", at, scene, SIZE, doubt=doubt, dark=dark)
 
 
 def beside_a_huge_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """The camera 1e-3 above and below the surface: the nearer root from above, the farther one from within."""
+    """The camera 1e-3 above and below the surface. From above the nearer root counts, from below the farther root."""
     for power in (4, 7) if short else range(8):
         radius = 10.0**power
         for height, where in ((1e-3, "above"), (-1e-3, "below")):
-            # Towards the horizon, and below also down to the far side.
+            # Look at the horizon, and from below also down to the far side.
             look_at = (1.0, height - 0.2, 0.3) if height > 0 else (1.0, height + 0.1, 0.3)
             scene = Scene(
                 [Sphere((0, -radius, 0), radius, _RED)],
                 [PointLight((3.0, math.copysign(5.0, height), 2.0))],
                 Camera((0, height, 0), look_at, vertical_fov=70),
             )
-            # From 1e7 away, where the other side is, a light 5 from the surface may as well be behind it.
+            # Seen from the other side, at a distance of 1e7, rounding may move a light 5 from the surface behind it.
             dark = math.inf if power == 7 and height < 0 else 0.05
             at = f"1e-3 {where} radius 1e{power}"
             yield from findings(renderer, "beside a huge sphere", at, scene, SIZE, dark=dark)
 
 
 def on_a_huge_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """A ball on a huge sphere, or sunk in it, and the shadows of both under a low light."""
+    """A ball on a huge sphere, or partly sunk into it, and the shadows of both under a low light."""
     rng = np.random.default_rng(9)
     for power in (7,) if short else (4, 5, 6, 7):
         radius = 10.0**power
@@ -123,7 +123,7 @@ def on_a_huge_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
 
 
 def camera_on_a_surface(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """The camera exactly on a sphere and on a plane, which it then does not see from there."""
+    """The camera exactly on a sphere or on a plane, whose surface it does not see at its own place."""
     ball, plane = Sphere((0, 0, 0), 1.0, _RED), Plane((0, 1, 0), 1.0, _GREY)
     for at, eye, solid in (
         ("on a sphere, outside", (0.0, 0.0, 1.0), ball | Sphere((0, 0, 4), 1.0, _BLUE)),
@@ -137,7 +137,7 @@ def camera_on_a_surface(renderer: Renderer, short: bool) -> Iterator[Finding]:
 
 
 def field_of_view(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """From 1e-4 to 179.9 degrees, towards an outline: where the blue sphere ends before the ground."""
+    """From 1e-4 to 179.9 degrees, towards an outline: the edge of the blue sphere in front of the ground."""
     scene = still_life()
     eye, center, radius = np.array(scene.camera.position), np.array((0, 2.7, -0.3)), 0.8
     to_center = center - eye
@@ -148,7 +148,7 @@ def field_of_view(renderer: Renderer, short: bool) -> Iterator[Finding]:
     for fov in (1e-4, 179.9) if short else (1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 90.0, 150.0, 179.0, 179.9):
         camera = Camera(scene.camera.position, tuple((eye + toward).tolist()), vertical_fov=fov)
         view = Scene(scene.objects, scene.lights, camera)
-        # An outline is known to some 1e-6 of a radian, whatever that is in pixels.
+        # An outline is accurate to about 1e-6 radians, which are many pixels in a narrow field of view.
         doubt = 0.001 + 1e-6 / math.radians(fov)
         yield from findings(renderer, "field of view", f"{fov:g} degrees", view, SIZE, doubt=doubt)
 

@@ -1,8 +1,9 @@
-"""Properties of the reflectance models, measured of the very GLSL that renders, and compared with theory.
+"""Properties of the reflectance models, measured with the GLSL that renders, and compared with theory.
 
-quadrature.py has the directions, properties.py measures a material, expectations.py and closed_forms.py have what
-theory says, verification.py compares the two for all models at the ends of their ranges; tables.py, plots.py and
-gallery.py show it. All directions are in a frame whose normal N is +z; f is the reflectance in 1/sr.
+quadrature.py has the quadrature rules, and properties.py measures a material. expectations.py and closed_forms.py have
+the theory, and verification.py compares measurement and theory for all models at the ends of their ranges. tables.py,
+plots.py and gallery.py present the results. All directions are in a frame whose normal N is +z; f is the reflectance in
+1/sr.
 
 Other packages may use:
 

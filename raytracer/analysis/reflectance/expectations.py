@@ -1,7 +1,7 @@
-"""Expectations of each model, by theory: whether it is reciprocal and conserves energy, and its largest albedo.
+"""Expectations for each model, by theory: whether it is reciprocal and conserves energy, and its largest albedo.
 
-They were written down before anything was measured, from the formulas and from publications; where only a run could
-tell, `why` says so. `verification.py` compares measurements with them, `closed_forms.py` has albedos by formula.
+They were written down before any measurement, from formulas and publications. If only a measurement could decide, `why`
+says "by a run". `verification.py` compares measurements with them, and `closed_forms.py` has closed forms of albedos.
 """
 
 from __future__ import annotations
@@ -16,31 +16,29 @@ from raytracer.scene.materials.material import Material
 
 
 class Expectation(msgspec.Struct, frozen=True):
-    """An expectation of a model whose parameters are as `when` says; of several that fit, the last holds.
+    """An expectation for a model with some parameters. If several expectations fit, the last one applies.
 
-    All of it holds for the parameters that `tried_parameters` lists: there it has been worked out, or found by a run.
-    Of a `law`, `reciprocal` and `conserving` hold whatever the other parameters are. `largest` is the largest albedo
-    over the angles `properties.DEGREES`, and how far off it may be; `at` is its angle. `resolved`: whether the
-    quadrature is to resolve all albedos. None: nothing is expected.
+    An expectation holds for the parameters of `tried_parameters()`, for which it was derived, or measured by a run. In
+    a `law`, `reciprocal` and `conserving` hold for any values of the other parameters. None: nothing is expected.
     """
 
     model: str
     reciprocal: bool
     conserving: bool | None
     why: str
-    when: Parameters = {}
-    largest: tuple[float, float] | None = None
-    at: float | None = None
-    resolved: bool = True
+    when: Parameters = {}  # the parameters for which the expectation holds, others at their defaults
+    largest: tuple[float, float] | None = None  # the largest albedo over `properties.DEGREES`, and its tolerance
+    at: float | None = None  # the angle of the largest albedo in degrees
+    resolved: bool = True  # whether the quadrature must resolve all albedos
     law: bool = False
 
     def fits(self, material: Material) -> bool:
-        """Whether it is about this material."""
+        """Whether the expectation is about this material."""
         return material.model == self.model and all(_is(material.get(name), value) for name, value in self.when.items())
 
 
 def expectation_of(material: Material) -> Expectation | None:
-    """The expectation of a material; None if nothing is written down."""
+    """Return the expectation for a material; None if there is none."""
     if not any(expectation.model == material.model for expectation in EXPECTATIONS):
         return None
     rows = [expectation for expectation in EXPECTATIONS if expectation.fits(material)]
@@ -49,13 +47,13 @@ def expectation_of(material: Material) -> Expectation | None:
     if laws := [expectation for expectation in rows if expectation.law]:
         return msgspec.structs.replace(laws[-1], largest=None, at=None, resolved=False)
     if material.model not in NOT_RECIPROCAL:
-        why = "its formula is the same with L and V exchanged"
+        why = "the formula is symmetric in L and V"
         return Expectation(material.model, True, None, why, resolved=False)
     return None
 
 
 def _in_f(material: Material) -> Parameters:
-    """The parameters that its reflectance depends on."""
+    """Return the parameters on which a material's reflectance depends."""
     return {name: value for name, value in material.parameters.items() if name not in NOT_IN_F}
 
 
@@ -65,15 +63,15 @@ def _is(value: Any, wanted: Any) -> bool:
     return value in (wanted, (wanted,) * 3)
 
 
-# All others are reciprocal with any parameters; these with some.
+# The models that are reciprocal only with some parameters. All other models are always reciprocal.
 NOT_RECIPROCAL = ("phong", "blinn", "strauss")
 _BLACK = "black"
-_END_OF_FLOAT32 = "a lobe of 1e-4: at grazing angles float32 has no more bits for its halfway vectors"
+_END_OF_FLOAT32 = "a lobe of 1e-4: at grazing angles float32 has too few bits for its halfway vectors"
 
 
-# Rows of models that are made alike.
+# Rows that several models share.
 def _total(model: str, law: bool) -> tuple[Expectation, ...]:
-    edge = "total reflection begins at an angle where F has a vertical tangent: the quadrature may not resolve that"
+    edge = "F has a vertical tangent at the angle of total reflection, which the quadrature may not resolve"
     return (
         Expectation(model, True, True, edge, {"fresnel": "dielectric", "ior": (0.1, 0.9999)}, resolved=False, law=law),
         Expectation(model, True, True, edge, {"fresnel": "conductor", "k": 0.0}, resolved=False, law=law),
@@ -81,7 +79,7 @@ def _total(model: str, law: bool) -> tuple[Expectation, ...]:
 
 
 def _lecture(model: str, lobe: str) -> tuple[Expectation, ...]:
-    unbounded = f"the highlight as a reflectance is ks {lobe} / N.L: it grows without bound as N.L goes to 0"
+    unbounded = f"the highlight as a reflectance is ks {lobe} / N.L, which has no bound as N.L goes to 0"
     return (
         Expectation(model, False, False, f"kd without 1/pi reflects kd pi, 2.5 by default; {unbounded}"),
         Expectation(model, False, False, unbounded, {"kd": 0.0}),
@@ -91,12 +89,12 @@ def _lecture(model: str, lobe: str) -> tuple[Expectation, ...]:
             model,
             False,
             False,
-            "x^0 = 1 in all directions: of light at an angle, pi (kd + ks / N.L) is reflected",
+            "x^0 = 1 in all directions: the albedo is pi (kd + ks / N.L)",
             {"h": 0.0},
             (math.pi * (0.8 + 0.5 / math.cos(math.radians(89.9))), 10.0),
             89.9,
         ),
-        Expectation(model, True, False, "the highlight is 1e-12 of the rest: not seen in float32", {"kd": 1e12}),
+        Expectation(model, True, False, "the highlight is 1e-12 of the rest, invisible in float32", {"kd": 1e12}),
     )
 
 
@@ -113,24 +111,24 @@ def _normalized(model: str) -> tuple[Expectation, ...]:
         ),
         Expectation(model, True, False, "kd + ks is more than 1", {"kd": 1.0, "ks": 0.5}, (1.5, 1e-3), 0.0, law=True),
         Expectation(model, True, False, "kd + ks is more than 1", {"kd": 0.5, "ks": 1.0}, (1.5, 1e-3), 0.0, law=True),
-        Expectation(model, True, True, "nothing but the diffuse part: kd", {"ks": 0.0}, (0.5, 1e-3), law=True),
-        Expectation(model, True, True, "nothing but the lobe: ks straight from above", {"kd": 0.0}, law=True),
+        Expectation(model, True, True, "only the diffuse part: kd", {"ks": 0.0}, (0.5, 1e-3), law=True),
+        Expectation(model, True, True, "only the lobe: ks straight from above", {"kd": 0.0}, law=True),
     )
 
 
 def _cavities(model: str, more: Parameters) -> tuple[Expectation, ...]:
-    beyond = "other constants than 1/4 reflect more than facets can: 4/pi and 4 times (Walter 2007)"
+    beyond = "constants other than 1/4 reflect more than facets can: 4/pi and 4 times as much (Walter 2007)"
     return (
         Expectation(
             model,
             True,
             True,
-            "V-shaped cavities mask as much as they have to; 1/4 is the Jacobian (xx)",
+            "V-shaped cavities mask as much as necessary; 1/4 is the Jacobian (xx)",
             {"rho": 0.0, "constant": "modern", **more},
             law=True,
         ),
-        Expectation(model, True, False, "a diffuse part of albedo 1, and a specular one besides", {"rho": 1.0}),
-        Expectation(model, True, True, "nothing but the diffuse part: rho", {"ks": 0.0}, (0.0, 0.0), law=True),
+        Expectation(model, True, False, "a diffuse part of albedo 1, plus a specular part", {"rho": 1.0}),
+        Expectation(model, True, True, "only the diffuse part: rho", {"ks": 0.0}, (0.0, 0.0), law=True),
         Expectation(model, True, False, beyond, {"constant": "cook"}),
         Expectation(model, True, False, beyond, {"constant": "unnormalized"}),
         Expectation(model, True, True, _END_OF_FLOAT32, {"m": 1e-4}, resolved=False),
@@ -153,15 +151,17 @@ EXPECTATIONS: tuple[Expectation, ...] = (
         "strauss",
         False,
         False,
-        "F and the highlight's colour go by the light's angle only; as a reflectance its Qs / N.L has no bound, and Qd "
-        "has no 1/pi",
+        "F and the highlight's colour depend on the light's angle only; the reflectance Qs / N.L has no bound, and Qd "
+        "lacks 1/pi",
     ),
-    Expectation("strauss", False, True, "all is transmitted but for grazing angles; by a run", {"transparency": 1.0}),
+    Expectation(
+        "strauss", False, True, "transmits all light except at grazing angles; by a run", {"transparency": 1.0}
+    ),
     Expectation(
         "strauss",
         False,
         True,
-        "its exponent is 1e6, and nothing makes up for the highlight's small size: darker as smoother, which is known",
+        "the exponent is 1e6, and nothing compensates for the small highlight: smoother is darker, as is known",
         {"smoothness": (0.9999, 1.0)},
     ),
     Expectation(
@@ -174,16 +174,22 @@ EXPECTATIONS: tuple[Expectation, ...] = (
         0.0,
     ),
     Expectation(
-        "lafortune", True, False, "the diffuse part reflects all", {"rho": 1.0}, (1.0 + math.pi / 11.0, 1e-3), 0.0
+        "lafortune",
+        True,
+        False,
+        "the diffuse part reflects everything",
+        {"rho": 1.0},
+        (1.0 + math.pi / 11.0, 1e-3),
+        0.0,
     ),
     Expectation("lafortune", True, True, "no lobes: Lambert", {"lobes": ()}, (0.2, 1e-3), law=True),
     Expectation("lafortune", True, True, "lobes only", {"rho": 0.0}, (math.pi / 11.0, 1e-3), 0.0),
-    Expectation("oren_nayar", True, True, "full: light between facets is of rho^2, so less", {}, (0.79776, 1e-3), 89.9),
+    Expectation("oren_nayar", True, True, "full: light between facets has only rho^2", {}, (0.79776, 1e-3), 89.9),
     Expectation(
         "oren_nayar",
         True,
         False,
-        "full: more than 1 at grazing angles. Largest by quadrature of the formula in float64, apart from this code",
+        "full: more than 1 at grazing angles. Largest albedo by an independent quadrature of the formula in float64",
         {"rho": 1.0},
         (1.02027, 1e-3),
         89.9,
@@ -191,7 +197,7 @@ EXPECTATIONS: tuple[Expectation, ...] = (
     Expectation(
         "oren_nayar", True, False, "full, at its worst sigma", {"rho": 1.0, "sigma": 17.189}, (1.04996, 1e-3), 89.9
     ),
-    Expectation("oren_nayar", True, True, "short, at sigma 30: rho (A + B / 2) when grazing, 0.94", {"form": "short"}),
+    Expectation("oren_nayar", True, True, "short, at sigma 30: grazing rho (A + B / 2), 0.94", {"form": "short"}),
     Expectation(
         "oren_nayar",
         True,
@@ -212,17 +218,25 @@ EXPECTATIONS: tuple[Expectation, ...] = (
         "cook_torrance",
         True,
         True,
-        "facets steep enough for kinks of the masking at grazing angles that the quadrature may not resolve",
+        "facets so steep that the masking has kinks at grazing angles, which the quadrature may not resolve",
         {"m": 3.0},
         resolved=False,
     ),
     Expectation(
-        "ggx", True, True, "single reflections off facets with Smith's masking lose energy, never win", law=True
+        "ggx",
+        True,
+        True,
+        "single reflections off facets with Smith's masking lose energy, and never gain any",
+        law=True,
     ),
     Expectation("ggx", True, True, _END_OF_FLOAT32, {"alpha": 1e-4}, resolved=False, law=True),
     *_total("ggx", law=True),
     Expectation(
-        "beckmann", True, True, "single reflections off facets with Smith's masking lose energy, never win", law=True
+        "beckmann",
+        True,
+        True,
+        "single reflections off facets with Smith's masking lose energy, and never gain any",
+        law=True,
     ),
     Expectation("beckmann", True, True, _END_OF_FLOAT32, {"alpha": 1e-4}, resolved=False, law=True),
     *_total("beckmann", law=True),
@@ -230,16 +244,16 @@ EXPECTATIONS: tuple[Expectation, ...] = (
         "split",
         True,
         False,
-        "1 - F(V.H) is no share that is transmitted: at grazing angles facets reflect F(N.V), near 1, and light from "
-        "elsewhere, whose V.H is not small, is reflected diffusely besides",
+        "1 - F(V.H) is not the transmitted share: at grazing angles facets reflect F(N.V), near 1, and light with a "
+        "large V.H, from other directions, is reflected diffusely as well",
     ),
     Expectation(
-        "split", True, True, "rough facets are seen at a large V.H: rho 0.8 keeps it below 1; by a run", {"alpha": 0.3}
+        "split", True, True, "rough facets have a large V.H: rho 0.8 keeps the sum below 1; by a run", {"alpha": 0.3}
     ),
-    Expectation("split", True, False, "the same with rho = 1; by a run", {"alpha": 0.3, "rho": 1.0}),
+    Expectation("split", True, False, "rough facets with rho = 1 exceed 1; by a run", {"alpha": 0.3, "rho": 1.0}),
     Expectation("split", True, False, "narrower at grazing angles than GGX; by a run", {"distribution": "beckmann"}),
-    Expectation("split", True, False, "as smooth as a mirror: nearly 2", {"alpha": 1e-4}, resolved=False),
-    Expectation("split", True, True, "rough facets are seen at a large V.H; by a run", {"alpha": 1.0}),
+    Expectation("split", True, False, "smooth as a mirror: nearly 2", {"alpha": 1e-4}, resolved=False),
+    Expectation("split", True, True, "rough facets have a large V.H; by a run", {"alpha": 1.0}),
     Expectation("split", True, True, "no diffuse part", {"metalness": 1.0}, law=True),
     Expectation("split", True, True, "no diffuse part: F is 1", {"f0": 1.0, "metalness": 0.0}, law=True),
     Expectation("split", True, True, "no diffuse part", {"rho": 0.0}, law=True),
@@ -255,14 +269,14 @@ EXPECTATIONS: tuple[Expectation, ...] = (
         "diffuse_microfacet",
         True,
         True,
-        "the same; no law, as the shader's quadrature makes 1.0015 of smooth white facets; by a run",
+        "as with ggx, but no law: the shader's quadrature gives 1.0015 for smooth white facets; by a run",
         {"distribution": "beckmann"},
     ),
-    Expectation("he", True, True, "nothing guarantees it, but F is less than 1: delta and diffuse parts; by a run"),
-    Expectation("he", True, False, "a diffuse part of albedo 1, and the others besides", {"rho": 1.0}),
-    Expectation("he", True, True, "nothing but the diffuse part: rho", {"ks": 0.0}, (0.0, 0.0), law=True),
+    Expectation("he", True, True, "not guaranteed, but delta and diffuse parts have F below 1; by a run"),
+    Expectation("he", True, False, "a diffuse part of albedo 1, plus the other parts", {"rho": 1.0}),
+    Expectation("he", True, True, "only the diffuse part: rho", {"ks": 0.0}, (0.0, 0.0), law=True),
     *(
-        Expectation("he", True, False, "delta and diffuse parts are 1.025 F at 80 degrees for F = 1; by a run", when)
+        Expectation("he", True, False, "delta and diffuse parts sum to 1.025 F at 80 degrees, F = 1; by a run", when)
         for when in ({"f0": 1.0}, {"fresnel": "conductor", "n": 0.0}, {"fresnel": "conductor", "k": 100.0})
     ),
     *(
@@ -270,12 +284,12 @@ EXPECTATIONS: tuple[Expectation, ...] = (
             "he",
             True,
             False,
-            "the same beyond the angle of total reflection, whose edge may not be resolved",
+            "delta and diffuse parts exceed F = 1 beyond the angle of total reflection, whose edge may not be resolved",
             when,
             resolved=False,
         )
         for when in ({"fresnel": "dielectric", "ior": 0.1}, {"fresnel": "conductor", "k": 0.0})
     ),
-    Expectation("he", True, True, "lobes of wavelength / tau, 1e-7: nothing in float32", {"tau": 1e6}, resolved=False),
-    Expectation("mirror", True, True, "a delta, which is not in f: its albedo is F", law=True),
+    Expectation("he", True, True, "lobes of wavelength / tau, 1e-7, vanish in float32", {"tau": 1e6}, resolved=False),
+    Expectation("mirror", True, True, "a delta, which is not part of f: its albedo is F", law=True),
 )

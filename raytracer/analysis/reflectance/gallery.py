@@ -1,4 +1,4 @@
-"""Every model on the same scene, labelled."""
+"""Gallery: one labelled picture of the same scene for each reflectance model."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _COLUMNS = 6
 _GAP, _BELOW, _CAPTION = 6, 34, 26
 _PAPER, _INK, _FAINT = (250, 249, 246), (30, 30, 30), (110, 110, 110)
 _CAPTION_TEXT = (
-    "The lights have colours pi and 0.35 pi, as a diffuse f is rho / pi. "
-    "For phong, blinn and strauss, which leave pi out, they have 1 and 0.35."
+    "The lights have the colours pi and 0.35 pi, because a diffuse f is rho / pi. "
+    "For phong, blinn and strauss, which omit 1/pi, they have 1 and 0.35."
 )
 _RUST = (0.78, 0.3, 0.12)
 
@@ -35,7 +35,17 @@ def write_gallery(
     progress: Progress | None,
     write: Writer = written_whole,
 ) -> None:
-    """Write the picture, whole or not at all: with the file `merl`, of a measured material besides."""
+    """Render all models, and write the sheet of pictures.
+
+    Args:
+        path: the .png file
+        side: width and height of each picture in pixels. Range: 64-2048.
+        samples: samples per pixel
+        merl: file of a measured material to show besides; None: none
+        renderer: the renderer
+        progress: called with the number of pictures drawn, and of all pictures
+        write: opens the file to write. Default: the file is written whole or not at all.
+    """
     output = check_output(path, (".png",))
     side = int(number(side, "--cell", 64, 2048, "pixels in [64, 2048]"))
     cells = [(name, *shown) for name, shown in shown_materials().items()]
@@ -61,8 +71,8 @@ def write_gallery(
 
 
 def shown_materials() -> dict[str, tuple[Material, str]]:
-    """A material for each model that shows the model's use, and the label's second line."""
-    # At 650, 550 and 450 nm (Johnson and Christy 1972; assets/materials/conductors.toml has it too).
+    """Return for each model a material that shows the model's use, and the second line of its label."""
+    # n and k at 650, 550 and 450 nm: Johnson and Christy 1972, in assets/materials/conductors.toml.
     table = read_collection("conductors")["copper"]
     copper: dict[str, Any] = {"fresnel": "conductor", "n": table["n"], "k": table["k"]}
     chosen = {

@@ -1,6 +1,6 @@
-"""Properties of a material, measured of the GLSL that renders: positivity, reciprocity, energy, sums over facets.
+"""Measured properties of a material, from the GLSL that renders: positivity, reciprocity, energy, sums over facets.
 
-Nothing here knows what is expected: see `expectations.py`.
+The measurement is independent of the expectations in `expectations.py`.
 """
 
 from __future__ import annotations
@@ -19,53 +19,54 @@ from raytracer.rendering.brdf import call, evaluate
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 
-# The models that their parameters' defaults make a material of: all but merl, which needs a file.
+# The models whose default parameters make a complete material: all except merl, which needs a file.
 COMPLETE = [name for name, model in MODELS.items() if all(p.default is not None for p in model.parameters.values())]
 # Angles to the normal at which albedos are measured, up to a cosine of 0.0017.
 DEGREES = (0.0, 15.0, 30.0, 45.0, 60.0, 70.0, 75.0, 80.0, 85.0, 88.0, 89.0, 89.5, 89.9)
-# An albedo, or its share of what is reflected if that is more than 1, is resolved to this or not at all.
+# The largest error of a resolved albedo: absolute for albedos up to 1, relative above.
 RESOLVED = 5e-4
-# How fine the quadrature is; then by how much finer, until two in a row agree.
+# The fineness of the quadrature, and factors of increasing fineness: they are tried until two in a row agree.
 _FINE = Fineness(6, 16)
 _FINER = (0.7, 1.0, 2.0, 4.0, 6.0)
-# Of these models the lobes are polar about the mirror direction; or there are none. Of all others see `_rule`.
+# Models whose lobes are polar about the mirror direction, and models without lobes. For others see _rule().
 _ABOUT_MIRROR = ("phong", "phong_normalized", "strauss")
 _WITHOUT_LOBES = ("lambert", "minnaert", "oren_nayar", "eon", "diffuse_microfacet", "lafortune")
-# What a value times 1 + this may be: rounding of float32, of directions and of what is made of them.
+# The largest relative difference of a reciprocal f: rounding to float32, of directions and of results.
 RECIPROCAL = 1e-4
-# Pairs of directions for reciprocity are so far above the horizon; f below this has few bits of float32 left, or none.
+# The least cosine of directions in pairs for reciprocity, and the least f: smaller values have few or no bits of
+# float32 left.
 _LEAST_COSINE = 1e-3
 _LEAST_VALUE = 1e-30
 _PAIRS = 2048
-# The share of f's median over all pairs below which a difference is one of that much.
+# The share of f's median over all pairs that is the least denominator of relative differences.
 _NOTHING = 1e-2
-# An albedo of 1 that is measured may be above by this.
+# The largest amount by which the measured albedo of an energy-conserving material may exceed 1.
 CONSERVING = 1e-3
-# Angles at which facets are added up.
+# Angles of the viewers of the sums over facets.
 _FACET_DEGREES = (0.0, 45.0, 75.0, 85.0, 89.0)
-# Finer than for albedos: the masking of Beckmann's facets makes up for all that D leaves, to 1e-7.
+# Finer than for albedos, because the masking of Beckmann's facets compensates exactly for D, to 1e-7.
 _FACETS_FINE = Fineness(24, 12)
 
 
 class Albedo(msgspec.Struct, frozen=True):
-    """A directional albedo, the largest of the three channels: `error` is estimated; nan if it is not finite."""
+    """A directional albedo, the largest of the three channels."""
 
-    degrees: float
+    degrees: float  # angle to the normal
     value: float
-    error: float
+    error: float  # estimated; nan if the albedo is not finite
 
     @property
     def resolved(self) -> bool:
-        """Whether the error is small. What is not resolved may be anything."""
+        """Whether the error is small. The value of an albedo that is not resolved has no meaning."""
         return self.error <= RESOLVED * max(1.0, abs(self.value))
 
 
 class Facets(msgspec.Struct, frozen=True):
-    """Largest differences from 1, and by how much they may be wrong: D is the facets' distribution, G1 their masking.
+    """The largest differences from 1 of two integrals over facets. D is the facets' distribution, G1 their masking.
 
-    `normals`: of the integral of G1 D <wo.m> over all facets m, over cos(theta_o): the article's equation (vi).
-    `furnace`: of the integral of G1 D / (4 cos(theta_o)) over all light, also from below, that a facet reflects to the
-    viewer: the weak white furnace of Heitz (2014).
+    `normals`: the integral of G1 D <wo.m> over all facets m, divided by cos(theta_o): the article's equation (vi).
+    `furnace`: the integral of G1 D / (4 cos(theta_o)) over all light, also from below, that a facet reflects to the
+    viewer: the weak white furnace test of Heitz (2014). `error`: the estimated error of both.
     """
 
     normals: float
@@ -78,12 +79,12 @@ class MaterialProperties(msgspec.Struct, frozen=True):
 
     material: Material
     least: float  # the least value of f cos(theta_i)
-    finite: bool  # no NaN or infinity anywhere
-    reciprocity: float  # largest relative difference of f(wi, wo) and f(wo, wi)
-    albedos: list[Albedo]  # of what is seen from a direction under equal light from everywhere
-    beams: list[Albedo]  # of what light from one direction sends everywhere; the same, if it is reciprocal
-    delta: bool  # whether a part is reflected to one direction only; it is in the albedos
-    facets: Facets | None = None  # of models with a distribution of facets and Smith's masking
+    finite: bool  # whether no value is NaN or infinite
+    reciprocity: float  # the largest relative difference of f(wi, wo) and f(wo, wi)
+    albedos: list[Albedo]  # the light seen from one direction, under equal light from everywhere
+    beams: list[Albedo]  # the light that a beam from one direction sends everywhere; equal to `albedos` if reciprocal
+    delta: bool  # whether a part is reflected to one direction only; the albedos include this part
+    facets: Facets | None = None  # only of models with a distribution of facets and Smith's masking
 
     @property
     def positive(self) -> bool:
@@ -95,7 +96,7 @@ class MaterialProperties(msgspec.Struct, frozen=True):
 
     @property
     def largest(self) -> Albedo:
-        """The largest albedo of the two kinds, at the first angle if there are several; or one that is not resolved."""
+        """The largest albedo of the two kinds, at its first angle; or the largest that is not resolved, if any."""
         albedos = [*self.albedos, *self.beams]
         most = max(albedos, key=lambda a: (not a.resolved, a.value))
         return next(
@@ -104,7 +105,7 @@ class MaterialProperties(msgspec.Struct, frozen=True):
 
     @property
     def conserving(self) -> bool | None:
-        """Whether it never reflects more than it gets; None if that is not resolved."""
+        """Whether the material never reflects more light than it receives; None if albedos are not resolved."""
         if any(a.resolved and a.value > 1.0 + CONSERVING + a.error for a in (*self.albedos, *self.beams)):
             return False
         return True if self.largest.resolved else None
@@ -113,22 +114,22 @@ class MaterialProperties(msgspec.Struct, frozen=True):
 def measure_material(
     material: Material, degrees: Sequence[float] = DEGREES, device: Device | None = None
 ) -> MaterialProperties:
-    """Measure all properties of a material; albedos at these angles to the normal."""
+    """Measure all properties of a material. `degrees`: the angles to the normal at which albedos are measured."""
     seen = _Seen(material, device)
     extreme = _extreme_directions()
     pairs = len(extreme)
-    seen(np.repeat(extreme, pairs, axis=0), np.tile(extreme, (pairs, 1)))
+    seen(np.repeat(extreme, pairs, axis=0), np.tile(extreme, (pairs, 1)))  # only for `least` and `finite`
     reciprocity = _reciprocity(material, seen)
     delta = MODELS[material.model].mirrors
     mirrored = _mirrored(material, degrees, device) if delta else np.zeros((len(degrees), 3))
     albedos = _albedos(material, degrees, seen, mirrored, beams=False)
     beams = albedos if reciprocity <= RECIPROCAL else _albedos(material, degrees, seen, mirrored, beams=True)
-    added = facets(material, device=device) if distribution_of(material) else None
-    return MaterialProperties(material, seen.least, seen.finite, reciprocity, albedos, beams, delta, added)
+    sums = facets(material, device=device) if distribution_of(material) else None
+    return MaterialProperties(material, seen.least, seen.finite, reciprocity, albedos, beams, delta, sums)
 
 
 class _Seen:
-    """evaluate(), noting what it gives."""
+    """Calls evaluate(), and records the least value, and whether all values are finite."""
 
     def __init__(self, material: Material, device: Device | None) -> None:
         self._material, self._device = material, device
@@ -143,10 +144,11 @@ class _Seen:
 
 
 def unit_direction(degrees: float, azimuth: float = 0.0) -> Array:
-    """A unit direction at an angle to the normal, nearly, and an azimuth in degrees, whose float32 form is unit too.
+    """Return a direction near an angle to the normal, at an azimuth, both in degrees. It is unit also in float32.
 
-    Near the horizon a length that is off by a rounding moves halfway vectors like an angle that is off by a lot more:
-    the albedo of a lobe of 1e-3 at 89.9 degrees by 2e-3. So there the angle is rounded, not the length: 89.9 +- 0.001.
+    Near the horizon, a rounding error of the length moves halfway vectors as much as a much larger error of the angle:
+    it changes the albedo of a lobe of 1e-3 at 89.9 degrees by 2e-3. So the angle is rounded there instead of the
+    length: 89.9 +- 0.001.
     """
     theta, phi = math.radians(degrees), math.radians(azimuth)
     x, y = (float(np.float32(math.sin(theta) * part)) for part in (math.cos(phi), math.sin(phi)))
@@ -154,7 +156,7 @@ def unit_direction(degrees: float, azimuth: float = 0.0) -> Array:
 
 
 def _extreme_directions() -> Array:
-    """Straight above, at the horizon, and between: with their mirror directions."""
+    """Return directions straight above, at the horizon, and between, with their mirror directions."""
     directions = [NORMAL]
     for cosine in (0.5, 1e-2, 1e-4, 1e-6, 1e-12, 1e-30):
         sine = math.sqrt(1.0 - cosine * cosine)
@@ -164,7 +166,7 @@ def _extreme_directions() -> Array:
 
 
 def _reciprocity(material: Material, seen: Callable[[Array, Array], Array]) -> float:
-    """Largest relative difference over random pairs of directions: half of them anywhere, half near lobes."""
+    """Return the largest relative difference over random pairs of directions: half anywhere, half near lobes."""
     random = np.random.default_rng(1)
     wo = _upper(random.normal(size=(2 * _PAIRS, 3)))
     wi = _upper(random.normal(size=(2 * _PAIRS, 3)))
@@ -176,7 +178,7 @@ def _reciprocity(material: Material, seen: Callable[[Array, Array], Array]) -> f
     wi, wo = (w[keep].astype(np.float32).astype(float) for w in (wi, wo))
     there, back = seen(wi, wo) / wi[:, 2:], seen(wo, wi) / wo[:, 2:]
     larger = np.maximum(np.abs(there), np.abs(back))
-    # Where others all but cancel, as the full form of Oren and Nayar's, the rounding is that of what cancels.
+    # If terms almost cancel, as in the full form of Oren and Nayar, the terms' rounding errors remain.
     larger = np.maximum(larger, _NOTHING * np.median(larger, axis=0))
     counts = np.isfinite(larger) & (larger > _LEAST_VALUE)
     return float(np.max(np.abs(there - back)[counts] / larger[counts], initial=0.0))
@@ -191,7 +193,7 @@ def _unit(vectors: Array) -> Array:
 
 
 def _factors(material: Material) -> list[tuple[float, ...]]:
-    """The factors that make a direction the axis of a lobe, part by part: those of each lobe, once."""
+    """Return the distinct factors that turn a direction into the axis of a lobe, component by component."""
     lobes = [
         tuple(channel) for lobe in material.get("lobes", ()) for channel in zip(lobe.cx, lobe.cy, lobe.cz, strict=True)
     ]
@@ -207,7 +209,7 @@ def _rule(material: Material, w: Array, fine: Fineness) -> Rule:
 
 @lru_cache(maxsize=64)
 def _known_rule(model: str, w: tuple[float, ...], fine: Fineness) -> Rule:
-    """The rule by these values alone. It is kept, because verifications ask for coarse rules again and again."""
+    """Return the rule of a model without `lobes`. It is cached, because verifications use coarse rules many times."""
     if model in _WITHOUT_LOBES:
         return polar(NORMAL, fine, kinks=np.array(w))
     if model in _ABOUT_MIRROR:
@@ -218,7 +220,7 @@ def _known_rule(model: str, w: tuple[float, ...], fine: Fineness) -> Rule:
 def _albedos(
     material: Material, degrees: Sequence[float], seen: Callable[[Array, Array], Array], mirrored: Array, beams: bool
 ) -> list[Albedo]:
-    """The albedo at each angle: of an anisotropic material, the largest of some azimuths."""
+    """Measure the albedo at each angle. An anisotropic material has the largest albedo of several azimuths."""
     whole = make_layout([material]).is_anisotropic
     azimuths = (0.0, 30.0, 60.0, 90.0) if whole else (0.0,)
     fine = msgspec.structs.replace(_FINE, whole=whole)
@@ -252,7 +254,7 @@ def _degrees(w: Array) -> float:
 def _integrals(
     directions: Sequence[Array], rules: Sequence[Rule], seen: Callable[[Array, Array], Array], beams: bool
 ) -> Array:
-    """The integral of each direction by its rule: over light from everywhere, or over where a beam from there goes."""
+    """Integrate for each direction by its rule: over the light from everywhere, or over the targets of a beam."""
     fixed = np.concatenate([np.broadcast_to(w, rule[0].shape) for w, rule in zip(directions, rules, strict=True)])
     others = np.concatenate([rule[0] for rule in rules])
     values = seen(fixed, others) * (others[:, 2:] / fixed[:, 2:]) if beams else seen(others, fixed)
@@ -263,25 +265,25 @@ def _integrals(
 
 
 def _mirrored(material: Material, degrees: Sequence[float], device: Device | None) -> Array:
-    """The share of light that is reflected to the mirror direction only, (N, 3)."""
+    """Return the share of light that is reflected to the mirror direction only (N, 3)."""
     views = [unit_direction(angle) for angle in degrees]
     return call(f"{material.model}Mirrored", material, NORMAL, views, device=device).astype(float)
 
 
 def distribution_of(material: Material) -> str | None:
-    """The distribution of a model of facets with Smith's masking."""
+    """Return the name of the facets' distribution, if the model has facets with Smith's masking; else None."""
     return material.model if material.model in ("ggx", "beckmann") else material.get("distribution")
 
 
 def facets(material: Material, degrees: Sequence[float] = _FACET_DEGREES, device: Device | None = None) -> Facets:
-    """Sum up a material's distribution D and masking G1, as seen from these angles."""
+    """Integrate a material's distribution D and masking G1 for viewers at these angles, in degrees."""
     kind = distribution_of(material)
     viewers = [unit_direction(angle) for angle in degrees]
     cosines = np.array([wo[2] for wo in viewers])
     masking = cosines / call(f"{kind}Slope", material, cosines, device=device)
 
     def off(fine: Fineness) -> tuple[Array, Array]:
-        """How far from 1 the two are, for each viewer."""
+        """Return the differences from 1 of the two integrals, for each viewer."""
         rules = [facing(wo, fine) for wo in viewers]
         counts = [len(weights) for _, weights in rules]
         m, weights = (np.concatenate([rule[i] for rule in rules]) for i in (0, 1))
@@ -289,13 +291,13 @@ def facets(material: Material, degrees: Sequence[float] = _FACET_DEGREES, device
         wo_m = np.sum(wo * m, axis=1)
         wi = 2.0 * wo_m[:, None] * m - wo
         starts = np.cumsum([0, *counts[:-1]])
-        D, of_sum = (
+        D, D_halfway = (
             call(f"{kind}D", material, NORMAL, S, device=device).astype(float)
             for S in (m, wi.astype(np.float32) + wo.astype(np.float32))
         )
         normals = np.add.reduceat(weights * g1 * D * wo_m, starts)
-        # Of light: d wi = 4 wo.m dm.
-        furnace = np.add.reduceat(weights * 4.0 * wo_m * g1 * of_sum / 4.0, starts)
+        # The integral over light: d wi = 4 wo.m dm.
+        furnace = np.add.reduceat(weights * 4.0 * wo_m * g1 * D_halfway / 4.0, starts)
         return normals - 1.0, furnace - 1.0
 
     normals, furnace = off(_FACETS_FINE)

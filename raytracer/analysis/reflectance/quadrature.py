@@ -1,12 +1,12 @@
-"""Quadrature over the hemisphere of directions that resolves lobes of any width around a known direction.
+"""Quadrature over the hemisphere of directions, which resolves lobes of any width around a known direction.
 
-A rule is directions (K, 3) float64 above the horizon and weights (K,), such that the sum of weights times values is
-the integral over the solid angle.
+A rule consists of directions (K, 3) float64 above the horizon and weights (K,): the sum of weights times values is the
+integral over the solid angle.
 
-All rules are in polar coordinates about an axis: Gauss-Legendre in the azimuth, over just what is above the
-horizon, where reflectances jump to 0; and in panels of the angle to the axis. These panels grow by a constant factor
-from `_INNERMOST` on: a lobe of any width, and any tail it has, is as smooth in the logarithm of the angle as any
-other. No rule needs to know how wide a lobe is.
+All rules are in polar coordinates about an axis, with Gauss-Legendre nodes in the azimuth and in panels of the angle to
+the axis. The azimuth covers only directions above the horizon, because reflectances jump to 0 there. Panels grow by a
+constant factor from `_INNERMOST` on, because lobes of all widths, and their tails, are equally smooth in the logarithm
+of the angle. So no rule depends on the width of a lobe.
 """
 
 from __future__ import annotations
@@ -22,32 +22,33 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Rule = tuple[Array, Array]
 
-# The angle to the axis, in radians, within which there is one panel: a tenth of the width of the narrowest lobes that
-# the models' ranges allow (alpha = 1e-4).
+# The end of the innermost panel, an angle to the axis in radians: a tenth of the width of the narrowest lobes in the
+# models' ranges (alpha = 1e-4).
 _INNERMOST = 1e-5
-# Panels grow by this factor. A lobe spans three of them or more.
+# The growth factor of panels. A lobe spans three panels or more.
 _GROWTH = 2.7
 
 NORMAL = np.array([0.0, 0.0, 1.0])
 
 
 class Fineness(msgspec.Struct, frozen=True):
-    """Nodes of a panel of the angle, and of the azimuth's half circle; `whole` circles for what has no symmetry."""
+    """The numbers of nodes of a rule."""
 
-    panel: int
-    azimuths: int
-    whole: bool = False
+    panel: int  # nodes of a panel of the angle
+    azimuths: int  # nodes of half a circle of the azimuth
+    whole: bool = False  # whether the azimuth covers whole circles, because the integrand is not symmetric
 
     def times(self, factor: float) -> Fineness:
-        """The fineness with this times as many nodes of either."""
+        """Multiply the numbers of nodes by a factor."""
         return Fineness(max(2, round(self.panel * factor)), max(2, round(self.azimuths * factor)), self.whole)
 
 
 def halfway(w: Array, fine: Fineness) -> Rule:
-    """A rule in polar coordinates of the halfway vector between its directions and the unit direction `w` (3,).
+    """Return a rule in polar coordinates of the halfway vector H between its directions and a unit direction `w` (3,).
 
-    Lobes of (N.H) have the same shape there wherever `w` is, while in the directions themselves they get long
-    and thin at grazing angles. The solid angle of directions is 4 w.H that of H: the article's equation (xx).
+    In these coordinates, lobes in N.H have the same shape for any `w`; in coordinates of the directions themselves they
+    become long and thin at grazing angles. The solid angle of directions is 4 w.H times that of H: the article's
+    equation (xx).
     """
     tilt = _tilt(w)
     x, y = _across(w)
@@ -61,33 +62,34 @@ def halfway(w: Array, fine: Fineness) -> Rule:
 
 
 def polar(axis: Array, fine: Fineness, kinks: Array | None = None) -> Rule:
-    """A rule in polar coordinates about a unit direction (3,), which may be below the horizon.
+    """Return a rule in polar coordinates about a unit direction (3,), which may be below the horizon.
 
-    `kinks`: a direction at whose angle to the axis, and square to whose azimuth, what is integrated may have kinks.
+    `kinks` is a direction at which the integrand may have kinks: at its angle to the axis, and at right angles to its
+    azimuth.
     """
     tilt = _tilt(axis)
     x, y = _across(axis if tilt > 0.0 or kinks is None else kinks)
     first = abs(np.pi / 2 - tilt)
-    # Powers of the cosine of the angle to the axis end where that is a right one.
+    # Powers of the cosine of the angle to the axis end at a right angle.
     edges = [first, np.pi - first, *([np.pi / 2] if tilt <= np.pi / 2 else [np.pi])]
     if kinks is not None:
         edges.append(float(np.arccos(np.clip(axis @ kinks, -1.0, 1.0))))
     angle, width = _angles(edges, fine.panel)
     azimuth, share = _azimuths(_visible(angle, tilt), fine, () if kinks is None else (np.pi / 2,))
     if tilt > 0.0:
-        x = NORMAL * np.sin(tilt) - np.cos(tilt) * x  # square to the axis, upwards
+        x = NORMAL * np.sin(tilt) - np.cos(tilt) * x  # at right angles to the axis, upwards
     directions = _spherical(angle[:, None], azimuth, x, y, axis)
     return _above(directions, np.sin(angle)[:, None] * width[:, None] * share)
 
 
 def about_all(axes: Sequence[Array], fine: Fineness) -> Rule:
-    """A rule that has the polar coordinates of each axis around it.
+    """Return a rule that resolves lobes around several axes: the union of polar rules about each axis.
 
-    Each part's weights are its share by the balance heuristic (Veach 1995), of how dense its directions are.
+    Weights are combined by the balance heuristic (Veach 1995), from the densities of the rules' directions.
     """
 
     def density(axis: Array, directions: Array) -> Array:
-        apart = directions - axis  # as long as the angle, nearly
+        apart = directions - axis  # the length is nearly the angle
         return 1.0 / np.maximum(np.sum(apart * apart, axis=-1), _INNERMOST**2)
 
     parts = []
@@ -99,7 +101,7 @@ def about_all(axes: Sequence[Array], fine: Fineness) -> Rule:
 
 
 def facing(w: Array, fine: Fineness) -> Rule:
-    """A rule over the directions above the horizon that face the unit direction `w` (3,): polar about the normal."""
+    """Return a rule over directions above the horizon that face a unit direction `w` (3,), polar about the normal."""
     tilt = _tilt(w)
     x, y = _across(w)
     angle, width = _angles([np.pi / 2 - tilt, np.pi / 2], fine.panel)
@@ -116,7 +118,7 @@ def _tilt(w: Array) -> float:
 
 
 def _across(w: Array) -> tuple[Array, Array]:
-    """Horizontal unit vectors: towards `w`, and square to that."""
+    """Return two horizontal unit vectors: one towards `w`, and one at right angles to it."""
     sine = float(np.hypot(w[0], w[1]))
     x, y = (w[0] / sine, w[1] / sine) if sine > 0.0 else (1.0, 0.0)
     return np.array([x, y, 0.0]), np.array([-y, x, 0.0])
@@ -128,17 +130,17 @@ def _spherical(angle: Array, azimuth: Array, x: Array, y: Array, axis: Array) ->
 
 
 def _visible(angle: Array, tilt: float) -> Array:
-    """Up to which azimuth from its highest point a circle at an angle to an axis of that tilt is above the horizon."""
+    """Return the azimuth, from its highest point, up to which a circle around a tilted axis is above the horizon."""
     with np.errstate(divide="ignore", invalid="ignore"):
         bound = -(np.cos(angle) * np.cos(tilt)) / (np.sin(angle) * np.sin(tilt))
     return np.arccos(np.clip(np.nan_to_num(bound, nan=1.0, posinf=1.0, neginf=-1.0), -1.0, 1.0))
 
 
 def _angles(edges: Sequence[float], count: int) -> Rule:
-    """Nodes and weights in [0, last of the edges], `count` a panel.
+    """Return nodes and weights in [0, last of the edges], with `count` nodes in each panel.
 
-    At an edge the length of the circles above the horizon begins to shrink, or ends, as a square root: which the
-    squared variable of the panels that end there makes smooth.
+    At an edge, the length of the circles above the horizon begins to shrink, or ends, like a square root. Panels at an
+    edge have a squared variable, in which the integrand is smooth.
     """
     x, w = _legendre(count)
     u, du = (x + 1.0) / 2.0, w / 2.0
@@ -162,9 +164,9 @@ def _angles(edges: Sequence[float], count: int) -> Rule:
 
 
 def _azimuths(limit: Array, fine: Fineness, kinks: Sequence[float]) -> Rule:
-    """(A, K) azimuths and weights: up to the limits (A,), which are in [0, pi], and as far to the other side.
+    """Return azimuths and weights (A, K), from minus to plus the limits (A,), which are in [0, pi].
 
-    Where that is a mirror image, it is counted by the weights.
+    If the integrand is symmetric, only one side has nodes, with doubled weights.
     """
     x, w = _legendre(-(-fine.azimuths // (len(kinks) + 1)))
     ends = [np.zeros_like(limit), *(np.minimum(kink, limit) for kink in kinks), limit]

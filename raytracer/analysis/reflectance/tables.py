@@ -1,4 +1,4 @@
-"""Tables of the models and of their verifications: on the terminal, as JSON, and docs/models.md as Markdown."""
+"""Tables of the models and of their verifications: on the terminal, as JSON, and as Markdown for docs/models.md."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ANSWERS = {True: "yes", False: "no", None: "?"}
 
 
 def print_checks(checks: Sequence[Verification]) -> None:
-    """Print a table of all, and in words what is not as expected; for a single one its albedo over the angle, too."""
+    """Print a table of all verifications, and each difference in words. For a single one, print its albedos, too."""
     from rich.table import Table
 
     table = Table(*_HEADING)
@@ -28,18 +28,18 @@ def print_checks(checks: Sequence[Verification]) -> None:
     say_table(table)
     if len(checks) == 1:
         _print_albedos(checks[0].properties)
-    say(f"reciprocal: f(wi, wo) and f(wo, wi) differ by {RECIPROCAL:g} of the larger one at most.")
-    say(f"albedo: over 0 to 89.9 degrees; ? where it is not resolved to {RESOLVED:g}. * with a part in one direction")
-    say("furnace, (vi): how far off 1 are the weak white furnace and the facets that a viewer sees")
+    say(f"reciprocal: f(wi, wo) and f(wo, wi) differ by at most {RECIPROCAL:g} of the larger one")
+    say(f"largest albedo: over 0 to 89.9 degrees; ?: not resolved to {RESOLVED:g}; *: includes an ideal reflection")
+    say("furnace, (vi): difference from 1 of the weak white furnace test, and of the area of visible facets")
     for check in checks:
         for differs in check.differs:
             say(f"{check.name} {parameters_text(check.parameters)}: {differs}".replace("  ", " "))
     wrong = sum(bool(check.differs) for check in checks)
     without = sum(check.expectation is None for check in checks)
     partly = sum(check.expectation is not None and check.expectation.conserving is None for check in checks)
-    parts = [f"{len(checks)} measured, {wrong or 'none'} not as expected"]
-    parts += [f"of {without} nothing is written down"] if without else []
-    parts += [f"of {partly} it is not written down whether it conserves energy"] if partly else []
+    parts = [f"{len(checks)} measured, {f'{wrong} not' if wrong else 'all'} as expected"]
+    parts += [f"{without} without an expectation"] if without else []
+    parts += [f"{partly} without an expectation about energy"] if partly else []
     say("; ".join(parts))
 
 
@@ -78,11 +78,11 @@ def _print_albedos(properties: MaterialProperties) -> None:
         table.add_row(f"{seen.degrees:.4g}", *cells)
     say_table(table)
     if not same:
-        say("It is not reciprocal: the albedo under equal light from everywhere is not the albedo of a beam.")
+        say("Not reciprocal: the albedo under equal light from everywhere differs from the albedo of a beam.")
 
 
 def parameters_text(parameters: Parameters) -> str:
-    """Parameters as `--set` takes them."""
+    """Format parameters in the form of `--set`."""
     return " ".join(f"{name}={_value_text(value)}" for name, value in parameters.items())
 
 
@@ -97,7 +97,7 @@ def _value_text(value: Any) -> str:
 
 
 def checks_json(checks: Sequence[Verification]) -> str:
-    """All measurements as JSON. A number that is not finite is null."""
+    """Return all measurements as JSON. Numbers that are not finite are null."""
     return _json({"checks": [_check_json(check) for check in checks]})
 
 
@@ -145,7 +145,7 @@ def _json(value: Any) -> str:
 
 
 def properties_in_words(checks: Sequence[Verification]) -> dict[str, str]:
-    """Whether a model is reciprocal and conserves energy, in words, and over which part of its range."""
+    """Describe whether a model is reciprocal and conserves energy, and for which part of its range."""
     return {name: _over_range(checks, name) for name in ("reciprocal", "conserving")}
 
 
@@ -165,7 +165,7 @@ def _over_range(checks: Sequence[Verification], name: str) -> str:
 
 
 def print_models(models: Sequence[str], measured: Mapping[str, Sequence[Verification]]) -> None:
-    """Print each model's name and source, what was measured, and a table of its parameters."""
+    """Print each model's name and source, its measured properties, and a table of its parameters."""
     from rich.table import Table
 
     for name in models:
@@ -175,7 +175,7 @@ def print_models(models: Sequence[str], measured: Mapping[str, Sequence[Verifica
             answers = properties_in_words(checks)
             say(f"reciprocal: {answers['reciprocal']}; conserving: {answers['conserving']}")
         else:
-            say("not measured: it needs a file")
+            say("not measured: the model needs a file")
         table = Table("name", "kind", "range", "default", "unit", "meaning", "source")
         for parameter in model.parameters.values():
             table.add_row(*map(cell, _parameter_row(parameter)))
@@ -183,7 +183,7 @@ def print_models(models: Sequence[str], measured: Mapping[str, Sequence[Verifica
 
 
 def models_json(models: Sequence[str], measured: Mapping[str, Sequence[Verification]]) -> str:
-    """The same as print_models, as JSON."""
+    """Return the data of print_models() as JSON."""
     return _json(
         {
             name: {
@@ -230,7 +230,7 @@ def _default_text(value: Any) -> str:
 
 
 def markdown() -> str:
-    """The text of docs/models.md: the models with their parameters and expectations."""
+    """Return the text of docs/models.md: the models with their parameters and expectations."""
     ambient, emission = (MODELS["phong"].parameters[name] for name in ("ka", "le"))
     lines = [
         "# Reflectance models",
@@ -242,10 +242,10 @@ def markdown() -> str:
         "colour is three numbers, linear RGB, or one for all three. Every model also has `ka` and `le`, listed once",
         "here. The default `ka` is 0.15/0.8 of `kd` in `phong` and `blinn`, and 0 in all other models.",
         "",
-        "*Reciprocal* and *conserving* (it never reflects more than it gets) are what is expected, and why: with the",
-        "default parameters but for those named; of rows that fit, the last holds. A *law* holds with any values of",
-        f"the others. So does that a model is reciprocal, except {', '.join(NOT_RECIPROCAL)}. The tests measure all of",
-        "it, of the very GLSL that renders, at the ends of each parameter's range: `raytracer brdf check`.",
+        "Each row states, with the reason, whether a model is *reciprocal* and *conserving* (never reflects more light",
+        "than it receives), for the parameters in the first column and the defaults of all others. If several rows",
+        "match, the last one applies. A *law* holds for any values of the other parameters. Models other than",
+        f"{', '.join(NOT_RECIPROCAL)} are always reciprocal. `raytracer brdf check` measures all rows with the GLSL.",
         "",
         *_parameter_lines([ambient, emission]),
     ]

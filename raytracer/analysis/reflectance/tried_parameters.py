@@ -1,4 +1,4 @@
-"""The parameters with which each model is measured: its defaults, the ends of all ranges, and some combinations."""
+"""The parameters with which each model is measured: its defaults, both ends of all ranges, and some combinations."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from typing import Any
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS, Parameter
 
-# (low, high) stands for all numbers between; one number for a colour of three that are equal.
+# Parameters by name. In an expectation, (low, high) matches all numbers between them. One number may stand for a colour
+# of three equal numbers.
 Parameters = Mapping[str, Any]
 
-# No reflectance, or the light that it is under, not the material's own.
+# Parameters that are not varied: they are no part of f (ka, le), or only rotate it (tangent).
 NOT_IN_F = ("ka", "le", "tangent")
-# Combinations of parameters that tell something, besides the ends of each range.
+# Informative combinations of parameters, besides the ends of each range.
 COMBINATIONS: dict[str, tuple[Parameters, ...]] = {
     "phong": ({"kd": 0.3, "ks": 0.0},),
     "blinn": ({"kd": 0.3, "ks": 0.0},),
@@ -42,7 +43,7 @@ COMBINATIONS: dict[str, tuple[Parameters, ...]] = {
 
 
 def tried_parameters(model: str) -> list[Parameters]:
-    """The model's defaults, both ends of each parameter's range, one at a time, and the combinations written down."""
+    """Return the model's defaults, both ends of each parameter's range, one at a time, and its combinations."""
     tried: list[Parameters] = [{}]
     for name, parameter in MODELS[model].parameters.items():
         if name in NOT_IN_F:

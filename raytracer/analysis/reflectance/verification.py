@@ -1,4 +1,4 @@
-"""Measurements of all models, at the ends of their ranges, compared with the expectations."""
+"""Verification of the reflectance models: measurements at the ends of their ranges, compared with expectations."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ from raytracer.gpu.device import Device
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 
-# The error of the sum of the facets' areas. The rational fit of Beckmann's masking is itself 0.35 % off.
+# Tolerances of the integrals over facets: in general, and for the rational fit of Beckmann's masking, whose own error
+# is 0.35 %.
 _FACETS = 1e-3
 _FACETS_RATIONAL = 4e-3
-# Angles are rounded by less.
+# Tolerance of angles in degrees, more than their rounding error.
 _SAME_ANGLE = 0.01
 
 
 class Verification(msgspec.Struct, frozen=True):
     """The measured properties of a model, or of a published material, with some parameters, and the expectation.
 
-    `differs` says in words how the two differ. There is no expectation of published materials.
+    `differs` lists the differences between both in words. Published materials have no expectation.
     """
 
     name: str
@@ -41,29 +42,32 @@ class Verification(msgspec.Struct, frozen=True):
 def verify(
     name: str, parameters: Parameters, device: Device | None = None, degrees: Sequence[float] = DEGREES
 ) -> Verification:
-    """Measure a model, or a published material, with some parameters, and compare. Raises InputError."""
+    """Measure a model, or a published material, with some parameters, and compare it with the expectation.
+
+    Raises InputError for an unknown name or a wrong parameter.
+    """
     properties = measure_material(material_of(name, parameters), degrees, device)
     expectation = expectation_of(properties.material) if name in MODELS else None
     return Verification(name, parameters, properties, expectation, list(_differences(properties, expectation)))
 
 
 def material_of(name: str, parameters: Parameters) -> Material:
-    """The model, or published material, of that name, with these parameters."""
+    """Return the material of a model, or a published material, with some parameters replaced."""
     return Material(name, **parameters) if name in MODELS else MaterialLibrary().material(name).replace(**parameters)
 
 
 def verify_all(
     models: Sequence[str], device: Device | None = None, progress: Progress | None = None
 ) -> list[Verification]:
-    """Each of these models, which need no file, with each of its parameters."""
-    todo = [(model, parameters) for model in models for parameters in tried_parameters(model)]
+    """Verify models that need no file, each with all its tried parameters."""
+    pairs = [(model, parameters) for model in models for parameters in tried_parameters(model)]
     verifications = []
-    for i, (model, parameters) in enumerate(todo):
+    for i, (model, parameters) in enumerate(pairs):
         if progress:
-            progress(i, len(todo))
+            progress(i, len(pairs))
         verifications.append(verify(model, parameters, device))
     if progress:
-        progress(len(todo), len(todo))
+        progress(len(pairs), len(pairs))
     return verifications
 
 
@@ -72,11 +76,13 @@ def _differences(properties: MaterialProperties, expectation: Expectation | None
         yield "NaN or infinity"
     if not properties.positive:
         yield f"negative: {properties.least:.3g}"
-    if added := properties.facets:
+    if facets := properties.facets:
         bound = _FACETS_RATIONAL if properties.material.get("smith") == "rational" else _FACETS
-        for name, off in (("weak white furnace", added.furnace), ("equation (vi)", added.normals)):
-            if off - added.error > bound or (added.error > bound and expectation is not None and expectation.resolved):
-                yield f"{name}: {off:.2g} off (+- {added.error:.2g}), at most {bound:g} expected"
+        for name, off in (("weak white furnace", facets.furnace), ("equation (vi)", facets.normals)):
+            if off - facets.error > bound or (
+                facets.error > bound and expectation is not None and expectation.resolved
+            ):
+                yield f"{name}: differs from 1 by {off:.2g} (+- {facets.error:.2g}), at most {bound:g} expected"
     yield from _albedos(properties)
     if expectation is None:
         return
@@ -94,12 +100,12 @@ def _differences(properties: MaterialProperties, expectation: Expectation | None
 
 
 def _albedos(properties: MaterialProperties) -> Iterator[str]:
-    """Where albedos are not what a closed form says."""
+    """Yield the differences between measured albedos and their closed form."""
     formula = ALBEDOS.get(properties.material.model)
     for albedo in properties.albedos if formula else ():
-        right = formula(properties.material, math.cos(math.radians(albedo.degrees))) if formula else None
-        if right is None or not albedo.resolved:
+        exact = formula(properties.material, math.cos(math.radians(albedo.degrees))) if formula else None
+        if exact is None or not albedo.resolved:
             continue
-        value = float(np.max(right))
+        value = float(np.max(exact))
         if not abs(albedo.value - value) <= 2.0 * RESOLVED * max(1.0, value):
             yield f"albedo {albedo.value:.6g} at {albedo.degrees:.4g} degrees, {value:.6g} by its closed form"

@@ -1,9 +1,9 @@
-"""The cost of each knob and the error that it leaves, measured on a scene: `raytracer trade` and `raytracer tune`.
+"""Time and error of settings, measured on a scene: `raytracer trade` and `raytracer tune`.
 
-configurations.py and approximations.py list what is tried, targets.py draws the references that errors are measured
-against, measurement.py measures in turns, pareto.py finds the configurations that are worth their time; data_files.py,
-page.py, plots.py and strips.py show it. tune.py searches for the cheapest settings that meet an error or a time, by
-the trials of trials.py.
+configurations.py and approximations.py list the configurations, targets.py draws the references of the measured errors,
+measurement.py measures time and error, and pareto.py finds the Pareto front. data_files.py, page.py, plots.py and
+strips.py present the results. tune.py searches for the best settings for an error or a time, and measures them with
+trials.py.
 
 Other packages may use:
 

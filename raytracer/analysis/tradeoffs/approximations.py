@@ -1,6 +1,6 @@
-"""Shading approximations, each against what it approximates, on the same scene with other materials.
+"""Shading approximations, each compared with its exact form, on the same scene with replaced materials.
 
-Both sides take the same samples, so nothing but the approximation differs between their pictures.
+Both pictures have the same samples, so that they differ only by the approximation.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from raytracer.scene.solids import Solid, with_leaves
 
 Change = Callable[[Material], Material]
 
-# Degrees: the slopes' standard deviation of the rough surface on which diffuse models are compared.
+# The standard deviation of the slopes of the rough surface on which diffuse models are compared, in degrees.
 SIGMA = 30.0
-# Glass's index of refraction.
+# The index of refraction of glass.
 _IOR = 1.5
 
 
 class _Series(NamedTuple):
-    """A knob, what is exact, and what approximates it: labels, and how a scene's materials become that."""
+    """A knob with its exact form and approximations: each a label, and a function that replaces a material."""
 
     knob: str
     exact: tuple[str, Change]
@@ -37,23 +37,23 @@ class _Series(NamedTuple):
 
 
 def add_approximations(plan: Plan, scene: Scene, extent: Extent, renderer: Renderer) -> None:
-    """Add to `plan` what the extent has of them. `renderer` makes the table of a measured material."""
+    """Add the approximations of the extent to `plan`. `renderer` draws the table of a measured material."""
     settings = msgspec.structs.replace(plan.targets[MAIN].settings, samples=extent.shading_samples, shading=None)
     for series in _series(extent, renderer):
         name = f"{series.knob}: {series.exact[0]}"
         try:
             exact = with_materials(scene, series.exact[1])
-            made = [(label, with_materials(scene, change)) for label, change in series.others]
+            others = [(label, with_materials(scene, change)) for label, change in series.others]
         except InputError as error:
             plan.left_out.append((series.knob, str(error)))
             continue
         plan.targets[name] = Target(name, exact, settings, same_samples=True)
-        for label, changed in ((series.exact[0], exact), *made):
+        for label, changed in ((series.exact[0], exact), *others):
             plan.configurations.append(Configuration((series.knob,), label, name, settings, scene=changed))
 
 
 def with_materials(scene: Scene, change: Change) -> Scene:
-    """`scene` with each material as `change` has it."""
+    """Return `scene` with each material replaced by `change`."""
     new = {material: change(material) for material in scene.materials}
 
     def changed(solid: Solid) -> Solid:
@@ -97,7 +97,7 @@ def _series(extent: Extent, renderer: Renderer) -> Iterator[_Series]:
 
 
 def _with(model: str, **parameters: Any) -> Change:
-    """A material of that model which is like the one it replaces, but for some parameters."""
+    """Return a function that converts a material to a model, and sets some parameters."""
     return lambda material: translated(material, model).replace(**parameters)
 
 
@@ -106,10 +106,11 @@ def _only(model: str, **parameters: Any) -> Change:
 
 
 def _rough(extent: Extent) -> _Series:
-    """Rough diffuse surfaces whose slopes have the same standard deviation.
+    """Return the series of rough diffuse surfaces whose slopes have the same standard deviation.
 
-    Oren and Nayar's `sigma` is that of an angle, in each direction; Beckmann's alpha is sqrt(2) times that of a slope.
-    EON's roughness is the ratio B / A of the terms of Oren and Nayar's short form, as Fujii's is.
+    Oren and Nayar's `sigma` is the standard deviation of an angle, in each direction. Beckmann's alpha is sqrt(2) times
+    the standard deviation of a slope. EON's roughness is the ratio B / A of the terms in Oren and Nayar's short form,
+    as in Fujii's model.
     """
     sigma = math.radians(SIGMA)
     alpha = min(1.0, math.sqrt(2.0) * math.tan(sigma))
@@ -133,7 +134,7 @@ def _rough(extent: Extent) -> _Series:
 
 
 def _measured(renderer: Renderer) -> _Series:
-    """GGX and its own table in MERL's format, of 1 degree and less."""
+    """Return the series of GGX and its own table in MERL's format, with steps of 1 degree or less."""
     from raytracer.rendering import brdf
 
     ggx = Material("ggx")

@@ -1,4 +1,4 @@
-"""Configurations to be tried: a table of all knobs, and of the combinations that are of use."""
+"""Table of the configurations that `raytracer trade` measures: each knob alone, and useful combinations."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from raytracer.scene.sequences import SEQUENCES
 from raytracer.scene.settings import Settings
 from raytracer.scene.settings_patch import EMPTY, SettingsPatch
 
-# Lights of a scene none of which has a radius get one for soft shadows: this share of their distance from what the
-# camera looks at, so penumbras are seen as wide everywhere. The sun's is 0.005, a bulb's over a table 0.05.
+# The radius of a light for soft shadows, in a scene whose lights have none, as a share of the light's distance from the
+# point that the camera looks at. So penumbras look equally wide in all scenes. The sun has 0.005, a lamp over a table
+# 0.05.
 RADIUS_SHARE = 0.05
 
 
 class Target(msgspec.Struct, frozen=True):
-    """The aim of some configurations: the picture that `scene` converges to with `settings`.
+    """The scene and settings whose converged picture some configurations are compared with.
 
-    `same_samples`: instead, the picture with just these settings, so that configurations with the same samples differ
-    from it by nothing but what they approximate.
+    With `same_samples`, the reference is instead the picture with exactly these settings, so that configurations with
+    the same samples differ from it only by their approximation.
     """
 
     name: str
@@ -33,35 +34,28 @@ class Target(msgspec.Struct, frozen=True):
 
 
 class Configuration(msgspec.Struct, frozen=True):
-    """One way to make a target's picture.
+    """One way to render a target's picture."""
 
-    `knobs`: those whose series it belongs to. `scale`: of the side of the picture that is rendered, which is then
-    brought to its size. `estimates`: the picture also tells its own error. `scene`: one that differs from the target's.
-    """
-
-    knobs: tuple[str, ...]
+    knobs: tuple[str, ...]  # the knobs whose series the configuration belongs to
     label: str
-    target: str
+    target: str  # name of the target
     settings: Settings
-    scale: float = 1.0
-    estimates: bool = False
-    scene: Scene | None = None
+    scale: float = 1.0  # the side of the rendered picture over the side of the target, to which it is resized
+    estimates: bool = False  # whether the picture estimates its own error
+    scene: Scene | None = None  # None: the target's scene
 
 
 class Plan(msgspec.Struct):
-    """All that is to be measured; `left_out` says of which knobs there is nothing, and why.
-
-    `file_settings`: what the scene file's [settings] give.
-    """
+    """The list of all measurements."""
 
     targets: dict[str, Target]
     configurations: list[Configuration]
-    left_out: list[tuple[str, str]]
-    file_settings: SettingsPatch = EMPTY
+    left_out: list[tuple[str, str]]  # knobs that are not measured, and why
+    file_settings: SettingsPatch = EMPTY  # the scene file's [settings]
 
 
 class Extent(NamedTuple):
-    """How much of each knob is tried."""
+    """The values of each knob that are measured."""
 
     samples: Sequence[int] = (1, 2, 4, 8, 16, 32, 64, 128, 256)
     sequence_samples: Sequence[int] = (4, 16, 64, 256)
@@ -72,13 +66,13 @@ class Extent(NamedTuple):
     rays: Sequence[int] = (1, 2, 4, 8, 16, 32, 64)
     scales: Sequence[float] = (0.25, 0.5, 2.0)
     scale_samples: Sequence[int] = (1, 4, 16)
-    one: int = 16  # samples where the knob is another one
+    one: int = 16  # the number of samples if another knob varies
     nodes: Sequence[int] = (40, 64, 128, 256, 512, 1024)
     most_nodes: int = 4096
     terms: Sequence[int] = (16, 32, 64)
     most_terms: int = 128
     shading_samples: int = 1
-    tables: bool = True  # of measured materials, whose making takes a while
+    tables: bool = True  # whether to measure tables of measured materials, which take a while to draw
 
 
 FULL = Extent()
@@ -100,14 +94,15 @@ QUICK = Extent(
     tables=False,
 )
 
-# The target whose pictures most knobs are about.
+# The target of most knobs.
 MAIN = "hard shadows"
 
 
 def plan(scene: Scene, extent: Extent = FULL, file_settings: SettingsPatch = EMPTY) -> Plan:
-    """Plan what to try on `scene`, apart from shading (approximations.py).
+    """Plan the measurements on `scene`, without shading approximations (approximations.py).
 
-    What is no knob, and what knobs are turned from, is as the scene file's [settings] have it; but for the shadows.
+    Settings that do not vary, and the base values of all knobs, come from the scene file's [settings], except hard
+    shadows.
     """
     base = file_settings.without_sampling().resolve().replace(shadows="hard")
     round_scene, note = with_round_lights(scene)
@@ -119,19 +114,19 @@ def plan(scene: Scene, extent: Extent = FULL, file_settings: SettingsPatch = EMP
     if not scene.lights:
         targets = targets[:1]
         left_out = [("shadows", "the scene has no lights")]
-    made_plan = Plan({target.name: target for target in targets}, [], left_out, file_settings)
+    planned = Plan({target.name: target for target in targets}, [], left_out, file_settings)
     merged: dict[object, Configuration] = {}
-    for made in _configurations(extent, base):
-        if made.target in made_plan.targets:
-            key = made.target, made.settings, made.scale, made.estimates
+    for candidate in _configurations(extent, base):
+        if candidate.target in planned.targets:
+            key = candidate.target, candidate.settings, candidate.scale, candidate.estimates
             known = merged.get(key)
             merged[key] = (
-                msgspec.structs.replace(known, knobs=tuple(dict.fromkeys((*known.knobs, *made.knobs))))
+                msgspec.structs.replace(known, knobs=tuple(dict.fromkeys((*known.knobs, *candidate.knobs))))
                 if known
-                else made
+                else candidate
             )
-    made_plan.configurations = list(merged.values())
-    return made_plan
+    planned.configurations = list(merged.values())
+    return planned
 
 
 def _configurations(extent: Extent, base: Settings) -> Iterator[Configuration]:
@@ -166,7 +161,7 @@ def _configurations(extent: Extent, base: Settings) -> Iterator[Configuration]:
 def configuration(
     knob: str, base: Settings, scale: float = 1.0, *, estimates: bool = False, **changes: Any
 ) -> Configuration:
-    """`base` with some changes, labelled by what it is."""
+    """Return the configuration of `base` with some changes, and with a label that names them."""
     settings = msgspec.structs.replace(base, **changes)
     label = describe(settings, base)
     if scale != 1.0:
@@ -177,7 +172,7 @@ def configuration(
 
 
 def describe(settings: Settings, base: Settings) -> str:
-    """In words, but for the shadows, and for what `base` has, too."""
+    """Describe settings in words, without the shadows, and without settings that `base` has, too."""
     parts = []
     if settings.max_error is not None:
         parts.append(f"error {settings.max_error:g}")
@@ -197,7 +192,7 @@ def describe(settings: Settings, base: Settings) -> str:
 
 
 def with_round_lights(scene: Scene) -> tuple[Scene, str]:
-    """`scene` with lights that have a radius, and what was done for that; "" if it has such lights."""
+    """Return `scene` with lights that have a radius, and a note about the change: "" if it already has such lights."""
     if not scene.lights or any(light.radius for light in scene.lights):
         return scene, ""
     lights = [
@@ -205,6 +200,6 @@ def with_round_lights(scene: Scene) -> tuple[Scene, str]:
         for light in scene.lights
     ]
     return msgspec.structs.replace(scene, lights=lights), (
-        "no light of the scene has a radius: here they have one that is "
-        f"{RADIUS_SHARE:g} of their distance from what the camera looks at"
+        "no light of the scene has a radius: for soft shadows each light has a radius of "
+        f"{RADIUS_SHARE:g} of its distance from the point that the camera looks at"
     )

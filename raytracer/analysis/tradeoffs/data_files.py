@@ -1,4 +1,4 @@
-"""The files trade.csv and trade.json: all that was measured, a row or an entry for each configuration."""
+"""The files trade.csv and trade.json: all measurements, with a row or an entry for each configuration."""
 
 from __future__ import annotations
 
@@ -34,9 +34,10 @@ _FIELDS: tuple[str, ...] = (
 
 
 def as_row(result: Result, file_settings: SettingsPatch) -> dict[str, Any]:
-    """The measurements of a configuration, by the CSV's columns.
+    """Return the measurements of a configuration, by the columns of the CSV file.
 
-    `flags`: the options with which `raytracer render` draws the picture, given the file's [settings].
+    The column `flags` has the options with which `raytracer render` draws the picture, on top of the scene file's
+    [settings].
     """
     configuration, error = result.configuration, result.error
     row: dict[str, Any] = dict.fromkeys(_FIELDS, None)
@@ -67,7 +68,7 @@ def as_row(result: Result, file_settings: SettingsPatch) -> dict[str, Any]:
 
 
 def as_csv(trade: Tradeoffs) -> str:
-    """A line for each configuration; empty where nothing was measured."""
+    """Return trade.csv: a line for each configuration. Cells without a measurement are empty."""
     text = io.StringIO()
     writer = csv.DictWriter(text, _FIELDS, lineterminator="\n")
     writer.writeheader()
@@ -82,7 +83,7 @@ def as_csv(trade: Tradeoffs) -> str:
 
 
 def as_json(trade: Tradeoffs) -> str:
-    """All that was measured, with the time of each round."""
+    """Return trade.json: all measurements, with the time of each round."""
     measurements = {
         "scene": trade.scene,
         "size": trade.size,

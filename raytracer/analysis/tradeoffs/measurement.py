@@ -1,4 +1,4 @@
-"""Cost and error of each configuration, measured in turns."""
+"""Measurement of time and error of all configurations, in rounds in which they take turns."""
 
 from __future__ import annotations
 
@@ -24,40 +24,35 @@ from raytracer.formats.image import Image
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.scene import Scene
 
-# Makes a progress bar with a title.
+# A function that opens a progress bar with a title.
 Bar = Callable[[str], AbstractContextManager[Progress | None]]
 
 
 class Result(msgspec.Struct):
-    """The measurements of one configuration.
-
-    `seconds`: one for each round. `samples` and `rays` are means over the pixels of the picture at its full size; rays
-    are those from the camera and at most one from each to every light. `refused`: why there is no picture.
-    `beaten_by`: the fastest configuration that is neither slower nor more wrong; None on the front.
-    """
+    """The measurements of one configuration. Means are over the pixels of the picture at its full size."""
 
     configuration: Configuration
-    seconds: list[float]
-    samples: float = 0.0
-    rays: float = 0.0
+    seconds: list[float]  # the time in each round
+    samples: float = 0.0  # mean number of samples per pixel
+    rays: float = 0.0  # mean number of rays per pixel: camera rays, and at most one ray from each to every light
     error: Comparison | None = None
-    resolved: bool = True
-    beaten_by: str | None = None
-    refused: str = ""
+    resolved: bool = True  # whether the error is large enough to be distinguished from the reference's own
+    beaten_by: str | None = None  # the fastest configuration that dominates this one; None on the Pareto front
+    refused: str = ""  # the reason if there is no picture
 
     @property
     def median(self) -> float:
-        """Seconds."""
+        """The median time in seconds."""
         return median(self.seconds)
 
     @property
     def measured(self) -> bool:
-        """Whether there are a time and an error."""
+        """Whether the configuration has a time and an error."""
         return bool(self.seconds) and self.error is not None
 
 
 class Tradeoffs(msgspec.Struct):
-    """All measurements of a scene, and the machine; `complete` unless Ctrl-C ended them."""
+    """All measurements of a scene, and the machine. `complete` is False if Ctrl-C ended the measurement."""
 
     scene: str
     size: tuple[int, int]
@@ -69,11 +64,11 @@ class Tradeoffs(msgspec.Struct):
     complete: bool = False
 
     def of(self, target: str) -> list[Result]:
-        """The results that were measured against that target."""
+        """Return the results that were measured against a target."""
         return [result for result in self.results if result.configuration.target == target and result.measured]
 
     def of_knob(self, knob: str, target: str | None = None) -> list[Result]:
-        """The series of a knob."""
+        """Return the series of a knob, optionally for one target only."""
         return [
             result
             for result in self.results
@@ -92,17 +87,26 @@ def measure_tradeoffs(
     method: ReferenceMethod = "auto",
     gpu_samples: int = GPU_SAMPLES,
 ) -> Tradeoffs:
-    """Measure everything of `plan`, as far as it gets: Ctrl-C ends it, and what was measured by then is there.
+    """Measure all configurations of `plan`. After Ctrl-C, return the measurements until then.
 
-    Time is that of the whole of Renderer.render() and of bringing the picture to its size, once programs are compiled.
-    Each is rendered once for that, and its error; then `rounds` times, in turns with all others.
-    Raises KeyboardInterrupt if there is nothing yet.
+    The time covers Renderer.render() and resizing to the picture's size, but not compilation. Each configuration is
+    rendered once for its compilation and its error, then `rounds` times, in turns with all others.
+
+    Args:
+        scene, plan, renderer: the scene, its configurations, and the renderer
+        size: width and height of the pictures in pixels
+        rounds: number of timed pictures of each configuration
+        bar: opens a progress bar
+        method: the reference of errors. Default: "auto" (see make_reference()).
+        gpu_samples: samples per pixel of a GPU reference
+
+    Raises KeyboardInterrupt if there is no measurement yet.
     """
     trade = Tradeoffs(scene.name, size, rounds, describe_machine(renderer), plan, {}, [])
     total = len(plan.configurations) * rounds
     try:
         for target in plan.targets.values():
-            with bar(f"the reference of {target.name}") as progress:
+            with bar(f"rendering the reference of {target.name}") as progress:
                 trade.references[target.name] = make_reference(
                     target, size, renderer, method, gpu_samples=gpu_samples, progress=progress
                 )
@@ -129,7 +133,7 @@ def measure_tradeoffs(
 
 
 def _first(configuration: Configuration, trade: Tradeoffs, renderer: Renderer) -> Result:
-    """Measure the error of a configuration's picture, which compiles the programs; then the time of the first round."""
+    """Compile the programs, and measure a configuration's error and its time in the first round."""
     target, reference = trade.plan.targets[configuration.target], trade.references[configuration.target]
     result = Result(configuration, [])
     try:
@@ -150,13 +154,13 @@ def _first(configuration: Configuration, trade: Tradeoffs, renderer: Renderer) -
 def time_picture(
     configuration: Configuration, target: Target, renderer: Renderer, size: tuple[int, int]
 ) -> tuple[Image, float]:
-    """Draw a configuration's picture at `size`; return it with the seconds that it took."""
+    """Draw a configuration's picture at `size`, and return the picture and the duration in seconds."""
     scene = configuration.scene or target.scene
     begin = time.perf_counter()
-    made = size[0] * configuration.scale, size[1] * configuration.scale
+    scaled = size[0] * configuration.scale, size[1] * configuration.scale
     image = renderer.render(
         scene,
-        (max(1, round(made[0])), max(1, round(made[1]))),
+        (max(1, round(scaled[0])), max(1, round(scaled[1]))),
         configuration.settings,
         geometry=False,
         estimates=configuration.estimates,
@@ -167,16 +171,16 @@ def time_picture(
 
 
 def resized(radiance: NDArray[Any], size: tuple[int, int]) -> NDArray[np.float32]:
-    """A picture (H, W, 3) at another size: averaged over boxes if it gets smaller, bilinear if larger."""
+    """Resize a picture (H, W, 3): by averages over boxes if it becomes smaller, else bilinearly."""
     from PIL import Image as Pillow
 
-    how = Pillow.Resampling.BOX if size[0] < radiance.shape[1] else Pillow.Resampling.BILINEAR
+    method = Pillow.Resampling.BOX if size[0] < radiance.shape[1] else Pillow.Resampling.BILINEAR
     channels = [Pillow.fromarray(np.ascontiguousarray(radiance[..., k], np.float32)) for k in range(3)]
-    return np.stack([np.asarray(channel.resize(size, how)) for channel in channels], axis=-1)
+    return np.stack([np.asarray(channel.resize(size, method)) for channel in channels], axis=-1)
 
 
 def _judge(trade: Tradeoffs) -> None:
-    """Find each target's front. Errors below what its reference resolves count as that."""
+    """Find each target's Pareto front. Errors that the reference does not resolve count as the smallest it resolves."""
     for name, reference in trade.references.items():
         results = trade.of(name)
         floor = reference.resolved_from

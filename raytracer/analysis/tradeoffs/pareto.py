@@ -1,4 +1,4 @@
-"""The Pareto front: the configurations that no other beats, and who beats the rest."""
+"""Pareto front of time and error, and the slope of errors over numbers of samples."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 
 
 def beaten_by(points: Sequence[tuple[float, float]]) -> list[int | None]:
-    """The index of the fastest point that beats each point (seconds, error); None for points on the front.
+    """Return for each point (seconds, error) the index of the fastest point that dominates it; None on the front.
 
-    One beats another if it is neither slower nor more wrong, and either faster or less wrong.
+    A point dominates another if it is neither slower nor less accurate, and is faster or more accurate.
     """
     order = sorted(range(len(points)), key=lambda i: points[i])
     winners: list[int | None] = [None] * len(points)
@@ -25,7 +25,7 @@ def beaten_by(points: Sequence[tuple[float, float]]) -> list[int | None]:
 
 
 def slope(counts: Sequence[float], errors: Sequence[float]) -> tuple[float, float] | None:
-    """(p, c) of error = c n^-p, by least squares of the logarithms; None of fewer than 2 points."""
+    """Fit error = c n^-p by least squares of the logarithms, and return (p, c); None for fewer than 2 points."""
     if len(counts) < 2:
         return None
     p, c = np.polyfit(np.log(counts), np.log(errors), 1)

@@ -1,4 +1,4 @@
-"""References: the pictures that others are compared with, and an estimate of how far off a reference is itself."""
+"""Reference pictures of the targets, with an estimate of a reference's own error."""
 
 from __future__ import annotations
 
@@ -19,37 +19,35 @@ from raytracer.scene.scene import Scene
 from raytracer.scene.solids import leaves
 
 ReferenceMethod = Literal["auto", "gpu", "float64"]
-# The float64 reference meets every primitive with every ray, in NumPy: beyond it takes hours.
+# The most primitives of a scene with a float64 reference in "auto". It intersects every ray with every primitive, in
+# NumPy: larger scenes take hours.
 FEW_PRIMITIVES = 48
-# Of each of the two pictures that the GPU makes.
+# The number of samples of each of the two pictures of a GPU reference.
 GPU_SAMPLES = 4096
-# The most samples of a pixel of a reference by float64, and the error from which a pixel gets more. One that is only
-# compared with the GPU's has the defaults of converged.py.
+# The limit of samples of a float64 reference, and the error from which a pixel gets more samples. A float64 picture
+# that is only compared with the GPU reference has the defaults of converged.py instead.
 SAMPLES, TOLERANCE = 4096, 1e-4
-# Errors below so many times the reference's own are not resolved: at 3 times, its error adds 5 % to a measured one. An
-# uncertain one may be three times as large as it says.
+# An error is resolved from this multiple of the reference's own error on: at 3 times, the reference adds 5 % to a
+# measured error. An uncertain reference may have three times its stated error.
 RESOLVED_FROM, _UNCERTAIN_FROM = 3.0, 10.0
 
 
 class Reference(NamedTuple):
-    """`radiance` (H, W, 3) float64; `error`: its own estimated root mean square error; `kind`: how it was made.
+    """A reference picture."""
 
-    `uncertain`: the error is that or more.
-    """
-
-    radiance: NDArray[np.float64]
-    error: float
-    kind: str
-    uncertain: bool = False
+    radiance: NDArray[np.float64]  # (H, W, 3)
+    error: float  # the estimate of its own root mean square error
+    kind: str  # a description of the method
+    uncertain: bool = False  # whether the error is only a lower bound
 
     @property
     def in_words(self) -> str:
-        """The error of the reference."""
+        """The error of the reference, in words."""
         return f"{'at least ' if self.uncertain else ''}{self.error:.2g}"
 
     @property
     def resolved_from(self) -> float:
-        """The error from which errors that are measured against the reference are not the reference's own."""
+        """The smallest measured error that can be distinguished from the reference's own error."""
         return (_UNCERTAIN_FROM if self.uncertain else RESOLVED_FROM) * self.error
 
 
@@ -62,14 +60,14 @@ def make_reference(
     gpu_samples: int = GPU_SAMPLES,
     progress: Progress | None = None,
 ) -> Reference:
-    """Draw the reference of `target` at `size`: by the GPU, or by the float64 ray tracer.
+    """Draw the reference of `target` at `size`, on the GPU or by the float64 ray tracer.
 
-    "auto" is the GPU's. For scenes of few primitives it also says how far the float64 one is from it: that one is off
-    by more, with as many samples as it can have in the time.
+    "auto" draws on the GPU, and for scenes of few primitives also states the distance from a float64 picture. The
+    float64 picture has a larger error, because it gets fewer samples in acceptable time.
     """
     if target.same_samples:
         image = renderer.render(target.scene, size, target.settings, geometry=False, estimates=False)
-        return Reference(image.radiance.astype(np.float64), 0.0, "the exact form's picture, of the same samples")
+        return Reference(image.radiance.astype(np.float64), 0.0, "the exact form, with the same samples")
     if method == "float64":
         return _by_float64(target, size, SAMPLES, TOLERANCE, progress)
     by_gpu = _by_gpu(target, size, renderer, gpu_samples, progress)
@@ -80,14 +78,14 @@ def make_reference(
     other = _by_float64(target, size, job.SAMPLES, job.TOLERANCE, progress)
     apart = math.sqrt(float(np.mean((by_gpu.radiance - other.radiance) ** 2)))
     return by_gpu._replace(
-        kind=f"{by_gpu.kind}; {apart:.2g} from the float64 reference, which takes itself to be off by {other.in_words}"
+        kind=f"{by_gpu.kind}; differs by {apart:.2g} from float64, whose own error is {other.in_words}"
     )
 
 
 def _by_float64(
     target: Target, size: tuple[int, int], samples: int, tolerance: float, progress: Progress | None
 ) -> Reference:
-    """The converged picture in float64, kept on the disk."""
+    """Trace the converged picture in float64, or load it from the disk cache."""
     from raytracer.ground_truth.converged import trace_converged
 
     picture = trace_converged(
@@ -95,23 +93,24 @@ def _by_float64(
     )
     estimate = picture.estimate
     assert estimate and estimate.rmse is not None
-    kind = f"float64 reference, {estimate.samples:.0f} samples a pixel"
+    kind = f"float64 reference, {estimate.samples:.0f} samples per pixel"
     return Reference(picture.radiance, estimate.rmse, kind, estimate.uncertain)
 
 
 def count_primitives(scene: Scene) -> int:
-    """Spheres and planes, those of instances one by one."""
+    """Count the spheres and planes of a scene, including each instance."""
     return sum(len(leaves(solid)) for solid in scene.solids())
 
 
 def _by_gpu(
     target: Target, size: tuple[int, int], renderer: Renderer, samples: int, progress: Progress | None
 ) -> Reference:
-    """The mean of a picture by Sobol's and one by Roberts' sequence: they are off independently, but for the lights.
+    """Draw a picture with Sobol' points and one with Roberts' sequence, and return their mean as the reference.
 
-    So half their difference is the error of their mean, and uncertain where few pixels hold most of it. Their points on
-    lights are the same: of these the first picture's own estimate tells. A picture of n samples has n points in common
-    with it, and differs from it by up to n / `samples` less than from the exact one.
+    The errors of the two pictures are independent, except for points on lights. So half their difference is the error
+    of their mean; it is uncertain if few pixels hold most of it. Points on lights are the same in both pictures, and
+    the estimate of the first picture covers their error. A picture of n samples shares n of these points with the
+    reference, and so differs from it by up to n / `samples` less than from the exact picture.
     """
     settings = msgspec.structs.replace(target.settings, samples=samples, evaluator="cells", precision=64)
     try:
@@ -137,10 +136,10 @@ def _by_gpu(
     assert estimate
     if estimate.rmse is not None and target.settings.shadows == "soft":
         error = max(error, estimate.rmse)
-    kind = f"GPU, {settings.precision} bits, 2 x {samples} samples a pixel"
+    kind = f"GPU, {settings.precision} bits, 2 x {samples} samples per pixel"
     return Reference((a + b) / 2.0, error, kind, few or estimate.unknown == UNSEEN)
 
 
 def _half(progress: Progress | None, part: int) -> Progress | None:
-    """The first or second half of a progress."""
+    """Return a progress callback for the first half (`part` 0) or the second half (`part` 1) of the work."""
     return progress and (lambda done, total: progress(done + part * total, 2 * total))

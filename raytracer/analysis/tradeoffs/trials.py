@@ -1,4 +1,4 @@
-"""Trials: pictures of a scene by several settings, with their times, and errors against one of many more samples."""
+"""Trials: pictures of a scene with various settings, their times, and their errors against a reference on the GPU."""
 
 from __future__ import annotations
 
@@ -19,31 +19,30 @@ from raytracer.scene.scene import Scene
 from raytracer.scene.sequences import SampleSequence
 from raytracer.scene.settings import Settings
 
-# Samples of what pictures are compared with, for each of theirs; Roberts' points are off by a fifth as much then, or
-# less, which counts as the picture's own error.
+# The samples of a reference: over the samples of the pictures, at least, and at most. A reference with 16 times as many
+# of Roberts' points has a fifth of a picture's error, or less, which counts as the picture's own error.
 TIMES, FEWEST, MOST = 16, 256, 4096
-# An error that few pixels hold is uncertain if it is less than so many times the reference's own: at 3 times, that adds
-# 5 % to it.
+# An error that few pixels hold is uncertain below this multiple of the reference's own error. At 3 times, the reference
+# adds 5 % to it.
 _RESOLVED = 3.0
 
 
 class Trial(NamedTuple):
-    """A picture's settings, cost and error. `seconds`: those of render(), the median; `samples`: a pixel's, on average.
+    """The settings of a picture, with its time and error.
 
-    `least`: the shortest time. What else runs on the machine only adds, so that tells who is faster. `uncertain`: few
-    pixels hold most of the error, and the reference is not known to be right in them.
+    The shortest time decides which settings are faster, because other work on the machine only adds time.
     """
 
     settings: Settings
-    seconds: float
-    error: float
-    samples: float
-    least: float
-    uncertain: bool = False
+    seconds: float  # the median time of render()
+    error: float  # root mean square error in linear radiance
+    samples: float  # the mean number of samples per pixel
+    least: float  # the shortest time of render()
+    uncertain: bool = False  # few pixels hold most of the error, and the reference may be wrong in these pixels
 
 
 class Trials:
-    """The trials of a scene at one size, and the reference that their pictures are compared with."""
+    """The trials of a scene at one size, and their reference."""
 
     def __init__(self, renderer: Renderer, scene: Scene, base: Settings, size: tuple[int, int]) -> None:
         self._renderer, self._scene, self._base, self.size = renderer, scene, base, size
@@ -55,16 +54,16 @@ class Trials:
         self._compiled: set[tuple[bool, bool, bool]] = set()
 
     def refer(self, samples: int, progress: Progress | None = None) -> None:
-        """Draw a reference for pictures of so many samples, unless the present one will do."""
-        wanted = min(max(FEWEST, TIMES * samples), MOST)
-        if wanted > self.samples:
-            self.samples = wanted
+        """Draw a reference for pictures with this number of `samples`, unless the present reference suffices."""
+        needed = min(max(FEWEST, TIMES * samples), MOST)
+        if needed > self.samples:
+            self.samples = needed
             self._reference = self._converged("r2", progress)
             self._reference_error = None
             self._known.clear()
 
     def _converged(self, sequence: SampleSequence, progress: Progress | None = None) -> NDArray[np.float64]:
-        """A picture of as many samples as the reference has."""
+        """Draw a picture with as many samples as the reference has."""
         settings = msgspec.structs.replace(self._base, samples=self.samples, sequence=sequence)
         image = self._renderer.render(
             self._scene, self.size, settings, geometry=False, estimates=False, progress=progress
@@ -72,7 +71,7 @@ class Trials:
         return image.radiance.astype(np.float64)
 
     def measure(self, settings: Settings) -> Trial:
-        """Render for the error and one time; before that, where programs are not compiled yet, once for that."""
+        """Render a picture and measure its error and time. If programs are not compiled yet, render once before."""
         if settings not in self._known:
             kind = settings.samples == 1, settings.adaptive is not None, settings.sampling.has_stopping_rule
             if kind not in self._compiled:
@@ -87,41 +86,41 @@ class Trials:
         return self._known[settings]
 
     def known(self) -> list[Trial]:
-        """All trials against the present reference, by one time each."""
+        """Return all trials against the present reference, each with a single time."""
         return [trial for trial in self._known.values() if not math.isnan(trial.error)]
 
     def knows(self, settings: Settings) -> bool:
-        """Whether there is a trial of these settings against the present reference."""
+        """Whether these settings have a trial against the present reference."""
         return settings in self._known
 
     def seconds(self, settings: Settings) -> float:
-        """Measure how long a picture takes."""
+        """Render a picture and return the duration in seconds."""
         begin = time.perf_counter()
         self._renderer.render(self._scene, self.size, settings, geometry=False)
         return time.perf_counter() - begin
 
     def _error(self, radiance: NDArray[Any], samples: float) -> tuple[float, bool]:
-        """A picture's error by the reference, and whether it is uncertain."""
+        """Return a picture's error against the reference, and whether the error is uncertain."""
         if self._reference is None:
             return math.nan, False
         squares = np.sum((radiance - self._reference) ** 2, axis=2)
         error = math.sqrt(float(squares.mean()) / 3.0)
         uncertain = rests_on_few(squares) and error < _RESOLVED * self._doubt(self._reference)
-        # Points on lights are the same whatever the sequence: so much of the reference is the picture's own.
+        # All sequences share the points on lights, so the picture's own points are a part of the reference.
         return error / (1.0 - min(0.5, samples / self.samples)) if self._shared else error, uncertain
 
     def _doubt(self, reference: NDArray[np.float64]) -> float:
-        """The error of the reference, by its difference from a picture of another sequence."""
+        """Return the error of the reference, from its difference to a picture with another sequence."""
         if self._reference_error is None:
             other = self._converged("sobol")
             self._reference_error = math.sqrt(float(np.mean((reference - other) ** 2)) / 2.0)
         return self._reference_error
 
     def in_turns(self, candidates: Iterable[Trial], rounds: int) -> list[Trial]:
-        """Measure the times of candidates again, in so many rounds."""
+        """Measure the times of candidates again, in `rounds` rounds in which they take turns."""
         trials = list(candidates)
         times: list[list[float]] = [[] for _ in trials]
         for _ in range(rounds):
-            for each, candidate in zip(times, trials, strict=True):
-                each.append(self.seconds(candidate.settings))
-        return [each._replace(seconds=median(own), least=min(own)) for each, own in zip(trials, times, strict=True)]
+            for item, candidate in zip(times, trials, strict=True):
+                item.append(self.seconds(candidate.settings))
+        return [item._replace(seconds=median(own), least=min(own)) for item, own in zip(trials, times, strict=True)]

@@ -1,11 +1,11 @@
-"""The fastest settings whose picture is no more wrong than asked for, or the best whose picture takes no longer.
+"""Search for the fastest settings that reach an error, or for the most accurate settings within a time.
 
-Candidates are numbers of samples, adaptive samples, and pictures that are asked for an error. Of the first two many are
-rendered at a quarter of the size. How errors and times there compare with those at full size is measured, of one of
-each kind, and tells which to try at full size: there the best few are timed in turns, and compared with a picture of
-many more samples, by another sequence. Then those beside the best are tried, until none of these is better. Only what
-is found at full size counts. Settings do not meet an error that few pixels hold, where the reference may be as wrong
-in these pixels.
+Candidates are fixed numbers of samples, adaptive samples, and `max_error`. Many candidates of the first two kinds are
+rendered at a quarter of the size. For one candidate of each kind, the ratios of error and time between full size and
+small size are measured. With these ratios, the search predicts the candidates at full size, and tries the most
+promising ones there: they are timed in turns, and compared with a picture of many more samples in another sequence.
+Then the neighbours of the best candidates are tried, until none of them is better. Only measurements at full size
+count. Settings do not reach an error if few pixels hold most of it, and the reference may be as wrong in these pixels.
 """
 
 from __future__ import annotations
@@ -22,50 +22,48 @@ from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 from raytracer.scene.settings_patch import ASKED_SAMPLES
 
-# 1, 2, 3, 4, 6, 8, 12, ... samples.
+# The numbers of samples of candidates: 1, 2, 3, 4, 6, 8, 12, ...
 LADDER = sorted({2**k for k in range(11)} | {3 * 2**k for k in range(9)})
 THRESHOLDS = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
-# With fewer, adaptive samples, of which all pixels get 3, leave out next to nothing.
+# The fewest samples of adaptive candidates. With fewer they skip almost nothing, because all pixels get 3 samples.
 ADAPTIVE_FROM = 8
-# Of the error that is asked for: estimates are on the safe side by up to 1.4 (estimator.py), so less may do.
+# The `max_error` of candidates, over the requested error. Safety factors of up to 1.4 (stopping_rule.py) end most
+# pictures below their `max_error`, so that a larger one may suffice.
 ASKED_ERRORS = (1.0, 1.15, 1.3)
 
-# The side of the pictures on which candidates are ranked, of the picture's.
+# The side of the small pictures that rank candidates, over the side of the full picture.
 _SMALL = 0.25
-# By how much predictions of errors and of times are taken to be wrong.
+# The assumed uncertainty factors of predicted errors and times.
 _UNSURE_ERROR, _UNSURE_TIME = 1.1, 1.25
-# How many are tried at full size at a time, and how often each is timed; those within _CLOSE of the fastest more often.
+# The number of candidates of a batch at full size, and the number of times that each is timed. Candidates within the
+# factor _CLOSE of the fastest are timed _MORE_ROUNDS times.
 _FEW, _ROUNDS, _CLOSE, _MORE_ROUNDS = 6, 3, 1.4, 9
-# How far below what the most samples of LADDER leave an error may lie that more samples are tried for: that of smooth
-# pictures falls as their number grows.
+# The largest ratio of the error with the most samples of LADDER to a requested error for which `max_error` candidates,
+# with up to ASKED_SAMPLES samples, are tried: the error of a smooth picture falls as 1 / samples.
 _HOPELESS = _UNSURE_ERROR * ASKED_SAMPLES / LADDER[-1]
-# How many times as long as usual a single picture may take.
+# A single picture may take this many times as long as usual.
 _ONCE = 2.5
-# How often each is timed at the small size.
+# The number of times that each candidate is timed at the small size.
 _SMALL_ROUNDS = 3
-# What is not told from 0, in linear radiance.
+# The smallest error that differs from 0, in linear radiance.
 _LEAST = 1e-7
-# The thresholds of adaptive samples that are tried lie between these multiples of the picture's error.
+# The range of adaptive thresholds, as multiples of the picture's error.
 _THRESHOLD = 1.0, 60.0
 
 
 class Tuned(msgspec.Struct, frozen=True):
-    """The result of a search: the `pick`, or None if nothing meets the target; then `best` comes closest.
+    """The result of a search."""
 
-    `tried`: how many at full size. `reference`: samples of what they were compared with. `hopeless`: others were not
-    tried, as what was measured tells that they miss it, too. `complete` unless it was interrupted.
-    """
-
-    pick: Trial | None
-    best: Trial
-    tried: int
-    reference: int
-    hopeless: bool = False
-    complete: bool = True
+    pick: Trial | None  # the best trial that reaches the target; None: no trial does
+    best: Trial  # the pick, or the closest trial
+    tried: int  # the number of candidates measured at full size
+    reference: int  # the number of samples of the reference
+    hopeless: bool = False  # whether candidates were skipped because they are not expected to reach the target
+    complete: bool = True  # False: interrupted by Ctrl-C
 
 
 def grid(base: Settings) -> list[Settings]:
-    """All candidates but those that ask for an error: `base` with numbers of samples, fixed and adaptive."""
+    """Return all candidates without `max_error`: `base` with fixed and adaptive numbers of samples."""
     fixed = [msgspec.structs.replace(base, samples=n) for n in LADDER]
     adaptive = [
         msgspec.structs.replace(base, samples=n, adaptive=threshold)
@@ -77,9 +75,9 @@ def grid(base: Settings) -> list[Settings]:
 
 
 def asked(base: Settings, error: float) -> list[Settings]:
-    """Candidates that ask for an error: for that one, and for some others in few digits."""
+    """Return the candidates with `max_error`: the requested error, and some larger ones with three digits."""
     errors = (error if share == 1.0 else float(f"{share * error:.3g}") for share in ASKED_ERRORS)
-    return [msgspec.structs.replace(base, samples=ASKED_SAMPLES, max_error=each) for each in errors]
+    return [msgspec.structs.replace(base, samples=ASKED_SAMPLES, max_error=limit) for limit in errors]
 
 
 def tune(
@@ -90,12 +88,18 @@ def tune(
     *,
     max_error: float | None = None,
     time: float | None = None,
-    progress: Callable[[str], None] = lambda what: None,
+    progress: Callable[[str], None] = lambda step: None,
 ) -> Tuned:
-    """Search, for a root mean square error in linear radiance or for seconds: one of the two is given.
+    """Search for the best settings. Exactly one of `max_error` and `time` must be set.
 
-    `base`: what of the settings stays. `progress` is told, in words, what is measured next.
-    Ctrl-C ends it with the best of what was measured at full size by then; raises KeyboardInterrupt if nothing was.
+    Args:
+        renderer, scene, size: the picture
+        base: the settings that stay as they are
+        max_error: largest root mean square error in linear radiance: find the fastest settings
+        time: largest time in seconds: find the most accurate settings
+        progress: called with a description of each step before it
+
+    After Ctrl-C, returns the best trial at full size until then; raises KeyboardInterrupt if there is none.
     """
     small = Trials(renderer, scene, base, tuple(max(16, round(_SMALL * side)) for side in size))  # pyright: ignore[reportArgumentType]
     full = Trials(renderer, scene, base, size)
@@ -122,37 +126,39 @@ def _search(small: Trials, full: Trials, base: Settings, goal: _Goal, progress: 
         count += len(candidates)
         progress(f"{len(candidates)} candidates at {full.size[0]}x{full.size[1]}")
         trials = [full.measure(settings) for settings in candidates]
-        # What is far from the target needs no second look.
+        # Candidates far from the target are not timed again.
         trials = full.in_turns(filter(goal.is_near, trials), _ROUNDS) or trials
         if met := sorted(filter(goal.is_met, trials), key=goal.order):
             progress("the best of them again")
-            met = full.in_turns((each for each in met if goal.is_close(each, met[0])), _MORE_ROUNDS)
+            met = full.in_turns((trial for trial in met if goal.is_close(trial, met[0])), _MORE_ROUNDS)
         tried += [*trials, *met]
         if met := list(filter(goal.is_met, met)):
             pick, more = _descended(full, met, goal, progress)
             return Tuned(pick, pick, count + more, full.samples)
-        # By as much less than was predicted as the luckiest of these are the others taken to miss it.
-        ratios = (goal.miss(full.measure(each.settings)) / max(goal.miss(each), _LEAST) for each in batch)
+        # Scale the other predictions by the best ratio of measured to predicted values in this batch.
+        ratios = (goal.miss(full.measure(trial.settings)) / max(goal.miss(trial), _LEAST) for trial in batch)
         luck = min(1.0, *ratios)
-        hopeful = [each for each in ranked if goal.may_be_met(each, luck)]
+        hopeful = [trial for trial in ranked if goal.may_be_met(trial, luck)]
         hopeless, ranked = hopeless or len(hopeful) < len(ranked), hopeful
     return Tuned(None, min(tried, key=goal.miss), count, full.samples, hopeless=hopeless)
 
 
 def _descended(full: Trials, met: list[Trial], goal: _Goal, progress: Callable[[str], None]) -> tuple[Trial, int]:
-    """The best candidate that is reached from those that meet the target by steps to better ones beside the best two,
-    and how many were tried: what is predicted of small pictures is often wrong by a step.
+    """Descend from the candidates in `met` to the best one, and return it with the number of new candidates.
+
+    Each step tries the neighbours of the best two candidates, because predictions from small pictures are often wrong
+    by a step.
     """
     leading = sorted(met, key=goal.order)[:2]
     count = 0
     while True:
-        beside = dict.fromkeys(settings for each in leading for settings in _beside(each.settings))
+        beside = dict.fromkeys(settings for trial in leading for settings in _beside(trial.settings))
         new = [settings for settings in beside if not full.knows(settings)]
         if new:
             progress(f"{len(new)} candidates beside the best")
-        # A single time may be far too long.
+        # A single time may be far too long, so that candidates near the target are timed again.
         trials = full.in_turns(filter(goal.is_near, map(full.measure, new)), _ROUNDS)
-        better = [each for each in trials if goal.is_met(each) and goal.is_close(each, leading[0])]
+        better = [trial for trial in trials if goal.is_met(trial) and goal.is_close(trial, leading[0])]
         count += len(new)
         if not better:
             return leading[0], count
@@ -161,7 +167,7 @@ def _descended(full: Trials, met: list[Trial], goal: _Goal, progress: Callable[[
 
 
 def _beside(settings: Settings) -> list[Settings]:
-    """Candidates with a step more or fewer samples, a threshold a step away, or both."""
+    """Return the neighbours of a candidate: samples one step up or down, the threshold one step up or down, or both."""
     if settings.sampling.has_stopping_rule:
         return []
     k = LADDER.index(settings.samples)
@@ -178,7 +184,7 @@ def _beside(settings: Settings) -> list[Settings]:
 
 
 class _Goal(NamedTuple):
-    """The error or the time that is asked for, and which trials are better."""
+    """The requested error or time, and the order of trials."""
 
     max_error: float | None
     time: float | None
@@ -189,34 +195,34 @@ class _Goal(NamedTuple):
         return trial.seconds <= (self.time or 0.0)
 
     def is_near(self, trial: Trial) -> bool:
-        """Whether a trial meets the goal, but for what a single time is off by."""
+        """Whether a trial reaches the goal, or may do so because its single time may be too long."""
         return self.is_met(trial) or (self.time is not None and trial.seconds <= _ONCE * self.time)
 
     def order(self, trial: Trial) -> tuple[float, float]:
-        """Less is better."""
+        """Return the sort key of a trial. Less is better."""
         return (trial.least, trial.error) if self.max_error is not None else (trial.error, trial.least)
 
     def miss(self, trial: Trial) -> float:
-        """How far a trial is from the goal."""
+        """Return the value of a trial that the goal limits: its error or its time."""
         return trial.error if self.max_error is not None else trial.seconds
 
     def may_be_met(self, predicted: Trial, share: float = 1.0) -> bool:
-        """Whether a prediction may meet the goal, where that share of what is predicted is true."""
+        """Whether a prediction, multiplied by `share`, may reach the goal."""
         if self.max_error is not None:
             return share * predicted.error <= _UNSURE_ERROR * self.max_error
         return share * predicted.seconds <= _UNSURE_TIME * (self.time or 0.0)
 
     def is_close(self, trial: Trial, best: Trial) -> bool:
-        """Whether times decide between the two."""
+        """Whether a trial is so close to the best one that it must be timed again."""
         return self.max_error is None or trial.least <= _CLOSE * best.least
 
 
 def _ranked(
     small: Trials, full: Trials, base: Settings, goal: _Goal, progress: Callable[[str], None]
 ) -> tuple[list[Trial], bool]:
-    """The candidates that may well meet the target, as predicted for the full size, the most promising first.
+    """Predict the candidates at full size, and return them with the most promising first.
 
-    And whether there is no hope: then there is but the best of them.
+    Also returns whether no candidate is expected to reach the target: then the list has only the closest one.
     """
     max_error, time = goal.max_error, goal.time
     first = msgspec.structs.replace(base, samples=4)
@@ -227,7 +233,7 @@ def _ranked(
     start = _first_fixed(small, scale, base, max_error, time)
     predicted = small.measure(start).error * scale[0]
     hopeless = max_error is not None and predicted > _HOPELESS * max_error
-    progress(f"what pictures are compared with, {TIMES} times {start.samples} samples")
+    progress(f"the reference, with {TIMES} times {start.samples} samples")
     full.refer(start.samples * (1 if max_error is not None else 4))
     if hopeless:
         return [small.measure(start)._replace(error=predicted)], True
@@ -254,14 +260,14 @@ def _ranked(
             trial._replace(error=by_error * trial.error, seconds=by_time * trial.least, least=by_time * trial.least)
         )
     met = sorted(filter(goal.may_be_met, predictions), key=goal.order)
-    ranked = met + sorted((each for each in predictions if not goal.may_be_met(each)), key=goal.miss)
-    # The plain one is among the first: it is the one whose time is known best.
-    plain = [each for each in ranked if each.settings.adaptive is None][:1]
-    return plain + [each for each in ranked if each not in plain], False
+    ranked = met + sorted((prediction for prediction in predictions if not goal.may_be_met(prediction)), key=goal.miss)
+    # The best candidate without adaptive samples comes first, because its prediction is the most reliable.
+    plain = [prediction for prediction in ranked if prediction.settings.adaptive is None][:1]
+    return plain + [prediction for prediction in ranked if prediction not in plain], False
 
 
 def _scale(small: Trials, full: Trials, settings: Settings) -> tuple[float, float]:
-    """Error and time at full size, of those at the small one."""
+    """Measure the ratios of error and time between full size and small size."""
     [a], [b] = (trials.in_turns([trials.measure(settings)], _SMALL_ROUNDS) for trials in (small, full))
     return (b.error / a.error if a.error else 1.0), b.least / a.least
 
@@ -269,7 +275,7 @@ def _scale(small: Trials, full: Trials, settings: Settings) -> tuple[float, floa
 def _first_fixed(
     small: Trials, scale: tuple[float, float], base: Settings, max_error: float | None, time: float | None
 ) -> Settings:
-    """The fewest samples that are expected to meet an error, or the most within a time."""
+    """Return the fewest samples that are expected to reach an error, or the most that are expected within a time."""
     settings = msgspec.structs.replace(base, samples=1)
     for n in LADDER:
         trial = small.measure(msgspec.structs.replace(base, samples=n))

@@ -1,1 +1,1 @@
-"""Commands of the command line: `raytracer NAME` is in NAME_cli.py."""
+"""The commands of the command line: `raytracer NAME` is in NAME_cli.py."""

@@ -1,4 +1,4 @@
-"""`raytracer brdf`: its commands list, check, plot, gallery and bake."""
+"""`raytracer brdf` and its commands: list, check, plot, gallery and bake."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from raytracer.app.commands.material_arguments import labelled_materials, model_parameters, parse_parameters
+from raytracer.app.help_text import HELP, HelpFormatter, command_texts
 from raytracer.app.options import add_backend
 from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import say, say_json
@@ -15,25 +16,28 @@ from raytracer.scene.materials.models import MODELS
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the commands of `brdf`, each of which sets `run`."""
+    """Add the commands of `brdf`. Each command sets `options.run`."""
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for name, summary, arguments, run in (
-        ("list", "the models, their parameters, and what is measured of them", _list_arguments, _list),
-        ("check", "measure: reciprocal? energy-conserving? and compare with what is known", _check_arguments, _check),
-        ("plot", "polar lobes, albedo and a lit sphere of materials, side by side", _plot_arguments, _plot),
-        ("gallery", "every model on the same scene", _gallery_arguments, _gallery),
-        ("bake", "write the table of an isotropic material in MERL's format", _bake_arguments, _bake),
+    for name, arguments, run in (
+        ("list", _list_arguments, _list),
+        ("check", _check_arguments, _check),
+        ("plot", _plot_arguments, _plot),
+        ("gallery", _gallery_arguments, _gallery),
+        ("bake", _bake_arguments, _bake),
     ):
-        options: dict[str, Any] = {"arguments": arguments, "help": summary}
-        command = commands.add_parser(name, description=f"{summary[0].upper()}{summary[1:]}.", **options)
+        description, epilog = command_texts(f"brdf {name}")
+        options: dict[str, Any] = {"arguments": arguments, "help": HELP[f"brdf {name}"].summary}
+        command = commands.add_parser(
+            name, description=description, epilog=epilog, formatter_class=HelpFormatter, **options
+        )
         command.set_defaults(run=run)
 
 
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("models", metavar="MODEL", nargs="*", help="default: all")
+    parser.add_argument("models", metavar="MODEL", nargs="*", help="reflectance model. Default: all models.")
     forms = parser.add_mutually_exclusive_group()
     forms.add_argument("--json", action="store_true", help="print JSON instead of tables")
-    forms.add_argument("--markdown", action="store_true", help="print docs/models.md; nothing is measured")
+    forms.add_argument("--markdown", action="store_true", help="print docs/models.md, without measurements")
     forms.add_argument("--schema", action="store_true", help="print the JSON Schema of a scene file's materials")
     add_backend(parser)
 
@@ -43,9 +47,8 @@ def _check_arguments(parser: argparse.ArgumentParser) -> None:
         "models",
         metavar="MODEL",
         nargs="*",
-        help="a model, or a published material such as lafortune/clay (default: all models but merl, which needs --set "
-        "file=...). Without --set, a model is measured with its defaults, at both ends of the range of each parameter, "
-        "and with some combinations",
+        help="reflectance model, or published material such as lafortune/clay. Default: all models except merl, which "
+        "needs --set file=FILE.",
     )
     _add_set(parser)
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
@@ -57,26 +60,43 @@ def _plot_arguments(parser: argparse.ArgumentParser) -> None:
         "materials",
         metavar="MATERIAL",
         nargs="*",
-        help="a model or published material, and what is set only for it: ggx:alpha=0.1:f0=1,0.8,0.3",
+        help="reflectance model or published material, optionally with parameters of its own: "
+        "ggx:alpha=0.1:f0=1,0.8,0.3",
     )
     _add_set(parser)
-    parser.add_argument("--lecture", action="store_true", help="instead: how far apart (R.V)^h and (N.H)^4h are")
+    parser.add_argument(
+        "--lecture",
+        action="store_true",
+        help="plot how much Phong's (R.V)^h and Blinn's (N.H)^4h differ, instead of materials; --set h=32 sets h",
+    )
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png")
     add_backend(parser)
 
 
 def _gallery_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png")
-    parser.add_argument("--cell", metavar="N", type=int, default=176, help="pixels of a picture's side (default: 176)")
-    parser.add_argument("--samples", metavar="N", type=int, default=16, help="rays a pixel (default: 16)")
-    parser.add_argument("--merl", metavar="FILE", help="a measured material besides")
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help="file to write: .png")
+    parser.add_argument(
+        "--cell",
+        metavar="N",
+        type=int,
+        default=176,
+        help="width and height of each picture in pixels. Default: 176. Range: 64-2048.",
+    )
+    parser.add_argument("--samples", metavar="N", type=int, default=16, help="samples per pixel. Default: 16.")
+    parser.add_argument(
+        "--merl", metavar="FILE", help="measured material of the MERL database (.binary), shown beside the models"
+    )
     add_backend(parser)
 
 
 def _bake_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("material", metavar="MATERIAL", help="a model or published material, as for plot")
+    parser.add_argument(
+        "material",
+        metavar="MATERIAL",
+        help="reflectance model or published material, optionally with parameters: ggx:alpha=0.3",
+    )
     _add_set(parser)
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".binary (35 MB)")
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help="file to write: .binary (35 MB)")
     add_backend(parser)
 
 
@@ -86,14 +106,16 @@ def _add_set(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         action="append",
         default=[],
-        help="a parameter, such as alpha=0.1 or f0=1,0.8,0.3; may be given again. See raytracer brdf list MODEL",
+        help="parameter, such as alpha=0.1 or f0=1,0.8,0.3; repeat for more. List: raytracer brdf list MODEL.",
     )
 
 
 def _list(options: argparse.Namespace) -> int:
     models = _models(options.models)
     if options.models and (options.markdown or options.schema):
-        raise InputError("--markdown and --schema are of all models: expected no MODEL", file=options.models[0])
+        raise InputError(
+            "expected no MODEL with --markdown or --schema, which print all models", file=options.models[0]
+        )
     if options.schema:
         import json
 
@@ -122,7 +144,7 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    """Run `brdf check`; the exit status, 1 if a measurement is not what is expected."""
+    """Run `brdf check` and return the exit status: 1 if a measurement differs from the expected result."""
     from raytracer.analysis.reflectance.properties import COMPLETE
     from raytracer.analysis.reflectance.tables import checks_json, print_checks
     from raytracer.analysis.reflectance.verification import material_of, verify, verify_all
@@ -143,7 +165,7 @@ def _check(options: argparse.Namespace) -> int:
         say_json(checks_json(checks))
     else:
         print_checks(checks)
-    return 1 if any(each.differs for each in checks) else 0
+    return 1 if any(check.differs for check in checks) else 0
 
 
 def _plot(options: argparse.Namespace) -> int:
@@ -182,7 +204,7 @@ def _gallery(options: argparse.Namespace) -> int:
             progress,
             options.write,
         )
-    say(f"wrote {options.output}" + ("" if options.merl else ", without merl, which needs --merl FILE"))
+    say(f"wrote {options.output}" + ("" if options.merl else ", without the model merl (add it with --merl FILE)"))
     return 0
 
 
@@ -197,7 +219,7 @@ def _bake(options: argparse.Namespace) -> int:
     table = brdf.bake(material, device=shared_device(options.backend, options.device))
     with options.write(output) as file:
         merl.write(table, file)
-    say(f"wrote {output}: {options.material}, for a material of the model merl")
+    say(f'wrote {output}: {options.material}, to be used with model = "merl"')
     return 0
 
 
@@ -208,7 +230,7 @@ def _models(names: Sequence[str]) -> list[str]:
 
 
 def _number_of(items: Sequence[str], name: str) -> float | None:
-    """The value of the only parameter that may be set, or None."""
+    """Return the value of the parameter `name`, or None. Raises InputError for any other parameter."""
     parameters = parse_parameters("phong", items)
     if other := [key for key in parameters if key != name]:
         raise InputError(f"expected only {name}", file=f"--set {other[0]}")

@@ -1,4 +1,4 @@
-"""`raytracer doctor`: which OpenGL contexts open here, on what device, and what to install if none does."""
+"""`raytracer doctor`: a table of the OpenGL contexts on this computer, and packages to install for missing ones."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run `doctor`; the exit status, 1 if no context opens."""
+    """Run `doctor` and return the exit status: 1 if no context opens."""
     import msgspec
 
     from raytracer.gpu.context_report import examine_contexts
@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _print_table(reports: list[ContextReport]) -> None:
-    """Print a table of contexts, and which packages to install for those that do not open."""
+    """Print a table of contexts, and the packages to install for backends that do not open."""
     from rich.table import Table
 
     from raytracer.gpu.context import PACKAGES
@@ -50,6 +50,6 @@ def _print_table(reports: list[ContextReport]) -> None:
         return
     for backend in dict.fromkeys(report.backend for report in reports):
         if not any(report.opens for report in reports if report.backend == backend):
-            without_screen = " and, without a screen, run under xvfb-run" if backend == "window" else ""
+            without_screen = "; without a screen, run under xvfb-run" if backend == "window" else ""
             packages = PACKAGES[backend]
-            say(f"For {backend} on Debian or Ubuntu: apt-get install {packages}{without_screen}")
+            say(f"To install {backend} on Debian or Ubuntu: apt-get install {packages}{without_screen}")

@@ -1,4 +1,4 @@
-"""`raytracer extremes`: the ledger of extremes on the terminal and in files."""
+"""`raytracer extremes`: print the ledger of errors at the ends of value ranges, and write it to files."""
 
 from __future__ import annotations
 
@@ -24,18 +24,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="FOLDER",
         default=".",
-        help="gets extremes.csv and extremes.md, over those that are there (default: here)",
+        help="folder for extremes.csv and extremes.md; existing files are overwritten. Default: the current folder.",
     )
-    parser.add_argument("--short", action="store_true", help="only the ends of the ranges, as in the tests")
+    parser.add_argument("--short", action="store_true", help="measure only the ends of the ranges, as the tests do")
     parser.add_argument(
-        "--fuzz", metavar="N", type=whole, default=1000, help="random scenes over all ranges together (default: 1000)"
+        "--fuzz",
+        metavar="N",
+        type=whole,
+        default=1000,
+        help="number of random scenes, with values from all ranges at once. Default: 1000.",
     )
     add_backend(parser)
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run `extremes`; the exit status, 1 if a bound is not kept."""
+    """Run `extremes` and return the exit status: 1 if an error exceeds its bound."""
     from raytracer.analysis.machine import describe_machine
     from raytracer.analysis.numerics.ledger import measure_ledger
     from raytracer.analysis.numerics.ledger_page import as_csv, as_markdown
@@ -50,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
         rows = measure_ledger(renderer, short=options.short, scenes=options.fuzz, progress=progress, step=tell_step)
         _print(rows)
         if 64 not in renderer.device.limits.precisions:
-            say("nothing is measured with 64 bits: that needs OpenGL 4.0")
+            say("64-bit precision was not measured: it needs OpenGL 4.0")
         form = "in the short form" if options.short else "in full"
         machine = describe_machine(renderer)
         how = (
@@ -66,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _print(rows: list[LedgerRow]) -> None:
-    """Print a line for each row, then all findings beyond their bounds."""
+    """Print a line for each row, then each finding that exceeds its bound."""
     from rich.table import Table
 
     from raytracer.analysis.numerics.ledger_page import HEADING, number_text, summary

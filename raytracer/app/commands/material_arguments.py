@@ -1,4 +1,4 @@
-"""Materials on the command line of `raytracer brdf`: MODEL:NAME=VALUE, and NAME=VALUE after --set."""
+"""Parser of the materials that users pass to `raytracer brdf`: MODEL:NAME=VALUE, and NAME=VALUE after --set."""
 
 from __future__ import annotations
 
@@ -13,12 +13,17 @@ from raytracer.scene.materials.models import MODELS, Parameter
 if TYPE_CHECKING:
     from raytracer.scene.materials.material import Material
 
-# Characters of an argument that an error shows.
+# The most characters of an argument that an error message shows.
 _SHOWN = 80
 
 
 def labelled_materials(texts: Sequence[str], common: Sequence[str]) -> list[tuple[str, Material]]:
-    """Labels and materials of texts MODEL[:NAME=VALUE...], with `common` parameters for all models that have them."""
+    """Parse materials, and return each with its text as a label. Raises InputError.
+
+    Args:
+        texts: each MODEL[:NAME=VALUE...]
+        common: NAME=VALUE, for all models that have the parameter NAME
+    """
     from raytracer.analysis.reflectance.verification import material_of
 
     parts = [text.split(":") for text in texts]
@@ -26,7 +31,7 @@ def labelled_materials(texts: Sequence[str], common: Sequence[str]) -> list[tupl
     for item in common:
         key = _name_of(item, "--set ")
         if not any(key in parameters for parameters in known):
-            raise InputError(f"none of the materials has a parameter {_short(key)}", file=_short(f"--set {item}"))
+            raise InputError(f"no material has a parameter {_short(key)}", file=_short(f"--set {item}"))
     materials = []
     for text, (name, *own), parameters in zip(texts, parts, known, strict=True):
         shared = parse_parameters(name, [item for item in common if _name_of(item, "--set ") in parameters])
@@ -39,14 +44,14 @@ def labelled_materials(texts: Sequence[str], common: Sequence[str]) -> list[tupl
 
 
 def model_parameters(name: str) -> dict[str, Parameter]:
-    """The parameters of a model, by their names. Raises InputError for an unknown model."""
+    """Return the parameters of a model by name. Raises InputError for an unknown model."""
     if name not in MODELS:
         raise InputError(f"expected one of {', '.join(MODELS)}{did_you_mean(name, MODELS)}", file=name)
     return MODELS[name].parameters
 
 
 def _parameters(name: str) -> dict[str, Parameter]:
-    """The parameters of a model, or of a published material's model."""
+    """Return the parameters of a model, or of a published material's model, by name."""
     if "/" in name:
         from raytracer.formats.material_library import MaterialLibrary
 
@@ -55,9 +60,12 @@ def _parameters(name: str) -> dict[str, Parameter]:
 
 
 def parse_parameters(name: str, items: Sequence[str], prefix: str = "--set ") -> dict[str, Any]:
-    """The parameters of a model, or of a published material, in NAME=VALUE texts, as the table of models types them.
+    """Parse the parameters of a material. Raises InputError.
 
-    `prefix` is the text before NAME=VALUE on the command line.
+    Args:
+        name: a model or a published material; its table of parameters defines the types of the values
+        items: each NAME=VALUE
+        prefix: the text before NAME=VALUE on the command line, for error messages
     """
     known = _parameters(name)
     parsed = {}
@@ -95,7 +103,7 @@ def _value(parameter: Parameter, text: str, argument: str) -> Any:
     convert, expected = parse[parameter.kind]
     try:
         return convert(text)
-    except ValueError:  # InputError is one
+    except ValueError:  # InputError is a ValueError
         raise InputError(f"expected {expected}", file=_short(argument)) from None
 
 

@@ -1,4 +1,4 @@
-"""`raytracer reference`: arguments, and the picture in float64 in a file."""
+"""`raytracer reference`: write the ground truth of a scene, in float64, to a file."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import complain, say
 from raytracer.core.validation import about, check_size
 from raytracer.formats.scene_file import find_scene, read_document
+from raytracer.scene.options import MAX_SAMPLES
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,42 +29,45 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from raytracer.ground_truth.picture import REFERENCE_SIZE
 
     add_scene(parser)
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".npz (float64 arrays)")
-    add_size(parser, f"{REFERENCE_SIZE[0]}x{REFERENCE_SIZE[1]}, as this takes long")
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help="file to write: .npz (float64 arrays)")
+    add_size(parser, f"{REFERENCE_SIZE[0]}x{REFERENCE_SIZE[1]}, because larger pictures take long")
     parser.add_argument(
         "--samples",
         metavar="N",
         type=whole,
         default=SAMPLES,
-        help=f"rays a pixel at most, {FIRST_SAMPLES} at least: {FIRST_SAMPLES}, doubled as often as it takes "
-        f"(default: {SAMPLES})",
+        help=f"limit of samples per pixel. Every pixel gets {FIRST_SAMPLES}, which are doubled until the error is "
+        f"below --tolerance. Default: {SAMPLES}. Range: {FIRST_SAMPLES}-{MAX_SAMPLES}.",
     )
     parser.add_argument(
         "--tolerance",
         metavar="T",
         type=float,
         default=TOLERANCE,
-        help="more samples where a pixel's error is estimated to be above T, in linear radiance "
-        f"(default: {TOLERANCE:g})",
+        help=f"draw more samples where the estimated error of a pixel exceeds T. Linear radiance. "
+        f"Default: {TOLERANCE:g}.",
     )
     add_compile_options(parser, ("shading", "shadows", "bounces"))
     parser.add_argument(
         "--no-cache",
         action="store_true",
-        help="make it anew, and do not keep it (default: keep it in the folder that the variable RAYTRACER_CACHE "
-        f"names, or the user's cache, which has the last {MOST_BYTES / 1e9:.0f} GB of them)",
+        help="neither read nor store the picture in the cache. Default: use the cache, in the folder of the "
+        "environment variable RAYTRACER_CACHE, else in the user's cache folder. The cache keeps "
+        f"{MOST_BYTES / 1e9:.0f} GB; the least recently used pictures are deleted.",
     )
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run `reference`; the exit status."""
+    """Run `reference` and return the exit status."""
     from raytracer.ground_truth.converged import trace_converged
     from raytracer.ground_truth.cost import check_cost, estimate_cost
     from raytracer.ground_truth.job import Job
     from raytracer.ground_truth.picture import REFERENCE_SIZE, WORTH_MENTION
 
-    chosen = chosen_settings(options).without_sampling()  # --samples is the reference's own
+    chosen = chosen_settings(
+        options
+    ).without_sampling()  # --samples is no setting here, but an argument of trace_converged()
     chosen.resolve()
     size = chosen_size(options) or REFERENCE_SIZE
     check_size(size)
@@ -100,8 +104,8 @@ def run(options: argparse.Namespace) -> int:
         image.write(file, output.suffix)
     assert image.samples is not None and image.estimate
     n, estimate = image.samples, image.estimate
-    why = f" ({estimate.unknown})" if estimate.uncertain else ""
-    took = f"{time.monotonic() - start:.1f} s" if traced else "from the cache"
-    samples = f"{n.min()} to {n.max()} samples a pixel, {n.mean():.1f} on average"
-    say(f"wrote {output}: {size[0]}x{size[1]}, {samples}, RMSE {estimate.in_words}{why}, {took}")
+    reason = f" ({estimate.unknown})" if estimate.uncertain else ""
+    duration = f"{time.monotonic() - start:.1f} s" if traced else "from the cache"
+    samples = f"{n.min()} to {n.max()} samples per pixel, {n.mean():.1f} on average"
+    say(f"wrote {output}: {size[0]}x{size[1]}, {samples}, RMSE {estimate.in_words}{reason}, {duration}")
     return 0

@@ -1,4 +1,4 @@
-"""`raytracer render`: arguments, and the picture in a file."""
+"""`raytracer render`: render a scene to a file, and print the error of the picture."""
 
 from __future__ import annotations
 
@@ -29,27 +29,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `render`."""
     add_scene(parser)
     parser.add_argument(
-        "-o", "--output", metavar="OUT", required=True, help=".png (8-bit sRGB) or .npz (float32 arrays)"
+        "-o", "--output", metavar="OUT", required=True, help="file to write: .png (8-bit sRGB) or .npz (float32 arrays)"
     )
     add_settings(parser, samples=1, adaptive=True)
     add_backend(parser)
-    parser.description = (
-        "Render a scene to a file, with the settings that are given here or else in the scene file's [settings], and "
-        "say how wrong the picture is: about so much, or at least so much where its samples do not tell more. The "
-        "status is 1, though the picture is written, if --max-error was not reached, or is not known to be, with the "
-        "samples or in the time there were."
-    )
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run `render`; the exit status."""
-    # What is wrong is found as early as it can be: most of it before NumPy and OpenGL are loaded.
+    """Run `render` and return the exit status: 1 if the picture did not reach the `max_error` that the user set."""
+    # Most input is checked before NumPy and OpenGL are loaded, so that errors appear at once.
     chosen = chosen_settings(options)
     chosen.resolve()
     document = read_document(find_scene(options.scene))
     scene, section = document.scene, document.section
-    with about(f"{options.scene}: [settings] and the options given"):  # that exclude each other
+    with about(f"{options.scene}: [settings] and the options given"):  # settings that exclude each other
         settings = (section.settings | chosen).resolve()
     size = chosen_size(options) or section.size or DEFAULT_SIZE
 
@@ -67,27 +61,27 @@ def run(options: argparse.Namespace) -> int:
     warn_about(options.scene, scene, settings)
     renderer = Renderer(shared_device(options.backend, options.device))
     start = time.monotonic()
-    # Beyond the driver's limits is the scene.
+    # Errors about the driver's limits begin with the name of the scene file.
     with about(options.scene), progress_bar(f"rendering {output.name}") as progress:
         image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, single_picture=True)
     with options.write(output) as file:
         image.write(file, output.suffix)
-    took = time.monotonic() - start
-    say(f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {took:.1f} s", str(image.estimate))
+    seconds = time.monotonic() - start
+    say(f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {seconds:.1f} s", str(image.estimate))
     if missed := _missed(image, settings):
         if _is_error_chosen(section.settings, chosen):
             complain(f"{output}: {missed}")
             return 1
-        say(missed)  # the samples are as many as the user wants: no mistake
+        say(missed)  # a quality set max_error, and limits the samples: no failure
     return 0
 
 
 @contextmanager
 def _imports_kept() -> Iterator[None]:
-    """Keep Python's garbage collector away from all that is imported in the block.
+    """Keep Python's garbage collector away from modules that are imported in the block.
 
-    Next to nothing of a module is garbage, and the collector would look through NumPy's modules several times: while
-    they are imported, and at the end of the process. Without, a small picture takes a tenth less time.
+    Modules hold almost no garbage, but the collector would search NumPy's modules several times: during the import, and
+    at the end of the process. Without these searches a small picture takes a tenth less time.
     """
     gc.disable()
     try:
@@ -98,32 +92,32 @@ def _imports_kept() -> Iterator[None]:
 
 
 def _samples(image: Image, settings: Settings) -> str:
-    """The number of samples of a picture's pixels, in words."""
+    """Describe the number of samples per pixel."""
     fewest = most = settings.samples
     if image.samples is not None:
         fewest, most = image.samples.min(), image.samples.max()
-    text = f"{most} sample{'s' if most > 1 else ''} a pixel"
+    text = f"{most} sample{'s' if most > 1 else ''} per pixel"
     if image.samples is not None and fewest < most:
         text = f"{fewest} to {text}, {image.samples.mean():.2f} on average"
     return text
 
 
 def _missed(image: Image, settings: Settings) -> str:
-    """A sentence about a picture that is not, or not known to be, as accurate as max_error asks; else ""."""
+    """Return a message if the picture did not reach `max_error`, or may not have reached it; else ""."""
     estimate = image.estimate
     assert estimate
     if estimate.reached is not False:
         return ""
-    error = f"its error is {estimate.in_words}" + (f" ({estimate.unknown})" if estimate.unknown else "")
+    error = f"the error is {estimate.in_words}" + (f" ({estimate.unknown})" if estimate.unknown else "")
     if settings.time is not None and image.samples is not None and image.samples.max() < settings.samples:
         remedy = f"{settings.time:g} s were not enough: try more --time"
     else:
         samples = f"{settings.samples} samples were" if settings.samples > 1 else "1 sample was"
         remedy = f"{samples} not enough: try more --samples"
-    return f"{error} and was to be at most {settings.max_error:g}; {remedy}"
+    return f"{error}, but at most {settings.max_error:g} was requested; {remedy}"
 
 
 def _is_error_chosen(in_file: SettingsPatch, chosen: SettingsPatch) -> bool:
-    """Whether a user gave max_error as a number. A quality gives it with so many samples at most."""
+    """Whether the user set max_error as a number. A quality sets max_error, too, but limits the samples as well."""
     patches = (in_file, chosen) if chosen.quality is UNSET else (chosen,)
     return any(patch.max_error not in (UNSET, None) for patch in patches)

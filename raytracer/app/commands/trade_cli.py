@@ -1,4 +1,4 @@
-"""`raytracer trade`: arguments, and what each knob costs in a folder."""
+"""`raytracer trade`: write the time and the error of each setting to a folder."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from raytracer.core.terminal import say
 from raytracer.core.validation import InputError, about, check_size
 from raytracer.formats.scene_file import find_scene, read_document
 
-# Small, as the references that errors are measured against take their time; quick is for tests.
+# Pictures are small because references of large pictures take long; the quick form is for tests.
 _SIZE, _QUICK_SIZE = (320, 180), (64, 36)
 _ROUNDS, _QUICK_ROUNDS = 5, 2
 _QUICK_GPU_SAMPLES = 256
@@ -27,28 +27,35 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="DIR",
         required=True,
-        help="folder for trade.csv, trade.json and trade.html, over those that are there; made if it is not there",
+        help="folder for trade.html, trade.csv and trade.json; created if missing, existing files are overwritten",
     )
-    add_size(parser, f"{_SIZE[0]}x{_SIZE[1]}, as references take their time")
+    add_size(parser, f"{_SIZE[0]}x{_SIZE[1]}, because references of larger pictures take long")
     parser.add_argument(
-        "--rounds", metavar="N", type=whole, help=f"how often each is timed, in turns with all (default: {_ROUNDS})"
+        "--rounds",
+        metavar="N",
+        type=whole,
+        help="how often each configuration is timed; all configurations take turns. "
+        f"Default: {_ROUNDS}, with --quick {_QUICK_ROUNDS}.",
     )
     parser.add_argument(
         "--truth",
         choices=("auto", "gpu", "float64"),
         default="auto",
-        help="the reference that errors are measured against: many samples on the GPU, or float64 (default: auto, the "
-        "GPU's, and for scenes of few primitives how far the float64 one is from it)",
+        help="reference of the measured errors: gpu (many samples on the GPU), float64 (see raytracer reference), or "
+        "auto (gpu, and in scenes of few primitives also the difference between gpu and float64). Default: auto.",
     )
     parser.add_argument(
-        "--quick", action="store_true", help="a tiny picture, few of all configurations, references by the GPU"
+        "--quick",
+        action="store_true",
+        help=f"for a first look: {_QUICK_SIZE[0]}x{_QUICK_SIZE[1]} pixels, few configurations, and by default a "
+        "reference from the GPU",
     )
     add_backend(parser)
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run `trade`; the exit status, STATUS if Ctrl-C ended it before all was measured."""
+    """Run `trade` and return the exit status: STATUS if Ctrl-C ended the measurement."""
     document = read_document(find_scene(options.scene))
     scene, section = document.scene, document.section
     if options.rounds is not None and options.rounds < 1:
@@ -62,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
     from raytracer.gpu.device import shared_device
     from raytracer.rendering.renderer import Renderer
 
-    check_matplotlib()  # not found out when all is measured
+    check_matplotlib()  # before the measurement, which takes minutes
     size = chosen_size(options) or (_QUICK_SIZE if options.quick else _SIZE)
     check_size(size)
     folder = Path(options.output)
@@ -73,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
     extent = QUICK if options.quick else FULL
     renderer = Renderer(shared_device(options.backend, options.device))
     base = section.settings.without_sampling().resolve()
-    warn_about(options.scene, scene, base.replace(shadows="hard"))  # as plan() has it
+    warn_about(options.scene, scene, base.replace(shadows="hard"))  # plan() has hard shadows, too
     planned = plan(scene, extent, section.settings)
     add_approximations(planned, scene, extent, renderer)
     with about(options.scene):
@@ -94,9 +101,9 @@ def run(options: argparse.Namespace) -> int:
     try:
         page = write_page(trade, renderer, folder, options.write)
     except KeyboardInterrupt:
-        say(f"wrote trade.csv and trade.json in {folder}: {measured}", "interrupted: there is no trade.html")
+        say(f"wrote trade.csv and trade.json in {folder}: {measured}", "interrupted: trade.html is missing")
         return STATUS
     say(f"wrote {page}, with trade.csv and trade.json: {measured}")
     if not trade.complete:
-        say("interrupted: this is what was measured by then")
+        say("interrupted: the files have the results until then")
     return 0 if trade.complete else STATUS

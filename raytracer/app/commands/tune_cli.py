@@ -1,4 +1,4 @@
-"""`raytracer tune`: arguments, and the settings that meet an error or a time."""
+"""`raytracer tune`: print the best settings for an error or a time."""
 
 from __future__ import annotations
 
@@ -35,10 +35,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--max-error",
         metavar="E",
         type=float,
-        help="find the fastest settings whose picture has at most this root mean square error, in linear radiance",
+        help="find the fastest settings with a root mean square error (RMSE) of at most E. Linear radiance, above 0.",
     )
     targets.add_argument(
-        "--time", metavar="T", type=float, help="find those with the least error whose picture takes at most T seconds"
+        "--time",
+        metavar="T",
+        type=float,
+        help="find the most accurate settings that render the picture within T. Seconds, above 0.",
     )
     add_size(parser)
     add_compile_options(parser)
@@ -47,14 +50,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run `tune`; the exit status, 1 also if nothing meets the target, STATUS after Ctrl-C."""
+    """Run `tune` and return the exit status: 1 if no settings reach the target, STATUS after Ctrl-C."""
     for value, name, unit in (
         (options.max_error, "--max-error", "linear radiance"),
         (options.time, "--time", "seconds"),
     ):
         if value is not None:
             number(value, name, math.ulp(0.0), expected=f"a finite number above 0 ({unit})")
-    chosen = chosen_settings(options).without_sampling()  # --max-error and --time are targets
+    chosen = chosen_settings(options).without_sampling()  # --max-error and --time are targets, no settings
     chosen.resolve()
     document = read_document(find_scene(options.scene))
     scene, section = document.scene, document.section
@@ -76,10 +79,10 @@ def run(options: argparse.Namespace) -> int:
                 settings,
                 max_error=options.max_error,
                 time=options.time,
-                progress=lambda what: note(f"measuring {what}"),
+                progress=lambda step: note(f"measuring {step}"),
             )
     except KeyboardInterrupt:
-        complain("interrupted before any picture of the full size was measured")
+        complain("interrupted before a picture of the full size was measured")
         return STATUS
     _report(tuned, size, section)
     if not tuned.complete:
@@ -88,19 +91,21 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _report(tuned: Tuned, size: tuple[int, int], section: SettingsSection) -> None:
-    """Print the settings, and how good they are."""
+    """Print the best settings with their time and error."""
     best = tuned.best
-    # There are flags also where the file, or the defaults, give the same settings.
+    # Options are printed even if the file, or the defaults, already have the same settings.
     options = flags(fewest(best.settings, section.settings)) or flags(fewest(best.settings))
     options = options or f"--samples {best.settings.samples}"
     error = f"{best.error:.2g} (RMSE, linear radiance)"
-    if best.uncertain:  # the reference may be as wrong as the picture
+    if best.uncertain:  # the reference may have the same error as the picture
         error = f"at least {LEAST * best.error:.2g} (RMSE, linear radiance), perhaps far more: {FEW_PIXELS}"
-    says = f"{options}: {best.seconds:.3g} s, error {error}, {best.samples:.3g} samples a pixel at {size[0]}x{size[1]}"
+    line = (
+        f"{options}: {best.seconds:.3g} s, error {error}, {best.samples:.3g} samples per pixel at {size[0]}x{size[1]}"
+    )
     if not tuned.complete:
-        say(f"interrupted: the best of {tuned.tried} that were measured by then:")
+        say(f"interrupted: the best of {tuned.tried} measured candidates:")
     if tuned.pick:
-        say(says, "", *section_text(best.settings, section.size).splitlines())
+        say(line, "", *section_text(best.settings, section.size).splitlines())
     else:
-        why = ", and that tells that no other will" if tuned.hopeless else ""
-        say(f"of {tuned.tried} tried nothing meets that{why}; the closest is {says}")
+        others = ", and no other is likely to" if tuned.hopeless else ""
+        say(f"none of {tuned.tried} candidates reaches the target{others}; closest: {line}")

@@ -1,4 +1,4 @@
-"""`raytracer view`: arguments, and the window."""
+"""`raytracer view`: show a scene in a window."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MS",
         type=float,
         default=33.0,
-        help="milliseconds that a moving picture's sample may take; above, its pixels are enlarged (default: 33)",
+        help="time limit for each sample of a moving picture, which gets larger pixels to keep the limit. "
+        "Milliseconds. Default: 33. Range: 0.001-1000000.",
     )
     width = max(len(control.key) for control in CONTROLS)
     controls = "".join(f"  {control.key:{width}}  {control.does}\n" for control in CONTROLS)
@@ -30,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run `view`; the exit status."""
+    """Run `view` and return the exit status: STATUS if Ctrl-C closed the window."""
     budget = number(options.budget, "--budget", 0.001, 1e6, "milliseconds in [0.001, 1e6]") / 1000.0
     chosen, size = chosen_settings(options), chosen_size(options)
     chosen.resolve()
@@ -41,6 +42,6 @@ def run(options: argparse.Namespace) -> int:
         check_size(size)
     try:
         view(options.scene, chosen, size, budget)
-    except KeyboardInterrupt:  # one of the ways to close the window
+    except KeyboardInterrupt:  # Ctrl-C closes the window
         return STATUS
     return 0

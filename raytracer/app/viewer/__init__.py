@@ -1,1 +1,1 @@
-"""The window: events, the camera's orbit, text over the picture, files that are watched."""
+"""The window of `raytracer view`: events, orbits of lights and camera, text over the picture, and watched files."""

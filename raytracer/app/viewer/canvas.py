@@ -1,4 +1,4 @@
-"""The canvas of the window: the picture, a light's marker with its label, and panels of text over it."""
+"""Canvas of the window: draws the picture, and over the picture a light's marker, its label, and panels of text."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from raytracer.rendering.progressive import ProgressivePicture
 from raytracer.scene.camera import Camera
 from raytracer.scene.lights import PointLight
 
-# A picture of text: (h, w, 4) uint8 with the top row first, and the window's pixel under its lower left pixel.
+# A picture of text, (h, w, 4) uint8 with the top row first, and the position of its lower left pixel in the window.
 Panel = tuple[NDArray[np.uint8], tuple[int, int]]
 
-# The fragment shader and the defines of each program. Most frames show plain pictures, and their program takes two
-# thirds of the time of the program for all pictures (llvmpipe, 2 cores: 13 and 20 ms).
+# The fragment shader and the defines of each program. Most frames show plain pictures, for which "present" takes two
+# thirds of the time of "present_refined", which could draw all pictures (llvmpipe, 2 cores: 13 and 20 ms).
 _SOURCES: dict[str, tuple[str, dict[str, int]]] = {
     "present": ("present", {}),
     "present_enlarged": ("present", {"ENLARGED": 1}),
@@ -31,31 +31,31 @@ _SOURCES: dict[str, tuple[str, dict[str, int]]] = {
     "marker": ("marker", {}),
     "panel": ("panel", {}),
 }
-# Values of the types that uniforms should have.
+# Initial values of all uniforms, of the right types.
 _UNIFORMS: dict[str, dict[str, object]] = {
     "present": {"samples": 1.0, "enlarged": 1, "hasBefore": False, "hasStopped": False},
     "marker": {"center": (0.0, 0.0), "radius": 1.0, "fill": (0.0, 0.0, 0.0), "inView": True},
     "panel": {"corner": (0, 0)},
 }
-# In pixels, at display scale 1. A marker is as large as a cursor, which users find.
+# Pixels at display scale 1. The marker is about as large as a mouse cursor, so that users see it.
 MARKER_RADIUS = 14.0
 _LABEL_GAP = 4.0
 _LABEL = "label"
 
 
 class Canvas:
-    """A picture and everything over it, drawn into the window. The device's context must be current in all calls."""
+    """Draws a picture and its overlay into the window. The device's context must be current in all calls."""
 
     def __init__(self, device: Device) -> None:
-        """Compile the programs. Raises ShaderError as load_programs()."""
+        """Compile the programs. Raises ShaderError as load_programs() does."""
         self._device = device
         self._player = DrawPlayer(device)
         self._panels: list[Rectangle] = []
-        self._label: tuple[int, int] | None = None  # its size
+        self._label: tuple[int, int] | None = None  # size of the label
         self.load_programs()
 
     def load_programs(self) -> None:
-        """Read the shaders' files again. Raises ShaderError for a mistake in them, which leaves all as it was."""
+        """Read the shader files again and compile them. After a ShaderError, the previous programs stay in use."""
         programs = {
             name: self._device.program(assemble(f"window/{shader}.frag", defines))
             for name, (shader, defines) in _SOURCES.items()
@@ -65,18 +65,18 @@ class Canvas:
         self._player.use(programs)
 
     def set_panels(self, panels: Sequence[Panel]) -> None:
-        """Take panels in place of those before."""
+        """Replace the panels of text."""
         for k in range(len(self._panels)):
             self._player.remove_texture(f"panel{k}")
         self._panels = [(*corner, *self._add_texture(f"panel{k}", pixels)) for k, (pixels, corner) in enumerate(panels)]
 
     def set_label(self, label: NDArray[np.uint8] | None) -> None:
-        """Take a panel to be shown beside the marker, if any."""
+        """Replace the label beside the marker. None removes the label."""
         self._player.remove_texture(_LABEL)
         self._label = None if label is None else self._add_texture(_LABEL, label)
 
     def _add_texture(self, name: str, pixels: NDArray[np.uint8]) -> tuple[int, int]:
-        """Bring (h, w, 4) pixels to the GPU; their width and height."""
+        """Upload (h, w, 4) pixels as a texture, and return their width and height."""
         size = pixels.shape[1], pixels.shape[0]
         self._player.add_texture(name, size, 4, "f1")
         self._player.write(name, pixels[::-1])
@@ -92,7 +92,7 @@ class Canvas:
     ) -> None:
         """Draw a picture into `screen`, with a marker and its label at the light `marked`, and the panels on top.
 
-        `scale` is the display's: markers are that much larger.
+        `scale` is the display's scale, by which the marker is enlarged.
         """
         size, textures = picture.size, picture.textures()
         screen_area = 0, 0, size[0], size[1]
@@ -121,19 +121,19 @@ class Canvas:
         self._player.play(draws, screen=screen, textures=textures)
 
     def close(self) -> None:
-        """Give back everything on the GPU but the device's programs."""
+        """Release all GPU resources except the device's programs."""
         self._player.close()
 
 
 def _panel_draw(texture: str, panel: Rectangle, area: Rectangle) -> Draw:
-    """The draw of a texture at its place in the window."""
+    """Return the draw of a texture at its place in the window."""
     return Draw("panel", Screen(), ("screen",), area, panel, {"corner": panel[:2]}, {"panel": texture}, "over")
 
 
 def _beside(
     place: tuple[float, float], distance: float, panel: tuple[int, int], window: tuple[int, int]
 ) -> tuple[int, int]:
-    """The lower left pixel of a panel at a distance to the right of a place, or to the left where the window ends."""
+    """Return the lower left pixel of a panel to the right of a place, or to its left if the window ends there."""
     x, y = place
     right = x + distance
     left = right if right + panel[0] <= window[0] else x - distance - panel[0]

@@ -1,7 +1,7 @@
-"""Events of the window, from mouse, keys and files: event in, new state and what must be redone out.
+"""Events of the window, from mouse, keys and files: step() maps a state and an event to a new state and a `Redo`.
 
-Pure: no window, no OpenGL. `CONTROLS` is the one table of keys; the overlay, `raytracer view --help`
-and the README's table are made from it.
+Pure functions: no window, no OpenGL. `CONTROLS` is the only table of keys; the overlay, `raytracer view --help` and the
+table in the documentation show its texts.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from raytracer.scene.warnings import NO_RADIUS
 
 T = TypeVar("T")
 
-# Samples a pixel to which a still picture is refined unless the user names another number.
+# The default limit of samples per pixel of a still picture.
 DEFAULT_SAMPLES = 256
 _DEFAULTS = SettingsPatch(samples=DEFAULT_SAMPLES)
-# Dragging along the window's height turns by this angle.
+# The angle in radians by which a drag over the window's height turns a light or the camera.
 _TURN = math.pi
-# One step of the wheel changes a distance by this factor.
+# The factor by which one step of the wheel changes a distance.
 _STEP = 1.1
 _ANTIALIASING = (1, 4, 16)
 
@@ -44,36 +44,36 @@ Button = Literal["left", "right"]
 
 
 class State(msgspec.Struct, frozen=True):
-    """The picture and the overlay of the window. `scene` is the document's with lights and camera moved."""
+    """The picture and the overlay of the window."""
 
     document: SceneDocument
-    scene: Scene
-    settings: Settings  # its samples are those to which a still picture is refined
-    limit: int  # those at first, which A offers besides 1, 4 and 16
+    scene: Scene  # the document's scene, with lights and camera moved by the user
+    settings: Settings  # `samples` is the limit of a still picture
+    limit: int  # the first value of `settings.samples`, which A offers besides 1, 4 and 16
     show: Show = "picture"
-    light: int = 0  # the selected one
+    light: int = 0  # index of the selected light
     marker: bool = True
     help: bool = False
-    notice: str = ""  # until the next key, button or turn of the wheel
-    hint: str = ""  # until then, or for some seconds
-    error: str = ""  # until the files are right again
+    notice: str = ""  # shown until the next key, button or turn of the wheel
+    hint: str = ""  # shown like a notice, but for some seconds at most
+    error: str = ""  # shown until the files are right again
     dragging: Button | None = None
     cursor: tuple[float, float] = (0.0, 0.0)
 
 
 class Redo(enum.Flag):
-    """The work that an event makes necessary."""
+    """The work that an event requires."""
 
     NOTHING = 0
-    PRESENT = enum.auto()  # the same picture, under another overlay
-    SAMPLES = enum.auto()  # another picture
+    PRESENT = enum.auto()  # show the same picture under a new overlay
+    SAMPLES = enum.auto()  # draw a new picture
     SCREENSHOT = enum.auto()
     EXPORT = enum.auto()
     CLOSE = enum.auto()
 
 
 class Key(msgspec.Struct, frozen=True):
-    """A key was pressed, one of `CONTROLS` or another."""
+    """A key was pressed: a key of `CONTROLS`, or any other key."""
 
     name: str
 
@@ -91,39 +91,39 @@ class Release(msgspec.Struct, frozen=True):
 
 
 class Cursor(msgspec.Struct, frozen=True):
-    """The mouse is at (x, y), in heights of the window from its upper left corner."""
+    """The mouse is at (x, y), measured from the window's upper left corner in units of the window's height."""
 
     x: float
     y: float
 
 
 class Wheel(msgspec.Struct, frozen=True):
-    """The wheel was turned, away from the user for positive `steps`."""
+    """The wheel was turned. Positive `steps`: away from the user."""
 
     steps: float
     shift: bool
 
 
 class Loaded(msgspec.Struct, frozen=True):
-    """The scene file was read, and is right."""
+    """The scene file was read without errors."""
 
     document: SceneDocument
 
 
 class Failed(msgspec.Struct, frozen=True):
-    """A file was saved, and is wrong."""
+    """A file was saved with an error."""
 
     error: str
 
 
 class Told(msgspec.Struct, frozen=True):
-    """A notice for the user has come up."""
+    """The window has a notice for the user."""
 
     notice: str
 
 
 class Hinted(msgspec.Struct, frozen=True):
-    """A hint for the user has come up, for some seconds; "" ends it."""
+    """The window has a hint for the user, shown for some seconds. "" removes the hint."""
 
     hint: str
 
@@ -132,16 +132,17 @@ Event = Key | Press | Release | Cursor | Wheel | Loaded | Failed | Told | Hinted
 
 
 def start(document: SceneDocument, chosen: SettingsPatch) -> State:
-    """The state of a window that opens on a scene file.
+    """Return the state of a window that opens on a scene file.
 
-    The settings `chosen` by the user are in place of the file's. Raises InputError for those that no window can have.
+    The settings `chosen` by the user override the file's settings. Raises InputError for settings that the window does
+    not support.
     """
     settings = _window_settings(_DEFAULTS | document.section.settings | chosen)
     return State(document, document.scene, settings, settings.samples)
 
 
 def step(state: State, event: Event) -> tuple[State, Redo]:
-    """The state after `event`, and what must be redone to show it. Raises InputError as start()."""
+    """Return the state after `event`, and the work that shows the state. Raises InputError as start() does."""
     new, redo = msgspec.structs.replace(state, notice="", hint=""), Redo.NOTHING
     match event:
         case Key(name):
@@ -179,7 +180,7 @@ def step(state: State, event: Event) -> tuple[State, Redo]:
 
 
 def reverted(state: State, good: State) -> State:
-    """`state` with the picture of `good`, because its own cannot be drawn."""
+    """Return `state` with the picture of `good`, because the picture of `state` cannot be drawn."""
     light = min(state.light, max(0, len(good.scene.lights) - 1))
     picture = {name: getattr(good, name) for name in ("document", "scene", "settings", "limit", "show")}
     return _set(state, **picture, light=light)
@@ -197,7 +198,7 @@ def _changes(old: State, new: State) -> Redo:
 
 
 def _reloaded(state: State, scene: Scene) -> State:
-    """The state with `scene` in place of the scene before. Moves by the user stay, unless the file moves the same."""
+    """Replace the scene. Lights and a camera that the user moved stay, unless the file has moved them, too."""
     camera, before = scene.camera, state.document.scene.camera
     if (camera.position, camera.look_at, camera.up) == (before.position, before.look_at, before.up):
         camera = msgspec.structs.replace(camera, position=state.scene.camera.position)
@@ -213,16 +214,16 @@ def _window_settings(patch: SettingsPatch) -> Settings:
     settings = patch.resolve()
     if settings.sequence not in PROGRESSIVE:
         raise InputError(
-            f"expected one of {', '.join(PROGRESSIVE)} for a window, which adds one sample after "
-            f"another (or try --sequence sobol), got {shown(settings.sequence)}",
+            f"expected one of {', '.join(PROGRESSIVE)} in the window, which draws one sample after another, "
+            f"got {shown(settings.sequence)} (try --sequence sobol)",
             ("settings", "sequence"),
         )
     return settings
 
 
 def _resettled(state: State, document: SceneDocument) -> State:
-    """The state with the settings that differ between the file and the file before; all others stay."""
-    before, now = ((_DEFAULTS | each.section.settings).resolve() for each in (state.document, document))
+    """Apply the settings that have changed between the previous file and `document`. All other settings stay."""
+    before, now = ((_DEFAULTS | version.section.settings).resolve() for version in (state.document, document))
     changed = changes(before, now)
     keeps_samples = changed.samples is UNSET
     if keeps_samples:
@@ -241,14 +242,14 @@ def _with_settings(state: State, **fields: object) -> State:
 
 
 def _shading(state: State, by: int = 1) -> State:
-    """Go to the next shading that differs: None is like "phong" where all materials are phong."""
+    """Switch to the next shading that draws another picture: "phong" is skipped if all materials are phong."""
     own = used_models(state.document.scene)
     choices = [None, *(shading for shading in SHADINGS if own != [shading])]
     return _with_settings(state, shading=_next(choices, state.settings.shading, by))
 
 
 def _shadows(state: State) -> State:
-    """Go to the next shadows that differ: soft ones are hard where all lights are points."""
+    """Switch to the next shadows that draw another picture: soft shadows are skipped if all lights are points."""
     shadows = _next(get_args(Shadows), state.settings.shadows)
     if shadows == "soft" and not any(light.radius for light in state.document.scene.lights):
         state = _set(state, hint=f"no soft shadows: {NO_RADIUS}")
@@ -278,33 +279,33 @@ def _camera_back(state: State) -> State:
 
 
 class Control(msgspec.Struct, frozen=True):
-    """A key or a movement of the mouse: what it does, in words and as a function or a `Redo`."""
+    """A key or a movement of the mouse: its effect in words, and as a function or a `Redo`."""
 
     key: str
     does: str
-    act: Callable[[State], State] | Redo | None = None  # None: see step()
+    act: Callable[[State], State] | Redo | None = None  # None: a mouse event, which step() handles
 
 
 CONTROLS = (
-    Control("Left drag", "move the selected light around what the camera looks at"),
-    Control("Wheel", "the light's distance from there: up for nearer, down for farther"),
+    Control("Left drag", "move the selected light around the point that the camera looks at"),
+    Control("Wheel", "move the selected light nearer to that point (up) or farther (down)"),
     Control("Tab", "select the next light", _next_light),
-    Control("L", "the light's marker: shown, hidden", lambda state: _set(state, marker=not state.marker)),
-    Control("R", "put the lights back where the scene file has them", _lights_back),
-    Control("Right drag", "turn the camera around what it looks at, also from below"),
-    Control("Shift+wheel", "the camera's distance from there: up for nearer, down for farther"),
-    Control("Home", "put the camera back where the scene file has it", _camera_back),
-    Control("B", "shading: as the scene says, phong, blinn, and all other models for all materials", _shading),
-    Control("V", "the shading before", lambda state: _shading(state, -1)),
-    Control("S", f"shadows: {', '.join(get_args(Shadows))}", _shadows),
+    Control("L", "show or hide the light's marker", lambda state: _set(state, marker=not state.marker)),
+    Control("R", "move the lights back to their places in the scene file", _lights_back),
+    Control("Right drag", "turn the camera around the point that it looks at, also from below"),
+    Control("Shift+wheel", "move the camera nearer to that point (up) or farther (down)"),
+    Control("Home", "move the camera back to its place in the scene file", _camera_back),
+    Control("B", "next shading model: the scene's own, phong, blinn, then all others", _shading),
+    Control("V", "previous shading model", lambda state: _shading(state, -1)),
+    Control("S", f"shadows: {', '.join(get_args(Shadows))} (soft only if a light has a radius)", _shadows),
     Control(
         "A", f"antialiasing: off, {', '.join(map(str, _ANTIALIASING[1:]))}, or all samples (--samples)", _antialiasing
     ),
-    Control("N", "show normals, or the picture", _showing("normal")),
-    Control("Z", "show depth, or the picture", _showing("depth")),
-    Control("M", "show materials, or the picture", _showing("material")),
-    Control("P", "write a screenshot: as soon as all samples are in it, or before it changes", Redo.SCREENSHOT),
-    Control("E", "write the scene, with what was moved, to a TOML file", Redo.EXPORT),
+    Control("N", "show normals or the picture", _showing("normal")),
+    Control("Z", "show depth or the picture", _showing("depth")),
+    Control("M", "show materials or the picture", _showing("material")),
+    Control("P", "save a screenshot when the picture is finished, or just before it changes", Redo.SCREENSHOT),
+    Control("E", "save the scene, with moved lights and camera, to a TOML file", Redo.EXPORT),
     Control("H", "show or hide this table", lambda state: _set(state, help=not state.help)),
     Control("Escape", "close the window", Redo.CLOSE),
 )
@@ -312,7 +313,7 @@ _ACTS = {control.key: control.act for control in CONTROLS}
 
 
 def command(state: State, size: tuple[int, int], path: str) -> str:
-    """The command line that renders a file of the state's scene to its picture in the window."""
-    output = path.removesuffix(".toml") + "-rendered.png"  # not a name of P's
+    """Return the command line that renders the scene file `path`, exported from `state`, to the window's picture."""
+    output = path.removesuffix(".toml") + "-rendered.png"  # screenshots by P never have this name
     parts = "raytracer render", shlex.quote(path), "-o", shlex.quote(output), f"--size {size[0]}x{size[1]}"
     return " ".join(filter(None, (*parts, flags(fewest(state.settings, state.document.section.settings)))))

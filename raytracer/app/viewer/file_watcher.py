@@ -1,4 +1,4 @@
-"""A watcher of the files that decide the picture: the scene file, its companions and the shaders."""
+"""File watcher for the files that define the picture: the scene file, its companion files and the shaders."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ _SHADERS = (".glsl", ".frag", ".vert")
 
 
 class Files:
-    """The scene file, its companion files and all shaders, with their times and sizes at the last look."""
+    """The scene file, its companion files and all shaders, with their times and sizes at the last check."""
 
     def __init__(self, scene: Path) -> None:
         self.scene = scene
-        self.has_scene = scene.is_file()  # and not a pipe, which cannot be read twice
+        self.has_scene = scene.is_file()  # False for a pipe, which cannot be read twice
         self._instances: list[Path] = []
         self._seen: dict[Path, tuple[int, int]] = {}
         self.changed()
 
     def changed(self) -> bool:
-        """Whether any file was saved since the last look.
+        """Check all files, and return whether any file was saved since the last check.
 
-        Editors replace files, so one that is gone is taken to be as it was. Their hidden files,
-        locks and copies, are no shaders.
+        A file that has disappeared counts as unchanged, because editors replace files. Hidden files are skipped: they
+        are locks and backups of editors.
         """
         before = self._seen.copy()
         if self.has_scene:
             self._look_at(self.scene)
             if self._seen.get(self.scene) != before.get(self.scene):
-                with suppress(InputError):  # while it is wrong, it has the instances that it had
+                with suppress(InputError):  # a scene file with errors keeps its previous companion files
                     self._instances = companion_paths(self.scene, read_text(self.scene))
         shaders = (path for path in shaders_folder().rglob("[!.]*") if path.suffix in _SHADERS)
         for path in (*self._instances, *shaders):

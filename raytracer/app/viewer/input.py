@@ -1,4 +1,4 @@
-"""The input of the window: GLFW's keys, buttons, cursor and wheel as events."""
+"""Input of the window: converts GLFW's keys, buttons, cursor and wheel to events."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _OTHER_MODIFIERS = glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER
 
 
 def connect(window: Any, handle: Callable[[Event], None]) -> None:
-    """Have `handle` called with each event of a window from now on, and with the place of the cursor at once."""
+    """Call `handle` with each event of a window from now on, and at once with the position of the cursor."""
 
     def on_key(_window: Any, key: int, scancode: int, action: int, modifiers: int) -> None:
         if action == glfw.PRESS and not modifiers & _OTHER_MODIFIERS:
@@ -31,7 +31,7 @@ def connect(window: Any, handle: Callable[[Event], None]) -> None:
 
     def on_scroll(window: Any, dx: float, dy: float) -> None:
         shift = glfw.PRESS in (glfw.get_key(window, key) for key in (glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT))
-        handle(Wheel(dy or (dx if shift else 0.0), shift))  # macOS turns a shifted wheel sideways
+        handle(Wheel(dy or (dx if shift else 0.0), shift))  # with shift, macOS scrolls sideways
 
     on_cursor(window, *glfw.get_cursor_pos(window))
     glfw.set_key_callback(window, on_key)
@@ -41,8 +41,8 @@ def connect(window: Any, handle: Callable[[Event], None]) -> None:
 
 
 def _letter(key: int, scancode: int) -> str:
-    """The character on a key in the keyboard's layout, or in the English one where the layout has other letters."""
-    if key == glfw.KEY_UNKNOWN:  # GLFW must not be asked about these keys
+    """Return the letter of a key in the keyboard's layout, or in the English layout if the letter is not Latin."""
+    if key == glfw.KEY_UNKNOWN:  # get_key_name() does not accept these keys
         return ""
     letter = glfw.get_key_name(key, scancode) or ""
     if letter.isascii():

@@ -1,6 +1,6 @@
-"""Orbits of the lights and the camera around the point that the camera looks at, for drags and the wheel.
+"""Orbits of lights and camera around the point that the camera looks at, for drags and the wheel.
 
-Everything turns around `camera.up` through `camera.look_at`. Angles are in radians.
+The axis of all orbits goes through `camera.look_at` in the direction of `camera.up`. Angles are in radians.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from raytracer.core.validation import MAX_LENGTH, MIN_RADIUS, InputError, Vec3
 from raytracer.core.vectors import add, cross, divided, dot, scaled, sub
 from raytracer.scene.scene import Scene
 
-# Short of the pole, where turning to the right would do nothing.
+# The largest elevation by drags. At the pole, at 90 degrees, turning to the right would have no effect.
 _STEEPEST = math.radians(89.0)
-# Sine of the angle to the axis below which rounding decides on which side of it a point is.
+# Sine of the angle to the axis below which rounding errors decide on which side of the axis a point lies.
 _OFF_AXIS = 1e-9
-# A light in the very middle has no direction to turn or to go: it sets out with this share of the camera's distance.
+# A light exactly at `look_at` has no direction. Its first movement starts from this share of the camera's distance.
 _FROM_THE_MIDDLE = 0.1
 
 
 def turn_light(scene: Scene, index: int, right: float, up: float) -> Scene:
-    """`scene` with a light moved on its sphere around the scene.
+    """Move a light on its sphere around `look_at`, and return the new scene.
 
-    A light before the scene goes to the right for positive `right`; `up` raises it, to 89 degrees.
+    A positive `right` moves a light in front of the scene to the right; `up` raises a light, up to 89 degrees.
     """
     if not scene.lights:
         return scene
@@ -32,24 +32,24 @@ def turn_light(scene: Scene, index: int, right: float, up: float) -> Scene:
 
 
 def scale_light(scene: Scene, index: int, factor: float) -> Scene:
-    """`scene` with a light's distance from the scene's middle multiplied by `factor`."""
+    """Multiply a light's distance from `look_at` by `factor`, and return the new scene."""
     if not scene.lights:
         return scene
     return _with_light(scene, index, _lengthened(_arm(scene, scene.lights[index].position), factor))
 
 
 def turn_camera(scene: Scene, right: float, up: float) -> Scene:
-    """`scene` with the camera on its sphere around `look_at`: what it sees turns `right` and `up`."""
+    """Move the camera on its sphere around `look_at`, so that the picture turns `right` and `up`. Return the scene."""
     return _with_camera(scene, _turned(scene, _arm(scene, scene.camera.position), -right, -up))
 
 
 def scale_camera(scene: Scene, factor: float) -> Scene:
-    """`scene` with the camera's distance from `look_at` multiplied by `factor`."""
+    """Multiply the camera's distance from `look_at` by `factor`, and return the new scene."""
     return _with_camera(scene, _lengthened(_arm(scene, scene.camera.position), factor))
 
 
 def _arm(scene: Scene, position: Vec3) -> Vec3:
-    """From what the camera looks at to `position`, or a short way towards the camera if that is there."""
+    """Return the vector from `look_at` to `position`, or a short one towards the camera if they are the same point."""
     arm = sub(position, scene.camera.look_at)
     return arm if any(arm) else scaled(sub(scene.camera.position, scene.camera.look_at), _FROM_THE_MIDDLE)
 
@@ -59,7 +59,7 @@ def _turned(scene: Scene, arm: Vec3, right: float, up: float) -> Vec3:
     axis = divided(scene.camera.up, math.hypot(*scene.camera.up))
     height = dot(arm, axis)
     outward = sub(arm, scaled(axis, height))
-    if math.hypot(*outward) < _OFF_AXIS * radius:  # straight above or below: it sets out towards the camera
+    if math.hypot(*outward) < _OFF_AXIS * radius:  # straight above or below: start towards the camera
         outward = cross(scene.camera.axes()[0], axis)
     outward = divided(outward, math.hypot(*outward))
     elevation = math.asin(max(-1.0, min(1.0, height / radius)))
@@ -81,7 +81,7 @@ def _with_light(scene: Scene, index: int, arm: Vec3) -> Scene:
 def _with_camera(scene: Scene, arm: Vec3) -> Scene:
     try:
         camera = msgspec.structs.replace(scene.camera, position=_place(scene, arm))
-    except InputError:  # so near to `look_at` that rounding has made them one point: here is the end
+    except InputError:  # rounding has made camera and `look_at` one point: the camera cannot come nearer
         return scene
     return msgspec.structs.replace(scene, camera=camera)
 

@@ -1,4 +1,4 @@
-"""Text for the window: the table of controls, notices and errors, drawn by Pillow."""
+"""Overlay of the window: the table of controls, notices, hints and errors, drawn by Pillow."""
 
 from __future__ import annotations
 
@@ -13,18 +13,20 @@ from PIL import Image, ImageDraw, ImageFont
 
 from raytracer.app.viewer.events import CONTROLS, State
 
-# Of a letter, in pixels at display scale 1.
+# Height of a letter in pixels at display scale 1: normal, and smallest.
 _FONT_SIZE = 16.0
 _SMALLEST = 6.0
-# Letters are about half as wide as high; lines shorter than some words help nobody; more lines hide the picture.
+# A letter's width by its height, the fewest letters of a line (about two words), and the most lines of a text, which
+# would otherwise hide the picture.
 _LETTER_WIDTH, _FEWEST_LETTERS, _MOST_LINES = 0.55, 20, 20
 _INK, _GROUND, _WRONG = (255, 255, 255, 255), (16, 16, 24, 208), (140, 16, 16, 232)
 
 
 def panels(state: State, size: tuple[int, int], scale: float) -> list[tuple[NDArray[np.uint8], tuple[int, int]]]:
-    """Draw the panels over a window of `size` pixels: (h, w, 4) uint8 arrays, and the lower left pixel of each.
+    """Draw the panels over a window of `size` pixels, and return each with the position of its lower left pixel.
 
-    `scale` is the display's: at 2 a letter has twice as many pixels. Text that does not fit is drawn smaller.
+    `scale` is the display's scale, by which letters are enlarged. Text that does not fit is drawn smaller.
+    Panels are (h, w, 4) uint8 arrays.
     """
     boxes: list[tuple[NDArray[np.uint8], tuple[int, int]]] = []
     if state.help:
@@ -36,7 +38,7 @@ def panels(state: State, size: tuple[int, int], scale: float) -> list[tuple[NDAr
     for text, ground in ((state.error, _WRONG), (state.notice, _GROUND), (state.hint, _GROUND)):
         lines = [wrapped for line in text.splitlines() for wrapped in textwrap.wrap(line, width)]
         if len(lines) > _MOST_LINES:
-            lines[_MOST_LINES - 1 :] = ["... (the whole is on the terminal)"]
+            lines[_MOST_LINES - 1 :] = ["... (the terminal has the full message)"]
         if lines and bottom < size[1]:
             box = _fitted(["\n".join(lines)], (size[0], size[1] - bottom), scale, ground)
             boxes.append((box, (0, bottom)))
@@ -55,13 +57,13 @@ def _fitted(columns: list[str], size: tuple[int, int], scale: float, ground: tup
 
 
 def label(state: State, scale: float) -> NDArray[np.uint8]:
-    """The text beside the selected light's marker, in the form of panels()."""
+    """Draw the text beside the selected light's marker: an (h, w, 4) uint8 array."""
     return _box([f"light {state.light + 1}" if len(state.scene.lights) > 1 else "light"], _FONT_SIZE * scale, _GROUND)
 
 
 def _box(columns: list[str], letter: float, ground: tuple[int, ...]) -> NDArray[np.uint8]:
-    """Columns of text side by side on a coloured ground."""
-    font = cast("ImageFont.FreeTypeFont", ImageFont.load_default(letter))  # any font that has a size
+    """Draw columns of text side by side on a coloured ground."""
+    font = cast("ImageFont.FreeTypeFont", ImageFont.load_default(letter))  # with a size, it is a FreeType font
     pad, line = round(0.6 * letter), math.ceil(font.getbbox("A")[3]) + round(0.3 * letter)
     gap = math.ceil(letter / 8.0)
     texts = [[_placed(text, font, gap) for text in column.split("\n")] for column in columns]
@@ -80,9 +82,9 @@ def _box(columns: list[str], letter: float, ground: tuple[int, ...]) -> NDArray[
 
 
 def _placed(text: str, font: ImageFont.FreeTypeFont, gap: int) -> tuple[list[tuple[int, str]], int]:
-    """The pieces of a line of text and where each begins; and the line's width.
+    """Split a line of text into pieces, and return each with its x position, and the line's width.
 
-    Between two dashes there is a gap, as this font draws them without any.
+    Two dashes get a gap between them, because this font draws them as one.
     """
     pieces: list[tuple[int, str]] = []
     x = 0

@@ -1,4 +1,4 @@
-"""Text in the title of the window, and hints over its picture."""
+"""Texts of the window's title, and the hint over its first picture."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ HELP = "H: help"
 
 
 def title(state: State, samples: int, milliseconds: float, estimate: Estimate | None = None) -> str:
-    """The window's title: time of a frame, `samples` so far, the picture's error if known, models and shadows."""
+    """Return the window's title: time per frame, `samples` drawn, estimated error if any, models and shadows."""
     settings = state.settings
     lights = len(state.scene.lights)
     parts = (
@@ -25,17 +25,17 @@ def title(state: State, samples: int, milliseconds: float, estimate: Estimate | 
 
 
 def compiling(state: State) -> str:
-    """The title while the programs of the picture that `state` wants are compiled."""
+    """Return the notice while the programs for the picture of `state` are compiled."""
     return f"compiling {_drawn(state)} ..."
 
 
 def compiling_title(state: State) -> str:
-    """The window's title while programs are compiled."""
+    """Return the window's title while programs are compiled."""
     return f"{state.scene.name} - {compiling(state)}, H for help"
 
 
 def _drawn(state: State) -> str:
-    """The kind of picture."""
+    """Describe the picture: its models and shadows, or the normals, depth or materials shown."""
     settings = state.settings
     if state.show != "picture":
         return f"showing {state.show}"

@@ -1,4 +1,4 @@
-"""The interactive window: it hands GLFW's events to events.py, and draws what the new state needs."""
+"""Interactive window: passes GLFW's events to events.py, and draws the picture and the overlay of the new state."""
 
 from __future__ import annotations
 
@@ -45,18 +45,21 @@ from raytracer.rendering.progressive import ProgressivePicture
 from raytracer.rendering.renderer import metadata
 from raytracer.scene.settings_patch import SettingsPatch
 
-# Seconds. How often files are looked at; also, Python notices Ctrl+C only between two waits for events.
+# Durations in seconds.
+# Interval between two checks of the files, and longest wait for events: Python notices Ctrl+C only between two waits.
 _LOOK = 0.05
-# Without a movement for so long, a picture is still: longer than between two events of a slow mouse.
+# A picture counts as still after this time without a movement. Two events of a slowly moved mouse are closer together.
 _STILL = 0.15
+# Shortest interval between two updates of the title.
 _RETITLE = 0.25
-# Keys that are pressed one after the other within so long count together: only the last one's programs are compiled.
+# Keys that follow each other within this time count as one: only the programs for the last key are compiled.
 _TOGETHER = 0.3
+# A hint disappears after this time.
 _HINT = 6.0
 
 
 def view(scene: str, chosen: SettingsPatch, size: tuple[int, int] | None, budget: float) -> None:
-    """Show a scene until the user closes its window. Arguments and errors are those of `opened`."""
+    """Show a scene until the user closes the window. Arguments and errors: see opened()."""
     with opened(scene, chosen, size, budget) as viewer:
         while not glfw.window_should_close(viewer.window):
             wait = viewer.frame()
@@ -71,12 +74,16 @@ def view(scene: str, chosen: SettingsPatch, size: tuple[int, int] | None, budget
 def opened(
     scene: str | os.PathLike[str], chosen: SettingsPatch, size: tuple[int, int] | None, budget: float
 ) -> Iterator[Viewer]:
-    """A window with the scene that `load` takes for `scene`, closed after the block.
+    """Open a window with a scene, and close it after the block.
 
-    The settings `chosen` by the user are in place of those of its file: `samples` are those to which a still picture is
-    refined at most. `size` is in screen coordinates, or None for the file's. `budget` is the seconds that a sample of a
-    moving picture may take before its pixels are enlarged. Raises ContextError if no window opens, InputError for a
-    wrong scene file; drawing raises InputError for a scene beyond this driver's limits.
+    Args:
+        scene: path of a scene file, or name of an example scene
+        chosen: settings by the user, which override the file's settings; `samples` limits a still picture
+        size: width and height in screen coordinates; None: the file's size
+        budget: time limit in seconds for a sample of a moving picture, whose pixels are enlarged to keep the limit
+
+    Raises ContextError if no window opens, InputError for an error in the scene file. Drawing raises InputError for a
+    scene beyond the driver's limits.
     """
     path = find_scene(scene)
     files = Files(path)
@@ -93,36 +100,36 @@ def opened(
 
 
 class Viewer:
-    """Draws what is due into a window, and waits otherwise."""
+    """The state of an open window, and the drawing of its picture and overlay."""
 
     def __init__(self, context: Context, window: Any, files: Files, state: State, budget: float) -> None:
         self.state = state
         device = Device(context)
-        context.__enter__()  # the window's context is current as long as the window is open
+        context.__enter__()  # makes the window's context current while the window is open
         self.picture = ProgressivePicture(device, budget)
         self.canvas = Canvas(device)
         self.context, self.window = context, window
         self._files, self._budget = files, budget
         self._redo = Redo.SAMPLES
-        self._drawn: State | None = None  # the last that could be
+        self._drawn: State | None = None  # the last state whose picture could be drawn
         self._reloaded = False
         self._screenshot_due = False
         self._moved_at = self._titled_at = self._looked_at = 0.0
-        self._panels: object = None  # what is on the GPU of them
+        self._panels: object = None  # key of the panels on the GPU
         self._pressed_at = 0.0
-        self._hinted: tuple[str, float] = "", 0.0  # the hint that is shown, and since when
+        self._hinted: tuple[str, float] = "", 0.0  # the current hint, and the time when it appeared
         connect(window, self.handle)
         glfw.set_window_refresh_callback(window, self._on_refresh)
         self.handle(Hinted(HELP))
 
     def close(self) -> None:
-        """Write a screenshot that is due, and give back what is on the GPU."""
+        """Write a screenshot that is due, and release all GPU resources."""
         self._take_screenshot()
         self.picture.close()
         self.canvas.close()
 
     def handle(self, event: Event) -> None:
-        """Take the state after `event`, and do what it wants done at once."""
+        """Update the state by `event`, and do at once whatever needs no drawing."""
         if isinstance(event, Key):
             self._pressed_at = time.perf_counter()
         self.state, redo = step(self.state, event)
@@ -132,13 +139,13 @@ class Viewer:
         if Redo.SCREENSHOT in redo:
             self._screenshot_due = True
             settings = self.state.settings
-            most = f"{'up to ' if settings.sampling.is_adaptive else ''}{settings.samples} samples a pixel"
-            self.handle(Told(f"a screenshot will be written with {most}"))
+            samples = f"{'up to ' if settings.sampling.is_adaptive else ''}{settings.samples} samples per pixel"
+            self.handle(Told(f"the screenshot will be written when the picture has {samples}"))
         if Redo.EXPORT in redo:
             self._write(self._export)
 
     def frame(self) -> float:
-        """Draw what is due; the seconds until something more may be, if no event comes before."""
+        """Draw if necessary, and return the seconds until the next call, unless an event comes before."""
         size = glfw.get_framebuffer_size(self.window)
         if 0 in size or glfw.get_window_attrib(self.window, glfw.ICONIFIED):
             return _LOOK
@@ -174,22 +181,22 @@ class Viewer:
         return 0.0
 
     def _is_compiled(self) -> bool:
-        """Whether the programs of the picture that is wanted are compiled; also if there can be none."""
+        """Whether the programs of the state's picture are compiled, or cannot be compiled at all."""
         picture, state = self.picture, self.state
-        wanted = state.scene, state.settings, state.show
+        key = state.scene, state.settings, state.show
         try:
-            return (not self._reloaded and picture.has_structure(*wanted)) or picture.is_compiled(*wanted)
+            return (not self._reloaded and picture.has_structure(*key)) or picture.is_compiled(*key)
         except (InputError, ShaderError):
             return True
 
     def _announce(self) -> None:
-        """Say in the window, under its title and over the picture before, what will be compiled."""
+        """Announce a compilation in the window's title, and over the previous picture."""
         self._titled_at = 0.0
         glfw.set_window_title(self.window, compiling_title(self.state))
         self._present(compiling(self.state))
 
     def _refine(self, begin: float) -> None:
-        """Draw one more sample, or as many as the budget allows since `begin`."""
+        """Draw at least one more sample, and further samples within the budget since `begin`."""
         self._sample()
         while not self.picture.is_done and time.perf_counter() < begin + self._budget:
             self._sample()
@@ -197,17 +204,17 @@ class Viewer:
     def _sample(self) -> None:
         try:
             self.picture.step()
-        except ShaderError as error:  # of those that find the error, without which the picture goes on
+        except ShaderError as error:  # in the programs of the error estimate, without which the picture continues
             complain(*str(error).splitlines())
             self.handle(Failed(str(error)))
 
     def _begin(self, size: tuple[int, int], *, moving: bool) -> None:
-        """Start the picture and draw its first sample; or that of the state before, if this is impossible."""
+        """Start the picture and draw its first sample. After an error, do so for the last state that was drawn."""
         if moving:
             self._take_screenshot()
         self._redo &= ~Redo.SAMPLES
         try:
-            if self._reloaded:  # not before: a screenshot is of what the files held until now
+            if self._reloaded:  # only now, because a screenshot that is due shows the previous files
                 self.canvas.load_programs()
                 self.picture.reread()
             self._start(self.state, size, moving)
@@ -224,21 +231,21 @@ class Viewer:
         self._drawn, self._reloaded = self.state, False
 
     def _start(self, state: State, size: tuple[int, int], moving: bool) -> None:
-        """Start a picture and draw its first sample, which tells whether shaders come to an end."""
+        """Start a picture and draw its first sample, which raises ShaderError if a shader does not terminate."""
         self.picture.start(state.scene, state.settings, state.show, size, moving=moving)
         self._sample()
 
     def _present(self, note: str = "") -> None:
-        """Show the picture under the overlay, with `note` in place of a notice."""
+        """Show the picture under the overlay. `note` replaces the state's notice."""
         state, size = self.state, self.picture.size
         if note:
             state = msgspec.structs.replace(state, notice=note)
         scale = glfw.get_window_content_scale(self.window)[1]
-        wanted = (state.help, state.notice, state.hint, state.error, state.light, len(state.scene.lights), size, scale)
-        if wanted != self._panels:
+        key = (state.help, state.notice, state.hint, state.error, state.light, len(state.scene.lights), size, scale)
+        if key != self._panels:
             self.canvas.set_panels(panels(state, size, scale))
             self.canvas.set_label(label(state, scale))
-            self._panels = wanted
+            self._panels = key
         if state.hint != self._hinted[0]:
             self._hinted = state.hint, time.perf_counter()
         marked = state.scene.lights[state.light] if state.marker and state.scene.lights else None
@@ -247,7 +254,7 @@ class Viewer:
         self._redo &= ~Redo.PRESENT
 
     def look_at_files(self) -> None:
-        """Take up what was saved of the scene file and the shaders since the last look."""
+        """Reload the scene file and the shaders if they were saved since the last check."""
         now = time.perf_counter()
         if now < self._looked_at + _LOOK:
             return
@@ -256,9 +263,9 @@ class Viewer:
             return
         path = self._files.scene
         try:
-            # A pipe is not read twice.
-            again = self._files.has_scene
-            document = read_document(path) if again else parse_document(path, self.state.document.text)
+            # A pipe cannot be read twice.
+            is_file = self._files.has_scene
+            document = read_document(path) if is_file else parse_document(path, self.state.document.text)
             with about(path):
                 self.handle(Loaded(document))
         except InputError as error:
@@ -275,15 +282,15 @@ class Viewer:
             notice = f"{Path.cwd()}: expected a folder that can be written to: {reason}" if reason else str(error)
             complain(*notice.splitlines())
         else:
-            with suppress(OSError):  # nobody reads it there any more
+            with suppress(OSError):  # the terminal may be closed
                 say(notice)
         self.handle(Told(notice))
 
     def _take_screenshot(self) -> None:
-        """If one is due: of what was drawn last.
+        """Write a screenshot of the last picture, if a screenshot is due.
 
-        A single sample is drawn again, as that of a picture of one: a moving picture's pixels may be enlarged, and a
-        still one's first sample is not the pixel's centre.
+        If the picture has a single sample, it is drawn again as a picture of one sample: a moving picture may have
+        enlarged pixels, and the first of many samples is not at the pixel's centre.
         """
         picture, drawn = self.picture, self._drawn
         if not self._screenshot_due or not drawn:
@@ -314,6 +321,6 @@ class Viewer:
         return f"wrote {path}; to render its picture: {command(self.state, self.picture.size, str(path))}"
 
     def _on_refresh(self, _window: Any) -> None:
-        # At once: while a user resizes a window, macOS and Windows return from no other call.
+        # Draw at once: while the user resizes the window, macOS and Windows return from no other call.
         self._redo |= Redo.PRESENT
         self.frame()

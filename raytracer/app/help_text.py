@@ -1,0 +1,182 @@
+"""Help of all commands: the purpose of a command, its exit statuses, examples, and the page to read on.
+
+`HELP` is the table of commands. The texts of options are in `commands/NAME_cli.py` and `options.py`. Descriptions are
+wrapped to the terminal's width, except for indented lines.
+"""
+
+from __future__ import annotations
+
+import argparse
+import textwrap
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+_FAILED = "failed, for example because no OpenGL context opens or the disk is full"
+_INTERRUPTED = "interrupted by Ctrl-C"
+
+
+class CommandHelp(NamedTuple):
+    """The help of one command. Examples are without "raytracer" and the command's name."""
+
+    summary: str  # one sentence, without a period
+    examples: tuple[str, ...]
+    page: str
+    details: str = ""
+    failure: str = ""  # exit status 1, besides the failures that every command may have
+    interrupt: str = _INTERRUPTED  # exit status 130
+
+
+HELP = {
+    "render": CommandHelp(
+        "render a scene to a file and state the error of the picture",
+        (
+            "assignment -o assignment.png",
+            "assignment -o soft.png --shadows soft --samples 64",
+            "assignment -o exact.npz --size 320x180 --max-error 0.002",
+        ),
+        "docs/command-line.md",
+        "Options override the [settings] of the scene file. The stated error is an estimate, or a lower bound if the "
+        "samples cannot tell more. With --max-error E, the exit status is 1 unless the error is known to be at most E. "
+        "With --quality, the exit status is 0 even if the samples do not reach the error of the preset.",
+        "--max-error was not reached (the picture is written)",
+    ),
+    "view": CommandHelp(
+        "show a scene in a window",
+        ("assignment", "my.toml --shadows soft --samples 1024"),
+        "docs/window.md",
+        "The picture gains samples while nothing moves. The window redraws the picture when the scene file changes on "
+        "disk. Options override the [settings] of the scene file.",
+    ),
+    "extremes": CommandHelp(
+        "measure the error of pictures at the ends of all value ranges",
+        ("-o benchmarks/results", "--fuzz 10000"),
+        "docs/accuracy.md",
+        "Each error is compared with its bound.",
+        "an error exceeds its bound",
+    ),
+    "brdf": CommandHelp(
+        "measure, plot and export the reflectance models",
+        (
+            "list ggx",
+            "check ggx --set alpha=0.1",
+            "plot blinn phong_normalized ggx:alpha=0.1 -o lobes.png",
+        ),
+        "docs/models.md",
+        failure="check: a measurement differs from the expected result",
+    ),
+    "brdf list": CommandHelp(
+        "list the reflectance models, their parameters and their measured properties",
+        ("", "ggx", "--schema"),
+        "docs/models.md",
+    ),
+    "brdf check": CommandHelp(
+        "measure whether reflectance models are reciprocal and conserve energy",
+        ("ggx --set alpha=0.1", "phong blinn", "lafortune/clay"),
+        "docs/models.md",
+        "The results are compared with the results expected by theory. Without --set, a model is measured with its "
+        "default parameters, at both ends of each parameter's range, and with some combinations.",
+        "a measurement differs from the expected result",
+    ),
+    "brdf plot": CommandHelp(
+        "plot polar lobes, albedo and a lit sphere of materials, side by side",
+        ("blinn phong_normalized ggx:alpha=0.1 -o lobes.png", "--lecture -o lecture.png"),
+        "docs/models.md",
+    ),
+    "brdf gallery": CommandHelp(
+        "render the same scene with each reflectance model",
+        ("-o gallery.png", "-o small.png --cell 96 --samples 4"),
+        "docs/models.md",
+    ),
+    "brdf bake": CommandHelp(
+        "write an isotropic material as a table in the file format of the MERL database",
+        ("ggx:alpha=0.3 -o ggx.binary", "ggx --set alpha=0.3 -o ggx.binary"),
+        "docs/models.md",
+        'A material with model = "merl" reads the table.',
+    ),
+    "reference": CommandHelp(
+        "trace a scene's ground truth in float64, with an error estimate for each pixel",
+        ("assignment -o reference.npz", "assignment -o reference.npz --size 640x360 --shadows soft"),
+        "docs/accuracy.md",
+        "Slow: it uses the CPU, none of the shaders, and up to --samples rays per pixel.",
+    ),
+    "compare": CommandHelp(
+        "measure how far a picture is from a reference",
+        (
+            "assignment.npz reference.npz --tolerance 0.002",
+            "assignment.png reference.npz -o difference.png --json",
+        ),
+        "docs/accuracy.md",
+        failure="the root mean square error (RMSE) is above --tolerance",
+    ),
+    "trade": CommandHelp(
+        "measure the time and the error of each setting for a scene",
+        ("assignment -o trade", "assignment -o trade --quick"),
+        "docs/choosing.md",
+        "Settings are measured alone and in useful combinations. Takes minutes.",
+        interrupt="interrupted by Ctrl-C; the results until then are written",
+    ),
+    "tune": CommandHelp(
+        "find the fastest settings for an error, or the most accurate for a time",
+        ("assignment --max-error 0.002", "assignment --time 0.5 --shadows soft"),
+        "docs/choosing.md",
+        "Prints the settings as options and as a [settings] table for the scene file.",
+        "no settings reach the target (the closest are printed)",
+        "interrupted by Ctrl-C; the best settings until then are printed",
+    ),
+    "doctor": CommandHelp(
+        "list the OpenGL contexts that open on this computer, and what to install for others",
+        ("", "--json"),
+        "docs/command-line.md",
+        failure="no context opens",
+    ),
+}
+EXAMPLES = (
+    "raytracer render assignment -o assignment.png",
+    "raytracer render assignment -o good.png --quality high",
+    "raytracer view assignment",
+    "raytracer reference assignment -o reference.npz",
+    "raytracer tune assignment --max-error 0.002",
+)
+
+
+class HelpFormatter(argparse.RawDescriptionHelpFormatter):
+    """Wraps each line of a description to the terminal's width. Indented lines stay unchanged."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        # argparse forgets the indentation of commands, and would put the summary of the longest one on the next line.
+        self._action_max_length = 4 + max(len(name) for name in HELP if " " not in name)
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        return "\n".join(line if line.startswith(" ") else textwrap.fill(line, width) for line in text.splitlines())
+
+
+def command_texts(name: str) -> tuple[str, str]:
+    """Return the description of a command, and the text under its options."""
+    command = HELP[name]
+    description = f"{command.summary[0].upper()}{command.summary[1:]}. {command.details}".strip()
+    examples = (f"raytracer {name} {arguments}".strip() for arguments in command.examples)
+    return description, _epilog(examples, command.page, command.failure, command.interrupt)
+
+
+def program_epilog() -> str:
+    """Return the text under the list of commands."""
+    return _epilog(EXAMPLES, "docs/command-line.md", "", _INTERRUPTED)
+
+
+def _epilog(examples: Iterable[str], page: str, failure: str, interrupt: str) -> str:
+
+    return "\n".join(
+        [
+            "exit status:",
+            "  0    done",
+            f"  1    {failure}, or the command failed" if failure else f"  1    {_FAILED}",
+            "  2    wrong input; nothing is written",
+            f"  130  {interrupt}",
+            "",
+            "examples:",
+            *(f"  {example}" for example in examples),
+            "",
+            f"Read on: {page}",
+        ]
+    )
