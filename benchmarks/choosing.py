@@ -1,33 +1,39 @@
-"""The plots and tables of docs/choosing.md: what `raytracer trade` measures of the assignment.
+"""The plots and tables of docs/choosing.md: the measurements of `raytracer trade` on the assignment.
 
-python -m benchmarks.choosing [--scene SCENE] [--size W H] [--rounds N] [--quick] [--results] [--docs FOLDER]
+python -m benchmarks.choosing [--scene SCENE] [--size W H] [--rounds N] [--quick] [--results] [--redraw] [--docs FOLDER]
 
-It takes a quarter of an hour. Tables are put between the page's marks, those of benchmarks/results among them, and
-plots into its folder choosing/.
+It takes a quarter of an hour; --results and --redraw take seconds. The tables, and tables of benchmarks/results, go
+between the marks of the page, and the plots into its folder choosing/.
 """
 
 import argparse
+import csv
 import math
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import raytracer as rt
 from benchmarks.pages import fill
+from raytracer.analysis.figures import svg_text
+from raytracer.analysis.image_difference import Comparison
 from raytracer.analysis.tradeoffs import plots
 from raytracer.analysis.tradeoffs.approximations import add_approximations
-from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Extent, plan
+from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Configuration, Extent, plan
 from raytracer.analysis.tradeoffs.data_files import as_csv
 from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs, measure_tradeoffs
 from raytracer.analysis.tradeoffs.summaries import shadow_differences, slopes
+from raytracer.analysis.tradeoffs.targets import Reference
 from raytracer.core.progress import progress_bar
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.sequences import SEQUENCES, sample_points
-from raytracer.scene.settings_patch import fewest, flags
+from raytracer.scene.settings_patch import SettingsPatch, fewest, flags
 
-# Of discs and lines, in spacings of samples.
+# Widths of discs and lines, in spacings of samples.
 _WIDTHS = (0.25, 0.5, 1.0, 1.5, 2.0)
 
 
@@ -48,7 +54,7 @@ def _error(result: Result) -> str:
 
 
 def front(trade: Tradeoffs) -> str:
-    """What nothing beats."""
+    """Tabulate the Pareto front."""
     results = sorted(
         (result for result in trade.of(MAIN) if result.beaten_by is None), key=lambda result: result.median
     )
@@ -63,7 +69,7 @@ def front(trade: Tradeoffs) -> str:
 
 
 def sequences(trade: Tradeoffs) -> str:
-    """Errors of each, and slopes, on edges and under soft shadows."""
+    """Tabulate the errors and the rates of convergence of each sequence, on edges and under soft shadows."""
     numbers = [4, 16, 64, 256]
     hard, soft = (slopes(trade, knob) for knob in ("sequence", "sequence, soft shadows"))
     rows = []
@@ -79,7 +85,7 @@ def sequences(trade: Tradeoffs) -> str:
 
 
 def shadows(trade: Tradeoffs) -> str:
-    """Time and error of each kind, and how far it is from soft ones."""
+    """Tabulate time and error of each shadow model, and its difference from soft shadows."""
     apart = shadow_differences(trade)
     rows = []
     for kind in ("off", "hard", "diluted", "soft"):
@@ -91,7 +97,7 @@ def shadows(trade: Tradeoffs) -> str:
 
 
 def exact(trade: Tradeoffs) -> str:
-    """Precision and evaluators."""
+    """Tabulate time and error by precision and evaluator."""
     results = [*trade.of_knob("precision"), *trade.of_knob("evaluator")]
     own = {result.configuration.label: result for result in results}
     return _table(
@@ -104,7 +110,7 @@ def exact(trade: Tradeoffs) -> str:
 
 
 def approximations(trade: Tradeoffs) -> str:
-    """What is nearly as good, and what it saves."""
+    """Tabulate time and error of shading approximations."""
     rows = []
     for name, target in trade.plan.targets.items():
         if target.same_samples and trade.of(name):
@@ -118,7 +124,7 @@ def approximations(trade: Tradeoffs) -> str:
 
 
 def blind() -> str:
-    """Of discs and of lines of ten pixels, anywhere, the share that no sample meets, by their width."""
+    """Tabulate the share of discs and lines that no sample hits, by their width, at random places."""
     rows = []
     for shape, length, n in (("discs", 0, 4), ("discs", 0, 16), ("discs", 0, 64), ("lines, 10 pixels long", 10, 16)):
         missed = [_missed(width / math.sqrt(n), length, n) for width in _WIDTHS]
@@ -144,7 +150,7 @@ def _missed(width: float, length: float, n: int) -> float:
 
 
 def results() -> dict[str, str]:
-    """What other benchmarks measured."""
+    """Read the tables of other benchmarks."""
     folder = Path(__file__).parent / "results"
     texts = {name: (folder / f"{name}.md").read_text().rstrip() for name in ("estimates", "deadlines", "tuning")}
     return {
@@ -155,23 +161,55 @@ def results() -> dict[str, str]:
 
 
 def measure_tables(name: str, size: tuple[int, int], rounds: int, extent: Extent, folder: Path) -> dict[str, str]:
-    """The other tables; plots and all that was tried go into a folder."""
+    """Measure, write the plots and trade.csv into a folder, and return the other tables."""
     scene, renderer = rt.load(name), Renderer(shared_device())
     planned = plan(scene, extent)
     add_approximations(planned, scene, extent, renderer)
     trade = measure_tradeoffs(scene, planned, renderer, size, rounds, progress_bar, method="gpu")
     folder.mkdir(exist_ok=True)
     (folder / "trade.csv").write_text(as_csv(trade))
-    drawn = {
-        "time": plots.error_against_time(trade, MAIN),
-        "samples": plots.error_against_samples(trade, "sequence"),
-        "soft": plots.error_against_samples(trade, "sequence, soft shadows"),
-    }
-    for plot, svg in drawn.items():
-        (folder / f"{plot}.svg").write_text(svg.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1))
+    write_plots(trade, folder)
     tables = {each.__name__: each(trade) for each in (front, sequences, shadows, exact, approximations)}
     machine = "; ".join(f"{key}: {value}" for key, value in trade.machine.items())
     return tables | {"blind": blind(), "machine": f"{size[0]}x{size[1]}; {machine}"}
+
+
+def write_plots(trade: Tradeoffs, folder: Path) -> None:
+    """Write the plots of the page as .svg."""
+    for name, title, figure in (
+        ("time", "error against time", plots.error_against_time(trade, MAIN)),
+        ("samples", "error against samples", plots.error_against_samples(trade, "sequence")),
+        ("soft", "error against samples, soft shadows", plots.error_against_samples(trade, "sequence, soft shadows")),
+    ):
+        (folder / f"{name}.svg").write_text(svg_text(figure, title))
+
+
+def read_trade(file: Path, scene: rt.Scene) -> Tradeoffs:
+    """Read the measurements of trade.csv that the plots show. The file lacks the errors of references: they are 0."""
+    trade = Tradeoffs("", (1, 1), 1, {}, plan(scene), {}, [])
+    with file.open(newline="") as lines:
+        rows = [row for row in csv.DictReader(lines) if row["seconds"] and row["target"] in trade.plan.targets]
+    for row in rows:
+        words = row["flags"].split()
+        options: dict[str, Any] = dict(zip(words[::2], words[1::2], strict=True))
+        fields: dict[str, Any] = {name[2:].replace("-", "_"): _number_or_word(value) for name, value in options.items()}
+        settings = SettingsPatch(**fields).resolve()
+        label, knobs = row["configuration"], tuple(row["knobs"].split("; "))
+        estimates = label.endswith("with its error")
+        configuration = Configuration(knobs, label, row["target"], settings, float(row["scale"]), estimates=estimates)
+        error = Comparison(float(row["rmse"]), float(row["largest"]), (0, 0), 0.0, None, 0.0, float(row["over"]))
+        result = Result(configuration, [float(row["seconds"])], float(row["samples"]), float(row["rays"]), error)
+        result.resolved, result.beaten_by = row["resolved"] == "True", row["beaten_by"] or None
+        trade.results.append(result)
+    trade.references = dict.fromkeys(trade.plan.targets, Reference(np.zeros((1, 1, 3)), 0.0, "unknown"))
+    return trade
+
+
+def _number_or_word(value: str) -> int | float | str:
+    for kind in (int, float):
+        with suppress(ValueError):
+            return kind(value)
+    return value
 
 
 def main() -> None:
@@ -180,16 +218,20 @@ def main() -> None:
     parser.add_argument("--scene", default="assignment")
     parser.add_argument("--size", type=int, nargs=2, metavar=("W", "H"), default=(320, 180))
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--quick", action="store_true", help="little of it, to see that it works")
-    parser.add_argument("--results", action="store_true", help="measure nothing: only what benchmarks/results has")
+    parser.add_argument("--quick", action="store_true", help="a small part, as a test of this script")
+    parser.add_argument("--results", action="store_true", help="measure nothing: only copy benchmarks/results")
+    parser.add_argument("--redraw", action="store_true", help="measure nothing: only draw the plots of trade.csv again")
     parser.add_argument("--docs", type=Path, default=Path("docs"))
     options = parser.parse_args()
+    folder = options.docs / "choosing"
+    if options.redraw:
+        write_plots(read_trade(folder / "trade.csv", rt.load(options.scene)), folder)
+        print(f"wrote the plots of {folder}")
+        return
     tables = results()
     if not options.results:
         size = options.size[0], options.size[1]
-        tables |= measure_tables(
-            options.scene, size, options.rounds, QUICK if options.quick else FULL, options.docs / "choosing"
-        )
+        tables |= measure_tables(options.scene, size, options.rounds, QUICK if options.quick else FULL, folder)
     page = options.docs / "choosing.md"
     for name, table in tables.items():
         fill(page, name, table)

@@ -39,6 +39,19 @@ def difference_colors(difference: NDArray[Any]) -> NDArray[np.uint8]:
     return colormaps[COLOR_MAP](_scale()(difference), bytes=True)[..., :3]
 
 
+def color_bar() -> Any:
+    """Return a figure of the colour scale alone."""
+    from matplotlib.cm import ScalarMappable
+
+    figure = new_figure(5.0, 0.8)
+    bar = figure.colorbar(
+        ScalarMappable(_scale(), COLOR_MAP), cax=figure.add_subplot(), extend="both", format="{x:g}", location="bottom"
+    )
+    bar.set_label(QUANTITY.replace("\n", " "), fontsize=8)
+    bar.ax.tick_params(labelsize=8)
+    return figure
+
+
 def write_difference(
     path: Path,
     pictures: tuple[PictureRows, PictureRows],

@@ -148,8 +148,13 @@ def label_logarithm(axis: Any) -> None:
     low, high = axis.get_view_interval()
     is_short = low > 0.0 and math.log10(high / low) <= _LABELLED_DECADES
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if is_short else (1.0,), numticks=20))
-    axis.set_major_formatter("{x:g}")
+    axis.set_major_formatter(lambda value, _: _plain_number(value))
     axis.set_minor_formatter(NullFormatter())
+
+
+def _plain_number(value: float) -> str:
+    """Return a number without an exponent, unless it is very small or large."""
+    return f"{value:f}".rstrip("0").rstrip(".") if 1e-6 <= value < 1e6 else f"{value:g}"
 
 
 def plain_axes(axes: Any) -> None:
