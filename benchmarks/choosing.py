@@ -1,31 +1,37 @@
 """The plots and tables of docs/choosing.md, from measurements of `raytracer trade` on the assignment.
 
-python -m benchmarks.choosing [--scene SCENE] [--size W H] [--rounds N] [--quick] [--results] [--docs FOLDER]
+python -m benchmarks.choosing [--scene SCENE] [--size W H] [--rounds N] [--quick] [--results] [--redraw] [--docs FOLDER]
 
-A run takes a quarter of an hour. It writes the tables between the markers of the page, including tables from
-benchmarks/results, and the plots into the page's folder choosing/.
+It takes a quarter of an hour; --results and --redraw take seconds. The tables, and tables of benchmarks/results, go
+between the marks of the page, and the plots into its folder choosing/.
 """
 
 import argparse
+import csv
 import math
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import raytracer as rt
 from benchmarks.pages import fill
+from raytracer.analysis.figures import svg_text
+from raytracer.analysis.image_difference import Comparison
 from raytracer.analysis.tradeoffs import plots
 from raytracer.analysis.tradeoffs.approximations import add_approximations
-from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Extent, plan
+from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Configuration, Extent, plan
 from raytracer.analysis.tradeoffs.data_files import as_csv
 from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs, measure_tradeoffs
 from raytracer.analysis.tradeoffs.summaries import shadow_differences, slopes
+from raytracer.analysis.tradeoffs.targets import Reference
 from raytracer.core.progress import progress_bar
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.sequences import SEQUENCES, sample_points
-from raytracer.scene.settings_patch import fewest, flags
+from raytracer.scene.settings_patch import SettingsPatch, fewest, flags
 
 # Widths of discs and lines in the table `blind`, in multiples of the distance between samples.
 _WIDTHS = (0.25, 0.5, 1.0, 1.5, 2.0)
@@ -166,16 +172,48 @@ def measure_tables(name: str, size: tuple[int, int], rounds: int, extent: Extent
     trade = measure_tradeoffs(scene, planned, renderer, size, rounds, progress_bar, method="gpu")
     folder.mkdir(exist_ok=True)
     (folder / "trade.csv").write_text(as_csv(trade))
-    drawn = {
-        "time": plots.error_against_time(trade, MAIN),
-        "samples": plots.error_against_samples(trade, "sequence"),
-        "soft": plots.error_against_samples(trade, "sequence, soft shadows"),
-    }
-    for plot, svg in drawn.items():
-        (folder / f"{plot}.svg").write_text(svg.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1))
-    tables = {table.__name__: table(trade) for table in (front, sequences, shadows, exact, approximations)}
+    write_plots(trade, folder)
+    tables = {each.__name__: each(trade) for each in (front, sequences, shadows, exact, approximations)}
     machine = "; ".join(f"{key}: {value}" for key, value in trade.machine.items())
     return tables | {"blind": blind(), "machine": f"{size[0]}x{size[1]}; {machine}"}
+
+
+def write_plots(trade: Tradeoffs, folder: Path) -> None:
+    """Write the plots of the page as .svg."""
+    for name, title, figure in (
+        ("time", "error against time", plots.error_against_time(trade, MAIN)),
+        ("samples", "error against samples", plots.error_against_samples(trade, "sequence")),
+        ("soft", "error against samples, soft shadows", plots.error_against_samples(trade, "sequence, soft shadows")),
+    ):
+        (folder / f"{name}.svg").write_text(svg_text(figure, title))
+
+
+def read_trade(file: Path, scene: rt.Scene) -> Tradeoffs:
+    """Read the measurements of trade.csv that the plots show. The file lacks the errors of references: they are 0."""
+    trade = Tradeoffs("", (1, 1), 1, {}, plan(scene), {}, [])
+    with file.open(newline="") as lines:
+        rows = [row for row in csv.DictReader(lines) if row["seconds"] and row["target"] in trade.plan.targets]
+    for row in rows:
+        words = row["flags"].split()
+        options: dict[str, Any] = dict(zip(words[::2], words[1::2], strict=True))
+        fields: dict[str, Any] = {name[2:].replace("-", "_"): _number_or_word(value) for name, value in options.items()}
+        settings = SettingsPatch(**fields).resolve()
+        label, knobs = row["configuration"], tuple(row["knobs"].split("; "))
+        estimates = label.endswith("with its error")
+        configuration = Configuration(knobs, label, row["target"], settings, float(row["scale"]), estimates=estimates)
+        error = Comparison(float(row["rmse"]), float(row["largest"]), (0, 0), 0.0, None, 0.0, float(row["over"]))
+        result = Result(configuration, [float(row["seconds"])], float(row["samples"]), float(row["rays"]), error)
+        result.resolved, result.beaten_by = row["resolved"] == "True", row["beaten_by"] or None
+        trade.results.append(result)
+    trade.references = dict.fromkeys(trade.plan.targets, Reference(np.zeros((1, 1, 3)), 0.0, "unknown"))
+    return trade
+
+
+def _number_or_word(value: str) -> int | float | str:
+    for kind in (int, float):
+        with suppress(ValueError):
+            return kind(value)
+    return value
 
 
 def main() -> None:
@@ -184,18 +222,20 @@ def main() -> None:
     parser.add_argument("--scene", default="assignment")
     parser.add_argument("--size", type=int, nargs=2, metavar=("W", "H"), default=(320, 180))
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--quick", action="store_true", help="measure a few configurations only, as a trial run")
-    parser.add_argument(
-        "--results", action="store_true", help="measure nothing, and fill only the tables from benchmarks/results"
-    )
+    parser.add_argument("--quick", action="store_true", help="a small part, as a test of this script")
+    parser.add_argument("--results", action="store_true", help="measure nothing: only copy benchmarks/results")
+    parser.add_argument("--redraw", action="store_true", help="measure nothing: only draw the plots of trade.csv again")
     parser.add_argument("--docs", type=Path, default=Path("docs"))
     options = parser.parse_args()
+    folder = options.docs / "choosing"
+    if options.redraw:
+        write_plots(read_trade(folder / "trade.csv", rt.load(options.scene)), folder)
+        print(f"wrote the plots of {folder}")
+        return
     tables = results()
     if not options.results:
         size = options.size[0], options.size[1]
-        tables |= measure_tables(
-            options.scene, size, options.rounds, QUICK if options.quick else FULL, options.docs / "choosing"
-        )
+        tables |= measure_tables(options.scene, size, options.rounds, QUICK if options.quick else FULL, folder)
     page = options.docs / "choosing.md"
     for name, table in tables.items():
         fill(page, name, table)

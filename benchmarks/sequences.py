@@ -1,10 +1,10 @@
-"""Antialiasing error of each sample sequence at random edges, and the search for good scrambles of Sobol's points.
+"""The error of each sample sequence for a pixel that an edge cuts, and the search for the scrambles of Sobol's points.
 
 python -m benchmarks.sequences [--pairs N] [-o FOLDER]
 
-A random straight edge cuts each of 128x128 pixels; all edges through a pixel are equally likely. The samples estimate
-the share of the pixel behind the edge. The benchmark reports the root mean square error of this estimate. No
-OpenGL is needed.
+Each of 128x128 pixels is cut by a random straight edge; all edges through a pixel are equally likely. The samples
+estimate the share of the pixel behind its edge. The error is the root mean square error of the share over all pixels.
+The benchmark needs no OpenGL.
 """
 
 import argparse
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.progress import track
 
+from raytracer.analysis.figures import SEQUENCE_STYLES, label_logarithm, label_samples, new_figure, plain_axes, svg_text
 from raytracer.analysis.tradeoffs.pareto import slope
 from raytracer.scene.sequences import (
     _SCRAMBLES,
@@ -27,9 +28,9 @@ from raytracer.scene.sequences import (
 )
 
 SIZE = 128, 128
-# Square numbers, so that the sequence `grid` can have them as well.
+# Square numbers, which a grid can have.
 SAMPLES = 4, 16, 64, 256, 1024
-# The scrambles in `raytracer/scene/sequences.py` were chosen by the errors with these numbers of samples.
+# The numbers of samples that rank the scrambles in `raytracer/scene/sequences.py`.
 FIRST = 2, 3, 4, 8, 16, 32, 64
 UNIT = 2.0**-24
 
@@ -37,30 +38,27 @@ Places = NDArray[np.uint32]
 
 
 class Edges:
-    """Random edges, one for each pixel.
-
-    Points with x n_x + y n_y < offset, from the pixel's centre, are behind an edge.
-    """
+    """Random edges, one per pixel. Points with x n_x + y n_y < offset, from the pixel's centre, are behind the edge."""
 
     def __init__(self, count: int, seed: int = 0) -> None:
         rng = np.random.default_rng(seed)
-        # The circle around the pixel, of which edges that miss the pixel are left out.
+        # Edges through the circle around the pixel that miss the pixel are left out.
         angle = rng.uniform(0.0, 2.0 * np.pi, 4 * count)
         offset = rng.uniform(-math.sqrt(0.5), math.sqrt(0.5), 4 * count)
         normal = np.stack([np.cos(angle), np.sin(angle)])
         hit = np.flatnonzero(np.abs(offset) < np.abs(normal).sum(axis=0) / 2.0)[:count]
         self._normal, self._offset = normal[:, hit].astype(np.float32), offset[hit].astype(np.float32)
         (a, b), t = np.abs(normal[:, hit]), offset[hit] + np.abs(normal[:, hit]).sum(axis=0) / 2.0
-        # The area behind the edge: a triangle, less the parts of its corners outside the pixel.
+        # The area of a triangle, minus the areas of its corners outside the pixel.
         self._share = (t**2 - np.maximum(t - a, 0.0) ** 2 - np.maximum(t - b, 0.0) ** 2) / (2.0 * a * b)
 
     def errors(self, places: Places, digits: Places, first: tuple[int, ...]) -> NDArray[np.float64]:
-        """Return the RMS error over all edges for each number of samples in `first`, in ascending order.
+        """Return the error for each number of samples in `first`.
 
         Args:
-            places: Sample places as integers [N, 2].
-            digits: The scrambling of each pixel, combined with the places by XOR [edges, 2], or [1, 2] for all pixels.
-            first: Numbers of samples; each takes that many of the first places.
+            places: The sample places (N, 2).
+            digits: The digits that each pixel exchanges in its sample places (edges, 2).
+            first: Numbers of samples, each of which uses the first places.
         """
         x, y = ((places[:, i, None] ^ digits[:, i]).astype(np.float32) * np.float32(UNIT) for i in (0, 1))
         half = np.float32(0.5)
@@ -70,13 +68,13 @@ class Edges:
 
 
 def pixel_digits() -> Places:
-    """Return the scrambling of each pixel, the digits that its sample places exchange [pixels, 2]."""
+    """Return the digits that each pixel exchanges in its sample places (pixels, 2)."""
     centre = np.array(sample_place(0), np.uint32)
     return (sample_points(0, SIZE, "sobol", 2) / UNIT).astype(np.uint32).reshape(-1, 2) ^ centre
 
 
 def sequence_errors(edges: Edges, sequence: SampleSequence) -> list[float]:
-    """Return the errors of a sequence with each number of samples in SAMPLES."""
+    """Return a sequence's error for each number in SAMPLES."""
     errors = []
     for n in SAMPLES:
         places = np.array([sample_place(k, sequence, n) for k in range(n)], np.uint32)
@@ -86,34 +84,36 @@ def sequence_errors(edges: Edges, sequence: SampleSequence) -> list[float]:
 
 
 def scrambled_errors(edges: Edges, scrambles: tuple[int, int]) -> NDArray[np.float64]:
-    """Return the errors of Sobol's points with a pair of scrambles [2, FIRST].
+    """Return the errors of Sobol's points with these scrambles, for each number in FIRST (2, FIRST).
 
-    The first row has the same points in all pixels, the second row scatters them by each pixel's digits.
+    First row: the same places in all pixels. Second row: with each pixel's digits.
     """
     places = np.array([scrambled_sobol(k, *scrambles) for k in range(FIRST[-1])], np.uint32)
     return np.stack([edges.errors(places, digits, FIRST) for digits in (np.zeros((1, 2), np.uint32), pixel_digits())])
 
 
 def geometric_mean(errors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the geometric mean over FIRST, in which every number of samples has the same weight."""
+    """Return the geometric mean over FIRST, which ranks pairs of scrambles: each number of samples counts equally."""
     return np.exp(np.log(errors).mean(axis=-1))
 
 
 def as_markdown(
     errors_by_sequence: dict[SampleSequence, list[float]], chosen: NDArray[np.float64], others: NDArray[np.float64]
 ) -> str:
-    """Format the tables as Markdown.
+    """Return the page's text.
 
     Args:
-        errors_by_sequence: Errors with the numbers of samples in SAMPLES.
-        chosen: Errors of the scrambles in use [2, FIRST].
-        others: Errors of the random pairs [pairs, 2, FIRST].
+        errors_by_sequence: The error for each number in SAMPLES.
+        chosen: The errors of the scrambles in use (2, FIRST).
+        others: The errors of random scrambles (pairs, 2, FIRST).
     """
     lines = [
-        "# Errors of sample sequences at an edge",
+        "# The error of sample sequences for a pixel that an edge cuts",
         "",
-        "Written by `python -m benchmarks.sequences`: root mean square errors of a pixel's share behind an edge,",
-        f"over {SIZE[0] * SIZE[1]} random edges. The errors fall as n^-p; p is fitted.",
+        "Written by `python -m benchmarks.sequences`: the root mean square error of the share of a pixel behind an",
+        f"edge, over {SIZE[0] * SIZE[1]} random edges. p is the exponent of the best fit c n^(-p).",
+        "",
+        "![Error of the share behind an edge, against samples per pixel, for each sequence](sequences.svg)",
         "",
         f"| sequence | {' | '.join(f'{n} samples' for n in SAMPLES)} | p |",
         "|---" * (len(SAMPLES) + 2) + "|",
@@ -124,13 +124,13 @@ def as_markdown(
         lines.append(f"| `{sequence}` | {' | '.join(f'{error:.2e}' for error in errors)} | {fit[0]:.2f} |")
     lines += [
         "",
-        f"Sobol's points: the scrambles of `raytracer/scene/sequences.py` among {len(others)} random pairs, by",
-        f" geometric mean of the errors with the first {', '.join(map(str, FIRST))} samples:",
+        "The rank of the scrambles in `raytracer/scene/sequences.py` among",
+        f"{len(others)} random pairs, by the geometric mean of the errors with {', '.join(map(str, FIRST))} samples:",
         "",
-        "| points | rank | mean error | best random pair | median pair | " + " | ".join(map(str, FIRST)) + " |",
+        "| points | rank | mean error | best random pair | median random pair | " + " | ".join(map(str, FIRST)) + " |",
         "|---" * (len(FIRST) + 5) + "|",
     ]
-    for i, points in enumerate(("the same in all pixels", "scattered by each pixel's digits")):
+    for i, points in enumerate(("the same in all pixels", "with each pixel's digits")):
         means, own = geometric_mean(others[:, i]), geometric_mean(chosen[i])
         numbers = own, means.min(), np.median(means), *chosen[i]
         rank = 1 + np.count_nonzero(means < own)
@@ -138,8 +138,24 @@ def as_markdown(
     return "\n".join(lines) + "\n"
 
 
+def plot(errors_by_sequence: dict[SampleSequence, list[float]]) -> str:
+    """Return the .svg text of a plot of the errors."""
+    figure = new_figure(9.0, 4.6)
+    axes = figure.add_subplot()
+    for sequence, errors in errors_by_sequence.items():
+        axes.plot(SAMPLES, errors, ls="-", lw=1.2, ms=7, label=sequence, **SEQUENCE_STYLES[sequence].options)
+    axes.set_yscale("log")
+    label_logarithm(axes.yaxis)
+    label_samples(axes.xaxis, SAMPLES)
+    plain_axes(axes)
+    axes.set_xlabel("samples per pixel")
+    axes.set_ylabel("error of the share behind an edge (RMSE)")
+    figure.legend(loc="outside right upper", fontsize=8)
+    return svg_text(figure, "error against samples, random edges")
+
+
 def main() -> None:
-    """Measure all sequences and scrambles, print the tables, and write sequences.md."""
+    """Measure, print the page, and write sequences.md and sequences.svg."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pairs", type=int, default=1500)
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
@@ -150,6 +166,7 @@ def main() -> None:
     }
     pairs = np.random.default_rng(1).integers(0, 2**32, (options.pairs, 2)).tolist()
     others = np.stack([scrambled_errors(edges, (x, y)) for x, y in track(pairs, "pairs")])
+    (options.output / "sequences.svg").write_text(plot(errors_by_sequence))
     text = as_markdown(errors_by_sequence, scrambled_errors(edges, _SCRAMBLES), others)
     (options.output / "sequences.md").write_text(text)
     print(text)

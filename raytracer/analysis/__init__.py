@@ -4,6 +4,7 @@ Measurements return values and print nothing; app prints the values, or writes t
 packages except app.
 
     image_difference: metrics for the difference between two pictures (`rt.compare`)
+    figures, difference_figure: the style of all plots, and the figure of `raytracer compare -o`
     pixel_doubt, rounding_bounds: bounds of the rounding errors of a picture, for each pixel
     numerics: errors of pictures at the ends of all value ranges (`raytracer extremes`)
     reflectance: properties of the reflectance models, and their expectations (`raytracer brdf`)
@@ -12,7 +13,7 @@ packages except app.
 
 Other packages may use:
 
-    image_difference: Comparison, METRICS, SCALE, THRESHOLD, as_json, as_rows, compare, difference, measure_difference
+    image_difference: Comparison, METRICS, THRESHOLD, as_json, as_rows, compare, measure_difference
     pixel_doubt: PixelDoubt, find_pixel_doubt
     rounding_bounds: UNIT
     and the names that numerics, reflectance and tradeoffs list

@@ -1,8 +1,7 @@
-"""Metrics of how far two pictures are apart, in linear radiance.
+"""Error metrics: the differences between a picture and a reference, in linear radiance.
 
-A new metric is a field of Comparison and an entry of METRICS, which say how the number is measured and shown. The
-option, the JSON and the table of `raytracer compare` follow from them. `compare` gets a keyword for a metric that is
-measured only where a caller asks.
+To add a metric, add a field to Comparison and an entry to METRICS, from which `raytracer compare` takes its table, its
+JSON and its options. A metric that is measured only on request also needs a keyword of `compare`.
 """
 
 from __future__ import annotations
@@ -19,31 +18,28 @@ from raytracer.core.record import Record, public
 from raytracer.core.validation import MAX_SIDE, InputError, Keys, check_choice, number, vector
 from raytracer.formats.image import Image
 from raytracer.formats.radiance import MAX_RADIANCE, check_radiance, row_blocks
-from raytracer.formats.srgb import decode_srgb
-from raytracer.version import __version__
 
-# A difference that is seen as one: 1/255 where the sRGB curve is steepest in the middle of its range.
+# A visible difference: one of 255 sRGB levels near white, three in middle grey.
 THRESHOLD = 0.01
-# The difference picture's scale in linear radiance: black, far less than 8 bits can show, and white, the peak.
-DARKEST, BRIGHTEST = 1e-4, 1.0
-SCALE = (
-    f"the largest difference of a pixel's channels in linear radiance, grey by its logarithm: black {DARKEST:g} or "
-    f"less, a quarter of the levels more for each factor of 10, white {BRIGHTEST:g} or more"
-)
-# FLIP for high dynamic range takes exposures from the reference's luminance, and ends the process where that is
-# nowhere 1.2e-7. Of a channel that is 1e-5, be it blue, it is more; where none is, exposures are given.
+# FLIP for high dynamic range computes exposures from the reference's luminance, and ends the process if no luminance
+# reaches 1.2e-7. A channel of 1e-5 has more luminance, even if it is blue. Below, _flip() sets the exposures.
 _DARK = 1e-5
 
 
 @public
 class Comparison(Record, frozen=True):
-    """How far a picture is from a reference, in linear radiance.
+    """The differences between a picture and a reference, in linear radiance.
 
-    `rmse`: the root mean square difference over all pixels and channels. `largest`: the largest difference of a
-    channel, and `pixel`, (x, y) from the top left, where it is. `psnr`: 20 log10(1 / rmse) in dB, inf where that is
-    0. `relative`: rmse over the reference's root mean square; None where the reference is black. `over`: the share of
-    pixels of which a channel differs by more than `threshold`. `flip`: the mean of FLIP's error map (Andersson et al.
-    2020, "FLIP: A Difference Evaluator for Alternating Images"), 0 to 1, or None where it was not asked for.
+    Attributes:
+        rmse: The root mean square difference over all pixels and channels.
+        largest: The largest difference of a channel.
+        pixel: The pixel with the largest difference: (x, y) from the top left.
+        psnr: The peak signal-to-noise ratio, 20 log10(1 / rmse), in dB; inf if rmse is 0.
+        relative: rmse divided by the root mean square of the reference; None if the reference is black.
+        threshold: The difference above which a pixel counts in `over`.
+        over: The share of pixels with a channel that differs by more than `threshold`.
+        flip: The mean of FLIP's error map, 0 to 1 (Andersson et al. 2020, "FLIP: A Difference Evaluator for Alternating
+            Images"); None unless the caller requested it.
     """
 
     rmse: float
@@ -63,37 +59,46 @@ def compare(
     threshold: float = THRESHOLD,
     flip: Literal["ldr", "hdr"] | None = None,
 ) -> Comparison:
-    """Measure how far the picture `a` is from the reference `b`, Images or arrays (H, W, 3) of linear radiance.
+    """Measure the differences between a picture and a reference.
 
-    `threshold`: above which difference of a channel a pixel counts in `over`; linear radiance. Default: 0.01.
-    `flip`: with FLIP, of what is within [0, 1] ("ldr"), or at all exposures at which the reference can be looked
-    at ("hdr"; Andersson et al. 2021, "Visualizing Errors in Rendered High Dynamic Range Images"). It needs the package
-    flip-evaluator. Raises InputError for pictures that are no such arrays, of two sizes or not finite, for a threshold
-    below 0, and if that package is missing.
+    Args:
+        a: The picture: an Image, or an array (H, W, 3) of linear radiance.
+        b: The reference, of the same size.
+        threshold: A pixel counts in `over` if a channel differs by more. Linear radiance. Default: 0.01.
+        flip: Measure FLIP, too, of radiance within [0, 1] ("ldr"), or at all exposures that suit the reference ("hdr";
+            Andersson et al. 2021, "Visualizing Errors in Rendered High Dynamic Range Images"). It needs the package
+            flip-evaluator. Default: None.
+
+    Raises InputError for other arrays, for pictures of two sizes, for numbers that are not finite, for a threshold
+    below 0, and if flip-evaluator is not installed.
     """
     threshold = number(threshold, "threshold", 0.0, expected="a finite number of at least 0 (linear radiance)")
     if flip is not None:
         check_choice(flip, "flip", ("ldr", "hdr"), expected="ldr, hdr or None")
-    asked, span = ((), "ldr") if flip is None else (("flip",), flip)
-    return measure_difference(_picture(a, "a"), _picture(b, "b"), threshold, asked, span)
+    requested, span = ((), "ldr") if flip is None else (("flip",), flip)
+    return measure_difference(_picture(a, "a"), _picture(b, "b"), threshold, requested, span)
 
 
 class PictureRows(Protocol):
-    """A picture (H, W, 3) of finite linear radiance, of which rows are read by a slice: an array, or a file's."""
+    """A picture (H, W, 3) of finite linear radiance that is read by slices of rows: an array, or an open file."""
 
     @property
     def shape(self) -> tuple[int, ...]: ...
     def __getitem__(self, rows: slice, /) -> NDArray[Any]: ...
 
 
-# The radiance that counts: within [0, 1], as a screen shows it, or all.
+# The range of radiance that FLIP compares: [0, 1], as a screen shows it, or all of it.
 Span = Literal["ldr", "hdr"]
 
 
 class Metric(NamedTuple):
-    """A metric: the field of a Comparison with its value, and `row`, a label and the value as text.
+    """A metric of the table that `raytracer compare` prints.
 
-    A metric with `measure` is measured only where a caller asks, of whole pictures; `help` is the text of its option.
+    Attributes:
+        field: The field of Comparison that holds the value.
+        row: Returns the label and the value as text.
+        help: The help text of the metric's option.
+        measure: Measures whole pictures. A metric with `measure` is measured only on request.
     """
 
     field: str
@@ -103,12 +108,13 @@ class Metric(NamedTuple):
 
 
 def measure_difference(
-    a: PictureRows, b: PictureRows, threshold: float, asked: Collection[str] = (), span: Span = "ldr"
+    a: PictureRows, b: PictureRows, threshold: float, requested: Collection[str] = (), span: Span = "ldr"
 ) -> Comparison:
-    """Compare checked pictures by all metrics that are always measured, and by those whose fields are `asked` for.
+    """Measure the differences between two checked pictures.
 
-    Without the latter, only some rows of the pictures are in memory at a time. Raises InputError for pictures of two
-    sizes, and if a package that a metric needs is missing.
+    `requested` lists the fields of metrics to measure in addition to the default ones. Without `requested`, only some
+    rows of the pictures are in memory at a time. Raises InputError for pictures of two sizes, and if a metric's package
+    is not installed.
     """
     if a.shape != b.shape:
         raise InputError(f"expected pictures of one size, got {size_of(a)} and {size_of(b)}")
@@ -120,7 +126,7 @@ def measure_difference(
         squares.append(np.sum(off**2))
         level.append(np.sum(reference**2))
         off = off.max(axis=2)
-        if (most := float(off.max())) > largest:  # the first of equal ones
+        if (most := float(off.max())) > largest:  # of equal differences, the first counts
             y, x = divmod(int(off.argmax()), width)
             largest, pixel = most, (x, rows.start + y)
         over += int(np.count_nonzero(off > threshold))
@@ -133,35 +139,24 @@ def measure_difference(
         relative=rmse / root if root else None,
         threshold=threshold,
         over=over / (height * width),
-        **{metric.field: metric.measure(a, b, span) for metric in METRICS if metric.measure and metric.field in asked},
+        **{m.field: m.measure(a, b, span) for m in METRICS if m.measure and m.field in requested},
     )
 
 
 def as_json(comparison: Comparison) -> dict[str, Any]:
-    """All fields of a comparison; an infinite one is None, as JSON has no infinity."""
+    """Return all fields of a comparison by name. An infinite value becomes None, because JSON has no infinity."""
     fields = {name: getattr(comparison, name) for name in comparison.__struct_fields__}
     return {name: None if value == math.inf else value for name, value in fields.items()}
 
 
 def as_rows(comparison: Comparison) -> list[tuple[str, str]]:
-    """A label and a text for each metric that was measured."""
-    asked = [metric for metric in METRICS if not metric.measure or getattr(comparison, metric.field) is not None]
-    return [metric.row(comparison) for metric in asked]
-
-
-def difference(a: PictureRows, b: PictureRows) -> Image:
-    """The picture of where `a` and `b` differ: by SCALE."""
-    radiance = np.empty(a.shape, np.float32)
-    for rows in row_blocks(a.shape):
-        off = np.abs(np.asarray(a[rows], np.float64) - b[rows]).max(axis=2)
-        level = np.log10(np.clip(off, DARKEST, BRIGHTEST) / DARKEST) / math.log10(BRIGHTEST / DARKEST)
-        radiance[rows] = decode_srgb(level)[..., None]
-    about = {"Title": "difference", "Description": SCALE, "Software": f"raytracer {__version__}"}
-    return Image(radiance, metadata=about)
+    """Return a label and a text for each metric that was measured."""
+    measured = [metric for metric in METRICS if not metric.measure or getattr(comparison, metric.field) is not None]
+    return [metric.row(comparison) for metric in measured]
 
 
 def size_of(picture: PictureRows) -> str:
-    """Write a picture's size as in 320x180."""
+    """Return a picture's size as text, such as 320x180."""
     height, width = picture.shape[:2]
     return f"{width}x{height}"
 
@@ -190,7 +185,7 @@ def _flip(a: PictureRows, b: PictureRows, span: Span) -> float:
         raise InputError(
             "FLIP needs flip-evaluator, which is not installed: pip install 'roth-raytracer[flip]'"
         ) from None
-    # It takes no negative radiance, and no pictures that are not contiguous.
+    # FLIP accepts no negative radiance and only contiguous arrays.
     most = 1.0 if span == "ldr" else MAX_RADIANCE
     test, reference = (np.ascontiguousarray(np.clip(picture[:], 0.0, most), np.float32) for picture in (a, b))
     exposures = {"startExposure": 0.0, "stopExposure": 0.0} if span == "hdr" and reference.max() < _DARK else {}
@@ -219,7 +214,7 @@ METRICS = (
     Metric(
         "flip",
         lambda c: ("FLIP", f"{c.flip:.3g}"),
-        "FLIP, too, of high dynamic range for two .npz (needs flip-evaluator)",
+        "also measure FLIP; for two .npz files in high dynamic range (needs flip-evaluator)",
         _flip,
     ),
 )

@@ -1,4 +1,4 @@
-"""How far pictures are apart, against what is known by construction."""
+"""Differences of pictures, against values that are known by construction, and the figure of differences."""
 
 from __future__ import annotations
 
@@ -11,36 +11,36 @@ import sys
 import zipfile
 import zlib
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from PIL import Image as Pillow
 
 import raytracer as rt
-from raytracer.analysis.image_difference import DARKEST, METRICS, compare, difference
+from raytracer.analysis.image_difference import METRICS, compare
 from raytracer.app.cli import main
 from raytracer.formats.image import Image
 from tests.picture_files import chunk, grey, save
 
 
-def test_a_known_difference_has_the_numbers_that_follow_from_it() -> None:
+def test_a_known_difference_has_the_expected_metrics() -> None:
     a, b = grey(0.5), grey(0.5)
     a[4, 7] += 0.3, -0.4, 0.0
     a[0, 1, 2] += 0.005
-    found = compare(a, b)
+    comparison = compare(a, b)
     rmse = math.sqrt((0.3**2 + 0.4**2 + 0.005**2) / (8 * 6 * 3))
-    assert found.rmse == pytest.approx(rmse, rel=1e-12)
-    assert found.relative == pytest.approx(rmse / 0.5, rel=1e-12)
-    assert found.psnr == pytest.approx(10 * math.log10(1 / rmse**2), rel=1e-12)
-    assert found.largest == pytest.approx(0.4, rel=1e-12) and found.pixel == (7, 4)
-    assert found.over == 1 / 48 and compare(a, b, threshold=0.001).over == 2 / 48
-    assert compare(a, b, threshold=0.5).over == 0 and found.flip is None
+    assert comparison.rmse == pytest.approx(rmse, rel=1e-12)
+    assert comparison.relative == pytest.approx(rmse / 0.5, rel=1e-12)
+    assert comparison.psnr == pytest.approx(10 * math.log10(1 / rmse**2), rel=1e-12)
+    assert comparison.largest == pytest.approx(0.4, rel=1e-12) and comparison.pixel == (7, 4)
+    assert comparison.over == 1 / 48 and compare(a, b, threshold=0.001).over == 2 / 48
+    assert compare(a, b, threshold=0.5).over == 0 and comparison.flip is None
 
 
-def test_pictures_of_many_blocks_of_rows_have_the_numbers_of_the_plain_formulas() -> None:
+def test_metrics_of_many_blocks_of_rows_are_those_of_the_formulas() -> None:
     rng = np.random.default_rng(8)
     a, b = (rng.uniform(0, 9, (701, 130, 3)).astype(kind) for kind in (np.float32, np.uint16))
-    a[600, 7, 1] = a[650, 3, 0] = 5000.0  # equal differences, of which the first one counts
+    a[600, 7, 1] = a[650, 3, 0] = 5000.0  # equal differences: the first one counts
     b[600, 7, 1] = b[650, 3, 0] = 0
     off = np.abs(a.astype(float) - b)
     got = compare(a, b, threshold=8.0)
@@ -66,7 +66,7 @@ def test_the_second_picture_is_the_reference() -> None:
 
 
 @pytest.mark.parametrize("wrong", [np.zeros((2, 2)), np.zeros((0, 2, 3)), grey(math.nan), grey(math.inf), grey(1e39)])
-def test_what_is_no_picture_is_refused(wrong: np.ndarray) -> None:
+def test_arrays_that_are_no_pictures_are_refused(wrong: np.ndarray) -> None:
     for pair in ((wrong, grey(0.5)), (grey(0.5), wrong)):
         with pytest.raises(rt.InputError, match=r"^[ab]: expected"):
             compare(*pair)
@@ -86,7 +86,7 @@ sys.exit(main(["compare", *sys.argv[2:]]))
 
 
 def bounded(mib: int, *arguments: object) -> subprocess.CompletedProcess[str]:
-    """`raytracer compare` with so much memory beyond that of the program itself."""
+    """Run `raytracer compare` with at most `mib` MiB more memory than the program takes by itself."""
     command = [sys.executable, "-c", BOUNDED, str(mib), *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=60)
 
@@ -139,11 +139,11 @@ def test_the_command_shows_a_table_or_json_and_its_status_is_1_above_the_toleran
     assert table["RMSE"] == "0.25" and table["relative"] == "1" and table["over 0.01"] == "100 % of the pixels"
     assert main(["compare", a, b, "--tolerance", "0.25"]) == 0
     assert main(["compare", a, b, "--tolerance", "0.2499"]) == 1
-    assert "the RMSE is above it" in capsys.readouterr().out
+    assert "the RMSE is above the tolerance" in capsys.readouterr().out
     assert main(["compare", a, b, "--tolerance", "0.2499", "--json"]) == 1
-    found = json.loads(capsys.readouterr().out)
-    assert found["rmse"] == 0.25 and found["within_tolerance"] is False and found["pixel"] == [0, 0]
-    assert found["psnr"] == pytest.approx(20 * math.log10(4))
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["rmse"] == 0.25 and printed["within_tolerance"] is False and printed["pixel"] == [0, 0]
+    assert printed["psnr"] == pytest.approx(20 * math.log10(4))
 
     def refuse(constant: str) -> None:
         raise AssertionError(f"{constant} is no JSON")
@@ -153,7 +153,7 @@ def test_the_command_shows_a_table_or_json_and_its_status_is_1_above_the_toleran
     for wrong, says in (
         (["--tolerance", "-1"], "--tolerance"),
         (["--threshold", "nan"], "--threshold"),
-        (["-o", str(tmp_path / "d.npz")], "ends in .png"),
+        (["-o", str(tmp_path / "d.npz")], "ends in .png or .svg or .pdf"),
     ):
         assert main(["compare", a, b, *wrong]) == 2
         assert says in capsys.readouterr().err
@@ -165,49 +165,81 @@ def test_pictures_of_two_sizes_are_refused_by_name(tmp_path: Path, capsys: pytes
     assert capsys.readouterr().err == f"raytracer: {a}: expected the size of {b}, 4x3, got 8x6\n"
 
 
-def test_against_a_png_radiance_is_clipped_as_a_pngs_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_radiance_is_clipped_for_the_comparison_with_a_png(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     npz, png = save(tmp_path / "a.npz", grey(5.0)), save(tmp_path / "b.png", grey(5.0))
     for pair in ((npz, png), (png, npz)):
         assert main(["compare", *pair, "--tolerance", "0"]) == 0
         assert re.search(rf"clipped +{re.escape(npz)}, to \[0, 1\]", capsys.readouterr().out)
     assert main(["compare", npz, save(tmp_path / "c.npz", grey(1.0)), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["rmse"] == 4.0 and found["clipped"] is None
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["rmse"] == 4.0 and printed["clipped"] is None
 
 
-def test_the_difference_picture_has_a_level_for_each_step_of_its_logarithm(tmp_path: Path) -> None:
-    a, b = grey(0.0, (6, 1)), grey(0.0, (6, 1))
-    a[0, :, 1] = 0.0, DARKEST, 1e-3, 1e-2, 0.1, 1.0
-    b[0, :, 0] = 2e-5  # less than the largest channel's
-    a[0, 5, 2] = 70.0
-    expected = [0, 0, 63.75, 127.5, 191.25, 255]
-    levels = difference(a, b).srgb8()[0]
-    assert (levels == levels[:, :1]).all() and np.abs(levels[:, 0] - expected).max() <= 0.5
-    names = [save(tmp_path / f"{i}.npz", picture) for i, picture in enumerate((a, b))]
-    assert main(["compare", *names, "-o", str(tmp_path / "d.png")]) == 0
-    with Pillow.open(tmp_path / "d.png") as picture:
-        np.testing.assert_array_equal(np.asarray(picture)[0], levels)
-        assert "black 0.0001 or less" in str(picture.info["Description"])
+def texts(svg: Path) -> list[str]:
+    """The texts of an .svg file, which must be well-formed."""
+    return [element.text or "" for element in ElementTree.parse(svg).iter("{http://www.w3.org/2000/svg}text")]
 
 
-def test_flip_is_0_for_equal_pictures_and_grows_with_what_is_seen(tmp_path: Path) -> None:
+def test_the_figure_of_differences_names_its_quantity_its_files_and_its_scale(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    a, b = save(tmp_path / "a$_$.npz", grey(0.5)), save(tmp_path / "b.npz", grey(0.25))
+    for suffix, begin in ((".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<?xml")):
+        assert main(["compare", a, b, "-o", str(tmp_path / f"d{suffix}")]) == 0
+        assert (tmp_path / f"d{suffix}").read_bytes().startswith(begin)
+    shown = " ".join(texts(tmp_path / "d.svg"))
+    for text in ("a$_$.npz", "b.npz", "RMSE 0.25", "at (0, 0)", "8x6", "channels", "linear radiance", "pixels"):
+        assert text in shown
+    assert {"0.0001", "0.001", "0.01", "0.1", "1"} <= {*texts(tmp_path / "d.svg")}, "the colour bar has values"
+
+
+def test_the_colours_of_differences_get_lighter_with_each_factor_of_10() -> None:
+    pytest.importorskip("matplotlib")
+    from raytracer.analysis.difference_figure import BRIGHTEST, DARKEST, difference_colors
+
+    shown = difference_colors(np.array([[0.0, DARKEST, 1e-3, 1e-2, 0.1, BRIGHTEST, 70.0]])).astype(int)[0]
+    assert (shown[0] == shown[1]).all() and shown[0].max() <= 4 and (shown[5] == shown[6]).all()
+    assert (np.diff(shown[1:6].sum(axis=1)) > 80).all()
+
+
+def test_a_pixel_that_differs_is_seen_in_the_figure_of_a_large_picture() -> None:
+    pytest.importorskip("matplotlib")
+    from raytracer.analysis.difference_figure import _largest_of_blocks
+
+    a, b = np.zeros((701, 1000, 3), np.float32), np.zeros((701, 1000, 3), np.float32)
+    a[700, 998, 1], b[5, 6, 2] = 0.5, -0.25
+    blocks = _largest_of_blocks(a, b, 4)
+    assert blocks.shape == (176, 250) and blocks[175, 249] == 0.5 and blocks[1, 1] == 0.25
+    assert np.count_nonzero(blocks) == 2
+
+
+def test_without_matplotlib_the_figure_is_refused_before_pictures_are_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    a = save(tmp_path / "a.npz", grey(0.5))
+    assert main(["compare", a, a]) == 0
+    assert main(["compare", a, "nowhere.npz", "-o", str(tmp_path / "d.svg")]) == 2
+    assert "pip install 'roth-raytracer[plots]'" in capsys.readouterr().err
+
+
+def test_flip_is_0_for_equal_pictures_and_grows_with_noise(tmp_path: Path) -> None:
     pytest.importorskip("flip_evaluator")
     rng = np.random.default_rng(5)
     picture = rng.uniform(0.2, 0.8, (32, 48, 3))
     noise = rng.normal(size=picture.shape)
     for kind in ("ldr", "hdr"):
-        found = [compare(picture + s * noise, picture, flip=kind).flip for s in (0.0, 0.01, 0.1)]
-        assert found[0] == 0 and found[1] is not None and found[2] is not None and 0 < found[1] < found[2] < 1
-        # FLIP would end the process for a reference that is all but black.
+        values = [compare(picture + s * noise, picture, flip=kind).flip for s in (0.0, 0.01, 0.1)]
+        assert values[0] == 0 and values[1] is not None and values[2] is not None and 0 < values[1] < values[2] < 1
+        # FLIP by itself would end the process for a nearly black reference.
         for level in (1e-30, 1e-7, 1e-6, 1e-5, 1e-4):
             assert compare(grey(0.0), grey(level) * (0, 0, 1), flip=kind).flip is not None
         assert compare(grey(0.0), grey(0.0), flip=kind).flip == 0
         assert compare(grey(1.0), grey(0.0), flip=kind).flip == pytest.approx(0.97, abs=0.01)
     bright = [compare(picture + 5.0 + 0.1 * noise, picture + 5.0, flip=kind).flip for kind in ("ldr", "hdr")]
-    assert bright[0] == 0 and bright[1] is not None and bright[1] > 0, "only HDR-FLIP sees what is above 1"
+    assert bright[0] == 0 and bright[1] is not None and bright[1] > 0, "only HDR-FLIP sees differences above 1"
 
 
-def test_flip_without_its_package_says_what_to_install(
+def test_flip_without_its_package_names_the_extra(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "flip_evaluator", None)
@@ -217,9 +249,7 @@ def test_flip_without_its_package_says_what_to_install(
     assert "pip install 'roth-raytracer[flip]'" in capsys.readouterr().err
 
 
-def test_a_metric_of_the_table_is_in_the_help_the_table_and_the_json(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_each_metric_is_in_the_help_the_table_and_the_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("flip_evaluator")
     picture = str(tmp_path / "a.npz")
     black = np.zeros((8, 8, 3))
@@ -227,9 +257,9 @@ def test_a_metric_of_the_table_is_in_the_help_the_table_and_the_json(
     with pytest.raises(SystemExit):
         main(["compare", "--help"])
     says = " ".join(capsys.readouterr().out.split())
-    asked = [metric for metric in METRICS if metric.measure]
-    assert asked and all(f"--{metric.field} {metric.help}" in says for metric in asked)
-    options = [f"--{metric.field}" for metric in asked]
+    optional = [metric for metric in METRICS if metric.measure]
+    assert optional and all(f"--{metric.field} {metric.help}" in says for metric in optional)
+    options = [f"--{metric.field}" for metric in optional]
     assert main(["compare", picture, picture, *options]) == 0
     table = [line.partition("  ")[0] for line in capsys.readouterr().out.splitlines()]
     comparison = compare(black, black, flip="hdr")

@@ -6,7 +6,7 @@ import copy
 import math
 import pickle
 import re
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -171,7 +171,8 @@ def test_struct_material_has_only_the_members_of_the_models_in_use() -> None:
 def test_the_default_ka_is_a_share_of_the_diffuse_colour_in_python_and_in_scene_files(model: str) -> None:
     """0.15/0.8 of kd in the lecture's models, rounded to 15 digits; 0 in all others."""
     is_lecture = model in ("phong", "blinn")
-    material = rt.Material(model, **({"kd": (0.8, 0.1, 0.64)} if is_lecture else {}))
+    parameters: dict[str, Any] = {"kd": (0.8, 0.1, 0.64)} if is_lecture else {}
+    material = rt.Material(model, **parameters)
     assert material.ka == ((0.15, 0.01875, 0.12) if is_lecture else (0, 0, 0))
     lines = f'model = "{model}"\n' + ("kd = [0.8, 0.1, 0.64]" if is_lecture else "")
     text = re.sub(r"(?s)(?<=\[materials.red\]\n).*?(?=\n\[)", lines, scenes.ASSIGNMENT.read_text())

@@ -1,6 +1,6 @@
-"""The page trade.html, which needs no other file, and the writing of it and of the data files.
+"""The report trade.html, a page that needs no other file, and the writing of the report and of its data files.
 
-All text that is not ours, such as the scene's name, is escaped.
+All text from a user, such as the scene's name, is escaped.
 """
 
 from __future__ import annotations
@@ -9,8 +9,10 @@ from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
+from typing import Any
 
-from raytracer.analysis.image_difference import SCALE
+from raytracer.analysis.difference_figure import color_bar
+from raytracer.analysis.figures import inline_svg, svg_text
 from raytracer.analysis.tradeoffs import plots
 from raytracer.analysis.tradeoffs.configurations import MAIN
 from raytracer.analysis.tradeoffs.data_files import as_csv, as_json
@@ -29,29 +31,33 @@ h1, h2 { line-height: 1.2 } h2 { margin-top: 2.5rem }
 table { border-collapse: collapse; font-size: 13px }
 td, th { border-bottom: 1px solid #ddd; padding: .15rem .6rem; text-align: left; vertical-align: top }
 td.n { text-align: right; font-variant-numeric: tabular-nums } tr.front td { background: #eef6ee }
-svg { max-width: 100%; height: auto } p.note { color: #555 }
+svg { max-width: 100%; height: auto } p.note { color: #555 } p.file { font-size: 13px; margin-top: 0 }
 .strip { display: flex; flex-wrap: wrap; gap: .8rem } figure { margin: 0; width: 240px; font-size: 12px }
 figure img { width: 240px; image-rendering: pixelated; display: block }
 figure b { display: block } .wide { overflow-x: auto }
 """
 
+# The explanation at the top: each sentence is a list entry.
 _HOW = (
-    "Time is that of the whole of <code>Renderer.render()</code>, with read-back and, where the resolution is another "
-    "one, bringing the picture to its size, once programs are compiled; without the picture's estimate of its own "
-    "error, but where that is asked for or named. It is the median of {rounds} rounds, in each of which all "
-    "configurations take their turn. Error is the root mean square of the difference from the reference, over pixels "
-    "and channels, in linear radiance. Rays are those from the camera and at most one from each of them to every "
-    "light, a pixel of the picture. A configuration is on the front if none is as fast and less wrong or as good and "
-    "faster; "
-    f"errors below {RESOLVED_FROM:g} times the reference's own are not resolved, and count as that; a reference whose "
-    "own error is <i>at least</i> so much, as few pixels hold most of it, resolves fewer."
+    "<b>Time</b> is the median of {rounds} rounds of <code>Renderer.render()</code>. It includes reading the picture "
+    "back and resizing it, but not compiling shaders. It includes the picture's error estimate only if the name of the "
+    "configuration says so. In each round, all configurations take turns.",
+    "<b>Error</b> is the root mean square difference from the reference over all pixels and channels (RMSE), in linear "
+    "radiance, where 1 is white.",
+    f"Errors below {RESOLVED_FROM:g} times the reference's own error are <i>not resolved</i>. They count as equal to "
+    "this limit. The limit is higher if few pixels hold most of the reference's error, because that error is then only "
+    "a lower bound.",
+    "<b>Samples</b> and <b>rays</b> are means per pixel of the picture. Each sample casts one camera ray, and at most "
+    "one ray to each light.",
+    "A configuration is on the <b>Pareto front</b> if no other one is at least as fast and at least as accurate, and "
+    "better in at least one of both.",
 )
 
 
 def write_tables(trade: Tradeoffs, folder: Path, write: Writer = written_whole) -> None:
     """Write trade.csv and trade.json into `folder`. Raises OSError.
 
-    Before the page: it takes pictures, which may fail or be interrupted.
+    The caller writes the tables before the report, because the report renders pictures, which may fail.
     """
     table, data, _ = FILES
     _write(folder / table, as_csv(trade), write)
@@ -59,7 +65,7 @@ def write_tables(trade: Tradeoffs, folder: Path, write: Writer = written_whole) 
 
 
 def write_page(trade: Tradeoffs, renderer: Renderer, folder: Path, write: Writer = written_whole) -> Path:
-    """Write trade.html into `folder`, and return its path. Where that fails, no page of another trade is left there.
+    """Write trade.html into `folder` and return its path. If this fails, remove an older trade.html from the folder.
 
     Raises InputError, OSError.
     """
@@ -78,15 +84,17 @@ def _write(path: Path, text: str, write: Writer) -> None:
 
 
 def as_html(trade: Tradeoffs, renderer: Renderer) -> str:
-    """The whole page."""
-    title = f"What it costs and how wrong it is: {trade.scene}"
+    """Return the text of the report."""
+    title = f"Speed against accuracy: {trade.scene}"
     width, height = trade.size
     body = [
         f"<h1>{escape(title)}</h1>",
-        "" if trade.complete else "<p><b>Interrupted: this is what was measured by then.</b></p>",
+        "" if trade.complete else "<p><b>Interrupted: the report has the measurements up to then.</b></p>",
         f"<p>{width}x{height}. {escape('; '.join(f'{key}: {value}' for key, value in trade.machine.items()))}.</p>",
-        f'<p class="note">{_HOW.format(rounds=trade.rounds)}</p>',
-        *(f'<p class="note">{escape(knob)}: {escape(why)}.</p>' for knob, why in trade.plan.left_out),
+        '<ul class="note">',
+        *(f"<li>{sentence.format(rounds=trade.rounds)}</li>" for sentence in _HOW),
+        *(f"<li>{escape(knob.capitalize())}: {escape(reason)}.</li>" for knob, reason in trade.plan.left_out),
+        "</ul>",
         *_main(trade),
         *_sequences(trade),
         *_strips(strips(trade, renderer)),
@@ -98,22 +106,30 @@ def as_html(trade: Tradeoffs, renderer: Renderer) -> str:
     return f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head>\n<body>\n' + "\n".join(body) + "\n</body></html>\n"
 
 
+def _plot(figure: Any, name: str) -> str:
+    """Return a plot as an element of the page, with a link that saves the plot as `name`.svg."""
+    svg = svg_text(figure, name.replace("-", " "))
+    data = b64encode(svg.encode()).decode()
+    link = f'<a download="{name}.svg" href="data:image/svg+xml;base64,{data}">Save this plot as {name}.svg</a>'
+    return f'{inline_svg(svg)}\n<p class="file">{link}</p>'
+
+
 def _main(trade: Tradeoffs) -> Iterable[str]:
     if trade.of(MAIN):
         yield "<h2>Error against time</h2>"
-        yield plots.error_against_time(trade, MAIN)
-        yield "<p>The front:</p>"
+        yield _plot(plots.error_against_time(trade, MAIN), "error-against-time")
+        yield "<p>The configurations on the Pareto front:</p>"
         front = sorted((r for r in trade.of(MAIN) if r.beaten_by is None), key=lambda result: result.median)
         yield _table(front)
 
 
 def _sequences(trade: Tradeoffs) -> Iterable[str]:
-    for knob, title in (("sequence", "Error against samples"), ("sequence, soft shadows", "The same, soft shadows")):
+    for knob, shadows in (("sequence", "hard shadows"), ("sequence, soft shadows", "soft shadows")):
         if trade.of_knob(knob):
-            yield f"<h2>{title}</h2>"
-            yield plots.error_against_samples(trade, knob)
+            yield f"<h2>Error against samples, {shadows}</h2>"
+            yield _plot(plots.error_against_samples(trade, knob), f"error-against-samples-{shadows.replace(' ', '-')}")
             rows = [(name, f"{fit[0]:.2f}", f"{fit[1]:.2g}") for name, fit in slopes(trade, knob).items() if fit]
-            yield _rows(("sequence", "p of error = c n^-p", "c"), rows)
+            yield _rows(("sequence", "p in error = c n^(-p)", "c"), rows) if rows else ""
 
 
 def _strips(strips_by_title: dict[str, list[Tile]]) -> Iterable[str]:
@@ -122,25 +138,27 @@ def _strips(strips_by_title: dict[str, list[Tile]]) -> Iterable[str]:
         figures = []
         for tile in tiles:
             images = "".join(
-                f'<img alt="" src="data:image/png;base64,{b64encode(png).decode()}">'
-                for png in (tile.png, tile.difference)
+                f'<img alt="{alt}" src="data:image/png;base64,{b64encode(png).decode()}">'
+                for alt, png in (("crop of the picture", tile.png), ("its differences", tile.difference))
                 if png
             )
             figures.append(f"<figure><b>{escape(tile.heading)}</b>{images}{escape(tile.text)}</figure>")
         yield f'<div class="strip">{"".join(figures)}</div>'
     if strips_by_title:
-        yield f'<p class="note">Below each: {escape(SCALE)}.</p>'
+        yield '<p class="note">Upper row: the crop with the largest errors. Lower row: its difference from the '
+        yield "reference, with this colour scale:</p>"
+        yield inline_svg(svg_text(color_bar(), "colour scale"))
 
 
 def _shadows(trade: Tradeoffs) -> Iterable[str]:
     for target in ("off shadows", "diluted shadows", "soft shadows"):
         if trade.of(target):
-            yield f"<h2>{target.capitalize()}: error against time</h2>"
-            yield plots.error_against_time(trade, target)
+            yield f"<h2>Error against time, {'no shadows' if target == 'off shadows' else target}</h2>"
+            yield _plot(plots.error_against_time(trade, target), f"error-against-time-{target.replace(' ', '-')}")
     if apart := shadow_differences(trade):
-        yield "<h2>What kinds of shadows are apart</h2>"
-        yield '<p class="note">The root mean square difference of their references from that of soft shadows, under '
-        yield "the same lights: a difference of models, which no sample removes.</p>"
+        yield "<h2>Differences between shadow models</h2>"
+        yield '<p class="note">The root mean square difference between the reference of each model and the reference '
+        yield "of soft shadows, under the same lights. It is a difference of models: more samples do not reduce it.</p>"
         yield _rows(("shadows", "difference"), [(name, f"{value:.3g}") for name, value in apart.items()])
 
 
@@ -148,21 +166,23 @@ def _approximations(trade: Tradeoffs) -> Iterable[str]:
     targets = [name for name, target in trade.plan.targets.items() if target.same_samples and trade.of(name)]
     if not targets:
         return
-    yield "<h2>Shading: approximations against what they approximate</h2>"
+    yield "<h2>Shading approximations</h2>"
     samples = {trade.plan.targets[name].settings.samples for name in targets}
     yield (
-        f'<p class="note">The scene with other materials; both sides take the same samples ({samples.pop()} a pixel), '
-        "so only the approximation differs.</p>"
+        '<p class="note">The scene with other materials. Each approximation is compared with the exact form at the '
+        f"same samples ({samples.pop()} per pixel), so that only the shading differs. The title of a plot names the "
+        "quantity and the exact form.</p>"
     )
-    yield plots.error_of_approximations(trade, targets)
+    if measured := [name for name in targets if plots.exact_result(trade.of(name))]:
+        yield _plot(plots.error_of_approximations(trade, measured), "error-of-approximations")
     for name in targets:
         yield f"<p>{escape(name)}</p>{_table(trade.of(name))}"
 
 
 def _all(trade: Tradeoffs) -> Iterable[str]:
-    yield "<h2>All</h2>"
+    yield "<h2>All measurements</h2>"
     yield _rows(
-        ("reference", "made by", "its own error", "resolved from"),
+        ("reference", "method", "its own error (RMSE)", "errors are resolved from"),
         [
             (name, reference.kind, reference.in_words, f"{reference.resolved_from:.2g}")
             for name, reference in trade.references.items()
@@ -174,11 +194,14 @@ def _all(trade: Tradeoffs) -> Iterable[str]:
             yield f"<h3>{escape(name.capitalize())}</h3>{_table(sorted(results, key=lambda result: result.median))}"
     if refused := [result for result in trade.results if result.refused]:
         yield "<h3>Refused</h3>"
-        yield _rows(("configuration", "why"), [(r.configuration.label, r.refused) for r in refused])
+        yield _rows(("configuration", "reason"), [(r.configuration.label, r.refused) for r in refused])
 
 
 def _table(results: Sequence[Result]) -> str:
-    heading = ("configuration", "knobs", "ms", "from", "to", "samples", "rays", "error", "largest", "beaten by")
+    heading = (
+        *("configuration", "settings varied", "median (ms)", "fastest (ms)", "slowest (ms)", "samples", "rays"),
+        *("RMSE", "largest difference", "dominated by"),
+    )
     lines = []
     for result in results:
         if result.error is None:
@@ -193,7 +216,7 @@ def _table(results: Sequence[Result]) -> str:
         label, knobs = result.configuration.label, ", ".join(result.configuration.knobs)
         lines.append(
             f"<tr{front}><td>{escape(label)}</td><td>{escape(knobs)}</td>{cells}"
-            f"<td>{escape(result.beaten_by or 'none: on the front')}</td></tr>"
+            f"<td>{escape(result.beaten_by or 'none: Pareto front')}</td></tr>"
         )
     return f'<div class="wide"><table>{_heading(heading)}{"".join(lines)}</table></div>'
 

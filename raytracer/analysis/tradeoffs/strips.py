@@ -1,29 +1,31 @@
-"""Picture strips: the piece of the picture where errors are largest, by several techniques, magnified."""
+"""Picture strips: a magnified crop of the picture with the largest errors, rendered by several techniques."""
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image as Picture
 
-from raytracer.analysis.image_difference import difference
+from raytracer.analysis.difference_figure import difference_colors
 from raytracer.analysis.tradeoffs.configurations import MAIN
 from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs, time_picture
-from raytracer.formats.image import Image
+from raytracer.formats.srgb import encode_srgb8
 from raytracer.rendering.renderer import Renderer
 
-# Pixels of the piece that is shown, and how many times larger.
-_PIECE, _TIMES = (40, 30), 6
-# Of what strips have in common: as much as Sobol' samples of this number.
+# The size of the crop in pixels, and its magnification: 240 pixels, the width of a picture on the page.
+_CROP, _TIMES = (40, 30), 6
+# Strips compare techniques at the time, and at the error, of this number of Sobol' samples.
 _SAMPLES = 16
-# By how much what is about the same may differ.
-_ABOUT = 1.2
+# Times and errors up to this factor count as equal: repeated times differ by 10 to 20 %.
+_TOLERANCE = 1.2
 
 
 class Tile(NamedTuple):
-    """A picture of a strip: its heading, what is said below it, and PNG files of the piece and of its differences."""
+    """A picture of a strip: its heading, the text below, and PNG files of the crop and of its differences."""
 
     heading: str
     text: str
@@ -32,7 +34,7 @@ class Tile(NamedTuple):
 
 
 def strips(trade: Tradeoffs, renderer: Renderer) -> dict[str, list[Tile]]:
-    """By their titles; none where what they are about was not measured."""
+    """Return the strips by title. There are none if the trade lacks the measurements that they compare."""
     results = trade.of(MAIN)
     common = next((r for r in results if r.configuration.label == f"{_SAMPLES} sobol"), None)
     if common is None:
@@ -40,23 +42,23 @@ def strips(trade: Tradeoffs, renderer: Renderer) -> dict[str, list[Tile]]:
         common = max(sobol, key=lambda result: result.samples, default=None)
     if common is None or common.error is None:
         return {}
-    show = _Shown(trade, renderer, common)
-    seconds, error = _ABOUT * common.median, _ABOUT * common.error.rmse
+    crops = _Crops(trade, renderer, common)
+    seconds, error = _TOLERANCE * common.median, _TOLERANCE * common.error.rmse
     families = _families(trade, results)
     return {
-        f"Equal time: the least wrong of each within {1e3 * seconds:.0f} ms": [
-            show.reference(),
+        f"Equal time: the most accurate picture of each technique within {1e3 * seconds:.0f} ms": [
+            crops.reference(),
             *_chosen(
                 families,
                 lambda r: r.median <= seconds,
                 lambda r: _rmse(r),
-                show,
+                crops,
                 f"none within {1e3 * seconds:.0f} ms",
             ),
         ],
-        f"Equal error: the fastest of each with an error of {error:.2g} or less": [
-            show.reference(),
-            *_chosen(families, lambda r: _rmse(r) <= error, lambda r: r.median, show, "none as good"),
+        f"Equal error: the fastest picture of each technique with an RMSE of at most {error:.2g}": [
+            crops.reference(),
+            *_chosen(families, lambda r: _rmse(r) <= error, lambda r: r.median, crops, "none is as accurate"),
         ],
     }
 
@@ -66,16 +68,16 @@ def _rmse(result: Result) -> float:
 
 
 def _families(trade: Tradeoffs, results: Sequence[Result]) -> dict[str, list[Result]]:
-    """The techniques that are compared, and their configurations."""
+    """Return the configurations of each technique."""
     plain = [r for r in results if r.configuration.scale == 1.0 and not r.configuration.settings.sampling.is_adaptive]
     families = {f"sequence {name}": [] for name in dict.fromkeys(r.configuration.settings.sequence for r in plain)}
     for result in plain:
         families[f"sequence {result.configuration.settings.sequence}"].append(result)
-    families["adaptive"] = [r for r in results if r.configuration.settings.adaptive is not None]
-    families["max error"] = [r for r in results if r.configuration.settings.max_error is not None]
+    families["adaptive samples"] = [r for r in results if r.configuration.settings.adaptive is not None]
+    families["error limit"] = [r for r in results if r.configuration.settings.max_error is not None]
     for scale in dict.fromkeys(r.configuration.scale for r in trade.of_knob("resolution", MAIN)):
         if scale != 1.0:
-            families[f"resolution x {scale:g}"] = [r for r in results if r.configuration.scale == scale]
+            families[f"{scale:g} x the resolution"] = [r for r in results if r.configuration.scale == scale]
     return {name: own for name, own in families.items() if own}
 
 
@@ -83,25 +85,25 @@ def _chosen(
     families: dict[str, list[Result]],
     fits: Callable[[Result], bool],
     cost: Callable[[Result], float],
-    show: _Shown,
+    crops: _Crops,
     missing: str,
 ) -> list[Tile]:
     tiles = []
     for name, results in families.items():
         best = min(filter(fits, results), key=cost, default=None)
-        tiles.append(show.tile(name, best) if best else Tile(name, missing))
+        tiles.append(crops.tile(name, best) if best else Tile(name, missing))
     return tiles
 
 
-class _Shown:
-    """Cuts the piece out of pictures: that in which `common` is most wrong."""
+class _Crops:
+    """The crops of pictures, at the place where the picture of `common` has the largest error."""
 
     def __init__(self, trade: Tradeoffs, renderer: Renderer, common: Result) -> None:
         self._trade, self._renderer = trade, renderer
         self._reference = trade.references[MAIN].radiance
         off = ((self._picture(common) - self._reference) ** 2).sum(axis=2)
         height, width = off.shape
-        self._side = min(_PIECE[0], width), min(_PIECE[1], height)
+        self._side = min(_CROP[0], width), min(_CROP[1], height)
         sums = np.pad(off.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
         w, h = self._side
         boxes = sums[h:, w:] - sums[:-h, w:] - sums[h:, :-w] + sums[:-h, :-w]
@@ -113,22 +115,29 @@ class _Shown:
             np.float64
         )
 
-    def _cut(self, radiance: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _crop(self, radiance: NDArray[np.float64]) -> NDArray[np.float64]:
         return radiance[self._y : self._y + self._side[1], self._x : self._x + self._side[0]]
 
     def reference(self) -> Tile:
-        """The tile of the reference."""
-        piece = self._cut(self._reference)
-        place = f"{self._side[0]}x{self._side[1]} pixels from ({self._x}, {self._y}), {_TIMES} times as large"
-        return Tile("reference", place, _png(piece), _png(difference(piece, piece).radiance))
+        """Return the tile of the reference."""
+        crop = self._crop(self._reference)
+        place = f"{self._side[0]}x{self._side[1]} pixels from ({self._x}, {self._y}), magnified {_TIMES} times"
+        return Tile("reference", place, _png(encode_srgb8(crop)), _png(_differences(crop, crop)))
 
     def tile(self, name: str, result: Result) -> Tile:
-        piece = self._cut(self._picture(result))
-        text = f"{result.configuration.label}: {1e3 * result.median:.1f} ms, error {_rmse(result):.2g}"
-        return Tile(name, text, _png(piece), _png(difference(piece, self._cut(self._reference)).radiance))
+        """Return the tile of a configuration's picture."""
+        crop = self._crop(self._picture(result))
+        text = f"{result.configuration.label}: {1e3 * result.median:.1f} ms, RMSE {_rmse(result):.2g}"
+        return Tile(name, text, _png(encode_srgb8(crop)), _png(_differences(crop, self._crop(self._reference))))
 
 
-def _png(radiance: NDArray[np.float64]) -> bytes:
-    """Each pixel as a square of pixels."""
-    large = radiance.repeat(_TIMES, axis=0).repeat(_TIMES, axis=1)
-    return Image(np.ascontiguousarray(large)).png()
+def _differences(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.uint8]:
+    return difference_colors(np.abs(a - b).max(axis=2))
+
+
+def _png(colors: NDArray[np.uint8]) -> bytes:
+    """Return a PNG file of sRGB colours (H, W, 3), magnified by _TIMES."""
+    large = np.ascontiguousarray(colors.repeat(_TIMES, axis=0).repeat(_TIMES, axis=1))
+    file = io.BytesIO()
+    Picture.fromarray(large).save(file, "png", optimize=True)
+    return file.getvalue()

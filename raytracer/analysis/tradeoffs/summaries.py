@@ -1,4 +1,4 @@
-"""Numbers that sum up a series of measurements: slopes of errors, differences of kinds of shadows."""
+"""Summaries of series of measurements: rates of convergence, and differences between shadow models."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ from raytracer.scene.sequences import SEQUENCES
 
 
 def slopes(trade: Tradeoffs, knob: str = "sequence") -> dict[str, tuple[float, float] | None]:
-    """p and c of error = c n^-p for each sequence, by its resolved errors with n > 1; None for fewer than 2 errors."""
+    """Fit error = c n^-p to the resolved errors of each sequence with n > 1 samples.
+
+    Return p and c for each sequence; None for a sequence with fewer than two such errors.
+    """
     fits = {}
     for sequence in SEQUENCES:
         series = [
@@ -30,7 +33,10 @@ def slopes(trade: Tradeoffs, knob: str = "sequence") -> dict[str, tuple[float, f
 
 
 def shadow_differences(trade: Tradeoffs) -> dict[str, float]:
-    """The differences of the references of other kinds of shadows from that of soft ones: of models, not errors."""
+    """Return the root mean square difference of each shadow model's reference from the reference of soft shadows.
+
+    It is a difference between models, not an error of sampling.
+    """
     soft = trade.references.get("soft shadows")
     if soft is None:
         return {}

@@ -1,4 +1,4 @@
-"""`raytracer compare`: arguments, and how far a picture is from a reference."""
+"""`raytracer compare`: the differences between a picture and a reference."""
 
 from __future__ import annotations
 
@@ -7,14 +7,13 @@ import json
 from pathlib import Path
 from typing import Any
 
+from raytracer.analysis.figures import SUFFIXES, require_matplotlib
 from raytracer.analysis.image_difference import (
     METRICS,
-    SCALE,
     THRESHOLD,
     Comparison,
     as_json,
     as_rows,
-    difference,
     measure_difference,
 )
 from raytracer.core.output import check_output
@@ -22,10 +21,10 @@ from raytracer.core.terminal import say, say_json
 from raytracer.core.validation import InputError, number
 from raytracer.formats.image_files import FORMATS, load_radiance, read_size
 
-# Pixels of a picture that is read in no time.
+# The number of pixels up to which reading a picture takes less than 0.1 s.
 _SMALL = 1 << 16
-# Measured only with an option of the metric's name.
-_ASKED = [metric for metric in METRICS if metric.measure]
+# The metrics that have an option. The others are always measured.
+_OPTIONAL = [metric for metric in METRICS if metric.measure]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,38 +34,46 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "b",
         metavar="B",
-        help=f"the reference to compare it with: {kinds}; if just one of the two is a .png, the other is clipped "
-        "to [0, 1] as that is",
+        help=f"the reference: {kinds}; if only one of the two is a .png, the other one is clipped to [0, 1], as every "
+        ".png is",
     )
     parser.add_argument(
         "--threshold",
         metavar="T",
         type=float,
         default=THRESHOLD,
-        help=f"which share of pixels has a channel that is off by more (default: {THRESHOLD:g})",
+        help=f"count the pixels with a channel that differs by more (linear radiance, default: {THRESHOLD:g})",
     )
     parser.add_argument("--tolerance", metavar="RMSE", type=float, help="exit status 1 if the RMSE is above this")
-    for metric in _ASKED:
+    for metric in _OPTIONAL:
         parser.add_argument(f"--{metric.field}", action="store_true", help=metric.help)
-    parser.add_argument("-o", "--output", metavar="OUT", help=f"a .png of {SCALE}")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="OUT",
+        help="write a figure of the largest channel difference of each pixel, with a logarithmic colour scale from "
+        "0.0001 to 1: .png, .svg or .pdf (needs matplotlib)",
+    )
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table; an infinite PSNR is null")
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run `compare`; the exit status, 1 also if the pictures are further apart than the tolerance."""
+    """Run `compare`. Return the exit status: 1 if the RMSE is above the tolerance."""
     import numpy as np
 
     if options.tolerance is not None:
         number(options.tolerance, "--tolerance", 0.0, expected="a finite number of at least 0 (linear radiance)")
     number(options.threshold, "--threshold", 0.0, expected="a finite number of at least 0 (linear radiance)")
-    output = check_output(options.output, (".png",)) if options.output is not None else None
+    output = check_output(options.output, SUFFIXES) if options.output is not None else None
+    if output:
+        require_matplotlib()  # before the pictures take time
     names = (options.a, options.b)
     sizes = [read_size(name) for name in names]
-    if sizes[0] != sizes[1]:  # before a large one takes time and memory
+    if sizes[0] != sizes[1]:  # before a large picture takes time and memory
         for name, (width, height) in zip(names, sizes, strict=True):
             if width * height <= _SMALL:
-                load_radiance(name)  # an error about the file itself comes first
+                load_radiance(name)  # errors in the file itself come first
         size, expected = ("{}x{}".format(*size) for size in sizes)
         raise InputError(f"expected the size of {names[1]}, {expected}, got {size}", file=names[0])
     pictures = [load_radiance(name) for name in names]
@@ -77,11 +84,13 @@ def run(options: argparse.Namespace) -> int:
             if isinstance(picture, np.ndarray):
                 np.clip(picture, 0.0, 1.0, out=picture)
     a, b = pictures
-    asked = [metric.field for metric in _ASKED if getattr(options, metric.field)]
-    comparison = measure_difference(a, b, options.threshold, asked, "hdr" if len(unclipped) == 2 else "ldr")
+    requested = [metric.field for metric in _OPTIONAL if getattr(options, metric.field)]
+    comparison = measure_difference(a, b, options.threshold, requested, "hdr" if len(unclipped) == 2 else "ldr")
     if output:
-        with options.write(output) as file:
-            difference(a, b).write(file, output.suffix)
+        from raytracer.analysis.difference_figure import write_difference
+
+        note = f"; {Path(clipped).name} is clipped to [0, 1]" if clipped else ""
+        write_difference(output, (a, b), names, comparison, note, options.write)
     within = options.tolerance is None or comparison.rmse <= options.tolerance
     size = a.shape[1], a.shape[0]
     if options.json:
@@ -112,7 +121,7 @@ def _print(
     if clipped is not None:
         rows.append(("clipped", f"{clipped}, to [0, 1]"))
     if options.tolerance is not None:
-        rows.append(("tolerance", f"{options.tolerance:g}: {'kept' if within else 'the RMSE is above it'}"))
+        rows.append(("tolerance", f"{options.tolerance:g}: {'kept' if within else 'the RMSE is above the tolerance'}"))
     if options.output:
         rows.append(("wrote", options.output))
     width = max(len(name) for name, _ in rows)

@@ -60,16 +60,16 @@ def run(options: argparse.Namespace) -> int:
     scene, section = document.scene, document.section
     if options.rounds is not None and options.rounds < 1:
         raise InputError("expected at least 1, got 0", "--rounds")
+    from raytracer.analysis.figures import require_matplotlib
     from raytracer.analysis.tradeoffs.approximations import add_approximations
     from raytracer.analysis.tradeoffs.configurations import FULL, QUICK, plan
     from raytracer.analysis.tradeoffs.measurement import measure_tradeoffs
     from raytracer.analysis.tradeoffs.page import FILES, write_page, write_tables
-    from raytracer.analysis.tradeoffs.plots import check_matplotlib
     from raytracer.core.output import check_folder
     from raytracer.gpu.device import shared_device
     from raytracer.rendering.renderer import Renderer
 
-    check_matplotlib()  # before the measurement, which takes minutes
+    require_matplotlib()  # before the measurement, which takes minutes
     size = chosen_size(options) or (_QUICK_SIZE if options.quick else _SIZE)
     check_size(size)
     folder = Path(options.output)
