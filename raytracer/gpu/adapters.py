@@ -1,6 +1,6 @@
 """Graphics adapters, which EGL and users call devices. Users choose one by its index or by a part of its name.
 
-The name of an adapter is its driver's GL_RENDERER and GL_VENDOR. The name is known only while the adapter is open.
+The name of an adapter is its driver's GL_RENDERER and GL_VENDOR. It is known only while the adapter is open.
 """
 
 from __future__ import annotations

@@ -218,7 +218,7 @@ class DrawPlayer:
             y += rows
 
     def forget_times(self) -> None:
-        """Forget the durations of draws: those of few pixels say nothing about draws of many."""
+        """Forget the durations of draws: draws of few pixels do not predict draws of many."""
         self._long_draws.clear()
 
     def _framebuffer(self, target: tuple[str, ...], depth: str | None = None) -> Framebuffer:
