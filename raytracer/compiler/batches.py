@@ -168,8 +168,8 @@ def is_bounded(shape: Shape) -> bool:
 def combined(tree: list[Solid | int], leaf: Callable[[int], T], common: Operator[T], around: Operator[T]) -> T:
     """Compute a bound of a tree's solid from bounds of its leaves.
 
-    `leaf` returns the bound of a leaf by its number, `common` that of an intersection of two bounds, and `around` that
-    of a union. The bound of a difference is the bound of its first operand.
+    `leaf` returns the bound of a leaf by its number, `common` the bound of an intersection, and
+    `around` the bound of a union. The bound of a difference is the bound of its first operand.
     """
     stack: list[T] = []
     for node in tree:
@@ -195,7 +195,7 @@ class Balls(NamedTuple):
 
 
 def balls(batch: ShapeBatch, centers: Array, radii: Array) -> Balls:
-    """Return bounding spheres of a batch's objects. `centers` and `radii` are those of all spheres of the scene."""
+    """Return bounding spheres of a batch's objects. `centers` and `radii` have all spheres of the scene."""
 
     def ball(leaf: int) -> Balls:
         place = centers[batch.first + leaf]

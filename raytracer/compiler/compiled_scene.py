@@ -1,4 +1,4 @@
-"""The compiled scene: all that follows from a scene and its compile options, for any camera and any picture size."""
+"""The compiled scene: everything derived from a scene and its compile options, for any camera and any picture size."""
 
 from __future__ import annotations
 

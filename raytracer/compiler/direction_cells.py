@@ -156,7 +156,7 @@ def covered(
 ) -> tuple[Ints, Ints]:
     """Return (first, last), each (N, 2): the columns and rows of the cells that each rectangle overlaps.
 
-    The arguments are those of overlaps(). A rectangle that overlaps no cell has last = first - 1 in both.
+    For the arguments see overlaps(). A rectangle that overlaps no cell has last = first - 1 in both.
     """
     size = np.array(shape)
     at = [(bound - origin) / step for bound in (lo, hi)]

@@ -129,7 +129,7 @@ class _Occupied(NamedTuple):
 
 
 def _sums(cells: Mask) -> _Occupied:
-    """Sum the occupied cells, so that the number of those in a rectangle follows from four sums."""
+    """Sum the occupied cells, so that four sums give their number in any rectangle."""
     grid = math.isqrt(len(cells) // 2)
     sums = np.zeros((2, grid + 1, grid + 1), np.int32)
     np.cumsum(cells.reshape(2, grid, grid), axis=1, out=sums[:, 1:, 1:])

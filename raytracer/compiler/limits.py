@@ -43,7 +43,7 @@ class DriverLimits(msgspec.Struct, frozen=True):
         if options.evaluator == "roth" and (loops := roth_loops(compiled.scene)) > MAX_ROTH_LOOPS:
             raise InputError(
                 f"expected at most {MAX_ROTH_LOOPS} loops for roth (1 an object, |, & or ~, 2 a -), got "
-                f"{loops}; the others have no such limit",
+                f"{loops}; the other evaluators have no such limit",
                 "evaluator",
             )
         if options.precision not in self.precisions:

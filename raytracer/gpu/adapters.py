@@ -1,6 +1,6 @@
 """Graphics adapters, which EGL and users call devices. Users choose one by its index or by a part of its name.
 
-The name of an adapter is its driver's GL_RENDERER and GL_VENDOR. Only an open adapter tells its name.
+The name of an adapter is its driver's GL_RENDERER and GL_VENDOR. It is known only while the adapter is open.
 """
 
 from __future__ import annotations
@@ -91,9 +91,9 @@ def open_adapter(adapter: Adapter | None = None, where: str = "device") -> moder
         return software
     if adapter is not None and not seen:
         seen = [*closed_adapters()]
-    if adapter is None or (isinstance(adapter, int) and any(each.number == adapter for each in seen)) or not seen:
-        raise RuntimeError("; ".join(f"device {each.number}: {each.problem}" for each in seen) or "no EGL device")
-    names = "; ".join(f"{each.number} ({each.name or each.problem})" for each in seen)
+    if adapter is None or (isinstance(adapter, int) and any(entry.number == adapter for entry in seen)) or not seen:
+        raise RuntimeError("; ".join(f"device {entry.number}: {entry.problem}" for entry in seen) or "no EGL device")
+    names = "; ".join(f"{entry.number} ({entry.name or entry.problem})" for entry in seen)
     expected = f"the index or a part of the name of one of the EGL devices, {names}"
     raise InputError(f"expected {expected}; got {shown(adapter)}", where)
 

@@ -41,10 +41,10 @@ def examine_contexts() -> list[ContextReport]:
 def _device_reports() -> list[ContextReport]:
     begin()
     reports = [
-        _report("egl", each.context, each.number)
-        if each.context
-        else ContextReport("egl", False, each.number, problem=each.problem)
-        for each in closed_adapters()
+        _report("egl", adapter.context, adapter.number)
+        if adapter.context
+        else ContextReport("egl", False, adapter.number, problem=adapter.problem)
+        for adapter in closed_adapters()
     ]
     if len(reports) > 1 or any(report.opens for report in reports):
         return reports

@@ -107,7 +107,7 @@ class DrawPlayer:
         Raises InputError if the GPU has not enough memory.
         """
         self.remove_texture(name)
-        self._textures[self._meant(name)] = self._context.texture(size, components, dtype=dtype)
+        self._textures[self._own_name(name)] = self._context.texture(size, components, dtype=dtype)
         if self._context.error == "GL_OUT_OF_MEMORY":
             raise InputError(
                 f"expected memory on the GPU for a texture of {size[0]}x{size[1]} pixels, got too little; "
@@ -121,11 +121,11 @@ class DrawPlayer:
 
     def texture(self, name: str) -> Texture:
         """Return the texture of that name, for another player's draws."""
-        return self._textures[self._meant(name)]
+        return self._textures[self._own_name(name)]
 
     def has_texture(self, name: str) -> bool:
         """Return whether there is a texture of that name."""
-        return self._meant(name) in self._textures
+        return self._own_name(name) in self._textures
 
     def write(self, name: str, values: NDArray[Any]) -> None:
         """Write values (H, W, ...), the lowest row first, into the lower left of a texture."""
@@ -150,7 +150,9 @@ class DrawPlayer:
         textures: Mapping[str, Texture] | None = None,
     ) -> None:
         """Play a list of draws. `screen` is the target "screen"; `textures` are textures of another player."""
-        renamed = {name: self._textures[meant] for name, meant in self._names.items() if meant in self._textures}
+        renamed = {
+            name: self._textures[own_name] for name, own_name in self._names.items() if own_name in self._textures
+        }
         known = self._textures | renamed | dict(textures or {})
         for part, group in groupby(steps, _part):
             if part is None:
@@ -216,11 +218,11 @@ class DrawPlayer:
             y += rows
 
     def forget_times(self) -> None:
-        """Forget the durations of draws: those of few pixels say nothing about draws of many."""
+        """Forget the durations of draws: draws of few pixels do not predict draws of many."""
         self._long_draws.clear()
 
     def _framebuffer(self, target: tuple[str, ...], depth: str | None = None) -> Framebuffer:
-        key = (*map(self._meant, target), depth or "")
+        key = (*map(self._own_name, target), depth or "")
         if key not in self._framebuffers:
             colors = [self.texture(name) for name in target]
             self._framebuffers[key] = self._context.framebuffer(colors, self._textures[depth] if depth else None)
@@ -228,13 +230,13 @@ class DrawPlayer:
 
     def remove_texture(self, name: str) -> None:
         """Release the texture of that name, if there is one."""
-        meant = self._meant(name)
-        if meant in self._textures:
-            for key in [key for key in self._framebuffers if meant in key]:
+        own_name = self._own_name(name)
+        if own_name in self._textures:
+            for key in [key for key in self._framebuffers if own_name in key]:
                 release(self._context, self._framebuffers.pop(key))
-            release(self._context, self._textures.pop(meant))
+            release(self._context, self._textures.pop(own_name))
 
-    def _meant(self, name: str) -> str:
+    def _own_name(self, name: str) -> str:
         """Return a texture's own name."""
         return self._names.get(name, name)
 

@@ -44,8 +44,8 @@ def release(context: moderngl.Context, *objects: Any) -> None:
     exist, so the default framebuffer is bound first.
     """
     context.detect_framebuffer(0).use()
-    for each in objects:
-        each.release()
+    for item in objects:
+        item.release()
 
 
 def set_uniforms(program: moderngl.Program, **values: object) -> None:

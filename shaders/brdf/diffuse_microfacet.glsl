@@ -13,8 +13,8 @@
 // elevations ends where the first of L and V no longer sees the facet. So the integrand is smooth, also for grazing
 // directions on opposite sides, from which few facets are visible to both.
 // Over azimuths: the midpoint rule in Sidi's variable x - sin(2 pi x) / (2 pi) (Sidi 1993), which clusters nodes at the
-// ends. Over elevations: Gauss's rule with 5 nodes, on several equal parts if there are many nodes. The nodes of (L, V)
-// mirror those of (V, L), so the result is reciprocal to rounding.
+// ends. Over elevations: Gauss's rule with 5 nodes, on several equal parts if there are many nodes. The nodes of (V, L)
+// mirror the nodes of (L, V), so the result is reciprocal to rounding.
 //
 // Relative error, for random directions with cosines in [0.02, 1]: with 128 nodes median 1e-3 and maximum 2e-2, with
 // 512 nodes 1e-4 and 1e-3, with 2048 nodes 3e-6 and 4e-5. If both cosines are smaller and the directions on opposite

@@ -19,7 +19,7 @@
 
 vec3 fullForm(Material m, vec3 N, vec3 L, vec3 V) {
     const float TWO_OVER_PI = 0.63661977;
-    const float TINY = 1e-30; // a divisor above 0: sin(alpha) is 0 only if beta is 0, and so is the numerator then
+    const float TINY = 1e-30; // a divisor above 0: sin(alpha) is 0 only if beta is 0, and then the numerator is 0
     float NoL = dot(N, L), NoV = max(dot(N, V), 0.0), sigma = radians(m.sigma), s2 = sigma * sigma;
     float sinL = length(cross(N, L)), sinV = length(cross(N, V));
     float s = dot(L - NoL * N, V - NoV * N), cosPhi = clamp(s / max(sinL * sinV, TINY), -1.0, 1.0);

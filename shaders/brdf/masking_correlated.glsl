@@ -7,6 +7,6 @@
 #include "materials.glsl"
 
 float correlatedMasking(Material m, float l, float v, float NoL, float NoV) {
-    // This is l NoV + v NoL - NoL NoV. If v - NoV cancels, it is small beside l NoV, and so is its error.
+    // This is l NoV + v NoL - NoL NoV. If v - NoV cancels, the difference and its error are small beside l NoV.
     return 1.0 / (l * NoV + (v - NoV) * NoL);
 }

@@ -1,4 +1,4 @@
-// Measured reflectance: an isotropic table, such as those of the MERL database (Matusik et al. 2003).
+// Measured reflectance: an isotropic table, such as the tables of the MERL database (Matusik et al. 2003).
 // Provides merl(): f cos(theta_i), per colour channel, f interpolated linearly between the centres of the table's
 // cells.
 // N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to

@@ -4,7 +4,7 @@
 //
 // Just after the distance t the ray is inside or outside a solid, and stays so for a while. holds() gives both facts in
 // one number: the distance up to which the state is sure to hold, positive if inside and negative if outside. So the
-// CSG operators are those of signed distances:
+// CSG operators work as for signed distances:
 //     A & B: min(a, b)        A | B: max(a, b)        not A: -a
 // For example, outside both operands, an intersection's state holds up to the later of the two distances; inside one
 // operand, a union's state holds up to the end of that operand. The walk then goes on from there, until the sign
@@ -12,6 +12,7 @@
 
 #include "geometry/ray.glsl"
 
+// The distance up to which the state just after t holds: positive inside the primitive, negative outside.
 real holds(real2 span, real t) {
     return t < span.x ? -span.x : t < span.y ? span.y : -INF;
 }

@@ -31,7 +31,7 @@ real2 halfPixels() {
 }
 
 // The 24 digits of x and of y that a pixel flips. They follow a lattice over the picture, so that in each direction
-// successive pixels go through all values evenly. For x, the steps along both axes are 2^32 times those of Roberts
+// successive pixels go through all values evenly. For x, the steps along both axes are 2^32 times the steps of Roberts
 // (2018). For y, they are multiplied by a constant such that each step, and the sum and the difference of the two, is
 // far from simple fractions too (the best of 200,000 random constants).
 uvec2 pixelDigits() {

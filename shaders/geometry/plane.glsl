@@ -6,8 +6,8 @@
 // -INF or INF for an unbounded end, and (INF, -INF) if the line is outside altogether. A line in the plane itself
 // counts as inside: it crosses nothing, as a line tangent to a sphere.
 //
-// The relative error of t = depth / slope is 3 u from these two lines, plus the error of the slope, plus that of the
-// depth: u for camera rays, and u (|offset| + |ro|) / |depth| for others. u is 2^-24, or 2^-53 for doubles.
+// The relative error of t = depth / slope is 3 u from these two lines, plus the error of the slope, plus the
+// depth's error: u for camera rays, and u (|offset| + |ro|) / |depth| for others. u is 2^-24, or 2^-53 for doubles.
 
 #include "geometry/ray.glsl"
 

@@ -252,7 +252,7 @@ def test_a_scene_beyond_the_limits_of_the_driver_or_the_evaluator_is_refused(tmp
     assert status == 2 and "lights (this driver's uniform block), got 5001" in errors
     path.write_text(GOOD.replace('"a - b"', '"a' + " - a" * 30 + '"'))
     status, errors = status_of(path, "--evaluator", "roth")
-    assert status == 2 and "loops for roth" in errors and "the others have no such limit" in errors
+    assert status == 2 and "loops for roth" in errors and "the other evaluators have no such limit" in errors
     path.write_text(GOOD.replace('"a - b"', '"a - b' + " | a" * 511 + '"'))
     for option in (("--evaluator", "walk"), ("--precision", "64")):
         status, errors = status_of(path, *option)

@@ -124,7 +124,7 @@ def blocked(
 
 
 def anywhere(planes: list[NamedPlane]) -> list[str]:
-    """Generate rayCSG() for rays from any origin. The text must follow that of blocked(), with its owners."""
+    """Generate rayCSG() for rays from any origin. It needs the text of blocked() `with_owner` before it."""
     return [
         *RAY_CSG,
         *_nearest_plane(planes),
