@@ -13,7 +13,6 @@ Other packages may use:
     data_files: as_csv, as_json
     summaries: shadow_differences, slopes
     page: FILES, write_page, write_tables
-    plots: check_matplotlib
     trials: Trial, Trials
     tune: Tuned, tune, grid, asked
 """
