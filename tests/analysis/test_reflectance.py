@@ -9,12 +9,14 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import raytracer as rt
+from raytracer.analysis.figures import new_figure
 from raytracer.analysis.reflectance import expectations, gallery, plots, properties, tables
 from raytracer.analysis.reflectance.expectations import (
     EXPECTATIONS,
@@ -383,7 +385,7 @@ def test_check_reports_faults_for_parameters_without_a_listed_expectation(
         (("list", "ggx", "--schema"), "no MODEL"),
         (("check", "lafortune/nope"), "clay"),
         (("plot", "-o", "x.png"), "--lecture"),
-        (("plot", "ggx", "-o", "x.pdf"), ".png"),
+        (("plot", "ggx", "-o", "x.jpg"), "ends in .png or .svg or .pdf"),
         (("plot", "ggx", "-o", "nowhere/x.png"), "nowhere"),
         (("plot", "--lecture", "--set", "kd=1", "-o", "x.png"), "only h"),
         (("gallery", "--cell", "3", "-o", "x.png"), "--cell"),
@@ -444,9 +446,33 @@ def test_plots_are_written_whole(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert run(capsys, "plot", "phong", "ggx:alpha=0.01", "phong", "--set", "h=8", "-o", str(out))[0] == 0
     with Image.open(out) as picture:
         assert picture.width > 900 and len(np.unique(np.asarray(picture.convert("L")))) > 100
-    lecture = tmp_path / "y.png"
+    lecture = tmp_path / "y.pdf"
     assert run(capsys, "plot", "--lecture", "-o", str(lecture))[0] == 0
-    assert sorted(tmp_path.iterdir()) == [out, lecture]
+    assert sorted(tmp_path.iterdir()) == [out, lecture] and lecture.read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.gl
+def test_an_svg_keeps_its_texts_and_all_columns_have_the_same_scales(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("matplotlib")
+    figures: list[Any] = []
+
+    def kept_figure(*size: Any, **more: Any) -> Any:
+        figures.append(new_figure(*size, **more))
+        return figures[0]
+
+    monkeypatch.setattr(plots, "new_figure", kept_figure)
+    out = tmp_path / "x.svg"
+    assert run(capsys, "plot", "phong", "ggx:alpha=0.01:f0=1,0.8,0.3", "-o", str(out))[0] == 0
+    texts = [element.text for element in ElementTree.parse(out).iter("{http://www.w3.org/2000/svg}text")]
+    assert {"ggx", "alpha=0.01; f0=1,0.8,0.3", "albedo", "angle to the normal", "60°"} <= {*texts}
+    for projection in ("polar", "rectilinear"):
+        panels = [axes for axes in figures[0].axes if axes.name == projection and axes.axison]
+        assert len(panels) == 2 and panels[0].get_ylim() == panels[1].get_ylim()
+        assert [*panels[0].get_yticks()] == [*panels[1].get_yticks()]
+    radii = [text for text in texts if text in ("0.1", "1", "10", "100", "10³")]
+    assert len(radii) >= 6, "both radial scales have labels"
 
 
 def test_plot_names_the_missing_extra_if_matplotlib_is_not_installed(
@@ -468,12 +494,12 @@ def test_the_gallery_has_a_labelled_cell_for_each_model(tmp_path: Path, monkeypa
     gallery.write_gallery(out, 64, 1, None, Renderer(shared_device()), None)
     with Image.open(out) as picture:
         sheet = np.asarray(picture.convert("RGB")).astype(int)
-    phong, lambert, empty = (sheet[6:70, x : x + 64] for x in (6, 76, 146))
-    assert np.unique(empty.reshape(-1, 3), axis=0).shape == (1, 3)
-    # Both cells show one floor under one light; only phong has a highlight.
+    phong, lambert = (sheet[8:72, x : x + 64] for x in (8, 82))
+    assert (sheet[8:72, 72:82] == 255).all(), "pictures stand apart"
+    # The same floor under either light; the highlight is phong's alone.
     np.testing.assert_allclose(phong[-4:, :8], lambert[-4:, :8], atol=1)
     assert phong.max() > lambert.max() + 20
-    assert (sheet[71:86, 6:70].min(axis=2) < 100).any(), "the model's name is below its picture"
+    assert (sheet[73:92, 8:72].min(axis=2) < 100).any(), "its name is below"
 
 
 def test_the_gallery_shows_every_model_with_valid_parameters() -> None:

@@ -1,7 +1,8 @@
-"""Gallery: one labelled picture of the same scene for each reflectance model."""
+"""The gallery: a picture of every reflectance model on the same scene, with labels."""
 
 from __future__ import annotations
 
+import math
 import os
 from typing import Any
 
@@ -17,11 +18,15 @@ from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials.material import Material
 
 _COLUMNS = 6
-_GAP, _BELOW, _CAPTION = 6, 34, 26
-_PAPER, _INK, _FAINT = (250, 249, 246), (30, 30, 30), (110, 110, 110)
-_CAPTION_TEXT = (
-    "The lights have the colours pi and 0.35 pi, because a diffuse f is rho / pi. "
-    "For phong, blinn and strauss, which omit 1/pi, they have 1 and 0.35."
+_GAP, _MARGIN = 10, 8
+_PAPER, _INK, _FAINT = (255, 255, 255), (30, 30, 30), (90, 90, 90)
+# Font sizes in pixels: legible when a page shows the sheet at 80 % of its size.
+_NAME_SIZE, _SMALL_SIZE = 18, 14
+# Text is drawn larger by this factor and then reduced. At its own size, the font's spaces are rounded to 2 pixels.
+_OVERSAMPLING = 4
+_CAPTION = (
+    "The lights have the colours pi and 0.35 pi, because a diffuse reflectance is rho / pi. For phong, blinn and "
+    "strauss, which have no 1 / pi, the lights have the colours 1 and 0.35."
 )
 _RUST = (0.78, 0.3, 0.12)
 
@@ -35,44 +40,77 @@ def write_gallery(
     progress: Progress | None,
     write: Writer = written_whole,
 ) -> None:
-    """Render all models, and write the sheet of pictures.
+    """Write the gallery, whole or not at all.
 
     Args:
-        path: the .png file
-        side: width and height of each picture in pixels. Range: 64-2048.
-        samples: samples per pixel
-        merl: file of a measured material to show besides; None: none
-        renderer: the renderer
-        progress: called with the number of pictures drawn, and of all pictures
-        write: opens the file to write. Default: the file is written whole or not at all.
+        path: A .png file.
+        side: The side of each picture. Range: 64-2048. Pixels.
+        samples: Samples per pixel.
+        merl: A file in MERL's format, for an additional picture. None: no such picture.
+        renderer: Renders the pictures.
+        progress: Receives the number of finished pictures and of all pictures.
+        write: Opens the file.
     """
     output = check_output(path, (".png",))
     side = int(number(side, "--cell", 64, 2048, "pixels in [64, 2048]"))
     cells = [(name, *shown) for name, shown in shown_materials().items()]
     if merl is not None:
         cells.append(("merl", Material("merl", file=merl), os.path.basename(merl)))
-    rows = -(-len(cells) // _COLUMNS)
-    width = _COLUMNS * (side + _GAP) + _GAP
-    sheet = Image.new("RGB", (width, rows * (side + _BELOW + _GAP) + _GAP + _CAPTION), _PAPER)
-    draw = ImageDraw.Draw(sheet)
-    name_font, small_font = (ImageFont.load_default(size) for size in (15, 11))
-    for i, (name, material, about) in enumerate(cells):
+    # A column is as wide as its picture and its longest name; longer descriptions are wrapped.
+    wide = max(side, *(math.ceil(_length(name, _NAME_SIZE)) for name, _, _ in cells))
+    descriptions = [_wrapped(about, wide, ", ") for _, _, about in cells]
+    below = 2 + _NAME_SIZE + 4 + max(map(len, descriptions)) * (_SMALL_SIZE + 3)
+    columns = min(_COLUMNS, len(cells))
+    width = columns * (wide + _GAP) - _GAP + 2 * _MARGIN
+    caption = _wrapped(_CAPTION, width - 2 * _MARGIN)
+    bottom = _MARGIN + -(-len(cells) // _COLUMNS) * (side + below + _GAP)
+    sheet = Image.new("RGB", (width, bottom + len(caption) * (_SMALL_SIZE + 4) + _MARGIN), _PAPER)
+    for i, (name, material, _) in enumerate(cells):
         if progress:
             progress(i, len(cells))
-        x, y = _GAP + i % _COLUMNS * (side + _GAP), _GAP + i // _COLUMNS * (side + _BELOW + _GAP)
+        x, y = _MARGIN + i % _COLUMNS * (wide + _GAP), _MARGIN + i // _COLUMNS * (side + below + _GAP)
         sheet.paste(Image.fromarray(draw_material(material, side, samples, renderer)), (x, y))
-        draw.text((x + 2, y + side + 1), name, _INK, name_font)
-        draw.text((x + 2, y + side + 18), about, _FAINT, small_font)
-    draw.text((_GAP + 2, sheet.height - _CAPTION + 4), _CAPTION_TEXT, _FAINT, small_font)
+        _write_line(sheet, (x, y + side + 2), name, _INK, _NAME_SIZE)
+        for k, line in enumerate(descriptions[i]):
+            _write_line(sheet, (x, y + side + 6 + _NAME_SIZE + k * (_SMALL_SIZE + 3)), line, _FAINT, _SMALL_SIZE)
+    for k, line in enumerate(caption):
+        _write_line(sheet, (_MARGIN, bottom + k * (_SMALL_SIZE + 4)), line, _FAINT, _SMALL_SIZE)
     if progress:
         progress(len(cells), len(cells))
     with write(output) as file:
         sheet.save(file, "png", optimize=True)
 
 
+def _length(text: str, size: int) -> float:
+    """Return the width of a line in pixels."""
+    return ImageFont.load_default(size * _OVERSAMPLING).getlength(text) / _OVERSAMPLING
+
+
+def _wrapped(text: str, width: float, separator: str = " ") -> list[str]:
+    """Split a text at some separators into lines of at most this width in pixels. A single part may be wider."""
+    lines = [""]
+    for part in text.split(separator):
+        joined = f"{lines[-1]}{separator}{part}" if lines[-1] else part
+        if not lines[-1] or _length(joined, _SMALL_SIZE) <= width:
+            lines[-1] = joined
+        else:
+            lines[-1] += separator.rstrip()
+            lines.append(part)
+    return lines
+
+
+def _write_line(sheet: Image.Image, place: tuple[int, int], text: str, color: tuple[int, int, int], size: int) -> None:
+    """Write a line of text whose top left corner is at `place`."""
+    large = Image.new("L", (math.ceil(_length(text, size) + 1) * _OVERSAMPLING, (size + 4) * _OVERSAMPLING))
+    ImageDraw.Draw(large).text((0, 0), text, 255, ImageFont.load_default(size * _OVERSAMPLING))
+    sheet.paste(
+        color, place, large.resize((large.width // _OVERSAMPLING, large.height // _OVERSAMPLING), Image.Resampling.BOX)
+    )
+
+
 def shown_materials() -> dict[str, tuple[Material, str]]:
-    """Return for each model a material that shows the model's use, and the second line of its label."""
-    # n and k at 650, 550 and 450 nm: Johnson and Christy 1972, in assets/materials/conductors.toml.
+    """Return a typical material of each model, and its description."""
+    # At 650, 550 and 450 nm (Johnson and Christy 1972), as in assets/materials/conductors.toml.
     table = read_collection("conductors")["copper"]
     copper: dict[str, Any] = {"fresnel": "conductor", "n": table["n"], "k": table["k"]}
     chosen = {

@@ -69,7 +69,7 @@ def _plot_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="plot how much Phong's (R.V)^h and Blinn's (N.H)^4h differ, instead of materials; --set h=32 sets h",
     )
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png")
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help="a .png, .svg or .pdf (needs matplotlib)")
     add_backend(parser)
 
 
@@ -169,12 +169,14 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _plot(options: argparse.Namespace) -> int:
+    from raytracer.analysis.figures import SUFFIXES, require_matplotlib
     from raytracer.analysis.reflectance.plots import plot_lecture, plot_materials
     from raytracer.core.output import check_output
     from raytracer.gpu.device import shared_device
     from raytracer.rendering.renderer import Renderer
 
-    output = check_output(options.output, (".png",))
+    output = check_output(options.output, SUFFIXES)
+    require_matplotlib()
     if options.lecture == bool(options.materials):
         raise InputError("expected materials to plot, or --lecture (see raytracer brdf plot --help)", "MATERIAL")
     if options.lecture:
