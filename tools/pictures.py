@@ -1,8 +1,8 @@
 """Make the pictures of README.md and docs/tutorial.md in docs/pictures/: `make pictures`.
 
 A picture of a scene comes from its page: this program saves the page's TOML blocks, and runs the page's own
-`raytracer render` commands and its Python. The other pictures are those of examples/lecture_figures.py, two enlarged
-crops, and the window on a display of its own (Xvfb). Equal software on equal machines makes equal files.
+`raytracer render` commands and its Python. The other pictures are figures from examples/lecture_figures.py, two
+enlarged crops, and the window on its own display (Xvfb). The same software on the same machine makes the same files.
 
     python -m tools.pictures [NAME ...]
 
