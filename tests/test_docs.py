@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
+import raytracer as rt
 from raytracer.app.cli import _parser
-from raytracer.app.viewer.events import CONTROLS
 from raytracer.scene.materials.models import MODELS
 from raytracer.scene.settings import Settings
 from tests.pages import PAGES, anchors, links, pictures, sentences, target, text_of, tokens
@@ -171,9 +171,9 @@ def test_the_help_of_a_command_has_an_example_and_a_page_to_read_on(command: str
     assert max(len(line) for line in text.splitlines()) <= 120
 
 
-def test_the_page_of_the_window_has_all_its_keys() -> None:
-    keys = re.findall(r"^\| ([^|]+?) \|", text_of("docs/window.md"), re.M)
-    assert {control.key for control in CONTROLS} <= {key.strip("`") for key in keys}
+def test_the_page_of_python_has_every_public_name() -> None:
+    text = text_of("docs/python.md")
+    assert {name for name in rt.__all__ if not re.search(rf"\b{name}\b", text)} == set()
 
 
 def test_the_page_of_the_scene_file_has_all_settings() -> None:

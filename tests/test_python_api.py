@@ -1,9 +1,6 @@
-"""The library as Python users see it: settings, files, arrays, comparisons, references, and the README's code."""
+"""The library as Python users see it: settings, files, arrays, comparisons, references."""
 
-import os
 import re
-import subprocess
-import sys
 import warnings
 from pathlib import Path
 from typing import Any
@@ -222,23 +219,3 @@ def test_a_reference_too_large_for_the_memory_is_refused_and_a_long_one_is_annou
     with pytest.warns(UserWarning, match="this takes about 0 seconds") as warned:
         rt.reference(scenes.assignment(), SIZE, samples=16)
     assert warned[0].filename == __file__
-
-
-@pytest.mark.gl
-def test_the_readmes_lines_of_python_run(tmp_path: Path, cache: Path) -> None:
-    blocks = re.findall(
-        r"^```python\n(.*?)^```$", (scenes.CHECKOUT / "README.md").read_text(), re.DOTALL | re.MULTILINE
-    )
-    text = "\n".join(blocks)
-    assert len(blocks) >= 2 and all(f"rt.{name}(" in text for name in ("render", "compare", "reference", "load_all"))
-    (tmp_path / "readme.py").write_text(text.replace("1280, 720", "64, 36"))
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "readme.py"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        env={**os.environ, "PYTHONPATH": str(scenes.CHECKOUT)},
-    )
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "python.png").exists() and re.search(r"^0\.\d+ \d+\.\d+$", done.stdout, re.MULTILINE)

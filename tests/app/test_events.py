@@ -217,7 +217,7 @@ def test_the_keys_p_e_and_escape_request_actions_of_the_window() -> None:
         assert step(opened(), Key(key)) == (opened(), request)
 
 
-def test_the_help_and_the_readme_show_the_table_of_controls(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_help_and_the_page_of_the_window_show_the_table_of_controls(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["view", "--help"])
     shown = " ".join(capsys.readouterr().out.split())
@@ -225,8 +225,8 @@ def test_the_help_and_the_readme_show_the_table_of_controls(capsys: pytest.Captu
     def row(control: Control) -> str:
         return f"| {control.key} | {control.does} |"
 
-    table = "\n".join(["| | |", "|---|---|", *map(row, CONTROLS)])
-    assert table in (scenes.CHECKOUT / "README.md").read_text(), f"the README's table is to be:\n{table}"
+    table = "\n".join(["| key | action |", "|---|---|", *map(row, CONTROLS)])
+    assert table in (scenes.CHECKOUT / "docs/window.md").read_text(), f"docs/window.md needs the table:\n{table}"
     for control in CONTROLS:
         assert f"{control.key} {control.does}" in shown
     assert len({control.key for control in CONTROLS}) == len(CONTROLS)
@@ -321,7 +321,7 @@ def test_reloading_applies_only_the_settings_that_changed_in_the_file() -> None:
     assert other.settings.bounces == 3 and other.settings.shading == "blinn"
     gone = after(other, loaded(TEXT, scenes.assignment()))
     assert (gone.settings.samples, gone.limit, gone.settings.max_error) == (256, 256, None)
-    with pytest.raises(rt.InputError, match=r"^settings.sequence: expected one of sobol, r2, random for a window"):
+    with pytest.raises(rt.InputError, match=r"^settings.sequence: expected one of sobol, r2, random in the window"):
         after(state, loaded(TEXT, scenes.assignment(), SettingsPatch(sequence="grid")))
     assert opened(file_settings=SettingsPatch(sequence="grid"), sequence="r2").settings.sequence == "r2"
 

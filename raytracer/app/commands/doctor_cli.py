@@ -52,4 +52,4 @@ def _print_table(reports: list[ContextReport]) -> None:
         if not any(report.opens for report in reports if report.backend == backend):
             without_screen = "; without a screen, run under xvfb-run" if backend == "window" else ""
             packages = PACKAGES[backend]
-            say(f"To install {backend} on Debian or Ubuntu: apt-get install {packages}{without_screen}")
+            say(f"To use the backend {backend} on Debian or Ubuntu: apt-get install {packages}{without_screen}")

@@ -110,7 +110,7 @@ class Material:
             if key in known and (not (when := known[key].when) or chosen[when[0]] == when[1])
         }
         if self.has_default("ka"):
-            del kept["ka"]
+            kept.pop("ka", None)
         return Material(model, **{"name": self.name, **kept, **changes})
 
     __replace__ = replace
