@@ -23,7 +23,9 @@ _MOST_DIGITS = 300
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
     """Add the argument SCENE."""
-    parser.add_argument("scene", metavar="SCENE", help="TOML scene file, or the name of the example scene: assignment")
+    parser.add_argument(
+        "scene", metavar="SCENE", help="TOML scene file, or the name of an example: assignment, many, materials"
+    )
 
 
 def add_backend(parser: argparse.ArgumentParser) -> None:
