@@ -56,7 +56,7 @@ def _error(result: Result) -> str:
 def front(trade: Tradeoffs) -> str:
     """Format the Pareto front: all configurations that no other beats in both time and error."""
     results = sorted(
-        (result for result in trade.of(MAIN) if result.beaten_by is None), key=lambda result: result.median
+        (result for result in trade.results_for(MAIN) if result.beaten_by is None), key=lambda result: result.median
     )
     rows = []
     for result in results:
@@ -76,7 +76,7 @@ def sequences(trade: Tradeoffs) -> str:
     for sequence in SEQUENCES:
         own = {
             result.configuration.settings.samples: result
-            for result in trade.of_knob("sequence")
+            for result in trade.results_for_knob("sequence")
             if result.configuration.settings.sequence == sequence and result.configuration.settings.samples > 1
         }
         fits = [f"{fit[0]:.2f}" if fit else "" for fit in (hard.get(sequence), soft.get(sequence))]
@@ -92,7 +92,7 @@ def shadows(trade: Tradeoffs) -> str:
     rows = []
     for kind in ("off", "hard", "diluted", "soft"):
         target = f"{kind} shadows"
-        own = {result.configuration.settings.samples: result for result in trade.of_knob("shadows", target)}
+        own = {result.configuration.settings.samples: result for result in trade.results_for_knob("shadows", target)}
         cells = [f"{_ms(own[n])} ms, {_error(own[n])}" if n in own else "" for n in (1, 4, 16, 64)]
         rows.append([f"`{kind}`", *cells, f"{differences[target]:.1e}" if target in differences else ""])
     return _table(["shadows", "1 sample", *(f"{n} samples" for n in (4, 16, 64)), "difference from soft"], rows)
@@ -100,7 +100,7 @@ def shadows(trade: Tradeoffs) -> str:
 
 def exact(trade: Tradeoffs) -> str:
     """Format the time and the error of each precision and each evaluator."""
-    results = [*trade.of_knob("precision"), *trade.of_knob("evaluator")]
+    results = [*trade.results_for_knob("precision"), *trade.results_for_knob("evaluator")]
     own = {result.configuration.label: result for result in results}
     return _table(
         ["16 samples", "ms", "error"],
@@ -115,15 +115,14 @@ def approximations(trade: Tradeoffs) -> str:
     """Format the error of each approximation, with its time and the time of the exact model."""
     rows = []
     for name, target in trade.plan.targets.items():
-        if target.same_samples and trade.of(name):
-            exact_result = next(result for result in trade.of(name) if result.error and result.error.rmse == 0.0)
-            for result in trade.of(name):
-                if result is not exact_result:
+        if target.same_samples and (own := trade.results_for(name)):
+            exact = plots.exact_result(own)
+            assert exact
+            for result in own:
+                if result is not exact:
                     assert result.error
                     largest = f"{result.error.largest:.1e}"
-                    rows.append(
-                        [name, result.configuration.label, _ms(result), _ms(exact_result), _error(result), largest]
-                    )
+                    rows.append([name, result.configuration.label, _ms(result), _ms(exact), _error(result), largest])
     return _table(["exact model", "approximation", "ms", "ms, exact model", "error", "largest error"], rows)
 
 
@@ -173,7 +172,7 @@ def measure_tables(name: str, size: tuple[int, int], rounds: int, extent: Extent
     folder.mkdir(exist_ok=True)
     (folder / "trade.csv").write_text(as_csv(trade))
     write_plots(trade, folder)
-    tables = {each.__name__: each(trade) for each in (front, sequences, shadows, exact, approximations)}
+    tables = {table.__name__: table(trade) for table in (front, sequences, shadows, exact, approximations)}
     machine = "; ".join(f"{key}: {value}" for key, value in trade.machine.items())
     return tables | {"blind": blind(), "machine": f"{size[0]}x{size[1]}; {machine}"}
 

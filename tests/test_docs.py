@@ -13,7 +13,7 @@ import raytracer as rt
 from raytracer.app.cli import _parser
 from raytracer.scene.materials.models import MODELS
 from raytracer.scene.settings import Settings
-from tests.pages import PAGES, anchors, links, pictures, sentences, target, text_of, tokens
+from tests.pages import PAGES, anchors, links, pictures, target, text_of, tokens
 
 from .scenes import CHECKOUT
 
@@ -100,14 +100,14 @@ def test_each_link_leads_to_a_file_and_a_heading_that_are_there(page: str) -> No
 def test_each_picture_is_there_and_has_an_alternative_text(page: str) -> None:
     for source, alternative in pictures(page):
         assert target(page, source)[0].is_file(), source
-        assert len(alternative.split()) > 1, source
+        assert len(alternative.split()) > 1 and len(alternative) > 5, source
     assert "<img" not in text_of(page)
 
 
 def test_each_picture_of_the_documentation_is_on_a_page() -> None:
     used = {target(page, source)[0] for page in PAGES for source, _ in pictures(page)}
     files = {path for folder in ("docs/pictures", "docs/choosing") for path in (CHECKOUT / folder).iterdir()}
-    assert {path.name for path in files - used if path.suffix in (".png", ".svg")} == set()
+    assert {path.name for path in files - used if path.suffix != ".csv"} == set()
 
 
 def test_each_page_of_the_documentation_can_be_reached_from_the_readme() -> None:
@@ -121,13 +121,8 @@ def test_each_page_of_the_documentation_can_be_reached_from_the_readme() -> None
     assert reached == {*PAGES}
 
 
-def test_the_readme_is_short_and_so_are_its_sentences() -> None:
-    assert len(text_of("README.md").splitlines()) <= 150
-    assert [sentence for sentence in sentences("README.md") if len(sentence.split()) > 25] == []
-
-
 @pytest.mark.parametrize("page", PAGES)
-def test_no_heading_is_repeated_or_deeper_than_needed(page: str) -> None:
+def test_each_page_has_one_title_and_its_headings_skip_no_level(page: str) -> None:
     levels = [int(token.tag[1]) for token in tokens(page) if token.type == "heading_open"]
     assert levels[0] == 1 and levels.count(1) == 1
     assert all(after <= before + 1 for before, after in itertools.pairwise(levels))

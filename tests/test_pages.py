@@ -35,7 +35,7 @@ def run(place: str, folder: Path, environment: dict[str, str], *command: str) ->
 
 
 def read(page: str, folder: Path, environment: dict[str, str]) -> None:
-    """Do what a reader does with the blocks of a page, in order: save it, or paste it into a shell or a script.
+    """Use the blocks of a page in order, as a reader does: save a block, or paste it into a shell or a script.
 
     The reader has one script for all Python of the page, and runs it before the next command and at the end. Empty
     lines give the code in the script the line numbers of the page.

@@ -2,12 +2,12 @@
 
 import csv
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from tests.pages import pictures, sentences, target
 from tools.pictures import PAGES
 
 from .scenes import CHECKOUT
@@ -18,36 +18,19 @@ LONGEST_SENTENCE = 25  # words
 LARGEST_PICTURE = 150_000  # bytes
 
 
-def sentences(page: str) -> list[str]:
-    """Return the sentences outside of code blocks, pictures and headings. A cell and a list item end a sentence."""
-    text = re.sub(r"^```.*?^```$|^#.*$|<!--.*?-->", "", page, flags=re.DOTALL | re.MULTILINE)
-    text = re.sub(r"!\[[^]]*\]\([^)]*\)", "|", text)
-    text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text)
-    return re.split(r"(?<=[.?!])\s|\n\n|\n- |\|", text)
-
-
-def test_the_readme_is_short() -> None:
+def test_the_readme_is_short_and_so_are_its_sentences() -> None:
     assert len(README.splitlines()) <= LONGEST_PAGE
-    words = {sentence.strip(): len(sentence.split()) for sentence in sentences(README)}
-    assert not {sentence: count for sentence, count in words.items() if count > LONGEST_SENTENCE}
+    assert [sentence for sentence in sentences("README.md") if len(sentence.split()) > LONGEST_SENTENCE] == []
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_each_picture_is_there_is_small_and_has_a_text_in_its_place(page: str) -> None:
-    path = CHECKOUT / page
-    pictures = re.findall(r"!\[([^]]*)\]\(([^)]*)\)", path.read_text())
-    assert len(pictures) > 10
-    for text, name in pictures:
-        assert len(text) > 5, name
-        file = path.parent / name
+def test_each_picture_of_the_first_pages_is_a_small_png(page: str) -> None:
+    assert len(pictures(page)) > 10
+    for source, _ in pictures(page):
+        file, _ = target(page, source)
         with Image.open(file) as image:
             assert image.format == "PNG"
-        assert file.stat().st_size <= LARGEST_PICTURE, name
-
-
-def test_each_picture_of_the_folder_is_on_a_page() -> None:
-    text = "".join(page.read_text() for page in (*CHECKOUT.glob("*.md"), *CHECKOUT.glob("docs/*.md")))
-    assert not [file.name for file in Path(CHECKOUT, "docs/pictures").iterdir() if f"pictures/{file.name}" not in text]
+        assert file.stat().st_size <= LARGEST_PICTURE, source
 
 
 def test_the_costs_are_those_that_the_benchmark_measured() -> None:

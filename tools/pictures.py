@@ -27,9 +27,10 @@ from PIL import Image
 import raytracer as rt
 from examples import lecture_figures as figures
 from tests.displays import window
+from tests.pages import blocks, text_of
 from tests.processes import finished
+from tests.scenes import CHECKOUT
 
-CHECKOUT = Path(__file__).resolve().parent.parent
 FOLDER = CHECKOUT / "docs/pictures"
 PAGES = ("README.md", "docs/tutorial.md")
 
@@ -46,29 +47,26 @@ WINDOW_SAMPLES = 256
 Pixels = NDArray[np.uint8]
 
 
-def blocks(page: str, language: str) -> list[str]:
-    """Return the code blocks of a page in one language, in order."""
-    return re.findall(rf"^```{language}\n(.*?)^```$", (CHECKOUT / page).read_text(), re.DOTALL | re.MULTILINE)
-
-
 def page_pictures(page: str, wanted: Callable[[str], bool]) -> Iterator[tuple[str, Pixels]]:
-    """Make the pictures that the page's own code makes: of each `raytracer render` and each `image.save()`."""
+    """Run the page's own `raytracer render` commands and `image.save()` scripts, and yield their pictures."""
     environment = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
     with tempfile.TemporaryDirectory() as folder:
-        for block in blocks(page, "toml"):
-            if name := re.match(r"# ([\w-]+\.toml)\n", block):
-                (Path(folder) / name[1]).write_text(block)
-        commands = [line for block in blocks(page, "bash") for line in block.splitlines()]
-        for command in commands:
+        texts = {language: [] for language in ("bash", "python")}
+        for block in blocks(page):
+            if block.file:
+                (Path(folder) / block.file).write_text(block.text)
+            elif block.language in texts:
+                texts[block.language].append(block.text)
+        for command in "".join(texts["bash"]).splitlines():
             output = re.match(r"raytracer render .*-o ([\w-]+)\.png", command)
             if output and wanted(output[1]):
                 run = [sys.executable, "-m", *shlex.split(command)]
                 subprocess.run(run, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
                 yield output[1], pixels_of(Path(folder) / f"{output[1]}.png")
-        for block in blocks(page, "python"):
-            output = re.search(r'image\.save\("([\w-]+)\.png"\)', block)
+        for code in texts["python"]:
+            output = re.search(r'image\.save\("([\w-]+)\.png"\)', code)
             if output and wanted(output[1]):
-                run = [sys.executable, "-c", block]
+                run = [sys.executable, "-c", code]
                 subprocess.run(run, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
                 yield output[1], pixels_of(Path(folder) / f"{output[1]}.png")
 
@@ -155,7 +153,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME")
     names = {*parser.parse_args().names}
-    shown = {name for page in PAGES for name in re.findall(r"pictures/([\w-]+)\.png", (CHECKOUT / page).read_text())}
+    shown = {name for page in PAGES for name in re.findall(r"pictures/([\w-]+)\.png", text_of(page))}
 
     def wanted(name: str) -> bool:
         return name in (names or shown)

@@ -134,7 +134,7 @@ def label_samples(axis: Any, counts: Sequence[float]) -> None:
     """Make an axis logarithmic, with ticks at the numbers of samples that were taken and nowhere else."""
     from matplotlib.ticker import FixedLocator, NullLocator
 
-    axis._set_axes_scale("log", base=2)
+    _set_scale(axis, base=2)
     axis.set_major_locator(FixedLocator(sorted({*counts})))
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter("{x:g}")
@@ -144,12 +144,18 @@ def label_logarithm(axis: Any) -> None:
     """Make an axis logarithmic, with plain numbers such as 0.001 as labels."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
-    axis._set_axes_scale("log")
+    _set_scale(axis)
     low, high = axis.get_view_interval()
     is_short = low > 0.0 and math.log10(high / low) <= _LABELLED_DECADES
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if is_short else (1.0,), numticks=20))
     axis.set_major_formatter(lambda value, _: _plain_number(value))
     axis.set_minor_formatter(NullFormatter())
+
+
+def _set_scale(axis: Any, **options: Any) -> None:
+    """Make an axis logarithmic."""
+    set_scale = axis.axes.set_xscale if axis is axis.axes.xaxis else axis.axes.set_yscale
+    set_scale("log", **options)
 
 
 def _plain_number(value: float) -> str:

@@ -165,7 +165,6 @@ def program_epilog() -> str:
 
 
 def _epilog(examples: Iterable[str], page: str, failure: str, interrupt: str) -> str:
-
     return "\n".join(
         [
             "exit status:",

@@ -8,6 +8,7 @@ import warnings
 from functools import partial
 from typing import Any, get_args
 
+from raytracer.formats.scene_file import examples
 from raytracer.scene.materials.models import MODELS, SHADINGS
 from raytracer.scene.options import MAX_BOUNCES, MAX_SAMPLES, CompileOptions, Evaluator, Precision, Shadows
 from raytracer.scene.scene import Scene
@@ -24,7 +25,7 @@ _MOST_DIGITS = 300
 def add_scene(parser: argparse.ArgumentParser) -> None:
     """Add the argument SCENE."""
     parser.add_argument(
-        "scene", metavar="SCENE", help="TOML scene file, or the name of an example: assignment, many, materials"
+        "scene", metavar="SCENE", help=f"TOML scene file, or the name of an example: {', '.join(examples())}"
     )
 
 

@@ -13,8 +13,8 @@ SampleSequence = Literal["sobol", "r2", "random", "grid", "rotated", "corners"]
 
 # Scrambling seeds of the two dimensions of Sobol's sequence. Among 1500 random pairs, this pair had the smallest error
 # in the share of a pixel that an edge cuts off, with the first 2, 3, 4, 8, 16, 32 and 64 points. Compared with another
-# 1500 pairs (benchmarks/sequences.py) it is second, and with 16 points its error is half that of "r2". Averaged over
-# pixels that exchange digits (is_scattered) it is average, 2 % worse than the best.
+# 1500 pairs (benchmarks/sequences.py) it is second, and with 16 points its error is half the error of "r2". If pixels
+# exchange digits (is_scattered), the pair is average, 2 % worse than the best.
 _SCRAMBLES = 0xE7DAAF3E, 0xBB162E79
 # Scrambling seeds, and the shift of digits, of replicate_place(): the best of 200 random choices. For edges and lines
 # of all widths, and 2 to 64 samples, half the mean square difference of the two means is within 8 % of the mean square
@@ -27,8 +27,8 @@ _ALPHA = (0.7548776662466927, 0.5698402909980532)
 def sample_place(k: int, sequence: SampleSequence = "sobol", samples: int = 1) -> tuple[int, int]:
     """Return the position of a sample in its pixel as integers (x, y), in units of 2^-24 pixel from the top left.
 
-    Sample 0 of "sobol" is the pixel's centre. With a single sample, so is the sample of every sequence but "random" and
-    "corners".
+    Sample 0 of "sobol" is the pixel's centre. A single sample is the centre in all other sequences, too, except in
+    "random" and "corners".
 
     Args:
         k: the number of the sample, from 0.

@@ -47,8 +47,8 @@ def halfway(w: Array, fine: Fineness) -> Rule:
     """Return a rule in polar coordinates of the halfway vector H between its directions and a unit direction `w` (3,).
 
     In these coordinates, lobes in N.H have the same shape for any `w`; in coordinates of the directions themselves they
-    become long and thin at grazing angles. The solid angle of directions is 4 w.H times that of H: the article's
-    equation (xx).
+    become long and thin at grazing angles. A solid angle of directions is 4 w.H times the solid angle of
+    H: equation (xx) of the course's article.
     """
     tilt = _tilt(w)
     x, y = _across(w)

@@ -63,11 +63,11 @@ class Tradeoffs(msgspec.Struct):
     results: list[Result]
     complete: bool = False
 
-    def of(self, target: str) -> list[Result]:
+    def results_for(self, target: str) -> list[Result]:
         """Return the results that were measured against a target."""
         return [result for result in self.results if result.configuration.target == target and result.measured]
 
-    def of_knob(self, knob: str, target: str | None = None) -> list[Result]:
+    def results_for_knob(self, knob: str, target: str | None = None) -> list[Result]:
         """Return the series of a knob, optionally for one target only."""
         return [
             result
@@ -182,7 +182,7 @@ def resized(radiance: NDArray[Any], size: tuple[int, int]) -> NDArray[np.float32
 def _judge(trade: Tradeoffs) -> None:
     """Find each target's Pareto front. Errors that the reference does not resolve count as the smallest it resolves."""
     for name, reference in trade.references.items():
-        results = trade.of(name)
+        results = trade.results_for(name)
         floor = reference.resolved_from
         points = [(result.median, max(result.error.rmse, floor) if result.error else floor) for result in results]
         for result, other in zip(results, beaten_by(points), strict=True):

@@ -115,17 +115,17 @@ def _plot(figure: Any, name: str) -> str:
 
 
 def _main(trade: Tradeoffs) -> Iterable[str]:
-    if trade.of(MAIN):
+    if trade.results_for(MAIN):
         yield "<h2>Error against time</h2>"
         yield _plot(plots.error_against_time(trade, MAIN), "error-against-time")
         yield "<p>The configurations on the Pareto front:</p>"
-        front = sorted((r for r in trade.of(MAIN) if r.beaten_by is None), key=lambda result: result.median)
+        front = sorted((r for r in trade.results_for(MAIN) if r.beaten_by is None), key=lambda result: result.median)
         yield _table(front)
 
 
 def _sequences(trade: Tradeoffs) -> Iterable[str]:
     for knob, shadows in (("sequence", "hard shadows"), ("sequence, soft shadows", "soft shadows")):
-        if trade.of_knob(knob):
+        if trade.results_for_knob(knob):
             yield f"<h2>Error against samples, {shadows}</h2>"
             yield _plot(plots.error_against_samples(trade, knob), f"error-against-samples-{shadows.replace(' ', '-')}")
             rows = [(name, f"{fit[0]:.2f}", f"{fit[1]:.2g}") for name, fit in slopes(trade, knob).items() if fit]
@@ -152,7 +152,7 @@ def _strips(strips_by_title: dict[str, list[Tile]]) -> Iterable[str]:
 
 def _shadows(trade: Tradeoffs) -> Iterable[str]:
     for target in ("off shadows", "diluted shadows", "soft shadows"):
-        if trade.of(target):
+        if trade.results_for(target):
             yield f"<h2>Error against time, {'no shadows' if target == 'off shadows' else target}</h2>"
             yield _plot(plots.error_against_time(trade, target), f"error-against-time-{target.replace(' ', '-')}")
     if apart := shadow_differences(trade):
@@ -163,7 +163,7 @@ def _shadows(trade: Tradeoffs) -> Iterable[str]:
 
 
 def _approximations(trade: Tradeoffs) -> Iterable[str]:
-    targets = [name for name, target in trade.plan.targets.items() if target.same_samples and trade.of(name)]
+    targets = [name for name, target in trade.plan.targets.items() if target.same_samples and trade.results_for(name)]
     if not targets:
         return
     yield "<h2>Shading approximations</h2>"
@@ -173,10 +173,10 @@ def _approximations(trade: Tradeoffs) -> Iterable[str]:
         f"same samples ({samples.pop()} per pixel), so that only the shading differs. The title of a plot names the "
         "quantity and the exact form.</p>"
     )
-    if measured := [name for name in targets if plots.exact_result(trade.of(name))]:
+    if measured := [name for name in targets if plots.exact_result(trade.results_for(name))]:
         yield _plot(plots.error_of_approximations(trade, measured), "error-of-approximations")
     for name in targets:
-        yield f"<p>{escape(name)}</p>{_table(trade.of(name))}"
+        yield f"<p>{escape(name)}</p>{_table(trade.results_for(name))}"
 
 
 def _all(trade: Tradeoffs) -> Iterable[str]:
@@ -190,7 +190,7 @@ def _all(trade: Tradeoffs) -> Iterable[str]:
         ],
     )
     for name, target in trade.plan.targets.items():
-        if not target.same_samples and (results := trade.of(name)):
+        if not target.same_samples and (results := trade.results_for(name)):
             yield f"<h3>{escape(name.capitalize())}</h3>{_table(sorted(results, key=lambda result: result.median))}"
     if refused := [result for result in trade.results if result.refused]:
         yield "<h3>Refused</h3>"

@@ -32,7 +32,7 @@ def error_against_time(trade: Tradeoffs, target: str) -> Any:
     """Return a figure with a point for each configuration, by technique, and the Pareto front."""
     figure = new_figure(9.0, 5.0)
     axes = figure.add_subplot()
-    results = trade.of(target)
+    results = trade.results_for(target)
     techniques = [_technique(result, trade.plan.targets[target].settings) for result in results]
     for name, style in {**SEQUENCE_STYLES, **TECHNIQUE_STYLES}.items():
         series = [result for result, technique in zip(results, techniques, strict=True) if technique == name]
@@ -79,7 +79,6 @@ def _error(result: Result) -> float:
 
 def _label_axes(axes: Any, trade: Tradeoffs, target: str) -> None:
     """Label the error axis, and shade the errors that the reference does not resolve, if the axis has any."""
-    axes.set_yscale("log")
     label_logarithm(axes.yaxis)
     axes.set_ylabel(_ERROR)
     plain_axes(axes)
@@ -93,7 +92,7 @@ def error_against_samples(trade: Tradeoffs, knob: str) -> Any:
     """Return a figure with a line for each sequence, and the rates of convergence in its legend."""
     figure = new_figure(9.0, 4.6)
     axes = figure.add_subplot()
-    results = [result for result in trade.of_knob(knob) if result.configuration.settings.samples > 1]
+    results = [result for result in trade.results_for_knob(knob) if result.configuration.settings.samples > 1]
     fits = slopes(trade, knob)
     for sequence, style in SEQUENCE_STYLES.items():
         series = sorted(
@@ -140,7 +139,7 @@ def error_of_approximations(trade: Tradeoffs, targets: Sequence[str]) -> Any:
     rows = -(-len(targets) // columns)
     figure = new_figure(3.2 * columns, 2.4 * rows + 0.3)
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    points_by_target = {target: _relative_points(trade.of(target)) for target in targets}
+    points_by_target = {target: _relative_points(trade.results_for(target)) for target in targets}
     times = [1.0, *(x for points in points_by_target.values() for _, x, _ in points)]
     errors = [y for points in points_by_target.values() for _, _, y in points] or [_LEAST_ERROR]
     limits = (min(times) / 3.0, 3.0 * max(times)), (min(errors) / 5.0, 5.0 * max(errors))

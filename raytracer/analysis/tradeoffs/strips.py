@@ -35,10 +35,10 @@ class Tile(NamedTuple):
 
 def strips(trade: Tradeoffs, renderer: Renderer) -> dict[str, list[Tile]]:
     """Return the strips by title. There are none if the trade lacks the measurements that they compare."""
-    results = trade.of(MAIN)
+    results = trade.results_for(MAIN)
     common = next((r for r in results if r.configuration.label == f"{_SAMPLES} sobol"), None)
     if common is None:
-        sobol = [r for r in trade.of_knob("samples") if r.samples > 1]
+        sobol = [r for r in trade.results_for_knob("samples") if r.samples > 1]
         common = max(sobol, key=lambda result: result.samples, default=None)
     if common is None or common.error is None:
         return {}
@@ -75,7 +75,7 @@ def _families(trade: Tradeoffs, results: Sequence[Result]) -> dict[str, list[Res
         families[f"sequence {result.configuration.settings.sequence}"].append(result)
     families["adaptive samples"] = [r for r in results if r.configuration.settings.adaptive is not None]
     families["error limit"] = [r for r in results if r.configuration.settings.max_error is not None]
-    for scale in dict.fromkeys(r.configuration.scale for r in trade.of_knob("resolution", MAIN)):
+    for scale in dict.fromkeys(r.configuration.scale for r in trade.results_for_knob("resolution", MAIN)):
         if scale != 1.0:
             families[f"{scale:g} x the resolution"] = [r for r in results if r.configuration.scale == scale]
     return {name: own for name, own in families.items() if own}

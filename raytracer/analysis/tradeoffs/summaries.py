@@ -21,7 +21,7 @@ def slopes(trade: Tradeoffs, knob: str = "sequence") -> dict[str, tuple[float, f
     for sequence in SEQUENCES:
         series = [
             (result.samples, result.error.rmse)
-            for result in trade.of_knob(knob)
+            for result in trade.results_for_knob(knob)
             if result.configuration.settings.sequence == sequence
             and result.configuration.settings.samples > 1
             and result.resolved
