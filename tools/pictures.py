@@ -2,7 +2,8 @@
 
 A picture of a scene comes from its page: this program saves the page's TOML blocks, and runs the page's own
 `raytracer render` commands and its Python. The other pictures are figures from examples/lecture_figures.py, two
-enlarged crops, and the window on its own display (Xvfb). The same software on the same machine makes the same files.
+enlarged crops, and the window on its own display (Xvfb). The same software on the same machine makes the same files,
+except for the time in the title of viewer.png.
 
     python -m tools.pictures [NAME ...]
 
@@ -22,13 +23,13 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
 import raytracer as rt
 from examples import lecture_figures as figures
 from tests.displays import window
 from tests.pages import blocks, text_of
-from tests.processes import finished
+from tests.processes import finished, output_of
 from tests.scenes import CHECKOUT
 
 FOLDER = CHECKOUT / "docs/pictures"
@@ -37,6 +38,14 @@ PAGES = ("README.md", "docs/tutorial.md")
 # Sizes in pixels. Pages show rows of five, four and two pictures at about half of these sizes, because GitHub shrinks a
 # table to its page, which is about 830 wide. So pictures are sharp on displays with two pixels for one.
 STAGE, OPTION, WINDOW = (300, 300), (380, 284), (1000, 600)
+# The window beside README's lens.png of 640x600, with a bar of this height for the title. The letters of the title are
+# as large as the page's own text when the page shows the picture 410 wide.
+TITLED, TITLE_BAR, TITLE_LETTER = (640, 564), 36, 18
+# This camera is nearer to the camera of the assignment, and looks over the solid, so that the light's marker is free.
+TITLED_CAMERA = figures.VIEW.replace(position=(3.4, 4.4, 4.6), look_at=(0, 2.3, 0), vertical_fov=38)
+TITLE_GROUND, TITLE_INK = (46, 48, 56), (236, 236, 240)
+# Seconds: longer than the window shows its first hint, "H: help".
+HINT_SECONDS = 7.0
 # The corner of the solid at the cut: edges in all directions. (left, upper, right, lower) of a picture of CROPPED.
 CROPPED, CROP = (320, 240), (90, 98, 128, 126)
 # The window's camera: VIEW of the lecture figures, turned so that the solid is on the right of the table of keys.
@@ -114,17 +123,49 @@ def antialiasing() -> Iterator[tuple[str, Pixels]]:
 
 def window_with_keys() -> Iterator[tuple[str, Pixels]]:
     """Make the window with its table of keys."""
+    _, pixels = shown_window(WINDOW, WINDOW_CAMERA, "key h")
+    yield "window", pixels
+
+
+def window_with_title() -> Iterator[tuple[str, Pixels]]:
+    """Make the window without the table, for a display of two pixels for one, under a bar with its title.
+
+    Xvfb has no window manager, so this function draws the bar. The text is the window's own title, with the time of the
+    last sample.
+    """
+    title, pixels = shown_window(TITLED, TITLED_CAMERA, "", scale=2)
+    bar = Image.new("RGB", (TITLED[0], TITLE_BAR), TITLE_GROUND)
+    font = ImageFont.load_default(TITLE_LETTER)
+    while font.getlength(title) > TITLED[0] - 2 * TITLE_LETTER:  # as a window manager shortens a title
+        title = title.removesuffix("...")[:-1] + "..."
+    ImageDraw.Draw(bar).text((TITLE_LETTER, TITLE_BAR / 2), title, TITLE_INK, font, anchor="lm")
+    yield "viewer", np.concatenate([np.asarray(bar), pixels])
+
+
+def shown_window(size: tuple[int, int], camera: rt.Camera, actions: str, scale: int = 1) -> tuple[str, Pixels]:
+    """Return the title and the pixels of a window that shows the assignment, after all samples.
+
+    Args:
+        size: width and height of the window, pixels of the display.
+        camera: replaces the camera of the assignment.
+        actions: words for xdotool, such as "key h". None if empty.
+        scale: display scale, by which the window enlarges its letters.
+    """
     with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "assignment.toml").write_text(with_camera("assignment", WINDOW_CAMERA))
+        (Path(folder) / "assignment.toml").write_text(with_camera("assignment", camera))
         arguments = "assignment.toml", "--shadows", "soft", "--samples", str(WINDOW_SAMPLES)
-        with window(Path(folder), *arguments, size=WINDOW, display=WINDOW) as shown:
-            shown.act("key h")
-            title = f" {WINDOW_SAMPLES} of {WINDOW_SAMPLES} samples"
-            search = "xdotool", "search", "--name", title
-            shown.until(lambda: finished(*search, env=shown.variables).returncode == 0, "the picture was not refined")
-            time.sleep(1.0)  # the title changes before the last picture is on the display
-            yield "window", shown.shown(WINDOW).astype(np.uint8)
-            shown.close()
+        wide, high = size[0] // scale, size[1] // scale  # the window multiplies its size by the scale
+        with window(Path(folder), *arguments, size=(wide, high), display=size, scale=scale) as opened:
+            if actions:
+                opened.act(actions)
+            search = "xdotool", "search", "--name", f" {WINDOW_SAMPLES} of {WINDOW_SAMPLES} samples"
+            opened.until(lambda: finished(*search, env=opened.variables).returncode == 0, "the picture was not refined")
+            # The title changes before the last picture is on the display, and the hint over the picture ends later.
+            time.sleep(HINT_SECONDS)
+            title = output_of(*search, "getwindowname", env=opened.variables).strip()
+            pixels = opened.shown(size).astype(np.uint8)
+            opened.close()
+    return title, pixels
 
 
 def with_camera(example: str, camera: rt.Camera) -> str:
@@ -145,6 +186,7 @@ MAKERS: dict[Callable[[], Iterator[tuple[str, Pixels]]], tuple[str, ...]] = {
     highlights: ("phong", "blinn"),
     antialiasing: ("samples-1", "samples-16"),
     window_with_keys: ("window",),
+    window_with_title: ("viewer",),
 }
 
 
