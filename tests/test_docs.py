@@ -73,10 +73,11 @@ def test_the_architecture_has_each_package_with_the_imports_of_the_contract() ->
 
 
 def test_the_glossary_is_in_alphabetical_order_and_explains_each_term_once() -> None:
-    terms = [term.lower() for term in re.findall(r"^\| \*?\*?([^|*]+?)\*?\*? \|", GLOSSARY, re.M)]
-    terms = terms[terms.index("word") + 1 :]
-    terms = [term for term in terms if set(term) != {"-"}]
-    assert len(terms) > 20 and terms == sorted(set(terms))
+    tables = GLOSSARY.split("\n## ")[1:]
+    terms = [[term.lower() for term in re.findall(r"^\| ([^|]+?) \|", table, re.M)][1:] for table in tables]
+    assert len(terms) == 3 and all(len(words) > 20 and words == sorted(words) for words in terms)
+    together = [*itertools.chain(*terms)]
+    assert len(together) == len({*together})
 
 
 def test_the_shaders_readme_prints_the_text_of_a_program(capsys: pytest.CaptureFixture[str]) -> None:
