@@ -61,9 +61,12 @@ def as_markdown(results: Sequence[TimedRow], rates: Sequence[tuple[str, ...]], m
 
 def calls_table(results: Sequence[TimedRow]) -> str:
     """Format the rows of users' calls, with the columns of docs/performance.md."""
-    lines = ["| call | against | ours, ms | theirs, ms | ratio | goal |", "| --- | --- | --- | --- | --- | --- |"]
+    lines = [
+        "| call | against | ours, ms | theirs, ms | ratio | goal | reached |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+    ]
     rows = [_cells(row, timing) for row, timing in results if row.is_in_docs and not isinstance(timing, str)]
-    return "\n".join((*lines, *(f"| {' | '.join(cells[:6])} |" for cells in rows)))
+    return "\n".join((*lines, *(f"| {' | '.join(cells[:7])} |" for cells in rows)))
 
 
 def _line(row: SpeedRow, timing: Timing | str) -> str:

@@ -70,7 +70,7 @@ def test_each_row_of_the_page_has_times_a_goal_and_the_agreement() -> None:
         ("", "", ""),
     ]
     calls = rows_of(calls_table(results))
-    assert calls[0] == page[0][:6] and calls[1:] == [cells[:6] for cells in page[1:3]], "calls alone"
+    assert calls[0] == page[0][:7] and calls[1:] == [cells[:7] for cells in page[1:3]], "calls alone"
 
 
 def test_rows_have_the_names_of_users_calls_or_start_with_inner() -> None:
@@ -85,4 +85,4 @@ def test_the_table_of_the_docs_has_the_rows_of_the_results() -> None:
     assert table
     calls, results = rows_of(table[1]), rows_of(RESULTS.read_text())
     assert len(calls) > 10
-    assert all(row in [cells[:6] for cells in results] for row in calls)
+    assert all(row in [cells[:7] for cells in results] for row in calls)
