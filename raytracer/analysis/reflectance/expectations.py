@@ -1,7 +1,7 @@
 """Expectations for each model, by theory: whether it is reciprocal and conserves energy, and its largest albedo.
 
 They were written down before any measurement, from formulas and publications. If only a measurement could decide, `why`
-says "by a run". `verification.py` compares measurements with them, and `closed_forms.py` has closed forms of albedos.
+says "measured". `verification.py` compares measurements with them, and `closed_forms.py` has closed forms of albedos.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from raytracer.scene.materials.material import Material
 class Expectation(msgspec.Struct, frozen=True):
     """An expectation for a model with some parameters. If several expectations fit, the last one applies.
 
-    An expectation holds for the parameters of `tried_parameters()`, for which it was derived, or measured by a run. In
+    An expectation holds for the parameters of `tried_parameters()`, for which it was derived or measured. In
     a `law`, `reciprocal` and `conserving` hold for any values of the other parameters. None: nothing is expected.
     """
 
@@ -123,7 +123,7 @@ def _cavities(model: str, more: Parameters) -> tuple[Expectation, ...]:
             model,
             True,
             True,
-            "V-shaped cavities mask as much as necessary; 1/4 is the Jacobian (xx)",
+            "V-shaped cavities mask as much as necessary; 1/4 is the Jacobian: equation (xx) of the article",
             {"rho": 0.0, "constant": "modern", **more},
             law=True,
         ),
@@ -155,7 +155,7 @@ EXPECTATIONS: tuple[Expectation, ...] = (
         "lacks 1/pi",
     ),
     Expectation(
-        "strauss", False, True, "transmits all light except at grazing angles; by a run", {"transparency": 1.0}
+        "strauss", False, True, "transmits all light except at grazing angles; measured", {"transparency": 1.0}
     ),
     Expectation(
         "strauss",
@@ -248,12 +248,12 @@ EXPECTATIONS: tuple[Expectation, ...] = (
         "large V.H, from other directions, is reflected diffusely as well",
     ),
     Expectation(
-        "split", True, True, "rough facets have a large V.H: rho 0.8 keeps the sum below 1; by a run", {"alpha": 0.3}
+        "split", True, True, "rough facets have a large V.H: rho 0.8 keeps the sum below 1; measured", {"alpha": 0.3}
     ),
-    Expectation("split", True, False, "rough facets with rho = 1 exceed 1; by a run", {"alpha": 0.3, "rho": 1.0}),
-    Expectation("split", True, False, "narrower at grazing angles than GGX; by a run", {"distribution": "beckmann"}),
+    Expectation("split", True, False, "rough facets with rho = 1 exceed 1; measured", {"alpha": 0.3, "rho": 1.0}),
+    Expectation("split", True, False, "narrower at grazing angles than GGX; measured", {"distribution": "beckmann"}),
     Expectation("split", True, False, "smooth as a mirror: nearly 2", {"alpha": 1e-4}, resolved=False),
-    Expectation("split", True, True, "rough facets have a large V.H; by a run", {"alpha": 1.0}),
+    Expectation("split", True, True, "rough facets have a large V.H; measured", {"alpha": 1.0}),
     Expectation("split", True, True, "no diffuse part", {"metalness": 1.0}, law=True),
     Expectation("split", True, True, "no diffuse part: F is 1", {"f0": 1.0, "metalness": 0.0}, law=True),
     Expectation("split", True, True, "no diffuse part", {"rho": 0.0}, law=True),
@@ -269,14 +269,14 @@ EXPECTATIONS: tuple[Expectation, ...] = (
         "diffuse_microfacet",
         True,
         True,
-        "as with ggx, but no law: the shader's quadrature gives 1.0015 for smooth white facets; by a run",
+        "as with ggx, but no law: the shader's quadrature gives 1.0015 for smooth white facets; measured",
         {"distribution": "beckmann"},
     ),
-    Expectation("he", True, True, "not guaranteed, but delta and diffuse parts have F below 1; by a run"),
+    Expectation("he", True, True, "not guaranteed, but delta and diffuse parts have F below 1; measured"),
     Expectation("he", True, False, "a diffuse part of albedo 1, plus the other parts", {"rho": 1.0}),
     Expectation("he", True, True, "only the diffuse part: rho", {"ks": 0.0}, (0.0, 0.0), law=True),
     *(
-        Expectation("he", True, False, "delta and diffuse parts sum to 1.025 F at 80 degrees, F = 1; by a run", when)
+        Expectation("he", True, False, "delta and diffuse parts sum to 1.025 F at 80 degrees, F = 1; measured", when)
         for when in ({"f0": 1.0}, {"fresnel": "conductor", "n": 0.0}, {"fresnel": "conductor", "k": 100.0})
     ),
     *(

@@ -231,7 +231,8 @@ def _default_text(value: Any) -> str:
 
 def markdown() -> str:
     """Return the text of docs/models.md: the models with their parameters and expectations."""
-    ambient, emission = (MODELS["phong"].parameters[name] for name in ("ka", "le"))
+    ambient, emission = map(_parameter_row, (MODELS["phong"].parameters[name] for name in ("ka", "le")))
+    ambient[_COLUMNS.index("default")] += " (phong, blinn), 0 (others)"
     lines = [
         "# Reflectance models",
         "",
@@ -247,11 +248,13 @@ def markdown() -> str:
         "match, the last one applies. A *law* holds for any values of the other parameters. Models other than",
         f"{', '.join(NOT_RECIPROCAL)} are always reciprocal. `raytracer brdf check` measures all rows with the GLSL.",
         "",
+        "[References](reflectance.md#references) has the titles of the papers, of the article and of the cheat sheet.",
+        "",
         *_parameter_lines([ambient, emission]),
     ]
     for name, model in MODELS.items():
         lines += ["", f"## {name}", "", f"{model.about[0].upper()}{model.about[1:]} ({model.source}).", ""]
-        lines += _parameter_lines([p for p in model.parameters.values() if p.name not in ("ka", "le")])
+        lines += _parameter_lines([_parameter_row(p) for p in model.parameters.values() if p.name not in ("ka", "le")])
         if rows := [expectation for expectation in EXPECTATIONS if expectation.model == name]:
             cells = [
                 ["where", "law", "reciprocal", "conserving", "largest albedo", "why"],
@@ -285,8 +288,7 @@ def _where(when: Parameters) -> str:
     return ", ".join(text(*item) for item in when.items()) or "otherwise"
 
 
-def _parameter_lines(parameters: Sequence[Parameter]) -> list[str]:
-    rows = [_parameter_row(p) for p in parameters]
+def _parameter_lines(rows: Sequence[Sequence[str]]) -> list[str]:
     return _markdown_rows([_COLUMNS, ["---"] * len(_COLUMNS), *([f"`{row[0]}`", *row[1:]] for row in rows)])
 
 
