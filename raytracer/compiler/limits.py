@@ -12,7 +12,7 @@ from raytracer.scene.options import Precision
 
 # llvmpipe's compile time triples with every two more successive loops: 2 s for 11, 5 s for 13, 16 s for 15.
 MAX_ROTH_LOOPS = 14
-# The evaluators walk and roth write all trees out in one shader: llvmpipe compiles 100 primitives in 2 s, 300 in 13 s.
+# The evaluators walk and roth write all trees out in one shader: llvmpipe compiles 100 spheres in 2 s, 512 in 17 s.
 MAX_PRIMITIVES = 512
 
 
