@@ -17,7 +17,7 @@ from raytracer.formats.estimate import Estimate
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import ASKED_SAMPLES
+from raytracer.scene.settings_patch import DEFAULT_SAMPLE_LIMIT
 from tests.processes import output_of
 
 SIZE = (1280, 720)
@@ -29,7 +29,7 @@ NEW_TIMES = 0.25, 1.0
 
 def in_process(renderer: Renderer, name: str, seconds: float | None) -> Estimate:
     """Render a picture with a time limit, or for None with 1 sample, which takes one pass. Return its estimate."""
-    settings = Settings() if seconds is None else Settings(samples=ASKED_SAMPLES, time=seconds)
+    settings = Settings() if seconds is None else Settings(samples=DEFAULT_SAMPLE_LIMIT, time=seconds)
     estimate = renderer.render(rt.load(name), SIZE, settings, geometry=False).estimate
     assert estimate
     return estimate

@@ -27,7 +27,7 @@ from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.options import Shadows
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import ASKED_SAMPLES
+from raytracer.scene.settings_patch import DEFAULT_SAMPLE_LIMIT
 
 SAMPLES = 4, 16, 64, 256
 # A quarter of the pixels of unseen.SIZE, for which thin features were designed: they are thinner here, and fewer pixels
@@ -80,7 +80,7 @@ def measure_scene(name: str, seed: int) -> dict[str, float | int | str]:
     rng = np.random.default_rng([3, seed])
     low, high = sorted(np.log(np.maximum((true[SAMPLES[-1]], true[SAMPLES[0]]), 1e-30)))
     goal = float(np.exp(rng.uniform(low, high)))
-    image = picture(samples=ASKED_SAMPLES, max_error=goal)
+    image = picture(samples=DEFAULT_SAMPLE_LIMIT, max_error=goal)
     estimate = image.estimate
     assert estimate and estimate.rmse is not None
     row |= {"asked": goal, "true": _rms(image, truth), "stated": estimate.rmse, "reached": int(bool(estimate.reached))}

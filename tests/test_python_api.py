@@ -215,7 +215,7 @@ def test_a_reference_too_large_for_the_memory_is_refused_and_a_long_one_is_annou
         patch.setattr(memory, "physical_memory", lambda: 2**34)
         with pytest.raises(rt.InputError, match="size: expected a picture that fits"):
             rt.reference(scenes.assignment(), (65536, 65536))
-    monkeypatch.setattr(picture, "WORTH_MENTION", 0.0)
+    monkeypatch.setattr(picture, "WARN_SECONDS", 0.0)
     with pytest.warns(UserWarning, match="this takes about 0 seconds") as warned:
         rt.reference(scenes.assignment(), SIZE, samples=16)
     assert warned[0].filename == __file__

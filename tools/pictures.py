@@ -29,7 +29,7 @@ import raytracer as rt
 from examples import lecture_figures as figures
 from tests.displays import window
 from tests.pages import blocks, text_of
-from tests.processes import finished, output_of
+from tests.processes import output_of, run_to_end
 from tests.scenes import CHECKOUT
 
 FOLDER = CHECKOUT / "docs/pictures"
@@ -159,7 +159,9 @@ def shown_window(size: tuple[int, int], camera: rt.Camera, actions: str, scale: 
             if actions:
                 opened.act(actions)
             search = "xdotool", "search", "--name", f" {WINDOW_SAMPLES} of {WINDOW_SAMPLES} samples"
-            opened.until(lambda: finished(*search, env=opened.variables).returncode == 0, "the picture was not refined")
+            opened.until(
+                lambda: run_to_end(*search, env=opened.variables).returncode == 0, "the picture was not refined"
+            )
             # The title changes before the last picture is on the display, and the hint over the picture ends later.
             time.sleep(HINT_SECONDS)
             title = output_of(*search, "getwindowname", env=opened.variables).strip()

@@ -14,7 +14,7 @@ from raytracer.scene.options import MAX_BOUNCES, MAX_SAMPLES, CompileOptions, Ev
 from raytracer.scene.scene import Scene
 from raytracer.scene.sequences import SEQUENCES, SampleSequence
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import ASKED_SAMPLES, QUALITIES, SettingsPatch, flags
+from raytracer.scene.settings_patch import DEFAULT_SAMPLE_LIMIT, QUALITIES, SettingsPatch, flags
 from raytracer.scene.warnings import scene_warnings
 
 # Digits of a whole number; further digits are cut off. A number of 300 digits is beyond all limits, and longer than an
@@ -85,7 +85,7 @@ def add_compile_options(
         },
         "bounces": {
             "metavar": "N",
-            "type": whole,
+            "type": parse_integer,
             "help": f"successive mirror reflections that a ray follows. Default: 8. Range: 0-{MAX_BOUNCES}.",
         },
     }
@@ -122,9 +122,9 @@ def add_settings(
     add(
         "--samples",
         metavar="N",
-        type=whole,
-        help=f"samples per pixel. Default: {samples}. With {limited}: limit of samples, default: {ASKED_SAMPLES}. "
-        f"Range: 1-{MAX_SAMPLES}.",
+        type=parse_integer,
+        help=f"samples per pixel. Default: {samples}. With {limited}: limit of samples, default: "
+        f"{DEFAULT_SAMPLE_LIMIT}. Range: 1-{MAX_SAMPLES}.",
     )
     add(
         "--max-error",
@@ -174,7 +174,7 @@ def warn_about(name: str, scene: Scene, settings: Settings) -> None:
         warnings.warn(f"{name}: {warning}", stacklevel=2)
 
 
-def whole(text: str) -> int:
+def parse_integer(text: str) -> int:
     """Parse a whole number of at least 0."""
     if not (text.isascii() and text.isdigit()):
         raise argparse.ArgumentTypeError(f"expected a whole number that is not negative, got {text!r}")
@@ -186,7 +186,7 @@ def picture_size(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"([0-9]+)x([0-9]+)", text)
     if not match:
         raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, such as 1280x720, got {text!r}")
-    return whole(match[1]), whole(match[2])
+    return parse_integer(match[1]), parse_integer(match[2])
 
 
 def _model(text: str) -> str:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.direction_cells import Array, Ints, Lists, check_pairs, hemisphere_cells, runs
+from raytracer.compiler.direction_cells import Array, Ints, Lists, check_pairs, hemisphere_cells, repeat_counting
 
 Floats: TypeAlias = NDArray[np.float32]
 Words: TypeAlias = NDArray[Any]  # of the type _Keys.word
@@ -85,9 +85,9 @@ def _small_keys(
     """Make the keys of all pairs of a cell and a small ball, and find all other balls.
 
     The margins, with u = _STEP: Rounding moves a ball's centre, the light and their difference by u of each length, in
-    all by at most 2 u (distance + |place|). It turns a ray as widened() of direction_cells.py assumes: by at most 16 u
-    / sqrt(3) of the distance, the largest length of the three products of two coordinates. The radii grow by all of
-    these. The sums are off by 4 u of themselves, and widened() adds MARGIN, 64 u: _RADIUS covers both.
+    all by at most 2 u (distance + |place|). It turns a ray as grown_radii() of direction_cells.py assumes: by at most
+    16 u / sqrt(3) of the distance, the largest length of the three products of two coordinates. The radii grow by all
+    of these. The sums are off by 4 u of themselves, and grown_radii() adds MARGIN, 64 u: _RADIUS covers both.
 
     As d >= 2 r, d^2 - r^2 is off by 5 u of itself. A ball at the equator is in both hemispheres, in one of them with a
     height h of at least -1.1 r. So q + h is off by 10 u of itself, a place in the grid by 16 u of half the grid, and a
@@ -152,7 +152,7 @@ def _small_keys(
         wide = columns[large].astype(np.int64) + 1
         count = wide * (rows[large].astype(np.int64) + 1)
         check_pairs(int(count.sum()), most)
-        ball, number = runs(np.arange(len(large)), count - 1, np.ones(len(large), np.int64))
+        ball, number = repeat_counting(np.arange(len(large)), count - 1, np.ones(len(large), np.int64))
         row, column = np.divmod(number, wide[ball])
         keys_of_balls.append(key[large[ball]] + ((row * keys.grid + column).astype(word) << shift))
         rows[large] = columns[large] = 0

@@ -4,9 +4,9 @@ The package imports no other package of the project. It imports NumPy only in fu
 building a scene and reporting a wrong value need no NumPy. Other packages may use:
 
     validation: InputError, about, within; Vec3, Key, Keys; MAX_COLOR, MAX_EXPONENT, MAX_LENGTH, MAX_SIDE, MIN_RADIUS;
-        checks that return the checked value: number, whole, vector, three, point, color, direction, items,
+        checks that return the checked value: number, integer, vector, three_numbers, point, color, direction, items,
         check_choice, check_flag, check_keys, check_path, check_size, check_text; is_number, set_fields
-    suggest: did_you_mean, did_you_mean_file, known (suggestions at the end of an error message)
+    suggest: did_you_mean, did_you_mean_file, known_names (suggestions at the end of an error message)
     shown: shown, printable, shortened (values as text in an error message)
     record: Record (base class of frozen structs with `replace`), public
     vectors: add, sub, dot, cross, scaled, divided
@@ -17,8 +17,8 @@ building a scene and reporting a wrong value need no NumPy. Other packages may u
     memory: check_memory, physical_memory, picture_bytes
     collector: collector_paused
     interrupts: run_guarded, deferred, STATUS
-    progress: Progress, progress_bar, step_bar, tell_step, check_progress
-    terminal: say, complain, note, say_json, say_table, cell, tolerant_output, drop_output
+    progress: Progress, progress_bar, step_bar, announce_step, check_progress
+    terminal: print_lines, print_error, print_note, print_json, print_table, table_cell, tolerant_output, drop_output
 
 An InputError carries the location of the wrong value as data: `keys`, `file` and `line`. Its message is built from
 them, and no code parses the message.

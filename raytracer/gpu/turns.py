@@ -1,7 +1,7 @@
 """Turns of threads with OpenGL: one thread of a process at a time has a current context; forked processes have none.
 
 A context can be current in only one thread, and a draw depends on the context's bindings. So threads take turns: a
-thread holds `turn()` while it draws, and `alone()` while it opens a context.
+thread holds `turn()` while it draws, and `opengl_lock()` while it opens a context.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def has_turn() -> bool:
     return _process.owner == threading.get_ident()
 
 
-def begin() -> None:
+def record_use() -> None:
     """Record that this process uses OpenGL from now on. Raises ContextError as check_process() does."""
     check_process()
     _process.has_begun = True
@@ -97,7 +97,7 @@ def exclusive() -> Iterator[None]:
 
 
 @contextmanager
-def alone() -> Iterator[None]:
+def opengl_lock() -> Iterator[None]:
     """Keep all other threads from OpenGL for a block. Raises the errors of exclusive() and check_process()."""
     check_process()
     with exclusive():
@@ -106,8 +106,8 @@ def alone() -> Iterator[None]:
 
 @contextmanager
 def turn(context: moderngl.Context) -> Iterator[None]:
-    """Make `context` current for a block, and no context after it. Raises the errors of alone()."""
-    with alone():
+    """Make `context` current for a block, and no context after it. Raises the errors of opengl_lock()."""
+    with opengl_lock():
         try:
             context.__enter__()
             yield

@@ -15,5 +15,5 @@ Other packages may use:
     job: Job, FIRST_SAMPLES, SAMPLES, TOLERANCE
     cost: check_cost, estimate_cost
     disk_cache: MOST_BYTES
-    picture: reference, REFERENCE_SIZE, WORTH_MENTION
+    picture: reference, REFERENCE_SIZE, WARN_SECONDS
 """

@@ -14,9 +14,9 @@ import OpenGL, and imports NumPy only for instances, measured materials and some
     settings: Settings
     options: CompileOptions, SamplingOptions (the halves of Settings), Shadows, Evaluator, Precision,
         MAX_SAMPLES, MAX_BOUNCES
-    settings_patch: SettingsPatch, EMPTY, Quality, quality, QUALITIES, ASKED_SAMPLES, fewest, flags, changes,
-        checked_patch (partial settings and their precedence)
-    sequences: SampleSequence, SEQUENCES, PROGRESSIVE, sample_place, sample_points, scatters, light_index,
+    settings_patch: SettingsPatch, EMPTY_PATCH, Quality, quality, QUALITIES, DEFAULT_SAMPLE_LIMIT, minimal_patch, flags,
+        changes, checked_patch (partial settings and their precedence)
+    sequences: SampleSequence, SEQUENCES, PROGRESSIVE, sample_place, sample_points, is_scattered, light_index,
         replicate_place
     warnings: scene_warnings, NO_RADIUS
 

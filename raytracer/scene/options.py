@@ -12,7 +12,7 @@ import msgspec
 
 from raytracer.core.record import Record
 from raytracer.core.shown import shown
-from raytracer.core.validation import InputError, check_choice, number, set_fields, whole
+from raytracer.core.validation import InputError, check_choice, integer, number, set_fields
 from raytracer.scene.materials.models import MODELS, SHADINGS, Shading
 from raytracer.scene.sequences import PROGRESSIVE, SEQUENCES, SampleSequence
 
@@ -40,7 +40,7 @@ class CompileOptions(Record, frozen=True):
     def __post_init__(self) -> None:
         set_fields(
             self,
-            bounces=whole(self.bounces, "bounces", 0, MAX_BOUNCES),
+            bounces=integer(self.bounces, "bounces", 0, MAX_BOUNCES),
             shadows=check_choice(self.shadows, "shadows", get_args(Shadows)),
             evaluator=check_choice(self.evaluator, "evaluator", get_args(Evaluator)),
             precision=_check_precision(self.precision),
@@ -55,9 +55,9 @@ class CompileOptions(Record, frozen=True):
         """
         if self.shading is None:
             return material
-        from raytracer.scene.materials.convert import translated  # imported here, because few pictures need it
+        from raytracer.scene.materials.convert import convert_material  # imported here, because few pictures need it
 
-        return translated(material, self.shading)
+        return convert_material(material, self.shading)
 
     def effective_light(self, light: PointLight) -> PointLight:
         """Return `light` as it shines with these shadows: without its radius, unless shadows are soft."""
@@ -76,7 +76,7 @@ class SamplingOptions(Record, frozen=True):
     def __post_init__(self) -> None:
         set_fields(
             self,
-            samples=whole(self.samples, "samples", 1, MAX_SAMPLES),
+            samples=integer(self.samples, "samples", 1, MAX_SAMPLES),
             sequence=check_choice(self.sequence, "sequence", SEQUENCES),
         )
         for key, unit in (("adaptive", "linear radiance"), ("max_error", "linear radiance"), ("time", "seconds")):
@@ -124,7 +124,7 @@ def shading_hint(name: Any) -> str:
 
 def _check_precision(bits: Any) -> int:
     try:
-        result = whole(bits, "precision", 32, 64)
+        result = integer(bits, "precision", 32, 64)
     except InputError:
         result = 0
     if result not in get_args(Precision):

@@ -24,7 +24,7 @@ from raytracer.ground_truth.converged import trace_converged
 from raytracer.ground_truth.job import Job
 from raytracer.scene.settings import Settings
 from tests import scenes
-from tests.processes import in_group, running
+from tests.processes import in_group, running_process
 
 SIZE = (48, 32)
 
@@ -103,13 +103,13 @@ def test_the_expected_time_is_printed_before_tracing_starts(
 ) -> None:
     job = Job(scenes.assignment(), (320, 180), Settings())
     tried = cost.estimate_cost(job, workers=1)
-    assert tried.tried and 1.0 < tried.seconds < 600.0
+    assert tried.is_measured and 1.0 < tried.seconds < 600.0
     assert cost.estimate_cost(msgspec.structs.replace(job, samples=4096), workers=1).seconds > 1.5 * tried.seconds
     row = functools.reduce(operator.or_, [rt.Sphere((x, 0, 0), 1) for x in range(2000)])
     many = rt.Scene([row], [], rt.Camera((0, 0, 5), (0, 0, 0)))
     guessed = cost.estimate_cost(Job(many, (320, 180), Settings()), workers=1)
     assert re.fullmatch("at least [0-9]+ (hours|days): each ray is tested against all 2000 primitives", str(guessed))
-    monkeypatch.setattr(picture, "WORTH_MENTION", 0.0)
+    monkeypatch.setattr(picture, "WARN_SECONDS", 0.0)
     command = ["reference", "assignment", "-o", str(tmp_path / "a.npz"), "--size", "16x9", "--samples", "16"]
     for says in (1, 0):  # the second picture is read from the cache, without a message
         assert main(command) == 0
@@ -119,7 +119,7 @@ def test_the_expected_time_is_printed_before_tracing_starts(
 def test_ctrl_c_ends_all_its_processes_and_writes_nothing(tmp_path: Path) -> None:
     out = tmp_path / "ref.npz"
     command = [sys.executable, "-m", "raytracer", "reference", "materials", "--shadows", "soft", "-o", str(out)]
-    with running(*command, cwd=scenes.CHECKOUT, stderr=subprocess.PIPE) as process:
+    with running_process(*command, cwd=scenes.CHECKOUT, stderr=subprocess.PIPE) as process:
         deadline = time.monotonic() + 60
         # The command itself, multiprocessing's resource tracker, and one worker.
         while len(in_group(process.pid)) < 3 and time.monotonic() < deadline:

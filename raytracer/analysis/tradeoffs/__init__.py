@@ -14,5 +14,5 @@ Other packages may use:
     summaries: shadow_differences, slopes
     page: FILES, write_page, write_tables
     trials: Trial, Trials
-    tune: Tuned, tune, grid, asked
+    tune: Tuned, tune, grid, candidates_for_error
 """

@@ -7,7 +7,7 @@ Other packages may use:
         AMBIENT_SHARE
     lobe: Lobe, peak, MAX_COEFFICIENT
     merl: Measured, read, directions and SHAPE, for measured materials in MERL's format
-    convert: translated (converts a material to another model); normal_reflectance; WITHOUT_PI
+    convert: convert_material (to another model); normal_reflectance; WITHOUT_PI
 
 To add a model, add a row in models.py, a file in shaders/brdf/, and the formula in float64 in
 ground_truth/reflectance.py.
