@@ -10,11 +10,19 @@ from typing import Any, get_args
 
 from raytracer.formats.scene_file import examples
 from raytracer.scene.materials.models import MODELS, SHADINGS
-from raytracer.scene.options import MAX_BOUNCES, MAX_SAMPLES, CompileOptions, Evaluator, Precision, Shadows
+from raytracer.scene.options import (
+    ASKED_SAMPLES,
+    MAX_BOUNCES,
+    MAX_SAMPLES,
+    CompileOptions,
+    Evaluator,
+    Precision,
+    Shadows,
+)
 from raytracer.scene.scene import Scene
 from raytracer.scene.sequences import SEQUENCES, SampleSequence
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import ASKED_SAMPLES, QUALITIES, SettingsPatch, flags
+from raytracer.scene.settings_patch import QUALITIES, SettingsPatch, flags
 from raytracer.scene.warnings import scene_warnings
 
 # Digits of a whole number; further digits are cut off. A number of 300 digits is beyond all limits, and longer than an

@@ -6,9 +6,10 @@ Each half checks its own fields. `Settings` has all fields and documents them.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 import msgspec
+from msgspec import UNSET
 
 from raytracer.core.record import Record
 from raytracer.core.shown import shown
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from raytracer.scene.materials.material import Material
 
 MAX_SAMPLES = 65536
+# The default of `samples` if `max_error`, `time` or `adaptive` is set. Further samples would lower the error by less
+# than 1e-3 (linear radiance).
+ASKED_SAMPLES = 4096
 MAX_BOUNCES = 64
 
 Shadows = Literal["off", "hard", "diluted", "soft"]
@@ -65,18 +69,24 @@ class CompileOptions(Record, frozen=True):
 
 
 class SamplingOptions(Record, frozen=True):
-    """The settings that decide how many samples the pixels get, and where in a pixel."""
+    """The settings that decide how many samples the pixels get, and where in a pixel.
 
-    samples: int = 1
+    Without an argument, `samples` is 1, or ASKED_SAMPLES if `adaptive`, `max_error` or `time` is set.
+    """
+
+    samples: int = cast("int", UNSET)
     sequence: SampleSequence = "sobol"
     adaptive: float | None = None
     max_error: float | None = None
     time: float | None = None
 
     def __post_init__(self) -> None:
+        samples = self.samples
+        if cast("Any", samples) is UNSET:
+            samples = ASKED_SAMPLES if self.is_adaptive else 1
         set_fields(
             self,
-            samples=whole(self.samples, "samples", 1, MAX_SAMPLES),
+            samples=whole(samples, "samples", 1, MAX_SAMPLES),
             sequence=check_choice(self.sequence, "sequence", SEQUENCES),
         )
         for key, unit in (("adaptive", "linear radiance"), ("max_error", "linear radiance"), ("time", "seconds")):

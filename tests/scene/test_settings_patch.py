@@ -10,8 +10,8 @@ import pytest
 from msgspec import UNSET
 
 import raytracer as rt
-from raytracer.scene.options import CompileOptions, SamplingOptions
-from raytracer.scene.settings_patch import ASKED_SAMPLES, EMPTY, QUALITIES, changes, checked_patch, fewest, flags
+from raytracer.scene.options import ASKED_SAMPLES, CompileOptions, SamplingOptions
+from raytracer.scene.settings_patch import EMPTY, QUALITIES, changes, checked_patch, fewest, flags
 from raytracer.scene.settings_patch import SettingsPatch as Patch
 from tests import scenes
 
@@ -52,6 +52,16 @@ def test_samples_do_not_limit_an_error_or_a_time_of_a_later_patch() -> None:
     assert merged(Patch(samples=16, time=1.0), Patch(adaptive=0.2)) == rt.Settings(samples=16, adaptive=0.2)
     with pytest.raises(rt.InputError, match="adaptive: cannot be combined with max_error"):
         merged(Patch(adaptive=0.2, max_error=0.1))
+
+
+def test_settings_with_an_error_or_a_time_allow_as_many_samples_as_render_does() -> None:
+    for fields in ({"max_error": 0.1}, {"time": 1.0}, {"adaptive": 0.1}):
+        assert rt.Settings(**fields).samples == ASKED_SAMPLES
+        assert rt.Settings(**fields) == merged(Patch(**fields)) == rt.Settings().replace(**fields)
+        assert rt.Settings(**fields, samples=1).samples == 1 == rt.Settings().replace(**fields, samples=1).samples
+        assert rt.Settings(samples=16).replace(**fields).samples == 16
+        assert merged(Patch(**fields), Patch(**dict.fromkeys(fields))) == rt.Settings()
+    assert rt.Settings().samples == rt.Settings(max_error=None).samples == 1
 
 
 PATCHES = (

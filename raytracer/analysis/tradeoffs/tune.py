@@ -18,9 +18,9 @@ import msgspec
 
 from raytracer.analysis.tradeoffs.trials import MOST, TIMES, Trial, Trials
 from raytracer.rendering.renderer import Renderer
+from raytracer.scene.options import ASKED_SAMPLES
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import ASKED_SAMPLES
 
 # The numbers of samples of candidates: 1, 2, 3, 4, 6, 8, 12, ...
 LADDER = sorted({2**k for k in range(11)} | {3 * 2**k for k in range(9)})
