@@ -135,10 +135,13 @@ def _search(small: Trials, full: Trials, base: Settings, goal: _Goal, progress: 
         if met := list(filter(goal.is_met, met)):
             pick, more = _descended(full, met, goal, progress)
             return Tuned(pick, pick, count + more, full.samples)
-        # Scale the other predictions by the best ratio of measured to predicted values in this batch.
-        ratios = (goal.miss(full.measure(trial.settings)) / max(goal.miss(trial), _LEAST) for trial in batch)
-        luck = min(1.0, *ratios)
-        hopeful = [trial for trial in ranked if goal.may_be_met(trial, luck)]
+        # Scale the other predictions by the best ratio of measured to predicted values in this batch. A ratio above 1
+        # rules nothing out, but candidates that reach the target in spite of it are tried first.
+        ratio = min(
+            (goal.miss(full.measure(trial.settings)) / max(goal.miss(trial), _LEAST) for trial in batch), default=1.0
+        )
+        hopeful = [trial for trial in ranked if goal.may_be_met(trial, min(1.0, ratio))]
+        hopeful.sort(key=lambda trial: not goal.may_be_met(trial, ratio))
         hopeless, ranked = hopeless or len(hopeful) < len(ranked), hopeful
     return Tuned(None, min(tried, key=goal.miss), count, full.samples, hopeless=hopeless)
 
@@ -250,7 +253,9 @@ def _ranked(
         middle = min(near, key=lambda s: abs(math.log((s.adaptive or error) / (8 * error))) + s.samples / start.samples)
         scales[True] = _scale(small, full, middle)
     k = LADDER.index(start.samples)
-    near += [msgspec.structs.replace(base, samples=n) for n in LADDER[max(0, k - 2) : k + 3]]
+    # Within a time all smaller numbers of samples are candidates, because full pictures may take longer than predicted.
+    lowest = max(0, k - 2) if time is None else 0
+    near += [msgspec.structs.replace(base, samples=n) for n in LADDER[lowest : k + 3]]
     progress(f"{len(near)} candidates at {small.size[0]}x{small.size[1]}")
     predictions = []
     for trial in small.in_turns([small.measure(settings) for settings in near], _SMALL_ROUNDS):
