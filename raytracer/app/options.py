@@ -8,8 +8,9 @@ import warnings
 from functools import partial
 from typing import Any, get_args
 
+from raytracer.core.validation import InputError
 from raytracer.formats.scene_file import examples
-from raytracer.scene.materials.models import MODELS, SHADINGS
+from raytracer.scene.materials.models import SHADINGS
 from raytracer.scene.options import (
     ASKED_SAMPLES,
     MAX_BOUNCES,
@@ -18,6 +19,7 @@ from raytracer.scene.options import (
     Evaluator,
     Precision,
     Shadows,
+    check_shading,
 )
 from raytracer.scene.scene import Scene
 from raytracer.scene.sequences import SEQUENCES, SampleSequence
@@ -71,7 +73,6 @@ def add_compile_options(
     options: dict[str, dict[str, Any]] = {
         "shading": {
             "metavar": "MODEL",
-            "choices": ("none", *SHADINGS),
             "type": _model,
             "help": "reflectance model for all materials, which are converted as closely as the model allows. "
             "Default: none, the scene's own models. Models: " + ", ".join(SHADINGS) + ".",
@@ -198,10 +199,10 @@ def picture_size(text: str) -> tuple[int, int]:
 
 
 def _model(text: str) -> str:
-    if text in MODELS and text not in SHADINGS:
-        table = f'model = "{text}" and file = "..."'
-        raise argparse.ArgumentTypeError(f"{text} needs a data file, which only a scene file can name: {table}")
-    return text
+    try:
+        return check_shading(text, ("none", *SHADINGS))
+    except InputError as error:
+        raise argparse.ArgumentTypeError(error.reason) from None
 
 
 def _number(text: str) -> float | str:

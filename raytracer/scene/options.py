@@ -13,6 +13,7 @@ from msgspec import UNSET
 
 from raytracer.core.record import Record
 from raytracer.core.shown import shown
+from raytracer.core.suggest import did_you_mean
 from raytracer.core.validation import InputError, check_choice, number, set_fields, whole
 from raytracer.scene.materials.models import MODELS, SHADINGS, Shading
 from raytracer.scene.sequences import PROGRESSIVE, SEQUENCES, SampleSequence
@@ -49,8 +50,8 @@ class CompileOptions(Record, frozen=True):
             evaluator=check_choice(self.evaluator, "evaluator", get_args(Evaluator)),
             precision=_check_precision(self.precision),
         )
-        if (shading := self.shading) is not None:
-            set_fields(self, shading=check_choice(shading, "shading", SHADINGS, hint=shading_hint(shading)))
+        if self.shading is not None:
+            set_fields(self, shading=check_shading(self.shading))
 
     def shaded(self, material: Material) -> Material:
         """Convert `material` to the model `shading`; return it unchanged if `shading` is None.
@@ -125,11 +126,21 @@ class SamplingOptions(Record, frozen=True):
 _ESTIMATING = tuple(name for name, traits in SEQUENCES.items() if traits.estimates_error)
 
 
-def shading_hint(name: Any) -> str:
-    """Return the end of an error about a shading if the model `name` needs a file, else ""."""
-    if isinstance(name, str) and name in MODELS and name not in SHADINGS:
-        return f'; {name} needs a file, so only a material can have it: model = "{name}", file = "brass.binary"'
-    return ""
+def check_shading(name: Any, choices: tuple[str, ...] = SHADINGS) -> str:
+    """Return `name` if it is one of the `choices`; raise InputError with a remedy otherwise.
+
+    The list of choices is long, so the message has it only if no choice is similar to `name`.
+    """
+    if isinstance(name, str) and name not in choices:
+        if name in MODELS:
+            remedy = f'{name} needs a file, which only a material can name: model = "{name}", file = "brass.binary"'
+            raise InputError(f"expected a model without a file, got {shown(name)}; {remedy}", "shading")
+        if name == "none":
+            remedy = "the materials keep their models without this setting, in Python also with None"
+            raise InputError(f"expected a reflectance model, got {shown(name)}; {remedy}", "shading")
+        if near := did_you_mean(name, choices):
+            raise InputError(f"expected a reflectance model, got {shown(name)}{near}", "shading")
+    return check_choice(name, "shading", choices)
 
 
 def _check_precision(bits: Any) -> int:
