@@ -271,7 +271,7 @@ def test_without_matplotlib_nothing_is_measured(
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     assert main(["trade", SCENE, "-o", str(tmp_path / "trade")]) == 2
-    assert "pip install 'roth-raytracer[plots]'" in capsys.readouterr().err
+    assert "in the checkout: pip install -e '.[plots]'" in capsys.readouterr().err
     assert not (tmp_path / "trade").exists()
 
 

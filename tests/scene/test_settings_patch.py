@@ -5,6 +5,7 @@ import itertools
 import operator
 import re
 from contextlib import suppress
+from typing import Any
 
 import pytest
 from msgspec import UNSET
@@ -55,12 +56,14 @@ def test_samples_do_not_limit_an_error_or_a_time_of_a_later_patch() -> None:
 
 
 def test_settings_with_an_error_or_a_time_allow_as_many_samples_as_render_does() -> None:
-    for fields in ({"max_error": 0.1}, {"time": 1.0}, {"adaptive": 0.1}):
+    cases: tuple[dict[str, Any], ...] = {"max_error": 0.1}, {"time": 1.0}, {"adaptive": 0.1}
+    for fields in cases:
+        none: dict[str, Any] = dict.fromkeys(fields)
         assert rt.Settings(**fields).samples == ASKED_SAMPLES
         assert rt.Settings(**fields) == merged(Patch(**fields)) == rt.Settings().replace(**fields)
         assert rt.Settings(**fields, samples=1).samples == 1 == rt.Settings().replace(**fields, samples=1).samples
         assert rt.Settings(samples=16).replace(**fields).samples == 16
-        assert merged(Patch(**fields), Patch(**dict.fromkeys(fields))) == rt.Settings()
+        assert merged(Patch(**fields), Patch(**none)) == rt.Settings()
     assert rt.Settings().samples == rt.Settings(max_error=None).samples == 1
 
 
