@@ -213,7 +213,8 @@ METRICS = (
     Metric(
         "flip",
         lambda c: ("FLIP", f"{c.flip:.3g}"),
-        "also measure FLIP; for two .npz files in high dynamic range (needs flip-evaluator)",
+        "also measure FLIP; for two .npz files in high dynamic range. Needs flip-evaluator: pip install -e '.[flip]' "
+        "in the checkout.",
         _flip,
     ),
 )

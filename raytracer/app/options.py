@@ -44,8 +44,9 @@ def add_backend(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--backend",
         metavar="NAME",
-        help="way to open OpenGL: auto, egl, window or osmesa. Default: the environment variable RAYTRACER_BACKEND, "
-        "else auto.",
+        help="way to open OpenGL. egl: without a display, on a GPU or by Mesa on the CPU; window: by a hidden window, "
+        "which needs a display; osmesa: by Mesa on the CPU, into memory; auto: the first of these that opens. Default: "
+        "the environment variable RAYTRACER_BACKEND, else auto.",
     )
     parser.add_argument(
         "--device",
@@ -79,13 +80,14 @@ def add_compile_options(
         },
         "shadows": {
             "choices": get_args(Shadows),
-            "help": "shadows; soft needs a light with a radius. Default: hard.",
+            "help": "off: no shadows; hard: an occluded light contributes nothing; diluted: the nearer the occluder, "
+            "the darker; soft: penumbras of lights with a radius. Default: hard.",
         },
         "evaluator": {
             "choices": get_args(Evaluator),
-            "help": "CSG evaluator; all three draw the same picture: cells tests only the objects that may be visible "
-            "in a cell of the picture, walk tests all objects, roth merges hit lists as in the assignment. "
-            "Default: cells.",
+            "help": "algorithm that intersects rays with CSG solids; all draw the same picture. cells: test only the "
+            "objects that may be visible in a square of 16x16 pixels; walk: step along each ray through all surfaces; "
+            "roth: merge sorted hit lists (S. D. Roth, 1982). Default: cells.",
         },
         "precision": {
             "choices": get_args(Precision),
@@ -154,8 +156,9 @@ def add_settings(
             "--adaptive",
             metavar="T",
             type=_number,
-            help="draw more than 3 samples only near pixels whose estimated error exceeds T. Linear radiance, for "
-            "example 0.01; none: all samples in every pixel. Default: none.",
+            help="draw 3 samples per pixel, which meet every detail of a pixel's size, and more only near "
+            "pixels whose estimated error exceeds T. Linear radiance, for example 0.01; none: all samples in every "
+            "pixel. Default: none.",
         )
     add(
         "--sequence",

@@ -11,7 +11,7 @@ possible, the key and the line. The package imports only core and scene. Other p
     material_library: published, MaterialLibrary, collections, read_collection
     material_schema: materials_schema
     image: Image, Geometry, GeometrySource
-    estimate: Estimate, largest, rests_on_few, FEW_PIXELS, LEAST, UNSEEN, WORST
+    estimate: Estimate, picture_texts, largest, rests_on_few, FEW_PIXELS, LEAST, UNSEEN, WORST
     image_files: FORMATS, load_radiance, read_size
     radiance: row_blocks, check_radiance, MAX_RADIANCE; srgb: encode_srgb8, decode_srgb
     toml_text: parse_toml

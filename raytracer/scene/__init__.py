@@ -13,9 +13,9 @@ import OpenGL, and imports NumPy only for instances, measured materials and some
     materials: a subpackage with its own list
     settings: Settings
     options: CompileOptions, SamplingOptions (the halves of Settings), Shadows, Evaluator, Precision,
-        MAX_SAMPLES, MAX_BOUNCES
-    settings_patch: SettingsPatch, EMPTY, Quality, quality, QUALITIES, ASKED_SAMPLES, fewest, flags, changes,
-        checked_patch (partial settings and their precedence)
+        MAX_SAMPLES, MAX_BOUNCES, ASKED_SAMPLES, check_shading
+    settings_patch: SettingsPatch, EMPTY, Quality, quality, QUALITIES, fewest, flags, changes, checked_patch
+        (partial settings and their precedence)
     sequences: SampleSequence, SEQUENCES, PROGRESSIVE, sample_place, sample_points, scatters, light_index,
         replicate_place
     warnings: scene_warnings, NO_RADIUS

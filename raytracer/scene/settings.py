@@ -36,7 +36,7 @@ class Settings(Record, frozen=True):
         evaluator: the algorithm that intersects rays with CSG trees. All produce the same picture. Default: "cells".
             "cells": tests only the surfaces that may be met in a screen tile or in a range of directions from a light.
             "walk": steps along the ray through all surfaces.
-            "roth": merges sorted hit lists (Roth diagrams) as in the assignment, written to be read.
+            "roth": merges sorted hit lists, the diagrams of S. D. Roth (1982). The shader is written to be read.
         precision: bits of the floating-point numbers in which rays and surfaces are intersected: 32, or 64 for scenes
             that 32 bits do not resolve (needs OpenGL 4.0). Default: 32.
         adaptive: an error in linear radiance, above 0, such as 0.01. Every pixel gets 3 samples. Only pixels whose

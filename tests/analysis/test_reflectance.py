@@ -362,7 +362,6 @@ def test_check_reports_faults_for_parameters_without_a_listed_expectation(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((), "COMMAND"),
         (("check", "nope"), "expected one of phong"),
         (("check", "ggx", "--set", "alpha"), "NAME=VALUE"),
         (("check", "ggx", "--set", "h=5"), "ggx has no parameter h (known: ka, alpha"),
