@@ -21,8 +21,8 @@ import OpenGL, and imports NumPy only for instances, measured materials and some
     warnings: scene_warnings, NO_RADIUS
 
 To add a sample sequence, add a row in sequences.py.
-To add a falloff, add a name in lights.py, a formula in irradiance.glsl, and the formula in float64 in
-ground_truth/light_rays.py.
+To add a falloff, add a name in lights.py, a formula in irradiance.glsl, the formula in float64 in
+ground_truth/light_rays.py, and its bounds in compiler/light_scale.py and compiler/bright_features.py.
 To add a setting, add a field with its check in options.py (CompileOptions or SamplingOptions), a field with its
 description in settings.py, a field in settings_patch.py, and a command line option in app/options.py.
 """
