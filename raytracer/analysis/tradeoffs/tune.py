@@ -11,7 +11,7 @@ count. Settings do not reach an error if few pixels hold most of it, and the ref
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sized
 from typing import NamedTuple
 
 import msgspec
@@ -124,12 +124,12 @@ def _search(small: Trials, full: Trials, base: Settings, goal: _Goal, progress: 
         candidates = extra + [predicted.settings for predicted in batch]
         extra = []
         count += len(candidates)
-        progress(f"{len(candidates)} candidates at {full.size[0]}x{full.size[1]}")
+        progress(f"measuring {_counted(candidates, 'more candidate' if tried else 'candidate')} at {_text(full.size)}")
         trials = [full.measure(settings) for settings in candidates]
         # Candidates far from the target are not timed again.
         trials = full.in_turns(filter(goal.is_near, trials), _ROUNDS) or trials
         if met := sorted(filter(goal.is_met, trials), key=goal.order):
-            progress("the best of them again")
+            progress(f"timing the best of them {_MORE_ROUNDS} times")
             met = full.in_turns((trial for trial in met if goal.is_close(trial, met[0])), _MORE_ROUNDS)
         tried += [*trials, *met]
         if met := list(filter(goal.is_met, met)):
@@ -158,7 +158,7 @@ def _descended(full: Trials, met: list[Trial], goal: _Goal, progress: Callable[[
         beside = dict.fromkeys(settings for trial in leading for settings in _beside(trial.settings))
         new = [settings for settings in beside if not full.knows(settings)]
         if new:
-            progress(f"{len(new)} candidates beside the best")
+            progress(f"measuring {_counted(new, 'neighbour')} of the best candidates")
         # A single time may be far too long, so that candidates near the target are timed again.
         trials = full.in_turns(filter(goal.is_near, map(full.measure, new)), _ROUNDS)
         better = [trial for trial in trials if goal.is_met(trial) and goal.is_close(trial, leading[0])]
@@ -229,14 +229,14 @@ def _ranked(
     """
     max_error, time = goal.max_error, goal.time
     first = msgspec.structs.replace(base, samples=4)
-    progress(f"numbers of samples at {small.size[0]}x{small.size[1]}")
+    progress(f"predicting times and errors from pictures of {_text(small.size)}")
     small.refer(MOST // TIMES)
     full.refer(first.samples)
     scale = _scale(small, full, first)
     start = _first_fixed(small, scale, base, max_error, time)
     predicted = small.measure(start).error * scale[0]
     hopeless = max_error is not None and predicted > _HOPELESS * max_error
-    progress(f"the reference, with {TIMES} times {start.samples} samples")
+    progress(f"rendering a reference of {_text(full.size)}")
     full.refer(start.samples * (1 if max_error is not None else 4))
     if hopeless:
         return [small.measure(start)._replace(error=predicted)], True
@@ -256,7 +256,7 @@ def _ranked(
     # Within a time all smaller numbers of samples are candidates, because full pictures may take longer than predicted.
     lowest = max(0, k - 2) if time is None else 0
     near += [msgspec.structs.replace(base, samples=n) for n in LADDER[lowest : k + 3]]
-    progress(f"{len(near)} candidates at {small.size[0]}x{small.size[1]}")
+    progress(f"measuring {_counted(near, 'candidate')} at {_text(small.size)}, to rank them")
     predictions = []
     for trial in small.in_turns([small.measure(settings) for settings in near], _SMALL_ROUNDS):
         settings = trial.settings
@@ -269,6 +269,14 @@ def _ranked(
     # The best candidate without adaptive samples comes first, because its prediction is the most reliable.
     plain = [prediction for prediction in ranked if prediction.settings.adaptive is None][:1]
     return plain + [prediction for prediction in ranked if prediction not in plain], False
+
+
+def _counted(items: Sized, noun: str) -> str:
+    return f"{len(items)} {noun}{'' if len(items) == 1 else 's'}"
+
+
+def _text(size: tuple[int, int]) -> str:
+    return f"{size[0]}x{size[1]}"
 
 
 def _scale(small: Trials, full: Trials, settings: Settings) -> tuple[float, float]:

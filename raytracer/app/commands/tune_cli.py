@@ -79,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
                 settings,
                 max_error=options.max_error,
                 time=options.time,
-                progress=lambda step: note(f"measuring {step}"),
+                progress=note,
             )
     except KeyboardInterrupt:
         complain("interrupted before a picture of the full size was measured")
