@@ -29,7 +29,7 @@ _ROOT = Path(__file__).parent.parent
 # The packages whose source code is part of the cache key: this package and all packages that it imports.
 _PACKAGES = ("core", "scene", "formats", "ground_truth")
 # The largest size of the cache, in bytes. When it is exceeded, the least recently used files are deleted. A picture of
-# 320x180 pixels has 5 MB.
+# 320x180 pixels has 4 MB.
 MOST_BYTES = 10**9
 # The largest possible radiance: the limits of lights and materials keep radiance within float32.
 _LARGEST = float(np.finfo(np.float32).max)

@@ -20,7 +20,7 @@ _SMALLEST = 6.0
 # would otherwise hide the picture.
 _LETTER_WIDTH, _FEWEST_LETTERS, _MOST_LINES = 0.55, 20, 20
 # The widths of the descriptions in the table of controls, in letters: the narrowest that fits into the window. With 28
-# the table takes 31 % of the width of a window of 1280x720; the last is the longest description in one line.
+# the table takes 31 % of the width of a window of 1280x720; with 80 each description has one line.
 _TABLE_LETTERS = (28, 36, 48, 80)
 _INK, _GROUND, _WRONG = (255, 255, 255, 255), (16, 16, 24, 208), (140, 16, 16, 232)
 
