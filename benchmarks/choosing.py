@@ -31,7 +31,7 @@ from raytracer.core.progress import progress_bar
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.sequences import SEQUENCES, sample_points
-from raytracer.scene.settings_patch import SettingsPatch, fewest, flags
+from raytracer.scene.settings_patch import SettingsPatch, flags, minimal_patch
 
 # Widths of discs and lines in the table `blind`, in multiples of the distance between samples.
 _WIDTHS = (0.25, 0.5, 1.0, 1.5, 2.0)
@@ -61,7 +61,7 @@ def front(trade: Tradeoffs) -> str:
     rows = []
     for result in results:
         configuration = result.configuration
-        text = f"`{flags(fewest(configuration.settings)) or '--samples 1'}`"
+        text = f"`{flags(minimal_patch(configuration.settings)) or '--samples 1'}`"
         if configuration.scale != 1.0:
             text += f" at {configuration.scale:g} times the size"
         rows.append([text, _ms(result), f"{result.samples:.1f}", _error(result)])
@@ -105,7 +105,7 @@ def exact(trade: Tradeoffs) -> str:
     return _table(
         ["16 samples", "ms", "error"],
         [
-            [f"`{flags(fewest(result.configuration.settings)) or 'default'}`", _ms(result), _error(result)]
+            [f"`{flags(minimal_patch(result.configuration.settings)) or 'default'}`", _ms(result), _error(result)]
             for result in own.values()
         ],
     )

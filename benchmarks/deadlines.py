@@ -16,7 +16,7 @@ import raytracer as rt
 from raytracer.formats.estimate import Estimate
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.options import ASKED_SAMPLES
+from raytracer.scene.options import DEFAULT_SAMPLE_LIMIT
 from raytracer.scene.settings import Settings
 from tests.processes import output_of
 
@@ -29,7 +29,7 @@ NEW_TIMES = 0.25, 1.0
 
 def in_process(renderer: Renderer, name: str, seconds: float | None) -> Estimate:
     """Render a picture with a time limit, or for None with 1 sample, which takes one pass. Return its estimate."""
-    settings = Settings() if seconds is None else Settings(samples=ASKED_SAMPLES, time=seconds)
+    settings = Settings() if seconds is None else Settings(samples=DEFAULT_SAMPLE_LIMIT, time=seconds)
     estimate = renderer.render(rt.load(name), SIZE, settings, geometry=False).estimate
     assert estimate
     return estimate

@@ -25,7 +25,7 @@ from benchmarks.unseen import unseen
 from raytracer.formats.image import Image
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.options import ASKED_SAMPLES, Shadows
+from raytracer.scene.options import DEFAULT_SAMPLE_LIMIT, Shadows
 from raytracer.scene.settings import Settings
 
 SAMPLES = 4, 16, 64, 256
@@ -79,7 +79,7 @@ def measure_scene(name: str, seed: int) -> dict[str, float | int | str]:
     rng = np.random.default_rng([3, seed])
     low, high = sorted(np.log(np.maximum((true[SAMPLES[-1]], true[SAMPLES[0]]), 1e-30)))
     goal = float(np.exp(rng.uniform(low, high)))
-    image = picture(samples=ASKED_SAMPLES, max_error=goal)
+    image = picture(samples=DEFAULT_SAMPLE_LIMIT, max_error=goal)
     estimate = image.estimate
     assert estimate and estimate.rmse is not None
     row |= {"asked": goal, "true": _rms(image, truth), "stated": estimate.rmse, "reached": int(bool(estimate.reached))}

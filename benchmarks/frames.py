@@ -21,10 +21,10 @@ import glfw
 from benchmarks.bare import recorded
 from benchmarks.bench import seconds
 from raytracer.app.viewer.events import Button, Cursor, Press, Release
-from raytracer.app.viewer.window import Viewer, opened
+from raytracer.app.viewer.window import Viewer, open_viewer
 from raytracer.scene.settings_patch import SettingsPatch
 from tests.displays import environment, x_server
-from tests.processes import running
+from tests.processes import running_process
 
 SIZE = (1280, 720)
 SCENES = "assignment", "many", "materials"
@@ -82,7 +82,7 @@ def measure_frames(viewer: Viewer, movement: str) -> FrameTimes:
 
 def measure_scene(name: str) -> list[FrameTimes]:
     """Measure the frames of a scene while the light moves, and while the camera moves."""
-    with opened(name, SettingsPatch(samples=SAMPLES), SIZE, budget=1e9) as viewer:
+    with open_viewer(name, SettingsPatch(samples=SAMPLES), SIZE, budget=1e9) as viewer:
         glfw.swap_interval(0)
         viewer.frame()
         return [measure_frames(viewer, movement) for movement in MOVEMENTS]
@@ -97,7 +97,7 @@ def main() -> None:
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         with x_server(*SIZE) as display:
             command = (sys.executable, "-m", "benchmarks.frames", *sys.argv[1:])
-            with running(*command, env=environment(DISPLAY=display)) as process:
+            with running_process(*command, env=environment(DISPLAY=display)) as process:
                 sys.exit(process.wait())
     rows = [row for name in options.scenes for row in measure_scene(name)]
     if options.csv:

@@ -13,7 +13,7 @@ from PIL import Image as Pillow
 
 import raytracer as rt
 from raytracer.scene.solids import postfix
-from tests.processes import finished
+from tests.processes import run_to_end
 
 # The side of POV-Ray's grid of rays in a pixel, by our number of samples. With antialiasing method 1, a threshold of 0
 # and more than one level, POV-Ray shoots this grid antialiasing every pixel, and one more ray antialiasing the centre.
@@ -31,7 +31,7 @@ def version() -> str | None:
     """Return the version of the installed POV-Ray, or None."""
     if not shutil.which("povray"):
         return None
-    done = finished("povray", "--version")
+    done = run_to_end("povray", "--version")
     match = re.search(r"POV-Ray (3\S*)", done.stdout + done.stderr)
     return match[1] if match else "of an unknown version"
 
@@ -49,7 +49,7 @@ def run(text: str, size: tuple[int, int], samples: int) -> tuple[NDArray[np.uint
         output = Path(folder, "picture.png")
         Path(folder, "scene.pov").write_text(text)
         options = ("+Iscene.pov", f"+O{output.name}", f"+W{size[0]}", f"+H{size[1]}", "+WT2", "+FN", "-D", "-V")
-        done = finished("povray", *options, *antialiasing, cwd=folder, timeout=_LONGEST)
+        done = run_to_end("povray", *options, *antialiasing, cwd=folder, timeout=_LONGEST)
         seconds = _TRACE_TIME.search(done.stderr)
         if done.returncode or not seconds:
             raise UnavailableError(f"povray failed: {done.stderr.strip()[-200:]}")

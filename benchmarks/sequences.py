@@ -21,9 +21,9 @@ from raytracer.scene.sequences import (
     _SCRAMBLES,
     SEQUENCES,
     SampleSequence,
+    is_scattered,
     sample_place,
     sample_points,
-    scatters,
     scrambled_sobol,
 )
 
@@ -78,7 +78,7 @@ def sequence_errors(edges: Edges, sequence: SampleSequence) -> list[float]:
     errors = []
     for n in SAMPLES:
         places = np.array([sample_place(k, sequence, n) for k in range(n)], np.uint32)
-        digits = pixel_digits() if scatters(sequence, n) else np.zeros((1, 2), np.uint32)
+        digits = pixel_digits() if is_scattered(sequence, n) else np.zeros((1, 2), np.uint32)
         errors.append(float(edges.errors(places, digits, (n,))[0]))
     return errors
 

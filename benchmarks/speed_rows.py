@@ -23,7 +23,7 @@ from benchmarks.bench import OTHER_RAYS, Agreement, Bench, in_turns, seconds
 from benchmarks.literal import Literal
 from benchmarks.povray import UnavailableError
 from raytracer.ground_truth import ray_tracer
-from tests.processes import finished
+from tests.processes import run_to_end
 
 _CHECKOUT = Path(__file__).parent.parent
 # The movement of the light from call to call, in the scene's unit. It never returns, so that no kept list fits again.
@@ -205,7 +205,7 @@ def _frame(bench: Bench, floor: str) -> Timing:
 
     `floor`: a field of FrameTimes.
     """
-    done = finished(sys.executable, "-m", "benchmarks.frames", "assignment", "--csv", cwd=_CHECKOUT)
+    done = run_to_end(sys.executable, "-m", "benchmarks.frames", "assignment", "--csv", cwd=_CHECKOUT)
     if done.returncode:
         raise UnavailableError(done.stderr.strip().rpartition("\n")[2])
     times = next(row for row in csv.DictReader(done.stdout.splitlines()) if row["movement"] == "light")
@@ -254,7 +254,7 @@ def process_seconds(*arguments: str, variables: Mapping[str, str]) -> float:
     # Python may write bytecode, as pip does when it installs packages. The variable that forbids it is set only here.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     begin = time.perf_counter()
-    done = finished(sys.executable, *arguments, cwd=_CHECKOUT, env={**environment, **variables})
+    done = run_to_end(sys.executable, *arguments, cwd=_CHECKOUT, env={**environment, **variables})
     if done.returncode:
         raise UnavailableError(done.stderr.strip().rpartition("\n")[2])
     return time.perf_counter() - begin

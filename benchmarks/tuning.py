@@ -18,13 +18,13 @@ import raytracer as rt
 from benchmarks.scenes import BLUE, GREEN, GREY, RED
 from raytracer.analysis.machine import describe_machine
 from raytracer.analysis.tradeoffs.trials import Trial, Trials
-from raytracer.analysis.tradeoffs.tune import asked, grid, tune
+from raytracer.analysis.tradeoffs.tune import candidates_for_error, grid, tune
 from raytracer.core.output import check_folder, written_whole
 from raytracer.core.progress import Progress, progress_bar
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import fewest, flags
+from raytracer.scene.settings_patch import flags, minimal_patch
 
 # The goal: the largest ratio of the time of tune's pick to the time of the sweep's best candidate.
 GOAL = 1.15
@@ -77,7 +77,7 @@ def compare(renderer: Renderer, scene: rt.Scene, samples: int, size: tuple[int, 
     """Compare tune with the sweep on a scene. The target is the error of a plain picture with `samples` samples."""
     base = Settings()
     trials = Trials(renderer, scene, base, size)
-    trials.refer(2 * samples)
+    trials.draw_reference(2 * samples)
     # Slightly above the error of the plain picture, so that the last digit does not decide whether this picture meets
     # it.
     error = 1.05 * trials.measure(Settings(samples=samples)).error
@@ -89,7 +89,7 @@ def compare(renderer: Renderer, scene: rt.Scene, samples: int, size: tuple[int, 
         for settings in grid(base)
         if settings.samples <= (_PLAIN if settings.adaptive is None else _ADAPTIVE) * samples
     ]
-    swept = [trials.measure(settings) for settings in candidates + asked(base, error)]
+    swept = [trials.measure(settings) for settings in candidates + candidates_for_error(base, error)]
     met = trials.in_turns((trial for trial in swept if trial.error <= error), 3)
     least = min(trial.least for trial in met)
     close = [trial for trial in met if trial.least <= _CLOSE * least]
@@ -134,7 +134,7 @@ def as_markdown(rows: list[TuningRow], renderer: Renderer, size: tuple[int, int]
 
 
 def _cells(trial: Trial) -> str:
-    return f"`{flags(fewest(trial.settings)) or '--samples 1'}` | {1e3 * trial.seconds:.1f} | {trial.error:.2g}"
+    return f"`{flags(minimal_patch(trial.settings)) or '--samples 1'}` | {1e3 * trial.seconds:.1f} | {trial.error:.2g}"
 
 
 def main() -> None:

@@ -26,7 +26,7 @@ def some_balls(rng: np.random.Generator, count: int) -> tuple[Array, Array]:
     return centers, radii
 
 
-def meets(directions: Array, centers: Array, radii: Array) -> tuple[Ints, Ints]:
+def find_hits(directions: Array, centers: Array, radii: Array) -> tuple[Ints, Ints]:
     """Return (ray, ball), each [N]: which rays from the origin hit which spheres."""
     d = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     along = np.maximum(d @ centers.T, 0.0)

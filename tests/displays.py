@@ -15,7 +15,7 @@ from typing import IO, Any
 import numpy as np
 from PIL import ImageGrab
 
-from .processes import output_of, running
+from .processes import output_of, running_process
 from .scenes import CHECKOUT
 
 # The size of the window in pixels.
@@ -36,7 +36,7 @@ def x_server(width: int, height: int, scale: int = 1) -> Iterator[str]:
         assert shutil.which(program), f"{program} is missing: apt-get install xvfb xdotool"
     read, write = os.pipe()
     command = ("Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-noreset", "-nolisten", "tcp")
-    with running(*command, pass_fds=[write]) as server:
+    with running_process(*command, pass_fds=[write]) as server:
         os.close(write)
         try:
             with open(read) as pipe:
@@ -93,8 +93,8 @@ class Window:
         """Wait until a condition holds, else fail with the message `failure`; return the seconds that it took."""
         begin = time.monotonic()
         while not is_met():
-            assert self.process.poll() is None, self.said(self.errors)
-            assert time.monotonic() < begin + seconds, f"{failure}\n{self.said(self.errors)}"
+            assert self.process.poll() is None, self.read_output(self.errors)
+            assert time.monotonic() < begin + seconds, f"{failure}\n{self.read_output(self.errors)}"
             time.sleep(0.02)
         return time.monotonic() - begin
 
@@ -103,7 +103,7 @@ class Window:
         size = wanted.shape[1], wanted.shape[0]
         self.until(lambda: bool(np.abs(self.shown(size) - wanted).max() <= 1), f"not the picture due after {after}")
 
-    def said(self, file: IO[str]) -> str:
+    def read_output(self, file: IO[str]) -> str:
         """Return the text that the process has written to a file so far."""
         file.seek(0)
         return file.read()
@@ -111,8 +111,8 @@ class Window:
     def close(self) -> str:
         """Press Escape; return standard output."""
         self.act("key Escape")
-        assert self.process.wait(TIMEOUT) == 0, self.said(self.errors)
-        return self.said(self.output)
+        assert self.process.wait(TIMEOUT) == 0, self.read_output(self.errors)
+        return self.read_output(self.output)
 
 
 @contextmanager
@@ -131,7 +131,7 @@ def window(
         tempfile.TemporaryFile("w+") as errors,
     ):
         variables = environment(DISPLAY=name, PYTHONPATH=str(CHECKOUT))
-        with running(*command, cwd=folder, env=variables, stdout=output, stderr=errors) as process:
+        with running_process(*command, cwd=folder, env=variables, stdout=output, stderr=errors) as process:
             opened = Window(process, name, variables, output, errors)
             opened.until(lambda: opened.shown(display).max() > 0, "nothing is shown")
             opened.act(f"mousemove {display[0] // 2} {display[1] // 2}")

@@ -39,7 +39,7 @@ def assert_agrees(image: Image, truth: Image, resolved: PixelDoubt, doubt: float
     assert (np.linalg.norm(image.normal[certain] - truth.normal[certain], axis=1) <= resolved.normal[certain]).all()
 
 
-def check_truth(renderer: Renderer, scene: rt.Scene, size: tuple[int, int], settings: Settings) -> None:
+def assert_agrees_with_truth(renderer: Renderer, scene: rt.Scene, size: tuple[int, int], settings: Settings) -> None:
     """Assert that the GPU's picture agrees with the float64 reference."""
     image = renderer.render(scene, size, settings)
     assert_agrees(image, ray_tracer.trace(scene, size, settings), find_pixel_doubt(scene, size, settings.precision))

@@ -15,7 +15,7 @@ TIMEOUT = 600.0
 
 
 @contextmanager
-def running(*command: str | Path, **options: Any) -> Iterator[subprocess.Popen[Any]]:
+def running_process(*command: str | Path, **options: Any) -> Iterator[subprocess.Popen[Any]]:
     """Run a process in a group of its own, and kill the whole group when the block ends in any way.
 
     `options` are subprocess.Popen's.
@@ -43,17 +43,17 @@ def _exit(number: int, _frame: object) -> NoReturn:
     sys.exit(128 + number)
 
 
-def finished(*command: str | Path, timeout: float = TIMEOUT, **options: Any) -> subprocess.CompletedProcess[str]:
+def run_to_end(*command: str | Path, timeout: float = TIMEOUT, **options: Any) -> subprocess.CompletedProcess[str]:
     """Run a process until it ends; return it with its standard output and error. `options` are subprocess.Popen's."""
     pipes: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with running(*command, **pipes, text=True, **options) as process:
+    with running_process(*command, **pipes, text=True, **options) as process:
         output, errors = process.communicate(timeout=timeout)
     return subprocess.CompletedProcess(command, process.returncode, output, errors)
 
 
 def output_of(*command: str | Path, **options: Any) -> str:
     """Run a process that must end with status 0; return its standard output. `options`: as for finished()."""
-    done = finished(*command, **options)
+    done = run_to_end(*command, **options)
     assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
     return done.stdout
 

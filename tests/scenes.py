@@ -93,7 +93,7 @@ def glint() -> rt.Scene:
     return parse_document(Path("glint.toml"), GLINT).scene
 
 
-def of(
+def lit_scene(
     *objects: rt.Solid | rt.Instances, eye: Sequence[float] = (0, 0, 5), at: Sequence[float] = (0, 0, 0)
 ) -> rt.Scene:
     """Return a scene of `objects`, seen from `eye` in the direction of `at`, under two lights."""
@@ -101,7 +101,7 @@ def of(
     return rt.Scene(objects, lights, rt.Camera(tuple(eye), tuple(at), vertical_fov=60))  # pyright: ignore[reportArgumentType]
 
 
-def under_spheres(scene: rt.Scene, *radii: float) -> rt.Scene:
+def with_light_radii(scene: rt.Scene, *radii: float) -> rt.Scene:
     """Return `scene` with these radii for its lights, repeated in order."""
     lights = [msgspec.structs.replace(l, radius=radii[i % len(radii)]) for i, l in enumerate(scene.lights)]
     return msgspec.structs.replace(scene, lights=lights)
@@ -159,4 +159,4 @@ def random_scene(seed: int) -> rt.Scene:
     direction[1] = abs(direction[1])
     distance = rng.uniform(0.2, 1.2) if rng.random() < 0.25 else rng.uniform(4.0, 8.0)
     eye = direction / np.linalg.norm(direction) * distance
-    return of(tree, rt.Plane((0, 1, 0), -2.5, COLORS[3]), eye=tuple(eye), at=tuple(rng.uniform(-0.1, 0.1, 3)))
+    return lit_scene(tree, rt.Plane((0, 1, 0), -2.5, COLORS[3]), eye=tuple(eye), at=tuple(rng.uniform(-0.1, 0.1, 3)))

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.pages import NOT_RUN, PAGES, blocks
-from tests.processes import finished
+from tests.processes import run_to_end
 from tests.scenes import CHECKOUT
 
 LANGUAGES = {"bash", "python", "toml", "text", "json", "glsl"}
@@ -29,7 +29,7 @@ def variables(folder: Path) -> dict[str, str]:
 
 def run(place: str, folder: Path, environment: dict[str, str], *command: str) -> None:
     """Run a command in the reader's folder; it must end with status 0 and without a traceback."""
-    done = finished(*command, cwd=folder, env=environment)
+    done = run_to_end(*command, cwd=folder, env=environment)
     assert done.returncode == 0, f"{place}: status {done.returncode}\n{done.stdout}{done.stderr}"
     assert "Traceback" not in done.stderr, place
 

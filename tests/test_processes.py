@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import finished, in_group, output_of, running
+from tests.processes import in_group, output_of, run_to_end, running_process
 from tests.scenes import CHECKOUT
 
 SLEEP = "import time; print('ready', flush=True); time.sleep(600)"
@@ -25,7 +25,7 @@ def interrupts(request: pytest.FixtureRequest) -> Iterator[object]:
 
 
 def test_a_process_reacts_to_ctrl_c_even_if_its_parent_ignores_it(interrupts: object) -> None:
-    with running(sys.executable, "-c", SLEEP, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+    with running_process(sys.executable, "-c", SLEEP, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         assert signal.getsignal(signal.SIGINT) == interrupts
         assert process.stdout and process.stdout.readline() == b"ready\n"
         process.send_signal(signal.SIGINT)
@@ -36,13 +36,13 @@ def test_a_process_and_its_children_end_with_the_block() -> None:
     script = f"import subprocess, sys; subprocess.Popen([sys.executable, '-c', {SLEEP!r}]).wait()"
     with (
         pytest.raises(ZeroDivisionError),
-        running(sys.executable, "-c", script, stdout=subprocess.PIPE) as process,
+        running_process(sys.executable, "-c", script, stdout=subprocess.PIPE) as process,
     ):
         assert process.stdout and process.stdout.readline() == b"ready\n" and len(in_group(process.pid)) == 2
         raise ZeroDivisionError
     until_none(process.pid)
     with pytest.raises(subprocess.TimeoutExpired) as error:
-        finished(sys.executable, "-c", SLEEP, timeout=0.5)
+        run_to_end(sys.executable, "-c", SLEEP, timeout=0.5)
     assert SLEEP in error.value.cmd
 
 
@@ -73,7 +73,7 @@ def test_terminated_tests_and_benchmarks_end_the_processes_that_they_started(run
     script.write_text(TEST_FILE)
     variables = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with running(sys.executable, *runner, script, cwd=CHECKOUT, env=variables, **pipes) as process:
+    with running_process(sys.executable, *runner, script, cwd=CHECKOUT, env=variables, **pipes) as process:
         assert process.stderr
         group = int(process.stderr.readline())
         process.terminate()

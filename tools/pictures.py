@@ -28,7 +28,7 @@ import raytracer as rt
 from examples import lecture_figures as figures
 from tests.displays import window
 from tests.pages import blocks, text_of
-from tests.processes import finished
+from tests.processes import run_to_end
 from tests.scenes import CHECKOUT
 
 FOLDER = CHECKOUT / "docs/pictures"
@@ -121,7 +121,7 @@ def window_with_keys() -> Iterator[tuple[str, Pixels]]:
             shown.act("key h")
             title = f" {WINDOW_SAMPLES} of {WINDOW_SAMPLES} samples"
             search = "xdotool", "search", "--name", title
-            shown.until(lambda: finished(*search, env=shown.variables).returncode == 0, "the picture was not refined")
+            shown.until(lambda: run_to_end(*search, env=shown.variables).returncode == 0, "the picture was not refined")
             time.sleep(1.0)  # the title changes before the last picture is on the display
             yield "window", shown.shown(WINDOW).astype(np.uint8)
             shown.close()

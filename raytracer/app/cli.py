@@ -28,7 +28,7 @@ from raytracer.core.interrupts import STATUS
 from raytracer.core.output import written_whole
 from raytracer.core.shown import shown
 from raytracer.core.suggest import did_you_mean
-from raytracer.core.terminal import complain, drop_output, tolerant_output
+from raytracer.core.terminal import drop_output, print_error, tolerant_output
 from raytracer.core.validation import InputError
 from raytracer.version import __version__
 
@@ -47,26 +47,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
             options = _parser().parse_args(arguments, defaults)
             return options.run(options)
     except InputError as error:
-        complain(str(error))
+        print_error(str(error))
         return 2
     except KeyboardInterrupt:
         files = ", ".join(map(str, written))
-        complain(f"interrupted, after writing {files}" if files else "interrupted, nothing written")
+        print_error(f"interrupted, after writing {files}" if files else "interrupted, nothing written")
         return STATUS
     except BrokenPipeError:  # the process that reads the output has ended: no message, also at exit
         drop_output()
         return 1
     except MemoryError:
-        complain("not enough memory; try a smaller picture")
+        print_error("not enough memory; try a smaller picture")
         return 1
     except (RuntimeError, OSError) as error:  # ContextError, ShaderError; a full disk, a deleted folder
-        complain(*str(error).splitlines())
+        print_error(*str(error).splitlines())
         drop_output()
         return 1
 
 
 def _show_warning(message: Warning | str, *_: object) -> None:
-    complain(f"warning: {message}")
+    print_error(f"warning: {message}")
 
 
 class _Parser(argparse.ArgumentParser):

@@ -12,7 +12,7 @@ from raytracer.core.validation import InputError
 from raytracer.formats.scene_file import examples
 from raytracer.scene.materials.models import SHADINGS
 from raytracer.scene.options import (
-    ASKED_SAMPLES,
+    DEFAULT_SAMPLE_LIMIT,
     MAX_BOUNCES,
     MAX_SAMPLES,
     CompileOptions,
@@ -96,7 +96,7 @@ def add_compile_options(
         },
         "bounces": {
             "metavar": "N",
-            "type": whole,
+            "type": parse_integer,
             "help": f"successive mirror reflections that a ray follows. Default: 8. Range: 0-{MAX_BOUNCES}.",
         },
     }
@@ -133,9 +133,9 @@ def add_settings(
     add(
         "--samples",
         metavar="N",
-        type=whole,
-        help=f"samples per pixel. Default: {samples}. With {limited}: limit of samples, default: {ASKED_SAMPLES}. "
-        f"Range: 1-{MAX_SAMPLES}.",
+        type=parse_integer,
+        help=f"samples per pixel. Default: {samples}. With {limited}: limit of samples, default: "
+        f"{DEFAULT_SAMPLE_LIMIT}. Range: 1-{MAX_SAMPLES}.",
     )
     add(
         "--max-error",
@@ -186,7 +186,7 @@ def warn_about(name: str, scene: Scene, settings: Settings) -> None:
         warnings.warn(f"{name}: {warning}", stacklevel=2)
 
 
-def whole(text: str) -> int:
+def parse_integer(text: str) -> int:
     """Parse a whole number of at least 0."""
     if not (text.isascii() and text.isdigit()):
         raise argparse.ArgumentTypeError(f"expected a whole number that is not negative, got {text!r}")
@@ -198,7 +198,7 @@ def picture_size(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"([0-9]+)x([0-9]+)", text)
     if not match:
         raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, such as 1280x720, got {text!r}")
-    return whole(match[1]), whole(match[2])
+    return parse_integer(match[1]), parse_integer(match[2])
 
 
 def _model(text: str) -> str:

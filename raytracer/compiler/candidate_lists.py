@@ -15,18 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.batches import SHAPE_LEAVES, Balls, Batches, ProgramBatch, balls, combined
-from raytracer.compiler.culling import PASSING, finest_grid, passing, reach, widening
+from raytracer.compiler.culling import ROUNDING_GROWTH, ball_growth, finest_grid, longest_bounded_ray, rounding_growth
 from raytracer.compiler.direction_cells import (
     CELL,
     Lists,
-    covered,
+    grown_radii,
     hemisphere_cells,
+    overlapped_cells,
     overlaps,
     tangents,
-    widened,
 )
 from raytracer.compiler.hemisphere_lists import LightBalls, hemisphere_lists, light_balls
-from raytracer.compiler.program_rows import FindPairs, Rows, everywhere, filled, met, most_listed
+from raytracer.compiler.program_rows import FindPairs, Rows, fill_rows, most_listed, rows_of_cells, rows_without_spheres
 from raytracer.compiler.view_space import View, camera_grid
 from raytracer.scene.lights import PointLight
 
@@ -70,7 +70,7 @@ def make_items(view: View, batches: Batches) -> Items:
     along = np.sum(ball.growth * np.abs(away), axis=1)
     return Items(
         centers,
-        widened(centers, ball.radii, growth) + PASSING * (along + 4.0 * growth * ball.largest),
+        grown_radii(centers, ball.radii, growth) + ROUNDING_GROWTH * (along + 4.0 * growth * ball.largest),
         growth,
         np.repeat(np.arange(len(shapes)), [len(batch.first) for batch in shapes]),
         np.concatenate([np.zeros(0, np.int64), *(batch.first for batch in shapes)]),
@@ -103,7 +103,7 @@ class Lister:
         items = self._items
         texels = np.zeros((len(items.radii), 4, 4), np.float32)
         # For rays from any origin, with the spheres as float32 rounds them.
-        moved = PASSING * items.growth * np.linalg.norm(items.centers, axis=1)
+        moved = ROUNDING_GROWTH * items.growth * np.linalg.norm(items.centers, axis=1)
         texels[:, 0, :3], texels[:, 0, 3] = items.centers, items.radii + moved
         texels[:, 1, :3] = np.column_stack([items.shape, items.first, items.order])
         # Behind the surfaces of a small object there are numbers of other surfaces, which the shader ignores.
@@ -123,7 +123,7 @@ class Lister:
         pixel = step / CELL
         items = self._items
         lo, hi = self._bounds()
-        first, last = covered(lo, hi, corner, (pixel, pixel), size)
+        first, last = overlapped_cells(lo, hi, corner, (pixel, pixel), size)
         rows = np.column_stack([first, last + 1, items.shape, items.first, items.order, np.zeros_like(items.shape)])
         rows = rows[last[:, 0] >= first[:, 0]]
         farthest = np.linalg.norm(items.centers, axis=1) + items.radii
@@ -188,9 +188,9 @@ class Lister:
         Raises InputError above either limit.
         """
         place = self._view.place(light.position)
-        far = reach(place, self._centers, self._radii)
-        wider = widening(far, light.radius)
-        lists, longest = hemisphere_lists(self._balls, place, wider, passing(far, light.radius), grid, most)
+        far = longest_bounded_ray(place, self._centers, self._radii)
+        wider = ball_growth(far, light.radius)
+        lists, longest = hemisphere_lists(self._balls, place, wider, rounding_growth(far, light.radius), grid, most)
         pairs, total = len(lists.entries), listed
         if self._batches.programs:
 
@@ -216,10 +216,10 @@ class Lister:
         """
         listed: list[tuple[ProgramBatch, Ints, Rows]] = []
         for batch in self._batches.programs:
-            pairs, rows, more = met(batch, self._spheres, self._centers, self._radii, find_pairs, total, most)
+            pairs, rows, more = rows_of_cells(batch, self._spheres, self._centers, self._radii, find_pairs, total, most)
             listed.append((batch, pairs, rows))
             total += more
-        bare = [everywhere(batch, self._spheres) for batch in self._batches.programs]
+        bare = [rows_without_spheres(batch, self._spheres) for batch in self._batches.programs]
         if any(len(rows.cell) for rows in bare):
             some = count > 0
             for _, _, rows in listed:
@@ -229,7 +229,7 @@ class Lister:
                 (
                     batch,
                     pairs,
-                    filled(batch, rows, around, pairs, occupied, most) if len(around.cell) else rows,
+                    fill_rows(batch, rows, around, pairs, occupied, most) if len(around.cell) else rows,
                 )
                 for (batch, pairs, rows), around in zip(listed, bare, strict=True)
             ]

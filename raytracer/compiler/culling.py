@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.direction_cells import MARGIN, hemisphere_cells, overlaps, tangents, widened
+from raytracer.compiler.direction_cells import MARGIN, grown_radii, hemisphere_cells, overlaps, tangents
 from raytracer.compiler.view_space import View, camera_grid
 from raytracer.scene.camera import Camera
 from raytracer.scene.lights import PointLight
@@ -27,7 +27,7 @@ _FINE = 8
 # The error of a ball's distance from a ray towards a light, in float32, as a share of the distances from the camera and
 # of the ray's length. It holds however near the light the ball is. (It is 32 units in the last place, for the roundings
 # of the point, light, centre, direction and moment.)
-PASSING = 2.0**-19
+ROUNDING_GROWTH = 2.0**-19
 # The largest distance for which PASSING widens balls, in typical distances of balls from the light, and in distances of
 # the camera from the light. No cell beyond both counts as plane-only.
 _REACH, _AWAY = 128.0, 4.0
@@ -62,19 +62,19 @@ def occupied_cells(view: View, solids: Sequence[Solid], size: tuple[int, int]) -
     return _occupied(solids, *kept, len(radii), shape[0] * shape[1]).reshape(shape[::-1])
 
 
-def occupied_around(view: View, solids: Sequence[Solid], light: PointLight) -> Mask:
+def occupied_cells_of_light(view: View, solids: Sequence[Solid], light: PointLight) -> Mask:
     """Find the occupied cells around a light, for shadowed_cells(). For scenes of few primitives."""
     centers, radii = view.centers, view.surfaces.radii
     place = view.place(light.position)
     grid = int(min(_GRID, finest_grid(place, light.radius, centers)))
-    wide = radii + widening(reach(place, centers, radii), light.radius)
+    wide = radii + ball_growth(longest_bounded_ray(place, centers, radii), light.radius)
     pairs = hemisphere_cells(centers - place, wide, grid)
     if grid >= _FINE:
         pairs = _in_cone(pairs, _cell_corners(pairs[0], grid), centers - place, wide)
     return _occupied(solids, *pairs, len(radii), 2 * grid * grid)
 
 
-def reach(light: Array, centers: Array, radii: Array) -> float:
+def longest_bounded_ray(light: Array, centers: Array, radii: Array) -> float:
     """Return the length of rays to a light up to which PASSING bounds their error."""
     if not len(radii):
         return 0.0
@@ -85,19 +85,19 @@ def reach(light: Array, centers: Array, radii: Array) -> float:
     return max(_REACH * typical, _AWAY * float(np.linalg.norm(light)))
 
 
-def widening(far: float, radius: float) -> float:
+def ball_growth(far: float, radius: float) -> float:
     """Return the amount by which balls must grow so that the ray to a light's centre stands for all rays to the light.
 
     If any ray from a point to the light meets a ball, the ray to the centre then meets the grown ball. `far` is the
     largest length of rays, by reach(). At one share of their lengths, the two rays are no further apart than their
     ends: at most `radius`.
     """
-    return radius * (1.0 + MARGIN) + passing(far, radius)
+    return radius * (1.0 + MARGIN) + rounding_growth(far, radius)
 
 
-def passing(far: float, radius: float) -> float:
+def rounding_growth(far: float, radius: float) -> float:
     """Return the part of widening() for rounding. A ray that aims beside a light's centre has twice the rounding."""
-    return PASSING * far * (2.0 if radius else 1.0)
+    return ROUNDING_GROWTH * far * (2.0 if radius else 1.0)
 
 
 def finest_grid(light: Array, radius: float, centers: Array) -> float:
@@ -165,7 +165,7 @@ def _in_cone(
     for a wider cone, so its pairs are kept.
     """
     cell, sphere = pairs
-    centers, radii = centers[sphere], widened(centers, radii)[sphere]
+    centers, radii = centers[sphere], grown_radii(centers, radii)[sphere]
     axis = (corners / np.linalg.norm(corners, axis=-1, keepdims=True)).sum(axis=0)
     around = _angles(corners, axis).max(axis=0)
     distance = np.linalg.norm(centers, axis=1)

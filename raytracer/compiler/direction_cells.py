@@ -54,7 +54,7 @@ class Lists(NamedTuple):
         return self.ends[:, 1] > self.ends[:, 0]
 
 
-def widened(centers: Array, radii: Array, times: Array | float = 1.0) -> Array:
+def grown_radii(centers: Array, radii: Array, times: Array | float = 1.0) -> Array:
     """Return radii (N,) with which balls hold the balls of `radii` as the camera, at the origin, sees them in float32.
 
     `times` multiplies the growth for the rounding of a ray's direction, for balls that grow faster.
@@ -94,7 +94,7 @@ def tangents(centers: Array, radii: Array) -> tuple[Array, Array]:
 
 def _tangents(centers: Array, radii: Array, lo: Array, hi: Array) -> None:
     """Write tangents() into `lo` and `hi`, (2, N) each."""
-    radius = widened(centers, radii)
+    radius = grown_radii(centers, radii)
     depth = -centers[:, 2]
     # A memory order in which NumPy's loops run along the balls, not the two axes.
     across = np.ascontiguousarray(centers[:, :2].T)
@@ -133,12 +133,12 @@ def overlaps(
     and likewise in y; a step may be negative. The cell's number is j * columns + i. Rectangles have the margin EDGE.
     Pairs are sorted by item, then cell. Raises InputError above `most` pairs, or MAX_PAIRS.
     """
-    first, last = covered(lo, hi, origin, step, shape)
+    first, last = overlapped_cells(lo, hi, origin, step, shape)
     count = last - first + 1
     columns, rows = count[:, 0], count[:, 1]
     check_pairs(int(columns @ rows), most)
-    item, row = runs(np.arange(len(lo), dtype=np.int64), np.where(columns > 0, rows, 0), first[:, 1])
-    row, cell = runs(np.arange(len(item)), columns[item], row * shape[0] + first[item, 0])
+    item, row = repeat_counting(np.arange(len(lo), dtype=np.int64), np.where(columns > 0, rows, 0), first[:, 1])
+    row, cell = repeat_counting(np.arange(len(item)), columns[item], row * shape[0] + first[item, 0])
     return cell, item[row]
 
 
@@ -151,7 +151,7 @@ def check_pairs(count: int, most: int | None) -> None:
         )
 
 
-def covered(
+def overlapped_cells(
     lo: Array, hi: Array, origin: tuple[float, float], step: tuple[float, float], shape: tuple[int, int]
 ) -> tuple[Ints, Ints]:
     """Return (first, last), each (N, 2): the columns and rows of the cells that each rectangle overlaps.
@@ -169,7 +169,7 @@ def covered(
     return first, np.where(none[:, None], first - 1, last)
 
 
-def runs(items: Ints, count: Ints, start: Ints) -> tuple[Ints, Ints]:
+def repeat_counting(items: Ints, count: Ints, start: Ints) -> tuple[Ints, Ints]:
     """Repeat every item `count` times, and beside it start, start + 1, ..., start + count - 1."""
     end = np.cumsum(count)
     offset = np.repeat(start - (end - count), count)
@@ -187,7 +187,7 @@ def hemisphere_cells(centers: Array, radii: Array, grid: int, most: int | None =
     whose half angle has the sine r / d and the cosine q / d, with q = sqrt(d^2 - r^2). So the circle has the centre
     (c_x, c_y) / (h + q) and the radius r / (h + q), where h is the height of c in the hemisphere.
     """
-    radius = widened(centers, radii)
+    radius = grown_radii(centers, radii)
     x, y, z = centers.T
     square = (x * x + y * y + z * z) - radius * radius
     touching = np.sqrt(np.maximum(square, 0.0))

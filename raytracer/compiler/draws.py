@@ -26,7 +26,7 @@ from raytracer.compiler.meshes import (
     Rectangles,
 )
 from raytracer.scene.options import SamplingOptions
-from raytracer.scene.sequences import light_index, replicate_place, sample_place, scatters
+from raytracer.scene.sequences import is_scattered, light_index, replicate_place, sample_place
 
 # The number of samples in one float32 sum. Then a new sum begins, and the host adds the sums in float64: in a longer
 # sum, rounding would outweigh the gain by more samples.
@@ -98,7 +98,7 @@ class Sample(NamedTuple):
 def sample_at(number: int, options: SamplingOptions) -> Sample:
     """Return sample `number` of a picture with these options."""
     place = sample_place(number, options.sequence, options.samples)
-    return Sample(number, place, scatters(options.sequence, options.samples), light_index(number))
+    return Sample(number, place, is_scattered(options.sequence, options.samples), light_index(number))
 
 
 def replicate_at(number: int) -> Sample:

@@ -28,7 +28,7 @@ class Features(NamedTuple):
     pixels: Array  # (F,): the number of pixels over which its light is spread: for a glint, the light's mirror image
     radiance: Array  # (F, 3)
 
-    def missed(self, samples: NDArray[np.int32] | int) -> float:
+    def missed_error(self, samples: NDArray[np.int32] | int) -> float:
         """Return the squared error, summed over pixels and channels, of the features that too few samples meet.
 
         `samples` is the number of samples of each pixel (H, W), or of all pixels. The result is 0 if enough samples are
@@ -55,7 +55,7 @@ class Features(NamedTuple):
             return 0.0
         return float((np.square(areas) * squares / np.maximum(met, pixels)).sum()) * unit**2
 
-    def unmet(self, samples: int, max_error: float, size: tuple[int, int], shape: tuple[int, ...]) -> Mask:
+    def blocks_missed(self, samples: int, max_error: float, size: tuple[int, int], shape: tuple[int, ...]) -> Mask:
         """Find the blocks (rows, columns), the lowest row first, with features that `samples` of each pixel may miss.
 
         There are none if the features cannot make the error of a picture of `size` larger than `max_error`. `shape` is
@@ -63,7 +63,7 @@ class Features(NamedTuple):
         """
         width, height = size
         blocks = np.zeros(shape, bool)
-        if self.missed(samples) > max_error**2 * 3 * width * height:
+        if self.missed_error(samples) > max_error**2 * 3 * width * height:
             rows, columns = (pixels[:, samples * self.areas < _MET] for pixels in self._corners((height, width)))
             blocks[(height - 1 - rows) // BLOCK, columns // BLOCK] = True
         return blocks

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from raytracer.compiler import packing
 from raytracer.compiler.compiled_scene import CompiledScene
-from raytracer.compiler.culling import occupied_around, occupied_cells
+from raytracer.compiler.culling import occupied_cells, occupied_cells_of_light
 from raytracer.compiler.direction_cells import CELL
 from raytracer.compiler.grounds import Mask, Sight, make_sight, shadowed_cells
 from raytracer.compiler.limits import DriverLimits
@@ -300,7 +300,7 @@ def _shadows(
     def occupied() -> Mask:
         if lists:
             return lists.own[number].lists.occupied()
-        return occupied_around(view, compiled.scene.solids(), light)
+        return occupied_cells_of_light(view, compiled.scene.solids(), light)
 
     return shadowed_cells(sight, light, view, grazed, occupied)
 

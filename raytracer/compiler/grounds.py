@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.culling import corner_rays, corners, reach
+from raytracer.compiler.culling import corner_rays, corners, longest_bounded_ray
 from raytracer.compiler.direction_cells import CELL, MARGIN
 from raytracer.compiler.view_space import View
 from raytracer.scene.lights import PointLight
@@ -102,7 +102,7 @@ def shadowed_cells(
     if not grounds:
         return shadowed.reshape(sight.free.shape)
     place = view.place(light.position)
-    far = reach(place, view.centers, view.surfaces.radii) - float(np.linalg.norm(place))
+    far = longest_bounded_ray(place, view.centers, view.surfaces.radii) - float(np.linalg.norm(place))
     around: _Occupied | None = None
     for ground in grounds:
         # The distance by which rounding to float32 may move a point, relative to the light.

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.direction_cells import Array, Ints, Lists, check_pairs, hemisphere_cells, runs
+from raytracer.compiler.direction_cells import Array, Ints, Lists, check_pairs, hemisphere_cells, repeat_counting
 
 Floats: TypeAlias = NDArray[np.float32]
 Words: TypeAlias = NDArray[Any]  # of the type _Keys.word
@@ -152,7 +152,7 @@ def _small_keys(
         wide = columns[large].astype(np.int64) + 1
         count = wide * (rows[large].astype(np.int64) + 1)
         check_pairs(int(count.sum()), most)
-        ball, number = runs(np.arange(len(large)), count - 1, np.ones(len(large), np.int64))
+        ball, number = repeat_counting(np.arange(len(large)), count - 1, np.ones(len(large), np.int64))
         row, column = np.divmod(number, wide[ball])
         keys_of_balls.append(key[large[ball]] + ((row * keys.grid + column).astype(word) << shift))
         rows[large] = columns[large] = 0

@@ -119,11 +119,11 @@ def _cell_mesh(cells: Mask, tile: Rectangle, mask: Mask | None, lists: Ints | No
 
 def _rectangle_mesh(rectangles: Ints, size: tuple[int, int], tile: Rectangle, mask: Mask | None) -> Rectangles:
     if mask is not None:
-        numbers = np.flatnonzero(which_touch(rectangles, mask, tile[:2], BLOCK))
+        numbers = np.flatnonzero(touches_squares(rectangles, mask, tile[:2], BLOCK))
     elif tile == (0, 0, *size):
         numbers = np.arange(len(rectangles))
     else:
-        numbers = np.flatnonzero(touching(rectangles, tile))
+        numbers = np.flatnonzero(touches_area(rectangles, tile))
     sides = rectangles[numbers, 2:4] - rectangles[numbers, :2]
     costs = sides[:, 0].astype(np.int64) * sides[:, 1] + _RECTANGLE_COST
     return Rectangles(numbers.astype(np.int32), costs, int(sides.max(initial=0)))
@@ -160,7 +160,7 @@ def squares(cells: Mask) -> Ints:
     return np.column_stack([column, row, np.ones_like(row), np.ones_like(row)]).astype(np.int32)
 
 
-def which_touch(rectangles: Ints, squares: Mask, corner: tuple[int, int], side: int) -> Mask:
+def touches_squares(rectangles: Ints, squares: Mask, corner: tuple[int, int], side: int) -> Mask:
     """Return which rectangles (N,) touch a square that is True.
 
     Squares have `side` pixels along each side. The first one begins at the pixel `corner`.
@@ -173,7 +173,7 @@ def which_touch(rectangles: Ints, squares: Mask, corner: tuple[int, int], side: 
     return sums[y1, x1] - sums[y0, x1] - sums[y1, x0] + sums[y0, x0] > 0
 
 
-def touching(rectangles: Ints, area: Rectangle) -> Mask:
+def touches_area(rectangles: Ints, area: Rectangle) -> Mask:
     """Return which rectangles (N,) share a pixel with an area."""
     x, y, width, height = area
     x0, y0, x1, y1 = rectangles[:, :4].T

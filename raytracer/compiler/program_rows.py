@@ -66,7 +66,7 @@ def check_listed(count: float, most: int) -> None:
         )
 
 
-def everywhere(batch: ProgramBatch, spheres: int) -> Rows:
+def rows_without_spheres(batch: ProgramBatch, spheres: int) -> Rows:
     """Return the programs of the objects for rays that meet none of their spheres, as rows of cell 0.
 
     There are no rows if such rays miss the objects.
@@ -80,7 +80,7 @@ def everywhere(batch: ProgramBatch, spheres: int) -> Rows:
     )
 
 
-def met(
+def rows_of_cells(
     batch: ProgramBatch, spheres: int, centers: Array, radii: Array, find_pairs: FindPairs, listed: int, most: int
 ) -> tuple[Ints, Rows, int]:
     """Return the programs of the objects in cells whose rays may meet their spheres.
@@ -113,7 +113,7 @@ def met(
     return pair, _rows(batch, cell, instance, start, code), len(leaf)
 
 
-def filled(batch: ProgramBatch, rows: Rows, bare: Rows, pairs: Ints, cells: Ints, most: int) -> Rows:
+def fill_rows(batch: ProgramBatch, rows: Rows, bare: Rows, pairs: Ints, cells: Ints, most: int) -> Rows:
     """Return `rows` with the `bare` programs added in each of `cells` in which an object has none.
 
     `pairs` are the sorted pairs of met(), `bare` the rows of everywhere(). Raises InputError above `most` pairs.

@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 from raytracer.core.shown import printable, shown
-from raytracer.core.terminal import note
+from raytracer.core.terminal import print_note
 from raytracer.core.validation import InputError
 
 # Seconds of work after which a progress bar appears on a terminal.
@@ -41,15 +41,15 @@ def step_bar(title: str) -> Iterator[Progress]:
 
     If standard error is no terminal, a line announces the step.
     """
-    tell_step(title)
+    announce_step(title)
     with progress_bar(title) as progress:
         yield progress
 
 
-def tell_step(title: str) -> None:
+def announce_step(title: str) -> None:
     """Print a line that announces a step, unless standard error is a terminal, which shows a bar instead."""
     if not _is_terminal():
-        note(title)
+        print_note(title)
 
 
 def _is_terminal() -> bool:
@@ -64,7 +64,7 @@ def _lines(title: str) -> Iterator[Progress]:
         nonlocal last_line, last_percent
         now, percent = time.monotonic(), 100 * done // max(total, 1)
         if done < total and percent > last_percent and now - last_line >= _SECONDS_WITHOUT_LINE:
-            note(f"{title}: {percent} %")
+            print_note(f"{title}: {percent} %")
             last_line, last_percent = now, percent
 
     yield progress

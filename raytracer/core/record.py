@@ -7,7 +7,7 @@ from typing import Any, ForwardRef, Self, TypeVar
 import msgspec
 
 from raytracer.core.shown import shortened
-from raytracer.core.suggest import did_you_mean, known
+from raytracer.core.suggest import did_you_mean, known_names
 from raytracer.core.validation import KeyNameError
 
 K = TypeVar("K", bound=type)
@@ -47,5 +47,5 @@ class Record(msgspec.Struct, frozen=True):
 
 def _unknown_field(name: str, owner: str, fields: tuple[str, ...]) -> KeyNameError:
     """Return the error for a `name` that is not among the `fields` of the class `owner`."""
-    hint = f"({known(fields)}){did_you_mean(name, fields)}"
+    hint = f"({known_names(fields)}){did_you_mean(name, fields)}"
     return KeyNameError(f"unknown field `{shortened(name)}` of {owner} {hint}", name)

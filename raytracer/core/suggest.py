@@ -36,7 +36,7 @@ def nearest(name: str, names: Iterable[str]) -> str | None:
     return by_case[matches[0]] if matches else None
 
 
-def known(names: Iterable[str]) -> str:
+def known_names(names: Iterable[str]) -> str:
     """Return a list of the first known names: `known: a, b, c`."""
     listed = ", ".join(map(shortened, itertools.islice(names, 12)))
     return f"known: {listed}" if len(listed) <= 120 else f"known: {listed[:120]}..."

@@ -24,23 +24,23 @@ _ENDS = 500
 _WIDTH = 160
 
 
-def say(*lines: str) -> None:
+def print_lines(*lines: str) -> None:
     """Print lines on standard output, with control characters escaped as in Python."""
     for line in lines:
         print(printable(line), flush=True)
 
 
-def complain(*lines: str) -> None:
+def print_error(*lines: str) -> None:
     """Print an error on standard error: `raytracer: ` and the lines. The middle of a very long line is left out."""
     first, *others = (_shortened(line) for line in lines or ("",))
-    note(f"raytracer: {first}", *others)
+    print_note(f"raytracer: {first}", *others)
 
 
 def _shortened(line: str) -> str:
     return line if len(line) <= 2 * _ENDS else f"{line[:_ENDS]} ... {line[-_ENDS:]}"
 
 
-def note(*lines: str) -> None:
+def print_note(*lines: str) -> None:
     """Print lines on standard error, with control characters escaped. Does nothing if standard error is closed."""
     if sys.stderr is None:  # print() would use standard output instead
         return
@@ -49,12 +49,12 @@ def note(*lines: str) -> None:
             print(printable(line), file=sys.stderr)
 
 
-def say_json(text: str) -> None:
+def print_json(text: str) -> None:
     """Print JSON on standard output."""
     print(text.replace("\x7f", "\\u007f"))  # DEL, the only control character that JSON encoders do not escape
 
 
-def say_table(table: Table) -> None:
+def print_table(table: Table) -> None:
     """Print a table on standard output. Its cells must come from cell()."""
     if sys.stdout is None:
         return
@@ -63,7 +63,7 @@ def say_table(table: Table) -> None:
     Console(width=None if sys.stdout.isatty() else _WIDTH).print(table)
 
 
-def cell(text: str) -> str:
+def table_cell(text: str) -> str:
     """Return text for a table's cell, with control characters and rich's markup escaped."""
     from rich.markup import escape
 

@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 
 from raytracer.core.shown import dotted, printable, shortened, shown
-from raytracer.core.suggest import did_you_mean, known
+from raytracer.core.suggest import did_you_mean, known_names
 
 Vec3 = tuple[float, float, float]
 # Key: a name in a table, or an index in a list. Keys: the path of keys to a value, outermost key first.
@@ -166,7 +166,7 @@ def number(
     return result
 
 
-def whole(value: Any, key: Key | Keys, low: int, high: int) -> int:
+def integer(value: Any, key: Key | Keys, low: int, high: int) -> int:
     """Return an integer of any type as an int in [low, high]; 4.0 is rejected. Raises InputError."""
     plain = _plain(value)
     try:
@@ -253,7 +253,7 @@ def vector(value: Any, key: Key | Keys, low: float, high: float, expected: str) 
     )
 
 
-def three(value: Any, key: Key | Keys, low: float, high: float) -> Vec3:
+def three_numbers(value: Any, key: Key | Keys, low: float, high: float) -> Vec3:
     """Return three numbers in [low, high]; a single number is repeated three times. Raises InputError."""
     expected = f"3 numbers, or one for all, in [{low:g}, {high:g}]"
     return vector((value,) * 3 if is_number(value) else value, key, low, high, expected)
@@ -281,7 +281,7 @@ def check_keys(table: Mapping[str, Any], keys: Sequence[str], needed: Sequence[s
     """Raise KeyNameError if a key of `table` is not in `keys`, or if `table` lacks a key of `needed`."""
     for name in table:
         if name not in keys:
-            raise KeyNameError(f"unknown key `{shortened(name)}` ({known(keys)}){did_you_mean(name, keys)}", name)
+            raise KeyNameError(f"unknown key `{shortened(name)}` ({known_names(keys)}){did_you_mean(name, keys)}", name)
     for name in needed:
         if name not in table:
             raise KeyNameError(f"missing key `{name}`", name)
@@ -292,7 +292,7 @@ def check_size(value: Any) -> tuple[int, int]:
     expected = f"expected [width, height] in whole pixels in [1, {MAX_SIDE}]"
     sides = items(value, 2)
     try:
-        width, height = (whole(side, "size", 1, MAX_SIDE) for side in sides or ())
+        width, height = (integer(side, "size", 1, MAX_SIDE) for side in sides or ())
     except ValueError:  # an InputError, which is a ValueError, or a wrong number of sides
         raise InputError(f"{expected}, got {shown(value)}", "size") from None
     return width, height

@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Mapping
 
-from raytracer.core.suggest import did_you_mean, known
+from raytracer.core.suggest import did_you_mean, known_names
 from raytracer.core.validation import InputError
 from raytracer.scene.solids import Complement, Difference, Intersection, Solid, Union
 
@@ -111,7 +111,7 @@ def parse(text: str, shapes: Mapping[str, Solid], objects: Collection[str] = ())
 def _hint(name: str, shapes: Mapping[str, Solid], objects: Collection[str]) -> str:
     if name in objects:
         return " (an object; only shapes can be named)"
-    return f" ({known(shapes)}){did_you_mean(name, shapes)}"
+    return f" ({known_names(shapes)}){did_you_mean(name, shapes)}"
 
 
 def _error(text: str, position: int, expected: str) -> InputError:

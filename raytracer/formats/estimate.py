@@ -21,12 +21,12 @@ FEW_PIXELS = "few pixels hold most of it"
 UNSEEN = "small bright features may lie between the samples"
 # The lower bound of an uncertain error, as a fraction of the estimated root mean square (ground_truth/converged.py
 # has the measurement).
-LEAST = 0.5
+LOWER_BOUND_FACTOR = 0.5
 # The error of the worst of many pixels, in units of its standard error.
-WORST = 3.0
+WORST_PIXEL_FACTOR = 3.0
 
 
-def rests_on_few(squares: NDArray[np.floating], few: float = _FEW) -> bool:
+def is_dominated_by_few(squares: NDArray[np.floating], few: float = _FEW) -> bool:
     """Whether the sum of `squares` rests on too few of them: their effective number is below `few`."""
     return float(squares.sum()) ** 2 < few * float((squares**2).sum())
 

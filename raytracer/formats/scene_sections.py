@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from raytracer.core.shown import shown
-from raytracer.core.suggest import did_you_mean, known
+from raytracer.core.suggest import did_you_mean, known_names
 from raytracer.core.validation import InputError, check_choice, check_text, within
 from raytracer.formats import csg_expression
 from raytracer.formats.companion_files import ByteBudget
@@ -120,7 +120,7 @@ def _material_of(name: Any, materials: dict[str, Material], library: MaterialLib
         return materials[name]
     if not isinstance(name, str) or "/" not in name:
         hint = did_you_mean(name, materials) if isinstance(name, str) else ""
-        raise InputError(f"expected the name of a material, got {shown(name)} ({known(materials)}){hint}")
+        raise InputError(f"expected the name of a material, got {shown(name)} ({known_names(materials)}){hint}")
     return library.material(name)
 
 
@@ -151,7 +151,7 @@ def _all_instances(table: dict[str, Any], solids: dict[str, Solid], folder: Path
 
 def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | None, budget: ByteBudget) -> Instances:
     if name not in solids:
-        raise InputError(f"expected the name of an object ({known(solids)}){did_you_mean(name, solids)}")
+        raise InputError(f"expected the name of an object ({known_names(solids)}){did_you_mean(name, solids)}")
     table = check_table(value, _INSTANCES)
     if ("file" in table) == ("positions" in table):
         got = "both" if "file" in table else "neither"

@@ -9,7 +9,7 @@ import msgspec
 from raytracer.core.validation import check_size, within
 from raytracer.formats.toml_tables import check_table
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import EMPTY, SettingsPatch, fewest
+from raytracer.scene.settings_patch import EMPTY_PATCH, SettingsPatch, minimal_patch
 
 # The default (width, height) of a picture, in pixels.
 DEFAULT_SIZE = 1280, 720
@@ -19,7 +19,7 @@ _KEYS = (*Settings.__struct_fields__, "quality", "size")
 class SettingsSection(msgspec.Struct, frozen=True):
     """The settings in a scene file, and the picture's (width, height) in pixels; None if the file has no size."""
 
-    settings: SettingsPatch = EMPTY
+    settings: SettingsPatch = EMPTY_PATCH
     size: tuple[int, int] | None = None
 
 
@@ -38,6 +38,6 @@ def section_text(settings: Settings, size: tuple[int, int] | None = None) -> str
     lines = [f"size = [{size[0]}, {size[1]}]"] if size else []
     lines += [
         f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value}"
-        for name, value in fewest(settings).fields().items()
+        for name, value in minimal_patch(settings).fields().items()
     ]
     return "\n".join(["[settings]", *lines]) + "\n"

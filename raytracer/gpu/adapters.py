@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import moderngl
 
 from raytracer.core.shown import printable, shown
-from raytracer.core.validation import InputError, whole
+from raytracer.core.validation import InputError, integer
 
 VARIABLE = "RAYTRACER_DEVICE"
 # More adapters than any machine has. EGL reports the end of its list.
@@ -58,7 +58,7 @@ def wanted_adapter(adapter: Any = None) -> Adapter | None:
         is_index = text.isascii() and text.isdecimal() and len(text) <= len(str(MAX_ADAPTERS))
         return int(text) if is_index else text.lower()
     try:
-        return whole(value, where, 0, MAX_ADAPTERS)
+        return integer(value, where, 0, MAX_ADAPTERS)
     except InputError:
         expected = "the index of an EGL device, or a part of its name"
         raise InputError(f"expected {expected}, got {shown(value)}", where) from None
@@ -81,7 +81,7 @@ def open_adapter(adapter: Adapter | None = None, where: str = "device") -> moder
             if software:
                 software.release()
             return opened.context
-        leave(opened.context)
+        make_none_current(opened.context)
         if adapter is None and not software:
             software = opened.context
         else:
@@ -119,7 +119,9 @@ def closed_adapters() -> Iterator[Opened]:
     for opened in opened_adapters():
         yield opened
         if opened.context:
-            leave(opened.context)  # a current context, though released, would keep the next one from opening
+            make_none_current(
+                opened.context
+            )  # a current context, though released, would keep the next one from opening
             opened.context.release()
 
 
@@ -136,6 +138,6 @@ def _open(index: int) -> moderngl.Context:
     return context
 
 
-def leave(context: moderngl.Context) -> None:
+def make_none_current(context: moderngl.Context) -> None:
     """Make no context current. While it is current in this thread, no other thread can use it."""
     context.__exit__(None, None, None)

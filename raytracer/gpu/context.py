@@ -18,7 +18,7 @@ import moderngl
 from raytracer.core.validation import InputError, check_choice
 from raytracer.gpu.adapters import REQUIRED, Adapter, open_adapter, wanted_adapter
 from raytracer.gpu.adapters import VARIABLE as ADAPTER_VARIABLE
-from raytracer.gpu.turns import ContextError, begin
+from raytracer.gpu.turns import ContextError, record_use
 
 Backend = Literal["auto", "egl", "window", "osmesa"]
 VARIABLE = "RAYTRACER_BACKEND"
@@ -40,7 +40,7 @@ def backend_name(backend: str | None = None) -> str:
     return check_choice(name, VARIABLE if backend is None else "backend", get_args(Backend))
 
 
-def chosen(backend: str | None = None, adapter: Adapter | None = None) -> tuple[str, Adapter | None]:
+def choose_backend(backend: str | None = None, adapter: Adapter | None = None) -> tuple[str, Adapter | None]:
     """Return the backend's name and the adapter, from the arguments or else from the environment variables.
 
     The adapter None stands for the best one. Only EGL has adapters: if one is chosen, "auto" becomes "egl". The
@@ -63,8 +63,8 @@ def open_context(backend: str | None = None, adapter: Adapter | None = None) -> 
     or if this process was forked after its parent had used OpenGL (turns.py).
     """
     where = ADAPTER_VARIABLE if adapter is None else "device"
-    name, adapter = chosen(backend, adapter)
-    begin()
+    name, adapter = choose_backend(backend, adapter)
+    record_use()
     names = list(_OPENERS) if name == "auto" else [name]
     problems: dict[str, str] = {}
     for name in names:
@@ -88,7 +88,7 @@ def open_window(size: tuple[int, int], title: str) -> tuple[moderngl.Context, An
 
     Releasing the context closes the window. Raises ContextError if no window opens.
     """
-    begin()
+    record_use()
     try:
         return _open_glfw("any", size, title, visible=True)
     except Exception as error:

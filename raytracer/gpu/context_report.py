@@ -5,9 +5,9 @@ from __future__ import annotations
 import moderngl
 import msgspec
 
-from raytracer.gpu.adapters import closed_adapters, leave
+from raytracer.gpu.adapters import closed_adapters, make_none_current
 from raytracer.gpu.context import BACKENDS, open_context
-from raytracer.gpu.turns import ContextError, begin
+from raytracer.gpu.turns import ContextError, record_use
 
 
 class ContextReport(msgspec.Struct, frozen=True):
@@ -39,7 +39,7 @@ def examine_contexts() -> list[ContextReport]:
 
 
 def _device_reports() -> list[ContextReport]:
-    begin()
+    record_use()
     reports = [
         _report("egl", adapter.context, adapter.number)
         if adapter.context
@@ -59,7 +59,7 @@ def _backend_report(backend: str) -> ContextReport:
     except ContextError as error:
         return ContextReport(backend, False, problem=error.problems[backend])
     report = _report(backend, context)
-    leave(context)  # a current context, though released, would keep the next one from opening
+    make_none_current(context)  # a current context, though released, would keep the next one from opening
     context.release()
     return report
 

@@ -13,10 +13,10 @@ from raytracer.compiler.draws import MARGIN
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble
 from raytracer.compiler.limits import DriverLimits
 from raytracer.core.interrupts import deferred
-from raytracer.gpu.adapters import Adapter, leave
-from raytracer.gpu.context import chosen, open_context
+from raytracer.gpu.adapters import Adapter, make_none_current
+from raytracer.gpu.context import choose_backend, open_context
 from raytracer.gpu.gl import BufferTexture, Context, Program, varying_components
-from raytracer.gpu.turns import alone, check_process, turn
+from raytracer.gpu.turns import check_process, opengl_lock, turn
 
 # The limit of the cache of programs: the characters in the texts of all programs, less the characters that every text
 # has. llvmpipe takes some 4 MB for the program of a tree of 8 spheres and 200 MB for one of 300, in all 0.8 to 2.3 kB a
@@ -37,16 +37,16 @@ def shared_device(backend: str | None = None, adapter: Adapter | None = None) ->
     Raises InputError for a backend or an adapter that does not exist; ContextError if no context opens, or if this
     process was forked after its parent had used OpenGL (turns.py); RuntimeError within a progress callback.
     """
-    key = chosen(backend, adapter)
+    key = choose_backend(backend, adapter)
     check_process()
     if key not in _shared:
-        with alone():
+        with opengl_lock():
             if key not in _shared:  # another thread may have opened it meanwhile
                 context = open_context(backend, adapter)
                 try:
                     _shared[key] = Device(context, *key)
                 finally:
-                    leave(context)  # also if the constructor failed
+                    make_none_current(context)  # also if the constructor failed
     return _shared[key]
 
 

@@ -71,7 +71,7 @@ def has_turn() -> bool:
     return _process.owner == threading.get_ident()
 
 
-def begin() -> None:
+def record_use() -> None:
     """Record that this process uses OpenGL from now on. Raises ContextError as check_process() does."""
     check_process()
     _process.has_begun = True
@@ -97,7 +97,7 @@ def exclusive() -> Iterator[None]:
 
 
 @contextmanager
-def alone() -> Iterator[None]:
+def opengl_lock() -> Iterator[None]:
     """Keep all other threads from OpenGL for a block. Raises the errors of exclusive() and check_process()."""
     check_process()
     with exclusive():
@@ -107,7 +107,7 @@ def alone() -> Iterator[None]:
 @contextmanager
 def turn(context: moderngl.Context) -> Iterator[None]:
     """Make `context` current for a block, and no context after it. Raises the errors of alone()."""
-    with alone():
+    with opengl_lock():
         try:
             context.__enter__()
             yield

@@ -36,7 +36,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.core.progress import Progress
-from raytracer.formats.estimate import FEW_PIXELS, LEAST, WORST, Estimate, largest, picture_texts, rests_on_few
+from raytracer.formats.estimate import (
+    FEW_PIXELS,
+    LOWER_BOUND_FACTOR,
+    WORST_PIXEL_FACTOR,
+    Estimate,
+    is_dominated_by_few,
+    largest,
+    picture_texts,
+)
 from raytracer.formats.image import Image
 from raytracer.ground_truth import disk_cache
 from raytracer.ground_truth.job import FIRST_SAMPLES, SAMPLES, TOLERANCE, Job, make_job
@@ -109,10 +117,10 @@ def _description(job: Job) -> str:
 def _estimate(error: NDArray[np.float64], samples: float, seconds: float) -> Estimate:
     """Return the estimate for a picture, from the standard errors of its pixels [H, W] and their mean samples."""
     squares = np.square(error)
-    is_uncertain = rests_on_few(squares)
-    rmse = (LEAST if is_uncertain else 1.0) * math.sqrt(squares.mean())
+    is_uncertain = is_dominated_by_few(squares)
+    rmse = (LOWER_BOUND_FACTOR if is_uncertain else 1.0) * math.sqrt(squares.mean())
     worst, worst_at = largest(error)
-    return Estimate(samples, seconds, rmse, WORST * worst, worst_at, FEW_PIXELS if is_uncertain else "")
+    return Estimate(samples, seconds, rmse, WORST_PIXEL_FACTOR * worst, worst_at, FEW_PIXELS if is_uncertain else "")
 
 
 def _trace(job: Job, workers: int | None, progress: Progress | None) -> Image:

@@ -31,12 +31,12 @@ class Cost(NamedTuple):
     """The estimated `seconds` for a scene of so many `primitives`. It is a lower bound if nothing was `tried`."""
 
     seconds: float
-    tried: bool
+    is_measured: bool
     primitives: int
 
     def __str__(self) -> str:
         unit, length = next((entry for entry in _UNITS if self.seconds >= 2.0 * entry[1]), ("seconds", 1.0))
-        about = "about" if self.tried else "at least"
+        about = "about" if self.is_measured else "at least"
         return (
             f"{about} {self.seconds / length:.0f} {unit}: each ray is tested against all {self.primitives} primitives"
         )

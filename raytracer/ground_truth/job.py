@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 
-from raytracer.core.validation import check_size, number, whole
+from raytracer.core.validation import check_size, integer, number
 from raytracer.scene.options import MAX_SAMPLES
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
@@ -63,4 +63,6 @@ def make_job(scene: Scene, size: tuple[int, int], settings: Settings, samples: i
 def check_accuracy(samples: Any, tolerance: Any) -> tuple[int, float]:
     """Check and return the most samples per pixel and the tolerance. Raises InputError."""
     expected = "a finite number of at least 0 (linear radiance)"
-    return whole(samples, "samples", FIRST_SAMPLES, MAX_SAMPLES), number(tolerance, "tolerance", 0.0, expected=expected)
+    return integer(samples, "samples", FIRST_SAMPLES, MAX_SAMPLES), number(
+        tolerance, "tolerance", 0.0, expected=expected
+    )

@@ -6,7 +6,7 @@ import warnings
 from typing import Any
 
 from raytracer.core.progress import Progress, check_progress
-from raytracer.core.validation import check_flag, check_size, whole
+from raytracer.core.validation import check_flag, check_size, integer
 from raytracer.formats.image import Image
 from raytracer.ground_truth.converged import trace_converged
 from raytracer.ground_truth.cost import check_cost, estimate_cost
@@ -22,7 +22,7 @@ from raytracer.scene.warnings import scene_warnings
 # takes seconds to minutes.
 REFERENCE_SIZE = (320, 180)
 # The time from which a warning is given, in seconds.
-WORTH_MENTION = 60.0
+WARN_SECONDS = 60.0
 # The largest accepted number of processes: no machine has more processors.
 _MOST_WORKERS = 4096
 
@@ -79,14 +79,14 @@ def reference(
     samples, tolerance = check_accuracy(samples, tolerance)
     cache = check_flag(cache, "cache")
     if workers is not None:
-        workers = whole(workers, "workers", 1, _MOST_WORKERS)
+        workers = integer(workers, "workers", 1, _MOST_WORKERS)
     check_progress(progress)
     for warning in scene_warnings(scene, merged.replace(precision=64)):
         warnings.warn(warning, stacklevel=2)
     check_cost(scene, size, workers)
 
     def announce(job: Job) -> None:
-        if (cost := estimate_cost(job, workers)).seconds > WORTH_MENTION:
+        if (cost := estimate_cost(job, workers)).seconds > WARN_SECONDS:
             warnings.warn(f"this takes {cost}", stacklevel=4)
 
     options: dict[str, Any] = {"samples": samples, "tolerance": tolerance, "cache": cache, "workers": workers}

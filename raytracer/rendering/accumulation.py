@@ -17,7 +17,7 @@ from raytracer.compiler.meshes import Mask, Rectangle
 from raytracer.formats.estimate import Estimate
 from raytracer.rendering import stopping_rule
 from raytracer.rendering.block_measurements import BlockMeasurements
-from raytracer.rendering.estimator import BlockStatistics, after_look, before_any_look
+from raytracer.rendering.estimator import BlockStatistics, empty_statistics, updated_statistics
 from raytracer.rendering.pixel_blocks import MARGIN, Blocks, surrounded
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tile_sums import Counts, TileSums
@@ -70,7 +70,7 @@ class Accumulation:
         self._spare: Mask | None = None
         self._statistics: BlockStatistics | None = None
         if measurements and options.estimates_error and (always_estimates or options.has_stopping_rule):
-            self._statistics = before_any_look(self._blocks.active.shape)
+            self._statistics = empty_statistics(self._blocks.active.shape)
         self._light_scale = 1.0  # the factor of all light in the sums
         self._correction = 1.0  # the factor that corrects the estimate's errors
         self._kept = 0  # the number of samples in the kept sums
@@ -163,7 +163,7 @@ class Accumulation:
         summed = (n - 1) % SUMMED + 1
         if self._kept:
             movement = self._measured(lambda around: measurements.movement(around, n, summed, self._kept))
-            self._statistics = after_look(statistics, n, self._squares(movement), blocks.active)
+            self._statistics = updated_statistics(statistics, n, self._squares(movement), blocks.active)
         if 2 * n <= self._options.samples:
             for _, around in self._active_tiles():
                 measurements.keep_sums(around.area, around.cells, before=n > summed)
@@ -203,7 +203,9 @@ class Accumulation:
         active = choice.active
         if self._features is not None and options.max_error is not None:
             # A block whose samples all missed its bright features seems to have enough samples.
-            active = active | blocks.active & self._features.unmet(n, options.max_error, self._size, active.shape)
+            active = active | blocks.active & self._features.blocks_missed(
+                n, options.max_error, self._size, active.shape
+            )
         if not active.any():
             self._is_enough = True
         elif not np.array_equal(active, blocks.active):

@@ -29,7 +29,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import BLOCK
-from raytracer.formats.estimate import FEW_PIXELS, LEAST, WORST, Estimate, largest, rests_on_few
+from raytracer.formats.estimate import (
+    FEW_PIXELS,
+    LOWER_BOUND_FACTOR,
+    WORST_PIXEL_FACTOR,
+    Estimate,
+    is_dominated_by_few,
+    largest,
+)
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -67,28 +74,28 @@ class BlockStatistics(NamedTuple):
     ) -> Estimate:
         """Estimate the error of a picture of `size` (width, height), which is a `part` of the blocks."""
         squared_errors = self.squared_errors(samples)[part]
-        is_uncertain = rests_on_few(squared_errors)
+        is_uncertain = is_dominated_by_few(squared_errors)
         # The worst pixel is in the block with the largest variance of a mean.
         _, (column, row) = largest(self.most[part] / np.maximum(samples[part], 1))
         x, y = (BLOCK * index + BLOCK // 2 for index in (column, row))
         return Estimate(
             mean_samples,
             seconds,
-            (LEAST if is_uncertain else 1.0) * self.rmse(samples, part, size[0] * size[1]),
-            WORST * math.sqrt(squared_errors[row, column] / 3.0),
+            (LOWER_BOUND_FACTOR if is_uncertain else 1.0) * self.rmse(samples, part, size[0] * size[1]),
+            WORST_PIXEL_FACTOR * math.sqrt(squared_errors[row, column] / 3.0),
             (min(x, size[0] - 1), max(0, size[1] - 1 - y)),
             FEW_PIXELS if is_uncertain else "",
             max_error,
         )
 
 
-def before_any_look(shape: tuple[int, ...]) -> BlockStatistics:
+def empty_statistics(shape: tuple[int, ...]) -> BlockStatistics:
     """Return the statistics of (rows, columns) blocks without any sample."""
     zeros = np.zeros(shape, np.float32)
     return BlockStatistics(np.zeros(shape, np.int32), zeros, zeros)
 
 
-def after_look(
+def updated_statistics(
     statistics: BlockStatistics, samples: int, measurements: NDArray[np.floating], active: Mask
 ) -> BlockStatistics:
     """Update the statistics of the `active` blocks by a look after `samples` samples, and return them.

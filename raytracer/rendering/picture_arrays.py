@@ -155,7 +155,7 @@ class PictureArrays:
         spread, max_error = self._spread, self.options.max_error
         if spread is None or self._measurement is None or self._features is None:
             return Estimate(samples, seconds, unknown=self._why_unknown(), max_error=max_error)
-        unseen = self._features.missed(spread.samples)
+        unseen = self._features.missed_error(spread.samples)
         return replicate.estimate(self._measurement, spread, unseen, samples, seconds, max_error)
 
     def errors(self) -> NDArray[np.float32]:

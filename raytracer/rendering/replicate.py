@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from raytracer.compiler.direction_cells import BLOCK, CELL
 from raytracer.compiler.draws import SUMMED, replicate_at
 from raytracer.compiler.meshes import PER_CELL, Rectangle
-from raytracer.formats.estimate import FEW_PIXELS, UNSEEN, WORST, Estimate, largest, rests_on_few
+from raytracer.formats.estimate import FEW_PIXELS, UNSEEN, WORST_PIXEL_FACTOR, Estimate, is_dominated_by_few, largest
 from raytracer.rendering.estimator import P
 from raytracer.rendering.tile_renderer import TileRenderer
 
@@ -149,7 +149,7 @@ def squared_error(squares: Array, probabilities: Array) -> tuple[float, float, b
     contributions = np.sort(squares / probabilities)
     sums, fourths = np.cumsum(contributions), np.cumsum(np.square(contributions))
     least = max(_LEAST * float(sums[-1]), float(np.max(sums - _BELOW * np.sqrt(fourths))))
-    return float(sums[-1]), least, rests_on_few(contributions, _FEW)
+    return float(sums[-1]), least, is_dominated_by_few(contributions, _FEW)
 
 
 def _squared_differences(
@@ -219,7 +219,9 @@ def estimate(
     total = measurement.least if measurement.is_uncertain else measurement.total
     unknown = FEW_PIXELS if measurement.is_uncertain else UNSEEN if unseen > _UNSEEN * total else ""
     rmse = math.sqrt(total / (3 * errors.size))
-    return Estimate(samples, seconds, rmse, WORST * measurement.scale * worst, worst_at, unknown, max_error)
+    return Estimate(
+        samples, seconds, rmse, WORST_PIXEL_FACTOR * measurement.scale * worst, worst_at, unknown, max_error
+    )
 
 
 def pixel_errors(measurement: Measurement, spread: Spread) -> NDArray[np.float32]:

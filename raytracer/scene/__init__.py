@@ -13,7 +13,7 @@ import OpenGL, and imports NumPy only for instances, measured materials and some
     materials: a subpackage with its own list
     settings: Settings
     options: CompileOptions, SamplingOptions (the halves of Settings), Shadows, Evaluator, Precision,
-        MAX_SAMPLES, MAX_BOUNCES, ASKED_SAMPLES, check_shading
+        MAX_SAMPLES, MAX_BOUNCES, DEFAULT_SAMPLE_LIMIT, check_shading
     settings_patch: SettingsPatch, EMPTY, Quality, quality, QUALITIES, fewest, flags, changes, checked_patch
         (partial settings and their precedence)
     sequences: SampleSequence, SEQUENCES, PROGRESSIVE, sample_place, sample_points, scatters, light_index,

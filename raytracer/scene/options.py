@@ -14,7 +14,7 @@ from msgspec import UNSET
 from raytracer.core.record import Record
 from raytracer.core.shown import shown
 from raytracer.core.suggest import did_you_mean
-from raytracer.core.validation import InputError, check_choice, number, set_fields, whole
+from raytracer.core.validation import InputError, check_choice, integer, number, set_fields
 from raytracer.scene.materials.models import MODELS, SHADINGS, Shading
 from raytracer.scene.sequences import PROGRESSIVE, SEQUENCES, SampleSequence
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 MAX_SAMPLES = 65536
 # The default of `samples` if `max_error`, `time` or `adaptive` is set. Further samples would lower the error by less
 # than 1e-3 (linear radiance).
-ASKED_SAMPLES = 4096
+DEFAULT_SAMPLE_LIMIT = 4096
 MAX_BOUNCES = 64
 
 Shadows = Literal["off", "hard", "diluted", "soft"]
@@ -45,7 +45,7 @@ class CompileOptions(Record, frozen=True):
     def __post_init__(self) -> None:
         set_fields(
             self,
-            bounces=whole(self.bounces, "bounces", 0, MAX_BOUNCES),
+            bounces=integer(self.bounces, "bounces", 0, MAX_BOUNCES),
             shadows=check_choice(self.shadows, "shadows", get_args(Shadows)),
             evaluator=check_choice(self.evaluator, "evaluator", get_args(Evaluator)),
             precision=_check_precision(self.precision),
@@ -60,9 +60,9 @@ class CompileOptions(Record, frozen=True):
         """
         if self.shading is None:
             return material
-        from raytracer.scene.materials.convert import translated  # imported here, because few pictures need it
+        from raytracer.scene.materials.convert import convert_material  # imported here, because few pictures need it
 
-        return translated(material, self.shading)
+        return convert_material(material, self.shading)
 
     def effective_light(self, light: PointLight) -> PointLight:
         """Return `light` as it shines with these shadows: without its radius, unless shadows are soft."""
@@ -72,7 +72,7 @@ class CompileOptions(Record, frozen=True):
 class SamplingOptions(Record, frozen=True):
     """The settings that decide how many samples the pixels get, and where in a pixel.
 
-    Without an argument, `samples` is 1, or ASKED_SAMPLES if `adaptive`, `max_error` or `time` is set.
+    Without an argument, `samples` is 1, or DEFAULT_SAMPLE_LIMIT if `adaptive`, `max_error` or `time` is set.
     """
 
     samples: int = cast("int", UNSET)
@@ -84,10 +84,10 @@ class SamplingOptions(Record, frozen=True):
     def __post_init__(self) -> None:
         samples = self.samples
         if cast("Any", samples) is UNSET:
-            samples = ASKED_SAMPLES if self.is_adaptive else 1
+            samples = DEFAULT_SAMPLE_LIMIT if self.is_adaptive else 1
         set_fields(
             self,
-            samples=whole(samples, "samples", 1, MAX_SAMPLES),
+            samples=integer(samples, "samples", 1, MAX_SAMPLES),
             sequence=check_choice(self.sequence, "sequence", SEQUENCES),
         )
         for key, unit in (("adaptive", "linear radiance"), ("max_error", "linear radiance"), ("time", "seconds")):
@@ -145,7 +145,7 @@ def check_shading(name: Any, choices: tuple[str, ...] = SHADINGS) -> str:
 
 def _check_precision(bits: Any) -> int:
     try:
-        result = whole(bits, "precision", 32, 64)
+        result = integer(bits, "precision", 32, 64)
     except InputError:
         result = 0
     if result not in get_args(Precision):

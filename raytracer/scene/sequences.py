@@ -39,7 +39,7 @@ def sample_place(k: int, sequence: SampleSequence = "sobol", samples: int = 1) -
     return int(x * 2.0**24), int(y * 2.0**24)
 
 
-def scatters(sequence: SampleSequence, samples: int) -> bool:
+def is_scattered(sequence: SampleSequence, samples: int) -> bool:
     """Whether the sample positions are scrambled differently in each pixel. A single sample is not scrambled."""
     return SEQUENCES[sequence].is_scattered and samples > 1
 
@@ -58,7 +58,7 @@ def sample_points(k: int, size: tuple[int, int], sequence: SampleSequence = "sob
     import numpy as np
 
     place = np.array(sample_place(k, sequence, samples), np.uint32)
-    if scatters(sequence, samples):
+    if is_scattered(sequence, samples):
         width, height = size
         x, y = np.meshgrid(np.arange(width), np.arange(height)[::-1])
         pixel_hash = x.astype(np.uint32) * np.uint32(3242174889) + y.astype(np.uint32) * np.uint32(2447445413)

@@ -44,7 +44,7 @@ class SettingsPatch(Record, frozen=True, repr_omit_defaults=True):
 
         `adaptive` in `later` disables `max_error` and `time` of this patch, and the other way round, because they
         exclude each other. If `later` is the first to set `max_error`, `time` or `adaptive`, and does not set
-        `samples`, `samples` becomes UNSET, with the default ASKED_SAMPLES: an earlier `samples` was not meant as the
+        `samples`, `samples` becomes UNSET, with the default DEFAULT_SAMPLE_LIMIT: an earlier `samples` was not meant as the
         limit of these. Raises InputError for an unknown quality.
         """
         return SettingsPatch(**_merged(_merged({}, self.fields()), later.fields()))
@@ -67,7 +67,7 @@ class SettingsPatch(Record, frozen=True, repr_omit_defaults=True):
         return SettingsPatch(**{name: value for name, value in fields.items() if value is not None})
 
 
-EMPTY = SettingsPatch()
+EMPTY_PATCH = SettingsPatch()
 # The quality presets. benchmarks/quality.py measures their time and error. "reference" has a fixed number of samples,
 # so that it does not rely on an error estimate. It keeps 32-bit precision, because 64 bits allow 512 primitives only,
 # and `render` warns if 32 bits are not enough.
@@ -95,7 +95,7 @@ def quality(name: str) -> Settings:
 def checked_patch(settings: Any) -> SettingsPatch:
     """Return a patch of all fields of a Settings object; for None, an empty patch. Raises InputError otherwise."""
     if settings is None:
-        return EMPTY
+        return EMPTY_PATCH
     if not isinstance(settings, Settings):
         sources = "from Settings(), quality() or load_settings()"
         raise InputError(f"expected Settings ({sources}), got {shown(settings)}", "settings")
@@ -108,7 +108,7 @@ def changes(before: Settings, after: Settings) -> SettingsPatch:
     return SettingsPatch(**{k: v for k, v in msgspec.structs.asdict(after).items() if v != old[k]})
 
 
-def fewest(settings: Settings, over: SettingsPatch = EMPTY) -> SettingsPatch:
+def minimal_patch(settings: Settings, over: SettingsPatch = EMPTY_PATCH) -> SettingsPatch:
     """Return the smallest patch that turns the patch `over` into `settings`. Default of `over`: an empty patch."""
     fields = changes(over.resolve(), settings).fields()
     # Merging max_error, time or adaptive may change the number of samples, so it may have to be set, too.
@@ -143,7 +143,7 @@ def _merged(before: dict[str, Any], later: dict[str, Any]) -> dict[str, Any]:
     else:
         return fields
     if "samples" not in later and not has_limit:
-        fields.pop("samples", None)  # the default of SamplingOptions is ASKED_SAMPLES
+        fields.pop("samples", None)  # the default of SamplingOptions is DEFAULT_SAMPLE_LIMIT
     return fields
 
 

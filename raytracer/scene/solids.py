@@ -14,11 +14,11 @@ from raytracer.core.validation import (
     InputError,
     Vec3,
     direction,
+    integer,
     number,
     point,
     set_fields,
     vector,
-    whole,
 )
 from raytracer.core.validation import items as list_of
 from raytracer.scene import tree
@@ -79,7 +79,7 @@ class Solid(Record, frozen=True):
                 solid = item
             else:
                 try:
-                    solid = made[whole(item, ("items", i), 0, i - 1)]
+                    solid = made[integer(item, ("items", i), 0, i - 1)]
                 except InputError:
                     expected = f"a solid, one of {' '.join(_OPERATORS)}, or the index of an earlier item"
                     raise InputError(f"expected {expected}, got {shown(item)}", ("items", i)) from None

@@ -27,8 +27,8 @@ from raytracer.scene.options import Evaluator, Precision
 from raytracer.scene.settings import Settings
 from raytracer.scene.warnings import precision_warning
 from tests import scenes
-from tests.pictures import assert_agrees, check_truth
-from tests.processes import finished
+from tests.pictures import assert_agrees, assert_agrees_with_truth
+from tests.processes import run_to_end
 
 BALL = rt.Sphere((0, 0, 0), 1, scenes.COLORS[0])
 
@@ -187,12 +187,12 @@ def test_64_bits_resolve_a_sphere_that_32_bits_cannot(renderer: Renderer) -> Non
     assert "--precision 64" in str(precision_warning(scene, Settings()))
     assert precision_warning(scene, Settings(precision=64)) is None
     assert find_pixel_doubt(scene, (32, 32), 32).doubtful.mean() > 0.2
-    check_truth(renderer, scene, (32, 32), Settings(precision=64))
+    assert_agrees_with_truth(renderer, scene, (32, 32), Settings(precision=64))
 
 
 def test_the_precision_warning_starts_where_float32_loses_the_smallest_radius() -> None:
     def warned(*objects: rt.Solid, eye: float = 5.0) -> bool:
-        return precision_warning(scenes.of(*objects, eye=(0, 0, eye)), Settings()) is not None
+        return precision_warning(scenes.lit_scene(*objects, eye=(0, 0, eye)), Settings()) is not None
 
     assert not warned(BALL) and not warned(BALL, eye=4e4) and warned(BALL, eye=4.3e4)
     # A huge sphere is as near as its nearest point, which float32 resolves. From inside, its far side is far away.
@@ -200,7 +200,7 @@ def test_the_precision_warning_starts_where_float32_loses_the_smallest_radius() 
     assert warned(BALL, ~rt.Sphere((0, 0, 0), 1e7), eye=2)
     assert precision_warning(scenes.assignment(), Settings()) is None
     with pytest.warns(UserWarning, match="try --precision 64"):
-        rt.render(scenes.of(BALL, eye=(0, 0, 1e6)), (2, 2))
+        rt.render(scenes.lit_scene(BALL, eye=(0, 0, 1e6)), (2, 2))
 
 
 def test_render_warns_of_low_precision_and_refuses_doubles_that_the_driver_lacks(tmp_path: Path) -> None:
@@ -222,7 +222,7 @@ def test_render_warns_of_low_precision_and_refuses_doubles_that_the_driver_lacks
             "--size",
             "9x9",
         ]
-        done = finished(*command, *arguments, env={**os.environ, **environment})
+        done = run_to_end(*command, *arguments, env={**os.environ, **environment})
         return done.returncode, done.stderr
 
     status, errors = run()

@@ -32,7 +32,7 @@ from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials.material import Material
 from raytracer.scene.sequences import SEQUENCES, SampleSequence, sample_place
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import SettingsPatch, fewest
+from raytracer.scene.settings_patch import SettingsPatch, minimal_patch
 from tests import scenes
 
 gl = pytest.mark.gl
@@ -130,7 +130,7 @@ def test_on_random_edges_sobols_points_converge_faster_than_random_ones_and_are_
 
 @pytest.mark.parametrize("extent", [FULL, QUICK])
 def test_every_setting_is_varied_once_and_compared_with_its_own_shadow_model(extent) -> None:
-    made = plan(scenes.under_spheres(scenes.assignment(), 0.0), extent)
+    made = plan(scenes.with_light_radii(scenes.assignment(), 0.0), extent)
     keys = [(c.target, c.settings, c.scale, c.estimates) for c in made.configurations]
     assert len(set(keys)) == len(keys), "no configuration is measured twice"
     for configuration in made.configurations:
@@ -151,7 +151,7 @@ def test_other_settings_come_from_the_scene_file_and_flags_override_it() -> None
     labels = {c.label: c for c in made.configurations if c.target == MAIN}
     assert "16 sobol" in labels and "4 sobol, 32 bits" in labels
     for configuration in made.configurations:
-        overrides = fewest(configuration.settings, file_settings)
+        overrides = minimal_patch(configuration.settings, file_settings)
         assert (file_settings | overrides).resolve() == configuration.settings
     flags = measuring.Tradeoffs("", (1, 1), 1, {}, made, {}, [measuring.Result(labels["16 sobol"], [])])
     assert "--samples 16 --shadows hard --adaptive none" in as_csv(flags)

@@ -15,7 +15,7 @@ import pytest
 
 from raytracer.analysis.tradeoffs import tune as tune_module
 from raytracer.analysis.tradeoffs.trials import Trial, Trials
-from raytracer.analysis.tradeoffs.tune import LADDER, asked, grid, tune
+from raytracer.analysis.tradeoffs.tune import LADDER, candidates_for_error, grid, tune
 from raytracer.app.cli import main
 from raytracer.app.options import add_settings, chosen_settings
 from raytracer.formats.scene_file import load_settings, parse_document
@@ -35,7 +35,7 @@ def few_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_candidates_are_all_different_and_keep_the_callers_settings() -> None:
-    candidates = grid(Settings(shadows="soft")) + asked(Settings(shadows="soft"), 0.01)
+    candidates = grid(Settings(shadows="soft")) + candidates_for_error(Settings(shadows="soft"), 0.01)
     assert len(set(candidates)) == len(candidates) and {settings.shadows for settings in candidates} == {"soft"}
     assert {settings.samples for settings in candidates if settings.adaptive is None} >= {*LADDER}
 
@@ -109,7 +109,7 @@ def test_the_search_falls_back_to_fewer_samples_if_all_predictions_are_too_fast(
 @pytest.mark.gl
 def test_the_reference_uses_another_sequence_and_an_identical_picture_has_no_error(renderer: Renderer) -> None:
     trials = Trials(renderer, scenes.assignment(), Settings(), SIZE)
-    trials.refer(4)
+    trials.draw_reference(4)
     assert trials.samples == 256
     r2 = trials.measure(Settings(samples=256, sequence="r2"))
     assert r2.error < 1e-6 < trials.measure(Settings(samples=64)).error
@@ -126,7 +126,7 @@ def test_no_settings_meet_a_target_if_few_pixels_hold_the_error_and_the_referenc
     )  # few pixels hold the error, but the reference is right
     for text, is_certain in ((scenes.GLINT, False), (metal, True)):
         trials = Trials(renderer, parse_document(tmp_path / "a.toml", text).scene, Settings(), (80, 45))
-        trials.refer(16)
+        trials.draw_reference(16)
         trial = trials.measure(Settings(samples=16))
         assert trial.uncertain is not is_certain and trial.error > 0.0
         assert tune_module._Goal(trial.error, None).is_met(trial) == is_certain

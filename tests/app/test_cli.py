@@ -18,7 +18,7 @@ import raytracer
 from raytracer.app.cli import main
 from tests import scenes
 from tests.displays import environment, x_server
-from tests.processes import TIMEOUT, finished, output_of, running
+from tests.processes import TIMEOUT, output_of, run_to_end, running_process
 
 SCENE = str(scenes.ASSIGNMENT)
 # `make test` names fewer backends on a system without OSMesa (Mesa 25.1 and later has none). Otherwise, all must open.
@@ -245,7 +245,7 @@ def test_a_conflict_of_the_files_settings_with_an_option_names_both(
 
 
 def start(*arguments: str, errors: int = subprocess.PIPE) -> AbstractContextManager[subprocess.Popen[bytes]]:
-    return running(sys.executable, "-m", "raytracer", *arguments, cwd=scenes.CHECKOUT, stderr=errors)
+    return running_process(sys.executable, "-m", "raytracer", *arguments, cwd=scenes.CHECKOUT, stderr=errors)
 
 
 def imported(*arguments: str) -> set[str]:
@@ -314,7 +314,7 @@ def test_progress_is_shown_on_a_terminal(tmp_path: Path) -> None:
 def test_a_missing_opengl_context_is_status_1_with_the_attempts_and_a_remedy(tmp_path: Path) -> None:
     environment = {**os.environ, "__EGL_VENDOR_LIBRARY_FILENAMES": "/nowhere", "RAYTRACER_BACKEND": "egl"}
     command = [sys.executable, "-m", "raytracer", "render", SCENE, "-o", str(tmp_path / "a.png"), "--size", "8x8"]
-    done = finished(*command, env=environment, cwd=scenes.CHECKOUT)
+    done = run_to_end(*command, env=environment, cwd=scenes.CHECKOUT)
     assert done.returncode == 1 and "Traceback" not in done.stderr
     assert "egl: " in done.stderr and "apt-get install" in done.stderr and "libegl1" in done.stderr
 
@@ -330,7 +330,7 @@ def test_every_backend_opens_here_and_renders_the_same_picture(tmp_path: Path) -
             output_of(*command, *options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
             pictures.append(np.load(out)["radiance"])
         options = ["doctor", "--json"]
-        done = finished(*command, *options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
+        done = run_to_end(*command, *options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
     assert set(BACKENDS) <= {report["backend"] for report in json.loads(done.stdout) if report["opens"]}
     for picture in pictures[1:]:
         np.testing.assert_allclose(picture, pictures[0], atol=1e-5)

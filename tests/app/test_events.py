@@ -23,17 +23,17 @@ from raytracer.app.viewer.events import (
     Cursor,
     Event,
     Failed,
-    Hinted,
+    HintShown,
     Key,
     Loaded,
+    NoticeShown,
     Press,
     Redo,
     Release,
     State,
-    Told,
     Wheel,
     command,
-    reverted,
+    revert_picture,
     start,
     step,
 )
@@ -45,21 +45,21 @@ from raytracer.formats.scene_file import SceneDocument
 from raytracer.formats.settings_section import SettingsSection
 from raytracer.scene.materials.models import SHADINGS
 from raytracer.scene.options import Shadows
-from raytracer.scene.settings_patch import EMPTY, SettingsPatch
+from raytracer.scene.settings_patch import EMPTY_PATCH, SettingsPatch
 from tests import scenes
 
 TEXT = scenes.ASSIGNMENT.read_text()
 
 
-def opened(scene: rt.Scene | None = None, file_settings: SettingsPatch = EMPTY, **chosen: Any) -> State:
+def opened(scene: rt.Scene | None = None, file_settings: SettingsPatch = EMPTY_PATCH, **chosen: Any) -> State:
     return start(document(TEXT, scene or scenes.assignment(), file_settings), SettingsPatch(**chosen))
 
 
-def document(text: str, scene: rt.Scene, file_settings: SettingsPatch = EMPTY) -> SceneDocument:
+def document(text: str, scene: rt.Scene, file_settings: SettingsPatch = EMPTY_PATCH) -> SceneDocument:
     return SceneDocument(Path("assignment.toml"), text, scene, SettingsSection(file_settings))
 
 
-def loaded(text: str, scene: rt.Scene, file_settings: SettingsPatch = EMPTY) -> Loaded:
+def loaded(text: str, scene: rt.Scene, file_settings: SettingsPatch = EMPTY_PATCH) -> Loaded:
     return Loaded(document(text, scene, file_settings))
 
 
@@ -153,7 +153,7 @@ def test_the_keys_b_and_s_reach_every_shading_and_every_kind_of_shadow() -> None
     assert reached == {*get_args(Shadows), None, *SHADINGS} - {"phong"}
 
     mixed = rt.Sphere((0, 0, 0), 1, rt.Material()) | rt.Sphere((1, 0, 0), 1, rt.Material(model="blinn"))
-    state, order = opened(scenes.of(mixed)), []
+    state, order = opened(scenes.lit_scene(mixed)), []
     for key in "BBVVVB":
         state = after(state, Key(key))
         order.append(state.settings.shading)
@@ -189,7 +189,7 @@ def test_reloading_the_file_keeps_the_users_moves_unless_the_file_moves_the_same
 def test_reverting_restores_the_document_the_scene_and_the_settings_and_nothing_else() -> None:
     good = opened(two_lights())
     state = after(good, Key("L"), Key("Tab"), Cursor(0.3, 0.3), Key("B"), loaded("new", scenes.assignment()))
-    back = reverted(state, good)
+    back = revert_picture(state, good)
     assert (back.document.text, back.document.scene, back.scene, back.settings) == (
         TEXT,
         good.document.scene,
@@ -200,7 +200,7 @@ def test_reverting_restores_the_document_the_scene_and_the_settings_and_nothing_
 
 
 def test_an_error_stays_until_the_file_is_valid_and_a_notice_until_the_next_key() -> None:
-    state = after(opened(), Failed("line 3"), Told("wrote it"), Cursor(0.3, 0.3))
+    state = after(opened(), Failed("line 3"), NoticeShown("wrote it"), Cursor(0.3, 0.3))
     assert (state.error, state.notice) == ("line 3", "wrote it")
     state = after(state, Key("H"), Wheel(1.0, False))
     assert (state.error, state.notice) == ("line 3", "")
@@ -252,11 +252,11 @@ def test_the_title_and_the_overlay_name_the_settings_that_are_being_compiled() -
 
 
 def test_a_hint_is_visible_until_the_next_key_or_until_it_is_withdrawn() -> None:
-    state = after(opened(), Hinted("H: help"), Cursor(0.3, 0.3))
+    state = after(opened(), HintShown("H: help"), Cursor(0.3, 0.3))
     assert state.hint == "H: help" and len(panels(state, (640, 360), 1.0)) == 1
-    assert redo(state, Hinted("")) == Redo.PRESENT and after(state, Hinted("")).hint == ""
-    assert after(state, Key("L")).hint == "" and after(state, Told("wrote it")).hint == ""
-    kept = after(opened(), Told("wrote it"), Hinted("H: help"), Hinted(""))
+    assert redo(state, HintShown("")) == Redo.PRESENT and after(state, HintShown("")).hint == ""
+    assert after(state, Key("L")).hint == "" and after(state, NoticeShown("wrote it")).hint == ""
+    kept = after(opened(), NoticeShown("wrote it"), HintShown("H: help"), HintShown(""))
     assert kept.notice == "wrote it", "withdrawing a hint does not remove a notice"
 
 
@@ -293,7 +293,7 @@ def test_the_exported_command_renders_the_picture_of_the_window() -> None:
 
 def test_the_exported_command_has_the_windows_settings_whatever_the_file_has() -> None:
     files = [
-        EMPTY,
+        EMPTY_PATCH,
         SettingsPatch(samples=16, shading="ggx"),
         SettingsPatch(max_error=0.01),
         SettingsPatch(time=2.0, samples=8),
@@ -334,7 +334,7 @@ def test_the_overlay_is_twice_as_large_at_display_scale_2_and_fits_into_any_wind
     assert corner == (0, 720 - once.shape[0]) and 300 < once.shape[1] < 1280 / 3, "the middle third is free"
     assert panels(opened(), (1280, 720), 1.0) == []
     failed = after(helped, Failed("shaders/geometry/sphere.glsl:12: error: " + "word " * 300 + "\n" + "x" * 5000))
-    failed = after(failed, Told("wrote a file"))
+    failed = after(failed, NoticeShown("wrote a file"))
     assert len(panels(failed, (1280, 720), 1.0)) == 3, "a notice does not hide behind an error"
     for size in ((1280, 720), (320, 180), (40, 30), (1, 1)):
         boxes = panels(failed, size, 1.0)

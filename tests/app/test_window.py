@@ -19,7 +19,7 @@ from PIL import Image
 
 import raytracer as rt
 import raytracer.app.viewer.window as window_module
-from raytracer.app.viewer.events import Cursor, Event, Hinted, Key, Press, Told, Wheel
+from raytracer.app.viewer.events import Cursor, Event, HintShown, Key, NoticeShown, Press, Wheel
 from raytracer.app.viewer.file_watcher import Files
 from raytracer.app.viewer.orbit import scale_camera, scale_light, turn_camera, turn_light
 from raytracer.app.viewer.window import _LOOK, Viewer
@@ -27,7 +27,7 @@ from raytracer.ground_truth import ray_tracer
 from raytracer.scene.settings import Settings
 from raytracer.scene.settings_patch import SettingsPatch
 from tests.displays import SIZE, TIMEOUT, Window, environment, shown, window, x_server
-from tests.processes import finished, output_of
+from tests.processes import output_of, run_to_end
 from tests.scenes import ASSIGNMENT, CHECKOUT, assignment, copy_checkout
 
 BALL = """\
@@ -81,7 +81,7 @@ def test_each_key_shows_the_picture_of_render_and_then_restores_the_first_pictur
             view.until(lambda: bool(np.abs(view.shown() - plain).max() > 10), f"{key} changes nothing")
             view.act(f"key {key}")
             view.until_shown(plain, f"{key}, back again")
-        assert view.close() == "" and view.said(view.errors) == ""
+        assert view.close() == "" and view.read_output(view.errors) == ""
 
 
 @pytest.mark.window
@@ -171,7 +171,7 @@ def test_a_saved_file_is_shown_and_a_mistake_keeps_the_picture_and_names_the_lin
         view.until_shown(plain, "opening")
 
         def until_wrong(says: str) -> None:
-            view.until(lambda: says in view.said(view.errors), f"the terminal does not say {says!r}")
+            view.until(lambda: says in view.read_output(view.errors), f"the terminal does not say {says!r}")
 
             def shows_both() -> bool:
                 # Both are checked on one grab of the display: half a file, read while it is being written, may cause
@@ -291,7 +291,7 @@ def open_window(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Opene
             samples: int = 4,
             budget: float = 1e9,
         ) -> OpenedWindow:
-            viewer = window_module.opened(scene, SettingsPatch(samples=samples), size, budget)
+            viewer = window_module.open_viewer(scene, SettingsPatch(samples=samples), size, budget)
             opened.append(OpenedWindow(windows.enter_context(viewer)))
             return opened[0]
 
@@ -436,10 +436,10 @@ def test_the_window_shows_a_hint_about_help_for_a_while_but_a_screenshot_does_no
     view.until_idle()
     assert view.viewer.state.hint == "H: help" and difference(view.shown()) > 50
     view.viewer.handle(Key("P"))  # which removes the hint
-    view.viewer.handle(Hinted("H: help"))
+    view.viewer.handle(HintShown("H: help"))
     view.until_idle()
-    view.viewer.handle(Told(""))
-    view.viewer.handle(Hinted("H: help"))
+    view.viewer.handle(NoticeShown(""))
+    view.viewer.handle(HintShown("H: help"))
     view.until_idle()
     assert difference(view.shown()) > 50 and difference(as_written("assignment-1.png")) <= 1
     monkeypatch.setattr(window_module, "_HINT", 0.0)
@@ -653,7 +653,7 @@ def test_two_thousand_frames_with_toggles_and_resizes_leak_no_objects_and_no_mem
         view.frame(
             Cursor(0.01 * k, 0.5),
             Wheel(1.0 if k % 2 else -1.0, k % 4 < 2),
-            Told(f"frame {k}"),
+            NoticeShown(f"frame {k}"),
             Key(keys[k % len(keys)]),
         )
         if k % 10 == 0:
@@ -669,7 +669,7 @@ def test_two_thousand_frames_with_toggles_and_resizes_leak_no_objects_and_no_mem
 @pytest.mark.skipif(sys.platform != "linux", reason="these systems always have a display")
 def test_without_a_display_the_message_is_plain_and_names_render() -> None:
     command = (sys.executable, "-m", "raytracer", "view", str(ASSIGNMENT))
-    done = finished(*command, cwd=CHECKOUT, env=environment())
+    done = run_to_end(*command, cwd=CHECKOUT, env=environment())
     assert done.returncode == 1
     assert done.stderr.startswith("raytracer: no window opens on this machine: ")
     assert "`raytracer render" in done.stderr

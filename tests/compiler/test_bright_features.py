@@ -175,28 +175,32 @@ def features_at_one_place(areas: list[float], radiance: list[float], pixels: flo
 
 def test_missed_light_is_the_squared_light_of_features_that_few_samples_hit() -> None:
     one = features_at_one_place([0.01], [50.0])
-    assert one.missed(4) == pytest.approx(3 * 0.5**2)
-    assert one.missed(200) == pytest.approx(3 * 0.5**2 / 2.0)
-    assert one.missed(400) == 0.0
+    assert one.missed_error(4) == pytest.approx(3 * 0.5**2)
+    assert one.missed_error(200) == pytest.approx(3 * 0.5**2 / 2.0)
+    assert one.missed_error(400) == 0.0
     samples = np.full((2, 2), 400, np.int32)
-    assert one.missed(samples) == 0.0
+    assert one.missed_error(samples) == 0.0
     samples[0, 0] = 4
-    assert one.missed(samples) == one.missed(4)
+    assert one.missed_error(samples) == one.missed_error(4)
     # The square of the largest number of samples exceeds a 32-bit integer.
-    assert features_at_one_place([1e-6], [50.0]).missed(np.full((2, 2), 65536, np.int32)) == pytest.approx(3 * 5e-5**2)
-    assert features_at_one_place([0.01], [50.0], 5.0).missed(4) == pytest.approx(3 * 0.5**2 / 5.0)
+    assert features_at_one_place([1e-6], [50.0]).missed_error(np.full((2, 2), 65536, np.int32)) == pytest.approx(
+        3 * 5e-5**2
+    )
+    assert features_at_one_place([0.01], [50.0], 5.0).missed_error(4) == pytest.approx(3 * 0.5**2 / 5.0)
     # Samples hit some of very many features, which then represent the others, unless one is brighter.
-    assert features_at_one_place([0.01] * 400, [50.0] * 400).missed(4) == 0.0
-    assert features_at_one_place([0.01] * 401, [50.0] * 400 + [5e4]).missed(4) == pytest.approx(3 * 500.0**2, rel=0.01)
-    assert features_at_one_place([], []).missed(4) == 0.0
+    assert features_at_one_place([0.01] * 400, [50.0] * 400).missed_error(4) == 0.0
+    assert features_at_one_place([0.01] * 401, [50.0] * 400 + [5e4]).missed_error(4) == pytest.approx(
+        3 * 500.0**2, rel=0.01
+    )
+    assert features_at_one_place([], []).missed_error(4) == 0.0
 
 
 def test_blocks_with_features_include_all_neighbouring_pixels() -> None:
     features = features_at_one_place([0.01], [50.0])._replace(x=np.array([8.1]), y=np.array([5.0]))
     # The feature and its neighbours have columns 7 and 8, and rows 4 and 5 of 10, counted from the top.
-    assert np.argwhere(features.unmet(100, 1e-3, (12, 10), (4, 4))).tolist() == [[1, 1], [1, 2]]
-    assert not features.unmet(400, 1e-3, (12, 10), (4, 4)).any()
-    assert not features.unmet(100, 1.0, (12, 10), (4, 4)).any()
+    assert np.argwhere(features.blocks_missed(100, 1e-3, (12, 10), (4, 4))).tolist() == [[1, 1], [1, 2]]
+    assert not features.blocks_missed(400, 1e-3, (12, 10), (4, 4)).any()
+    assert not features.blocks_missed(100, 1.0, (12, 10), (4, 4)).any()
 
 
 def test_scenes_without_narrow_highlights_emitters_or_near_lights_are_not_searched(

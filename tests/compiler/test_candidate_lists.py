@@ -35,7 +35,7 @@ def test_random_trees_look_the_same_with_candidate_lists(renderer: Renderer, alw
 def test_the_walk_distinguishes_more_than_80_objects(renderer: Renderer) -> None:
     # llvmpipe allows 80 levels of nested `else`: with 100 objects in one chain, it confused the last ones.
     balls = [rt.Sphere((i % 10 - 4.5, i // 10 - 4.5, 0), 0.4, scenes.COLORS[i % 3]) for i in range(100)]
-    check_lists(renderer, scenes.of(*balls, eye=(0, 0, 12)), (64, 64), shadows="off")
+    check_lists(renderer, scenes.lit_scene(*balls, eye=(0, 0, 12)), (64, 64), shadows="off")
 
 
 def test_several_shapes_and_programs_look_the_same_with_candidate_lists(
@@ -45,9 +45,9 @@ def test_several_shapes_and_programs_look_the_same_with_candidate_lists(
     objects = [lens(0, 0, 0), lens(-2, 0.4, -1, 0.7), ball, rt.Sphere((0, 2, 0), 0.5), FLOOR]
     objects += [rt.Sphere((-1, -1, 1), 0.9, RED) & half, ~rt.Sphere((0, 0, 0), 30, BLUE), rt.Plane((0, 0, -1), 9, RED)]
     for shadows in ("off", "hard", "diluted"):
-        check_lists(renderer, scenes.of(*objects, eye=(0.5, 1, 6)), shadows=shadows)
-    check_lists(renderer, scenes.of(*objects[:4], eye=(0.5, 1, 6)), shading="blinn")
-    check_lists(renderer, scenes.of(*objects[4:], eye=(0.5, 1, 6)))
+        check_lists(renderer, scenes.lit_scene(*objects, eye=(0.5, 1, 6)), shadows=shadows)
+    check_lists(renderer, scenes.lit_scene(*objects[:4], eye=(0.5, 1, 6)), shading="blinn")
+    check_lists(renderer, scenes.lit_scene(*objects[4:], eye=(0.5, 1, 6)))
 
 
 def test_the_first_of_several_coincident_objects_is_visible(renderer: Renderer, always_listed: None) -> None:
@@ -57,8 +57,8 @@ def test_the_first_of_several_coincident_objects_is_visible(renderer: Renderer, 
     for first in range(4):
         solids = [a, a2, cut, joined]
         solids = [*solids[first:], *solids[:first]]
-        check_lists(renderer, scenes.of(*solids, FLOOR, floor))
-        check_lists(renderer, scenes.of(floor, *solids, FLOOR))
+        check_lists(renderer, scenes.lit_scene(*solids, FLOOR, floor))
+        check_lists(renderer, scenes.lit_scene(floor, *solids, FLOOR))
 
 
 @pytest.mark.parametrize("scale", [1e-5, 1.0, 1e5])
@@ -81,7 +81,7 @@ def test_objects_too_large_for_an_opengl_point_look_the_same_with_candidate_list
     renderer: Renderer, always_listed: None
 ) -> None:
     objects = [lens(0, 0, 0, 3), lens(-1.5, 1.5, 2, 0.3), FLOOR, lens(2, 0, 1)]
-    check_lists(renderer, scenes.of(*objects, eye=(0, 0, 6)), (640, 360))
+    check_lists(renderer, scenes.lit_scene(*objects, eye=(0, 0, 6)), (640, 360))
 
 
 def test_a_chain_and_a_balanced_tree_of_many_holes_give_the_same_picture(renderer: Renderer) -> None:
@@ -93,9 +93,9 @@ def test_a_chain_and_a_balanced_tree_of_many_holes_give_the_same_picture(rendere
     chain = functools.reduce(operator.sub, bites, ball)
     while len(bites) > 1:
         bites = [functools.reduce(operator.or_, bites[i : i + 2]) for i in range(0, len(bites), 2)]
-    scene = scenes.of(chain, eye=(0, 0, 3))
+    scene = scenes.lit_scene(chain, eye=(0, 0, 3))
     one = renderer.render(scene, SIZE, Settings())
-    other = renderer.render(scenes.of(ball - bites[0], eye=(0, 0, 3)), SIZE, Settings())
+    other = renderer.render(scenes.lit_scene(ball - bites[0], eye=(0, 0, 3)), SIZE, Settings())
     np.testing.assert_array_equal(one.radiance, other.radiance)
     truth = ray_tracer.trace(scene, (32, 18), Settings(shadows="off"))
     small = renderer.render(scene, (32, 18), Settings(shadows="off"))
@@ -125,15 +125,15 @@ def test_a_ray_may_hit_more_leaves_of_a_chain_than_the_shader_keeps(renderer: Re
         ~functools.reduce(operator.or_, row[:-1]),
         functools.reduce(operator.and_, [rt.Sphere((0, 0, 0.1 * i), 2, (RED, BLUE)[i % 2]) for i in range(18)]),
     ):
-        assert compiled(scenes.of(solid)).batches.programs[0].pruner.is_chain
+        assert compiled(scenes.lit_scene(solid)).batches.programs[0].pruner.is_chain
         for eye in ((0.1, 0.3, 5), (0.01, 0.02, 0.3), (0.5, 0.2, 2.2)):
-            check_lists(renderer, scenes.of(solid, eye=eye), (64, 36), shadows="diluted")
+            check_lists(renderer, scenes.lit_scene(solid, eye=eye), (64, 36), shadows="diluted")
 
 
 def test_many_instances_agree_with_the_reference(renderer: Renderer) -> None:
     rng = np.random.default_rng(1)
     many = rt.Instances(lens(0, 0, 0), rng.uniform((-4, -2, -6), (4, 3, 1), (40, 3)), rng.uniform(0.2, 0.6, 40))
-    scene = scenes.of(many, FLOOR, eye=(0, 1, 6))
+    scene = scenes.lit_scene(many, FLOOR, eye=(0, 1, 6))
     image, truth = renderer.render(scene, (96, 54), Settings()), ray_tracer.trace(scene, (96, 54), Settings())
     assert image.material is not None and truth.material is not None
     resolved = find_pixel_doubt(scene, (96, 54))
@@ -168,15 +168,15 @@ def test_scenes_that_differ_only_in_numbers_share_their_shader_text(renderer: Re
     rng = np.random.default_rng(2)
 
     def many(count: int) -> rt.Scene:
-        return scenes.of(rt.Instances(lens(0, 0, 0), rng.uniform(-3, 3, (count, 3)), 0.2), FLOOR)
+        return scenes.lit_scene(rt.Instances(lens(0, 0, 0), rng.uniform(-3, 3, (count, 3)), 0.2), FLOOR)
 
     assert sources(many(10)) == sources(many(2000))
-    one, other = (scenes.of(functools.reduce(operator.sub, [lens(x, 0, 0) for x in range(9)])) for _ in range(2))
+    one, other = (scenes.lit_scene(functools.reduce(operator.sub, [lens(x, 0, 0) for x in range(9)])) for _ in range(2))
     assert sources(one) == sources(other)
 
 
 def test_frequent_small_trees_are_shapes_and_other_trees_are_programs() -> None:
-    scene = scenes.of(lens(0, 0, 0), lens(1, 0, 0), FLOOR, lens(0, 0, 0) & FLOOR, ~lens(0, 0, 0))
+    scene = scenes.lit_scene(lens(0, 0, 0), lens(1, 0, 0), FLOOR, lens(0, 0, 0) & FLOOR, ~lens(0, 0, 0))
     batches = compiled(scene).batches
     assert [len(batch.first) for batch in batches.shapes] == [2]
     assert [batch.order for batch in batches.programs] == [3, 4] and batches.planes == [12]

@@ -153,10 +153,10 @@ def test_a_scene_may_have_plane_only_cells_unless_an_object_is_unbounded() -> No
     bounded: list[Solid] = [FLOOR, a, a | b, a - b, a & ~b, FLOOR & a, a - FLOOR, (a | b) - ~FLOOR]
     unbounded: list[Solid] = [~a, a | FLOOR, FLOOR - a, ~a & ~b, FLOOR & rt.Plane((1, 0, 0), 0), ~FLOOR]
     for solid in bounded:
-        assert compiled(scenes.of(a, solid)).has_plane_only_cells
-        assert not compiled(scenes.of(a, solid), Settings(evaluator="walk")).has_plane_only_cells
+        assert compiled(scenes.lit_scene(a, solid)).has_plane_only_cells
+        assert not compiled(scenes.lit_scene(a, solid), Settings(evaluator="walk")).has_plane_only_cells
     for solid in unbounded:
-        assert not compiled(scenes.of(a, solid)).has_plane_only_cells
+        assert not compiled(scenes.lit_scene(a, solid)).has_plane_only_cells
 
 
 def test_most_cells_of_the_assignment_are_plane_only() -> None:
@@ -227,7 +227,7 @@ def test_a_plane_only_cell_has_no_other_object_and_no_shadow_of_another_object(s
         tree = scenes.random_tree(rng, int(rng.integers(1, 5)))
         place, scale = rng.normal(size=3) * 2.0, 10.0 ** rng.uniform(-1.5, 0.5)
         placed = next(iter(rt.Instances(tree, [tuple(place.tolist())], scale).solids()))
-        if compiled(scenes.of(placed)).has_plane_only_cells:
+        if compiled(scenes.lit_scene(placed)).has_plane_only_cells:
             trees.append(placed)
     planes = [rt.Plane((0, 1, 0), float(rng.uniform(-4, 0)))]
     planes += [rt.Plane(tuple(rng.normal(size=3).tolist()), float(rng.uniform(-6, 0))) for _ in range(seed % 2)]

@@ -59,11 +59,13 @@ def test_pairs_of_complements_cancel_before_compilation(renderer: Renderer, eval
     for count in (10_000, 10_001):
         deep = complements(BALL, count)
         short = ~BALL if count % 2 else BALL
-        one, other = (renderer.render(scenes.of(solid, eye=(0, 0, 4)), SIZE, settings) for solid in (deep, short))
+        one, other = (
+            renderer.render(scenes.lit_scene(solid, eye=(0, 0, 4)), SIZE, settings) for solid in (deep, short)
+        )
         np.testing.assert_array_equal(one.radiance, other.radiance)
         assert deep != short and eval(repr(deep), dict(vars(rt))) == deep  # the solid itself keeps its complements
-    assert roth_loops(scenes.of(complements(BALL, 10_000))) == 1
-    assert compiled(scenes.of(complements(BALL, 10_000))).has_plane_only_cells
+    assert roth_loops(scenes.lit_scene(complements(BALL, 10_000))) == 1
+    assert compiled(scenes.lit_scene(complements(BALL, 10_000))).has_plane_only_cells
 
 
 def test_too_large_trees_are_refused_within_a_minute() -> None:
@@ -72,11 +74,11 @@ def test_too_large_trees_are_refused_within_a_minute() -> None:
         shared = shared | shared
     begin = time.monotonic()
     with pytest.raises(rt.InputError, match="at most 1048576 primitives, got at least"):
-        scenes.of(*[shared] * 100_000)
+        scenes.lit_scene(*[shared] * 100_000)
     with pytest.raises(rt.InputError, match="at most 65536 primitives in one object"):
-        scenes.of(complements(functools.reduce(lambda a, _: a - a, range(60), shared), 3))
+        scenes.lit_scene(complements(functools.reduce(lambda a, _: a - a, range(60), shared), 3))
     with pytest.raises(rt.InputError, match="at most 262144 primitives and operators in one object"):
-        scenes.of(complements(BALL, 300_000))
+        scenes.lit_scene(complements(BALL, 300_000))
     assert time.monotonic() - begin < 60.0  # without the limits, hours
 
 
@@ -94,7 +96,11 @@ def test_no_shader_nests_12_parentheses_for_any_tree() -> None:
         sphere = rt.Sphere(rng.uniform(-1, 1, 3).tolist(), 1.0)
         deep = sphere - ~deep if i % 3 else ~(~sphere | deep)
     many = [rt.Sphere((i, 0, 0), 1) for i in range(512)]
-    for scene in (scenes.of(deep), scenes.of(*many), scenes.of(functools.reduce(lambda a, b: b - a, many))):
+    for scene in (
+        scenes.lit_scene(deep),
+        scenes.lit_scene(*many),
+        scenes.lit_scene(functools.reduce(lambda a, b: b - a, many)),
+    ):
         for source in sources(scene, Settings(evaluator="walk")).values():
             assert deepest(source.fragment) < 12
 
@@ -103,7 +109,7 @@ def test_no_shader_nests_12_parentheses_for_any_tree() -> None:
 def test_deep_trees_look_the_same_with_candidate_lists(renderer: Renderer, planes: bool) -> None:
     rng = np.random.default_rng(2)
     for count, spread in ((40, 1.0), (100, 3.0)):
-        scene = scenes.of(alternating(count, rng, spread, planes), BALL, eye=(0.3, 0.5, 6))
+        scene = scenes.lit_scene(alternating(count, rng, spread, planes), BALL, eye=(0.3, 0.5, 6))
         check_lists(renderer, scene, SIZE, shadows="diluted")
 
 
@@ -117,7 +123,7 @@ def test_instances_of_trees_with_half_spaces_look_the_same_with_candidate_lists(
         tree = tree | (rt.Plane((1, 0, 0), -2) & rt.Plane((0, 1, 0), -2, BLUE) & rt.Plane((0, 0, 1), -2, RED))
     many = rt.Instances(tree, rng.uniform(-3, 3, (6, 3)), rng.uniform(0.3, 0.6, 6))
     other = rt.Instances(alternating(6, rng), rng.uniform(-3, 3, (4, 3)), 0.5)
-    scene = scenes.of(many, other, many.solid, rt.Plane((0, 1, 0), -2.5, GREY), eye=(0.3, 0.5, 6))
+    scene = scenes.lit_scene(many, other, many.solid, rt.Plane((0, 1, 0), -2.5, GREY), eye=(0.3, 0.5, 6))
     check_lists(renderer, scene, SIZE, shadows="diluted")
 
 
@@ -126,7 +132,7 @@ def test_half_spaces_alone_look_the_same_with_candidate_lists(renderer: Renderer
     rng = np.random.default_rng(4)
     normals = rng.normal(size=(count, 3))
     planes = [rt.Plane(n, -float(d), RED) for n, d in zip(normals.tolist(), rng.uniform(1, 9, count), strict=True)]
-    check_lists(renderer, scenes.of(*planes, eye=(0, 0, 0.5)), SIZE)
+    check_lists(renderer, scenes.lit_scene(*planes, eye=(0, 0, 0.5)), SIZE)
 
 
 @pytest.mark.parametrize("shadows", ["hard", "soft"])
@@ -151,7 +157,7 @@ def test_coarser_direction_cells_around_the_lights_give_the_same_picture(
 
 def test_too_many_spheres_times_lights_are_refused(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(scene_lists, "_MAX_SEEN", 100)
-    scene = scenes.of(rt.Instances(BALL, np.zeros((60, 3))), eye=(0, 0, 6))
+    scene = scenes.lit_scene(rt.Instances(BALL, np.zeros((60, 3))), eye=(0, 0, 6))
     scene = msgspec.structs.replace(scene, lights=[rt.PointLight((4, 7, 4))] * 2)
     with pytest.raises(
         rt.InputError, match=r"objects: expected at most 100 spheres times lights, got 60 x 2, .* no sha"

@@ -6,7 +6,7 @@ import pytest
 from raytracer.compiler import direction_cells
 from raytracer.compiler.direction_cells import MARGIN
 from raytracer.core.validation import InputError
-from tests.balls import direction_cell, edge_directions, meets, missing, some_balls
+from tests.balls import direction_cell, edge_directions, find_hits, missing, some_balls
 
 
 @pytest.mark.parametrize("extent", [0.01, 1.0, 300.0])
@@ -19,7 +19,7 @@ def test_the_cell_of_every_camera_ray_lists_the_spheres_that_the_ray_hits(extent
     origin, step = (-extent, 0.75 * extent), (2 * extent / 40, -1.5 * extent / 30)
     cell, item = direction_cells.overlaps(lo, hi, origin, step, shape)
     slope = rng.uniform(-1, 1, (2000, 2)) * (extent, 0.75 * extent)
-    ray, ball = meets(np.column_stack((slope, np.full(2000, -1.0))), centers, radii)
+    ray, ball = find_hits(np.column_stack((slope, np.full(2000, -1.0))), centers, radii)
     column, row = np.floor((slope[ray] - origin) / step).astype(np.int64).T
     assert len(np.unique(ball)) > 200
     assert missing(cell, item, row * shape[0] + column, ball) == 0
@@ -35,7 +35,7 @@ def test_the_cell_of_every_light_ray_lists_the_spheres_that_the_ray_hits() -> No
     directions[:500, 2] = 0.0  # along the equator between the two hemispheres
     directions[:250] += rng.choice([-1e-9, 0, 1e-9], (250, 3))
     cell, item = direction_cells.hemisphere_cells(centers, radii, 16)
-    ray, ball = meets(directions, centers, radii)
+    ray, ball = find_hits(directions, centers, radii)
     assert len(np.unique(ball)) > 300
     assert missing(cell, item, direction_cell(directions, 16)[ray], ball) == 0
     holds = np.linalg.norm(centers, axis=1) < radii

@@ -146,7 +146,7 @@ MANY = [rt.Sphere((0.3 * i, 0, 0), 0.1, scenes.COLORS[i % 4]) for i in range(40)
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("scene", [scenes.assignment(), scenes.of(*MANY, rt.Plane((0, 1, 0), -2.5))])
+@pytest.mark.parametrize("scene", [scenes.assignment(), scenes.lit_scene(*MANY, rt.Plane((0, 1, 0), -2.5))])
 def test_a_player_receives_only_plain_values(
     renderer: Renderer, scene: rt.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -24,7 +24,7 @@ from tests.compiled import LIMITS, frame
 SIZE = (64, 36)
 BALLS = [rt.Sphere((x % 5 - 2, x // 5 - 1, -(x % 3)), 0.45, scenes.COLORS[x % 4]) for x in range(20)]
 GROUND = rt.Plane((0, 1, 0), -1.5, scenes.COLORS[3])
-FEW, MANY = scenes.of(*BALLS[:2], GROUND), scenes.of(*BALLS, GROUND)
+FEW, MANY = scenes.lit_scene(*BALLS[:2], GROUND), scenes.lit_scene(*BALLS, GROUND)
 SETTINGS = [Settings(), Settings(shadows="soft"), Settings(precision=64), Settings(evaluator="walk")]
 
 

@@ -6,7 +6,7 @@ import pytest
 from raytracer.compiler.direction_cells import MAX_PAIRS, Array, Ints, Lists, hemisphere_cells
 from raytracer.compiler.hemisphere_lists import LightBalls, hemisphere_lists, light_balls
 from raytracer.core.validation import InputError
-from tests.balls import direction_cell, edge_directions, meets, missing, some_balls
+from tests.balls import direction_cell, edge_directions, find_hits, missing, some_balls
 
 ORIGIN = np.zeros(3)
 
@@ -41,7 +41,7 @@ def test_the_cell_of_every_light_ray_lists_the_spheres_that_the_ray_hits(grid: i
     place = rng.normal(size=3)
     balls = alone(scale * (centers + place), scale * radii)
     cell, ball = pairs(listed(balls, scale * place, 0, 0, grid))
-    ray, met = meets(directions, centers, radii)
+    ray, met = find_hits(directions, centers, radii)
     assert len(np.unique(met)) > 200
     assert missing(cell, ball, direction_cell(directions, grid)[ray], met) == 0
     assert len(np.unique(cell << 20 | ball)) == len(cell)

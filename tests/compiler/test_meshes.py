@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 import raytracer as rt
-from raytracer.compiler.meshes import cells_under, touching, which_touch
+from raytracer.compiler.meshes import cells_under, touches_area, touches_squares
 from tests.compiled import frame
 
 ROWS, COLUMNS, SIDE = 9, 13, 4
@@ -45,14 +45,14 @@ def test_a_rectangle_touches_squares_that_share_a_pixel_with_it() -> None:
         drawn = squares.repeat(SIDE, axis=0).repeat(SIDE, axis=1)
         whole[corner[1] : corner[1] + drawn.shape[0], corner[0] : corner[0] + drawn.shape[1]] = drawn
         expected = [bool((pixels_of(rectangle) & whole).any()) for rectangle in rectangles]
-        assert which_touch(rectangles, squares, corner, SIDE).tolist() == expected and 0 < sum(expected) < 60
+        assert touches_squares(rectangles, squares, corner, SIDE).tolist() == expected and 0 < sum(expected) < 60
 
 
 def test_a_rectangle_touches_an_area_if_they_share_a_pixel() -> None:
     rectangles = random_rectangles(60)
     for x, y, width, height in ((0, 0, 20, 10), (17, 9, 3, 30), (30, 18, 1, 1)):
         expected = [bool(pixels_of(rectangle)[y : y + height, x : x + width].any()) for rectangle in rectangles]
-        assert touching(rectangles, (x, y, width, height)).tolist() == expected and 0 < sum(expected) < 60
+        assert touches_area(rectangles, (x, y, width, height)).tolist() == expected and 0 < sum(expected) < 60
 
 
 def test_the_rectangle_of_a_lens_encloses_only_the_intersection_of_its_spheres() -> None:

@@ -25,7 +25,7 @@ def test_surfaces_share_a_number_exactly_if_they_are_equal_in_the_shaders(
     balls = [rt.Sphere(tuple(rng.choice([-1.0, -0.0, 0.0, 1.0], 3).tolist()), r) for r in (0.5, 1.0) for _ in range(60)]
     normals = [(0, 1, 0), (0, -1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)]
     planes = [rt.Plane(normal, offset) for normal in normals for offset in (-1, 0, 1) for _ in range(2)]
-    scene = scenes.of(*balls, *planes, eye=(0, 0, 0), at=(0, 0, -1))
+    scene = scenes.lit_scene(*balls, *planes, eye=(0, 0, 0), at=(0, 0, -1))
     view = make_view(make_surfaces(scene), scene.camera)
     numbers = packing.coincidences(view, precision)
     assert numbers.min() >= 1 and numbers.max() <= len(numbers)
@@ -42,6 +42,6 @@ def test_surfaces_share_a_number_exactly_if_they_are_equal_in_the_shaders(
 
 
 def test_surfaces_that_do_not_coincide_have_different_numbers() -> None:
-    scene = scenes.of(*(rt.Sphere((i, 0, 0), 0.4) for i in range(50)))
+    scene = scenes.lit_scene(*(rt.Sphere((i, 0, 0), 0.4) for i in range(50)))
     numbers = packing.coincidences(make_view(make_surfaces(scene), scene.camera), 32)
     assert len({*numbers.tolist()}) == 50

@@ -18,7 +18,7 @@ from raytracer.rendering.renderer import Renderer
 from raytracer.scene.options import Evaluator
 from raytracer.scene.settings import Settings
 from tests import scenes
-from tests.pictures import check_truth
+from tests.pictures import assert_agrees_with_truth
 
 pytestmark = pytest.mark.gl
 
@@ -104,7 +104,9 @@ def test_1_the_camera_may_be_inside_any_solid(
 ) -> None:
     a, b = rt.Sphere((-0.7, 0, 0), 1, scenes.COLORS[0]), rt.Sphere((0.7, 0, 0), 1, scenes.COLORS[1])
     for solid in (a | b, a & b, a - b, ~a, ~~b, ~(a | b)):
-        check_truth(renderer, scenes.of(solid, eye=eye, at=(0.3, -0.2, -3)), (64, 36), Settings(evaluator=evaluator))
+        assert_agrees_with_truth(
+            renderer, scenes.lit_scene(solid, eye=eye, at=(0.3, -0.2, -3)), (64, 36), Settings(evaluator=evaluator)
+        )
 
 
 def test_2_a_difference_keeps_the_front_of_its_first_operand(renderer: Renderer) -> None:
@@ -119,8 +121,8 @@ def test_3_no_list_overflows(renderer: Renderer, evaluator: Evaluator) -> None:
     for k in range(1, 7):
         row = row | rt.Sphere((0, 0, -k), 0.4, scenes.COLORS[k % 3])
     assert max_hits(row) == 14
-    scene = scenes.of(row - rt.Sphere((0, 0, -1), 4.5), eye=(0.001, 0.002, 5), at=(0, 0, -6))
-    check_truth(renderer, scene, (64, 36), Settings(evaluator=evaluator))
+    scene = scenes.lit_scene(row - rt.Sphere((0, 0, -1), 4.5), eye=(0.001, 0.002, 5), at=(0, 0, -6))
+    assert_agrees_with_truth(renderer, scene, (64, 36), Settings(evaluator=evaluator))
     image = renderer.render(scene, (65, 37), Settings(evaluator=evaluator))
     assert image.depth is not None
     assert image.depth[18, 32] == pytest.approx(10.6, rel=1e-3)
@@ -187,10 +189,10 @@ def test_6_a_hit_list_carries_the_solids_outward_normals(renderer: Renderer) -> 
 @pytest.mark.parametrize("evaluator", EVALUATORS)
 def test_7_coincident_faces_are_one_face_or_none(renderer: Renderer, evaluator: Evaluator) -> None:
     a, twin = rt.Sphere((0, 0, 0), 1, scenes.COLORS[0]), rt.Sphere((0, 0, 0), 1, scenes.COLORS[1])
-    empty = renderer.render(scenes.of(a - twin), (64, 36), Settings(evaluator=evaluator))
+    empty = renderer.render(scenes.lit_scene(a - twin), (64, 36), Settings(evaluator=evaluator))
     assert empty.material is not None and (empty.material == -1).all()
-    alone = renderer.render(scenes.of(a), (64, 36), Settings(evaluator=evaluator))
+    alone = renderer.render(scenes.lit_scene(a), (64, 36), Settings(evaluator=evaluator))
     for solid in (a | twin, a & twin, ~(~a | ~twin), (a - twin) | a):
-        image = renderer.render(scenes.of(solid), (64, 36), Settings(evaluator=evaluator))
+        image = renderer.render(scenes.lit_scene(solid), (64, 36), Settings(evaluator=evaluator))
         for name in ("radiance", "depth", "normal", "material"):
             np.testing.assert_array_equal(getattr(image, name), getattr(alone, name), err_msg=name)

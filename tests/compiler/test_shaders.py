@@ -58,7 +58,7 @@ def test_max_hits_is_the_largest_number_of_hits_of_the_tree(solid: rt.Solid, hit
 
 
 def test_roth_loops_counts_the_loops_of_all_filters() -> None:
-    assert roth_loops(scenes.of((A | B) - ~A, FLOOR)) == 6
+    assert roth_loops(scenes.lit_scene((A | B) - ~A, FLOOR)) == 6
 
 
 # For each case: the objects, number of lights and settings of a scene, and words that no program of the scene may have.

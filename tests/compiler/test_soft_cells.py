@@ -40,7 +40,7 @@ def some_lights(rng: np.random.Generator, size: float) -> list[rt.PointLight]:
 @pytest.mark.parametrize("radius", RADII)
 @pytest.mark.parametrize("precision", [32, 64])
 def test_the_assignment_looks_the_same_by_cells(renderer: Renderer, radius: float, precision: int) -> None:
-    scene = scenes.under_spheres(scenes.assignment(), radius)
+    scene = scenes.with_light_radii(scenes.assignment(), radius)
     check_cells(renderer, scene, (160, 90), soft(precision=precision))
     check_cells(renderer, scene, (101, 67), soft(precision=precision), tile=48)
 
@@ -89,9 +89,9 @@ def test_a_light_may_touch_or_contain_points_and_spheres(
 
 
 def test_lights_that_differ_only_in_radius_have_separate_lists(renderer: Renderer, always_listed: None) -> None:
-    scene = scenes.of(*(rt.Sphere((i, 0, 0), 0.4, RED) for i in range(-2, 3)), rt.Plane((0, 1, 0), -1, GREY))
+    scene = scenes.lit_scene(*(rt.Sphere((i, 0, 0), 0.4, RED) for i in range(-2, 3)), rt.Plane((0, 1, 0), -1, GREY))
     for radius in (0.1, 3.0, 0.1):
-        check_lists(renderer, scenes.under_spheres(scene, radius, 0.0), SIZE, shadows="soft")
+        check_lists(renderer, scenes.with_light_radii(scene, radius, 0.0), SIZE, shadows="soft")
 
 
 def test_large_lights_among_many_objects_use_a_grid_that_is_coarse_enough(renderer: Renderer) -> None:
@@ -107,7 +107,7 @@ def test_large_lights_among_many_objects_use_a_grid_that_is_coarse_enough(render
 def test_larger_lights_leave_fewer_plane_only_cells_but_some() -> None:
     scene, size = scenes.assignment(), (640, 360)
     hard, soft_, large = (
-        cells(scenes.under_spheres(scene, radius), size, soft())[0].mean() for radius in (0.0, 0.5, 2.0)
+        cells(scenes.with_light_radii(scene, radius), size, soft())[0].mean() for radius in (0.0, 0.5, 2.0)
     )
     assert hard > soft_ > large > 0.3
 
@@ -116,7 +116,7 @@ def test_larger_lights_leave_fewer_plane_only_cells_but_some() -> None:
 def test_pictures_differ_if_spheres_are_not_enlarged_by_the_light_radius(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch, case: str, radius: float, size: tuple[int, int]
 ) -> None:
-    scene = scenes.under_spheres(scenes.assignment(), radius)
+    scene = scenes.with_light_radii(scenes.assignment(), radius)
     if case == "listed":
         monkeypatch.setattr(compiled_scene, "FEW", 0)
     for module in (culling, candidate_lists):

@@ -37,17 +37,17 @@ def test_the_arrays_are_in_the_order_of_the_surfaces_in_the_shaders() -> None:
     many = rt.Instances(other - (floor | ball), [(0, 0, 0), (4, 0, 1), (9, 9, 9)], [1, 0.25, 3])
     balls = rt.Instances(ball, [(0, 1, 0), (2, 3, 4)], 0.5)
     check_order(scenes.assignment())
-    check_order(scenes.of(floor))
-    check_order(scenes.of(ball))
-    check_order(scenes.of(floor, cut, ~other))
-    check_order(scenes.of(many))
-    check_order(scenes.of(floor, cut, many, other, balls, wall))
+    check_order(scenes.lit_scene(floor))
+    check_order(scenes.lit_scene(ball))
+    check_order(scenes.lit_scene(floor, cut, ~other))
+    check_order(scenes.lit_scene(many))
+    check_order(scenes.lit_scene(floor, cut, many, other, balls, wall))
     for seed in range(20):
         check_order(scenes.random_scene(seed))
 
 
 def test_parts_are_shared_while_only_lights_and_the_camera_change() -> None:
-    scene = scenes.of(rt.Sphere((0, 0, 0), 1, scenes.COLORS[0]), rt.Plane((0, 1, 0), 0))
+    scene = scenes.lit_scene(rt.Sphere((0, 0, 0), 1, scenes.COLORS[0]), rt.Plane((0, 1, 0), 0))
     first = compiled(scene)
     moved = msgspec.structs.replace(scene, lights=[], camera=rt.Camera((1, 2, 3), (0, 0, 0)))
     second = compile_scene(moved, first.options, first)
@@ -55,7 +55,7 @@ def test_parts_are_shared_while_only_lights_and_the_camera_change() -> None:
     assert second.materials is first.materials and second.layout is first.layout and second.scene is moved
     shaded = compile_scene(scene, Settings(shading="blinn").compile_options, first)
     assert shaded.surfaces is first.surfaces and shaded.layout.models == ["blinn"]
-    recolored = scenes.of(rt.Sphere((0, 0, 0), 1, scenes.COLORS[1]), rt.Plane((0, 1, 0), 0))
+    recolored = scenes.lit_scene(rt.Sphere((0, 0, 0), 1, scenes.COLORS[1]), rt.Plane((0, 1, 0), 0))
     third = compile_scene(recolored, first.options, first)
     assert [recolored.materials[i] for i in third.surfaces.material] == [scenes.COLORS[1], rt.Material()]
     reordered = msgspec.structs.replace(scene, materials=[scenes.COLORS[2], *scene.materials])
@@ -68,7 +68,7 @@ def test_a_light_touches_the_first_surface_whose_touches_method_is_true() -> Non
     balls = [rt.Sphere(tuple(rng.normal(size=3).tolist()), 10.0 ** rng.uniform(-2, 1)) for _ in range(30)]
     normals = [*rng.normal(size=(30, 3)).tolist(), *np.eye(3).tolist()]
     planes = [rt.Plane(tuple(normal), 10.0 ** rng.uniform(-3, 3)) for normal in normals]
-    surfaces = make_surfaces(scenes.of(*balls, *planes))
+    surfaces = make_surfaces(scenes.lit_scene(*balls, *planes))
     ordered = [*balls, *surfaces.planes]
     places = [np.add(b.center, np.array(n) / np.linalg.norm(n) * b.radius) for b in balls for n in normals]
     places += [np.array(p.unit()[0]) * p.unit()[1] + np.cross(p.normal, rng.normal(size=3)) for p in planes * 20]
@@ -92,7 +92,7 @@ def test_a_light_touches_the_same_surface_at_any_scale(scale: float) -> None:
     balls = [rt.Sphere(tuple(c), r) for c, r in zip(centers.tolist(), radii.tolist(), strict=True)]
     lights = [rt.PointLight((x + r, y, z)) for (x, y, z), r in zip(centers.tolist(), radii.tolist(), strict=True)]
     lights += [rt.PointLight(ball.center, radius=ball.radius) for ball in balls]
-    touched = touched_surfaces(make_surfaces(scenes.of(*balls)), lights)
+    touched = touched_surfaces(make_surfaces(scenes.lit_scene(*balls)), lights)
     expected = [next(i for i, b in enumerate(balls) if b.touches(light.position)) for light in lights[:200]]
     assert touched == [*expected, *range(200)]
 

@@ -30,15 +30,15 @@ BALLS = [rt.Sphere((x % 5 - 2, x // 5 - 1, -(x % 3)), 0.45, scenes.COLORS[x % 4]
 QUADS = [(BALLS[i] | BALLS[i + 1]) - BALLS[i + 5] & BALLS[i + 6] for i in range(5)]
 MIRROR = rt.Sphere((0, 0.2, 1), 0.7, rt.Material(model="mirror"))
 SCENES = {
-    "few": scenes.of(*BALLS[:2], GROUND),
-    "six surfaces": scenes.of(*BALLS[:2], BALLS[6] - BALLS[7], GROUND, WALL),
-    "many planes": scenes.of(BALLS[0], *(rt.Plane((0.1 * k, 1, 0), -1 - 0.1 * k) for k in range(6))),
-    "shapes": scenes.of(*BALLS, GROUND, WALL),
-    "shapes of four": scenes.of(*QUADS, GROUND, WALL),
-    "shapes and a tree": scenes.of(*BALLS, scenes.random_scene(4).objects[0], GROUND),
-    "mirrors": scenes.of(*BALLS[:3], MIRROR, GROUND),
-    "mirrors in lists": scenes.of(*BALLS, MIRROR, GROUND),
-    "no lights": msgspec.structs.replace(scenes.of(*BALLS[:2], GROUND), lights=(), ambient=(1, 1, 1)),
+    "few": scenes.lit_scene(*BALLS[:2], GROUND),
+    "six surfaces": scenes.lit_scene(*BALLS[:2], BALLS[6] - BALLS[7], GROUND, WALL),
+    "many planes": scenes.lit_scene(BALLS[0], *(rt.Plane((0.1 * k, 1, 0), -1 - 0.1 * k) for k in range(6))),
+    "shapes": scenes.lit_scene(*BALLS, GROUND, WALL),
+    "shapes of four": scenes.lit_scene(*QUADS, GROUND, WALL),
+    "shapes and a tree": scenes.lit_scene(*BALLS, scenes.random_scene(4).objects[0], GROUND),
+    "mirrors": scenes.lit_scene(*BALLS[:3], MIRROR, GROUND),
+    "mirrors in lists": scenes.lit_scene(*BALLS, MIRROR, GROUND),
+    "no lights": msgspec.structs.replace(scenes.lit_scene(*BALLS[:2], GROUND), lights=(), ambient=(1, 1, 1)),
 }
 SETTINGS = {
     "hard": Settings(samples=2),
@@ -55,7 +55,7 @@ def lit(scene: rt.Scene, settings: Settings) -> rt.Scene:
     if settings.shadows != "soft":
         return scene
     lights = [msgspec.structs.replace(light, falloff="inverse_square") for light in scene.lights]
-    return scenes.under_spheres(msgspec.structs.replace(scene, lights=lights), 0.5, 0.2)
+    return scenes.with_light_radii(msgspec.structs.replace(scene, lights=lights), 0.5, 0.2)
 
 
 def components(vertex: Source) -> int:

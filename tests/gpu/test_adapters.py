@@ -16,7 +16,7 @@ import raytracer as rt
 from raytracer.app.cli import main
 from raytracer.gpu import adapters, context, context_report
 from raytracer.gpu.adapters import open_adapter, wanted_adapter
-from raytracer.gpu.context import chosen
+from raytracer.gpu.context import choose_backend
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
 from tests import scenes
@@ -134,15 +134,15 @@ def test_a_value_that_names_no_device_is_refused(device: Any) -> None:
 def test_the_argument_overrides_the_variable_and_both_apply_to_egl_only(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("RAYTRACER_BACKEND", raising=False)
     monkeypatch.setenv("RAYTRACER_DEVICE", "NVIDIA")
-    assert chosen() == chosen("egl") == ("egl", "nvidia")
-    assert chosen(adapter=1) == ("egl", 1)
-    assert chosen("osmesa") == ("osmesa", None)
+    assert choose_backend() == choose_backend("egl") == ("egl", "nvidia")
+    assert choose_backend(adapter=1) == ("egl", 1)
+    assert choose_backend("osmesa") == ("osmesa", None)
     with pytest.raises(
         rt.InputError, match=r"^device: expected the backend egl, the only one with devices, got .* osmesa"
     ):
-        chosen("osmesa", 1)
+        choose_backend("osmesa", 1)
     monkeypatch.setenv("RAYTRACER_DEVICE", "")
-    assert chosen() == ("auto", None)
+    assert choose_backend() == ("auto", None)
 
 
 def test_doctor_reports_the_error_of_a_backend_that_does_not_open(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -184,11 +184,11 @@ def test_the_requested_device_draws_the_picture(renderer: Renderer) -> None:
     if not usable:
         pytest.skip("no EGL device")
     for device in (usable[-1]["device"], usable[-1]["renderer"].upper()):
-        image = rt.render(scenes.of(rt.Sphere((0, 0, 0), 1)), (16, 9), backend="egl", device=device)
+        image = rt.render(scenes.lit_scene(rt.Sphere((0, 0, 0), 1)), (16, 9), backend="egl", device=device)
         assert image.radiance.any()
         assert shared_device("egl", device).limits.driver == usable[-1]["renderer"]
     with pytest.raises(rt.InputError, match=r"^device: expected .*; got 63$"):
-        rt.render(scenes.of(rt.Sphere((0, 0, 0), 1)), (16, 9), backend="egl", device=63)
+        rt.render(scenes.lit_scene(rt.Sphere((0, 0, 0), 1)), (16, 9), backend="egl", device=63)
 
 
 @pytest.mark.gl

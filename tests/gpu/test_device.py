@@ -68,7 +68,7 @@ def test_a_turn_begins_with_the_default_state_after_any_other_state(renderer: Re
 
 
 def test_a_window_that_rereads_its_shaders_keeps_the_programs_of_another_window(renderer: Renderer) -> None:
-    settings, scene, other = Settings(samples=2), scenes.of(rt.Sphere((0, 0, 0), 1)), scenes.assignment()
+    settings, scene, other = Settings(samples=2), scenes.lit_scene(rt.Sphere((0, 0, 0), 1)), scenes.assignment()
     own = Renderer(Device(renderer.device.context))
     expected = renderer.render(other, SIZE, settings).radiance
     with own.device.context:

@@ -58,7 +58,7 @@ def test_a_scene_beyond_the_limits_of_the_driver_is_refused_every_time(
     # Spheres all around several lights, so that the candidate lists of the lights are long for any number of cells.
     around = [(4 + math.cos(i), 7 + math.sin(3 * i), 4 + math.sin(i)) for i in range(20)]
     lights = [rt.PointLight((4 + 0.1 * i, 7, 4)) for i in range(4)]
-    scene = msgspec.structs.replace(scenes.of(*(rt.Sphere(place, 0.8) for place in around)), lights=lights)
+    scene = msgspec.structs.replace(scenes.lit_scene(*(rt.Sphere(place, 0.8) for place in around)), lights=lights)
     settings = Settings()
     for most in (10, 70, 90):
         limits = msgspec.structs.replace(renderer.device.limits, buffer_texels=most)

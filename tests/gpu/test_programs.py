@@ -24,7 +24,7 @@ FEW = 40_000  # characters, about the programs of two of these scenes
 
 def scene_with(spheres: int) -> rt.Scene:
     """Return a scene whose structure, and so its programs, depend on the number of spheres."""
-    return scenes.of(*(rt.Sphere((i, 0, 0), 0.7) for i in range(spheres)))
+    return scenes.lit_scene(*(rt.Sphere((i, 0, 0), 0.7) for i in range(spheres)))
 
 
 def kept(renderer: Renderer) -> int:

@@ -23,7 +23,9 @@ SETTINGS = Settings(samples=2)
 
 def scene_number(k: int) -> rt.Scene:
     """Return scene k: all these scenes share one structure and its programs, and differ in numbers only."""
-    return scenes.of(rt.Sphere((0, 0, 0), 1 + 0.1 * k, rt.Material(kd=(0.1 * k, 0.5, 0.2))) - rt.Sphere((0, 0, 1), 0.5))
+    return scenes.lit_scene(
+        rt.Sphere((0, 0, 0), 1 + 0.1 * k, rt.Material(kd=(0.1 * k, 0.5, 0.2))) - rt.Sphere((0, 0, 1), 0.5)
+    )
 
 
 @pytest.mark.gl

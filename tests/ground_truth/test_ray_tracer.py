@@ -66,9 +66,9 @@ def test_a_bowl_shows_the_material_and_the_normal_of_its_cut_face() -> None:
 def test_the_first_operand_owns_coincident_faces() -> None:
     a, b = rt.Sphere((0, 0, 0), 1, scenes.COLORS[0]), rt.Sphere((0, 0, 0), 1, scenes.COLORS[1])
     for solid, material in ((a | b, 0), (b | a, 0), (a & b, 0), (~(~a | ~b), 0)):
-        image = ray_tracer.trace(scenes.of(solid), (1, 1))
+        image = ray_tracer.trace(scenes.lit_scene(solid), (1, 1))
         assert image.material is not None and image.material[0, 0] == material
-    empty = ray_tracer.trace(scenes.of(a - b), (9, 9))
+    empty = ray_tracer.trace(scenes.lit_scene(a - b), (9, 9))
     assert empty.material is not None and (empty.material == -1).all()
 
 
@@ -77,7 +77,7 @@ def test_half_spaces_coincide_for_normals_of_any_length(n: tuple[int, int, int],
     one, three = rt.Plane(n, o), rt.Plane((3 * n[0], 3 * n[1], 3 * n[2]), 3 * o)
     other_side = rt.Plane((-7 * n[0], -7 * n[1], -7 * n[2]), -7 * o)
     for nothing in (one - three, one & other_side, three & ~one):
-        assert (ray_tracer.trace(scenes.of(nothing), (33, 33)).material == -1).all()
+        assert (ray_tracer.trace(scenes.lit_scene(nothing), (33, 33)).material == -1).all()
 
 
 def test_camera_rays_have_the_directions_of_the_formula() -> None:

@@ -28,7 +28,7 @@ def assert_same(a: rt.Image, b: rt.Image) -> None:
 @pytest.mark.gl
 @pytest.mark.parametrize("shadows", ["hard", "diluted", "soft"])
 def test_the_error_is_within_10_percent_of_the_error_with_all_samples(renderer: Renderer, shadows: Shadows) -> None:
-    scene = scenes.under_spheres(scenes.assignment(), 0.5)
+    scene = scenes.with_light_radii(scenes.assignment(), 0.5)
     settings = msgspec.structs.replace(RECOMMENDED, shadows=shadows)
 
     def radiance(**fields: object) -> np.ndarray:
@@ -99,7 +99,7 @@ def test_tiles_change_no_pixel(renderer: Renderer, evaluator: Evaluator, tile: i
 def test_adaptive_sampling_works_with_candidate_lists(renderer: Renderer) -> None:
     rng = np.random.default_rng(1)
     balls = [rt.Sphere(tuple(rng.uniform(-2, 2, 3)), 0.3, scenes.COLORS[i % 4]) for i in range(60)]
-    scene = scenes.of(*balls, rt.Plane((0, 1, 0), -2.5))
+    scene = scenes.lit_scene(*balls, rt.Plane((0, 1, 0), -2.5))
     settings = Settings(samples=16, adaptive=1e-30)
     image, full = (renderer.render(scene, (201, 113), s) for s in (settings, Settings(samples=16)))
     assert image.samples is not None

@@ -76,7 +76,7 @@ def converged(renderer: Renderer, scene: rt.Scene, shadows: Shadows = "hard") ->
 @pytest.mark.gl
 @pytest.mark.parametrize("shadows", ["hard", "soft"])
 def test_the_estimate_is_within_25_percent_of_the_true_error(renderer: Renderer, shadows: Shadows) -> None:
-    scene = scenes.under_spheres(scenes.assignment(), 0.5)
+    scene = scenes.with_light_radii(scenes.assignment(), 0.5)
     truth = converged(renderer, scene, shadows)
     for samples in (4, 8, 16, 24, 32):
         image = renderer.render(scene, (320, 180), Settings(samples=samples, shadows=shadows))
@@ -180,7 +180,7 @@ def test_tiles_have_the_estimate_of_the_whole_picture(renderer: Renderer, tile: 
 def test_the_stopping_rule_does_not_depend_on_tiles(
     renderer: Renderer, size: tuple[int, int], settings: Settings
 ) -> None:
-    scene = scenes.under_spheres(scenes.assignment(), 0.5)
+    scene = scenes.with_light_radii(scenes.assignment(), 0.5)
     whole, *others = (renderer.render(scene, size, settings, tile=tile) for tile in (2048, 96, 64))
     for parts in others:
         for name in ("radiance", "samples", "error"):

@@ -32,7 +32,9 @@ SIZE = (48, 27)
 SETTINGS = Settings(samples=3)
 NAMES = Geometry._fields
 GREEN = rt.Material(kd=(0.1, 0.8, 0.2))
-SCENE = scenes.of(rt.Sphere((0, 0, 0), 1.2) - rt.Sphere((0.3, 0.2, 1), 0.6, GREEN), rt.Plane((0, 1, 0), -1, GREEN))
+SCENE = scenes.lit_scene(
+    rt.Sphere((0, 0, 0), 1.2) - rt.Sphere((0.3, 0.2, 1), 0.6, GREEN), rt.Plane((0, 1, 0), -1, GREEN)
+)
 
 
 def arrays(image: rt.Image) -> list[np.ndarray]:
@@ -101,7 +103,7 @@ def test_an_image_without_geometry_has_none(renderer: Renderer, drawn: list[geom
 
 def test_other_pictures_and_calls_in_between_change_nothing(renderer: Renderer, expected: list[np.ndarray]) -> None:
     image = picture(renderer)
-    for other in (scenes.assignment(), scenes.of(rt.Sphere((0, 0, 0), 3)), SCENE):
+    for other in (scenes.assignment(), scenes.lit_scene(rt.Sphere((0, 0, 0), 3)), SCENE):
         arrays(picture(renderer, other, Settings(samples=2, shadows="diluted", bounces=0)))
     rt.brdf.evaluate(rt.Material("ggx"), (0, 0, 1), (0, 0, 1))
     glsl.call("isInside", [[0, 1]], 0.5)
@@ -289,7 +291,9 @@ def test_deleted_scene_files_do_not_matter(renderer: Renderer, tmp_path: Path) -
 
 def test_render_refuses_a_scene_before_the_geometry_is_drawn(renderer: Renderer) -> None:
     with pytest.raises(rt.InputError, match="at most 512 primitives"):
-        picture(renderer, scenes.of(*[rt.Sphere((i, 0, 0), 0.4) for i in range(513)]), Settings(evaluator="walk"))
+        picture(
+            renderer, scenes.lit_scene(*[rt.Sphere((i, 0, 0), 0.4) for i in range(513)]), Settings(evaluator="walk")
+        )
 
 
 def test_errors_of_drawing_are_raised_at_each_access_until_the_geometry_is_drawn(

@@ -28,7 +28,9 @@ from tests import scenes
 pytestmark = pytest.mark.gl
 
 SIZE = 80, 45
-CROWD = scenes.of(*(rt.Sphere((0.4 * i - 3, 0.5, 0), 0.2, scenes.COLORS[i % 4]) for i in range(16)), scenes.FLOOR)
+CROWD = scenes.lit_scene(
+    *(rt.Sphere((0.4 * i - 3, 0.5, 0), 0.2, scenes.COLORS[i % 4]) for i in range(16)), scenes.FLOOR
+)
 
 
 def moved(scene: rt.Scene, x: float) -> rt.Scene:
@@ -157,7 +159,7 @@ def test_a_picture_with_a_time_limit_has_no_program_for_several_samples(own: Ren
 def test_large_pictures_are_not_kept_and_the_next_scene_replaces_the_kept_scene(
     own: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scene = scenes.of(rt.Sphere((0, 1, 0), 1))
+    scene = scenes.lit_scene(rt.Sphere((0, 1, 0), 1))
     drawn(own, scene, SIZE, Settings(samples=2))
     assert own._kept
     alive = weakref.ref(own._kept.frame.compiled.surfaces.centers)

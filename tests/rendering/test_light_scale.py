@@ -83,9 +83,9 @@ def test_a_picture_without_light_has_the_scale_1() -> None:
 def test_the_scale_of_a_dark_scene_causes_no_overflow(brightest: float) -> None:
     bulb, polished = rt.Sphere((0, 0, 1), 1, rt.Material(le=(1e12,) * 3)), rt.Material(ks=(1e6,) * 3)
     for scene, most in (
-        (scenes.of(bulb), 1e12),
+        (scenes.lit_scene(bulb), 1e12),
         (scenes.still_life(lights=[NEAR]), 1e24),
-        (scenes.of(rt.Sphere((0, 0, 0), 1, polished)), 1e6),
+        (scenes.lit_scene(rt.Sphere((0, 0, 0), 1, polished)), 1e6),
     ):
         scale = light_scale(frame(scene, SIZE), brightest)
         assert 1.0 < scale <= np.finfo(np.float32).max / 256 / most

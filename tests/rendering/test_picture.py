@@ -16,7 +16,7 @@ from raytracer.scene.materials.models import Shading
 from raytracer.scene.options import Evaluator, Shadows
 from raytracer.scene.settings import Settings
 from tests import scenes
-from tests.pictures import assert_agrees, check_truth
+from tests.pictures import assert_agrees, assert_agrees_with_truth
 
 pytestmark = pytest.mark.gl
 
@@ -42,7 +42,7 @@ def test_the_assignment_agrees_with_the_reference(
 
 @pytest.mark.parametrize("seed", [*range(24), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(24, 200))])
 def test_a_random_scene_agrees_with_the_reference(renderer: Renderer, seed: int) -> None:
-    check_truth(renderer, scenes.random_scene(seed), (128, 72), Settings(shadows="off"))
+    assert_agrees_with_truth(renderer, scenes.random_scene(seed), (128, 72), Settings(shadows="off"))
 
 
 # The random scenes whose programs for the evaluator `roth` compile in a few seconds.
@@ -77,7 +77,9 @@ def test_the_assignment_with_16_samples_agrees_with_the_reference_to_2_of_255(
 def test_a_scene_with_several_lights_and_both_models_agrees_with_the_reference(renderer: Renderer) -> None:
     shiny = rt.Material(kd=(0.2, 0.5, 0.7), ks=(0.9, 0.8, 0.7), h=100, model="blinn")
     dull = rt.Material(kd=(0.7, 0.5, 0.2), ks=(0.1, 0.1, 0.1), h=0)
-    scene = scenes.of(rt.Sphere((-1, 0, 0), 1, shiny), rt.Sphere((1, 0, 0), 1, dull), rt.Plane((0, 1, 0), -1.5, shiny))
+    scene = scenes.lit_scene(
+        rt.Sphere((-1, 0, 0), 1, shiny), rt.Sphere((1, 0, 0), 1, dull), rt.Plane((0, 1, 0), -1.5, shiny)
+    )
     for shadows in ("hard", "diluted"):
         settings = Settings(shadows=shadows, samples=4)
         image, truth = renderer.render(scene, (160, 90), settings), ray_tracer.trace(scene, (160, 90), settings)
@@ -106,7 +108,7 @@ def test_a_scene_of_any_size_looks_the_same(renderer: Renderer, scale: float) ->
     solid = lens - rt.Sphere(scaled((0, 2.8, 0.3)), 0.8 * scale, scenes.COLORS[2])
     camera = rt.Camera(scaled((0, 3, 6)), scaled((0, 2, 0)))
     scene = rt.Scene([solid, rt.Plane((0, 1, 0), 0)], [rt.PointLight(scaled((4, 7, 4)))], camera)
-    check_truth(renderer, scene, (160, 90), Settings())
+    assert_agrees_with_truth(renderer, scene, (160, 90), Settings())
     image, truth = renderer.render(scene, (160, 90), Settings()), ray_tracer.trace(scene, (160, 90))
     assert (np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4).sum() <= 1
 
@@ -126,11 +128,11 @@ def test_half_spaces_that_share_a_plane_do_not_shade_each_other(renderer: Render
     # The ground as a half-space, and as the complement of the upside-down half-space.
     up, down = rt.Plane((1, 5, 2), 3), rt.Plane((-3, -15, -6), -9)
     for solid in (up | ~down, up & ~down, ~down - (up - rt.Sphere((0, 0, 0), 9))):
-        scene = scenes.of(solid, eye=(0, 4, 8))
+        scene = scenes.lit_scene(solid, eye=(0, 4, 8))
         image, truth = renderer.render(scene, (96, 54), Settings()), ray_tracer.trace(scene, (96, 54))
         assert (np.abs(image.radiance - truth.radiance).max(axis=2) > 1e-4).sum() <= 1
-    alone = renderer.render(scenes.of(up, eye=(0, 4, 8)), (96, 54), Settings())
-    both = renderer.render(scenes.of(up | ~down, eye=(0, 4, 8)), (96, 54), Settings())
+    alone = renderer.render(scenes.lit_scene(up, eye=(0, 4, 8)), (96, 54), Settings())
+    both = renderer.render(scenes.lit_scene(up | ~down, eye=(0, 4, 8)), (96, 54), Settings())
     np.testing.assert_array_equal(both.radiance, alone.radiance)
 
 
@@ -173,22 +175,25 @@ def test_only_another_structure_compiles_programs(renderer: Renderer) -> None:
         return len(fresh.device._programs) - before
 
     ball, other = rt.Sphere((0, 0, 0), 1), rt.Sphere((0.5, 0, 0), 1)
-    programs_for(scenes.of(ball - other))
+    programs_for(scenes.lit_scene(ball - other))
     moved = rt.Sphere((0.5, 1, 2), 3, rt.Material(kd=(1, 0, 0), h=5))
-    assert programs_for(scenes.of(moved - ball, eye=(1, 2, 9))) == 0
+    assert programs_for(scenes.lit_scene(moved - ball, eye=(1, 2, 9))) == 0
     # One program for the picture, and one for its geometry. Without half-spaces there is none for plane-only cells.
-    assert programs_for(scenes.of(~(ball | ~other | ball) & other)) == 2
+    assert programs_for(scenes.lit_scene(~(ball | ~other | ball) & other)) == 2
 
 
 def test_the_depth_of_the_ground_is_correct_up_to_the_horizon_of_a_tilted_camera(renderer: Renderer) -> None:
     ground = rt.Plane((0.1, 1, 0.05), 0.0)
     camera = rt.Camera((3, 2, 6), (0, 1.7, 0), up=(0.4, 1, 0.1), vertical_fov=50)
-    check_truth(renderer, rt.Scene([ground], [], camera), (640, 360), Settings())
+    assert_agrees_with_truth(renderer, rt.Scene([ground], [], camera), (640, 360), Settings())
 
 
 def test_trees_may_share_leaves_and_sub_trees(renderer: Renderer) -> None:
     a, b = rt.Sphere((-0.5, 0, 0), 1, scenes.COLORS[0]), rt.Sphere((0.5, 0, 0), 1, scenes.COLORS[1])
     lens = a & b
-    check_truth(
-        renderer, scenes.of((a - lens) | (lens - rt.Sphere((0, 0, 0), 0.5, scenes.COLORS[2]))), (96, 54), Settings()
+    assert_agrees_with_truth(
+        renderer,
+        scenes.lit_scene((a - lens) | (lens - rt.Sphere((0, 0, 0), 0.5, scenes.COLORS[2]))),
+        (96, 54),
+        Settings(),
     )

@@ -16,7 +16,7 @@ RED = rt.Material(ka=(0.1, 0.0, 0.2), kd=(0.5, 0.0, 0.25))
 
 
 def exported(*objects: rt.Solid, settings: rt.Settings | None = None) -> str:
-    return povray.source(scenes.of(*objects), SIZE, settings or rt.Settings())
+    return povray.source(scenes.lit_scene(*objects), SIZE, settings or rt.Settings())
 
 
 def test_space_is_mirrored_and_ambient_light_is_a_share_of_the_pigment() -> None:

@@ -157,7 +157,7 @@ def test_a_mistake_in_the_shader_of_the_error_estimate_leaves_the_picture(render
 @pytest.mark.parametrize("shadows", ["off", "hard", "diluted", "soft"])
 def test_the_refined_picture_equals_that_of_render(live: Live, renderer: Renderer, shadows: str) -> None:
     settings = Settings(samples=16, shadows=shadows)  # pyright: ignore[reportArgumentType]
-    scene = scenes.under_spheres(scenes.assignment(), 0.5)
+    scene = scenes.with_light_radii(scenes.assignment(), 0.5)
     image = renderer.render(scene, SIZE, settings)
     assert np.abs(drawn(live, renderer, scene, settings) - image.srgb8()).max() <= 1
     with renderer.device.context:

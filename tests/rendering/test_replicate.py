@@ -73,7 +73,7 @@ def test_light_indices_stay_below_those_of_replicates() -> None:
 
 @pytest.mark.gl
 def test_the_estimate_is_correct_for_any_number_of_samples_and_any_tiles(renderer: Renderer) -> None:
-    scene = scenes.under_spheres(scenes.assignment(), 0.5)
+    scene = scenes.with_light_radii(scenes.assignment(), 0.5)
     truth = renderer.render(scene, (160, 90), Settings(samples=4096, shadows="soft"), estimates=False).radiance
     for samples in (3, 16, 24, 300):
         settings = Settings(samples=samples, shadows="soft")

@@ -124,12 +124,12 @@ def test_a_wall_up_to_the_centre_of_a_light_blocks_half_of_it(renderer: Renderer
 @pytest.mark.parametrize("evaluator", ["cells", "walk", "roth"])
 def test_soft_shadows_tend_to_hard_shadows_as_the_radius_tends_to_0(renderer: Renderer, evaluator: Evaluator) -> None:
     cut = rt.Sphere((0, 0, 0), 1.5, scenes.COLORS[0]) - rt.Sphere((1, 1, 1), 1.2, scenes.COLORS[1])
-    scene = scenes.of(cut, rt.Plane((0, 1, 0), -1.5, scenes.COLORS[3]))
+    scene = scenes.lit_scene(cut, rt.Plane((0, 1, 0), -1.5, scenes.COLORS[3]))
     hard = renderer.render(scene, (96, 54), Settings(samples=4, evaluator=evaluator)).radiance
     point = renderer.render(scene, (96, 54), soft(4, evaluator=evaluator)).radiance
     np.testing.assert_array_equal(point, hard)
     assert sources(scene, soft()) == sources(scene), "the shader has no code for sphere lights"
-    tiny = renderer.render(scenes.under_spheres(scene, 1e-12), (96, 54), soft(4, evaluator=evaluator)).radiance
+    tiny = renderer.render(scenes.with_light_radii(scene, 1e-12), (96, 54), soft(4, evaluator=evaluator)).radiance
     np.testing.assert_allclose(tiny, hard, rtol=1e-6)
 
 
@@ -222,7 +222,7 @@ def test_the_error_falls_at_least_with_the_root_of_the_samples(renderer: Rendere
 
 
 def test_tiles_change_no_pixel_of_soft_shadows(renderer: Renderer) -> None:
-    scene = scenes.under_spheres(scenes.assignment(), 0.5)
+    scene = scenes.with_light_radii(scenes.assignment(), 0.5)
     for settings in (soft(5), soft(16, adaptive=0.02), soft(5, evaluator="walk")):
         whole = renderer.render(scene, (201, 113), settings, geometry=False)
         tiled = renderer.render(scene, (201, 113), settings, geometry=False, tile=50)
@@ -251,7 +251,7 @@ def test_adaptive_sampling_takes_more_samples_in_a_penumbra(renderer: Renderer) 
 def test_a_radius_does_not_change_other_kinds_of_shadows(
     renderer: Renderer, shadows: Shadows, evaluator: Evaluator
 ) -> None:
-    own, point = scenes.assignment(), scenes.under_spheres(scenes.assignment(), 0.0)
+    own, point = scenes.assignment(), scenes.with_light_radii(scenes.assignment(), 0.0)
     assert own.lights[0].radius > 0.0, "the light of the example has a radius"
     for precision in (32, 64):
         settings = Settings(samples=3, shadows=shadows, evaluator=evaluator, precision=precision)

@@ -119,7 +119,7 @@ def test_a_picture_of_instances_equals_the_picture_of_solids_made_by_hand() -> N
         a, b = rt.Sphere((x + 0.4 * s, y, z), s, RED), rt.Sphere((x - 0.4 * s, y, z), s, BLUE)
         by_hand.append((a & b) - rt.Sphere((x, y + 0.5 * s, z + 0.6 * s), 0.7 * s, GREEN))
     pictures = [
-        ray_tracer.trace(scenes.of(*objects), (48, 36), rt.Settings(shadows="diluted"))
+        ray_tracer.trace(scenes.lit_scene(*objects), (48, 36), rt.Settings(shadows="diluted"))
         for objects in ((rt.Instances(lens, places, scales), floor), (*by_hand, floor))
     ]
     one, other = pictures

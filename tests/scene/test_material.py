@@ -15,7 +15,7 @@ import raytracer as rt
 from raytracer.compiler.glsl.materials import material_text
 from raytracer.compiler.material_layout import make_layout
 from raytracer.formats.scene_file import loads
-from raytracer.scene.materials.convert import translated
+from raytracer.scene.materials.convert import convert_material
 from raytracer.scene.materials.models import MODELS, SHADINGS, Shading
 from raytracer.scene.settings import Settings
 from tests import scenes
@@ -119,27 +119,27 @@ def test_the_shading_override_reaches_every_model_from_every_model() -> None:
             assert target != source or material == rt.Material(source, name="a")
     for material in (rt.published("lafortune/clay"), rt.published("conductors/gold"), rt.published("ngan/teflon")):
         for target in SHADINGS:
-            translated(material, target)
+            convert_material(material, target)
 
 
 def test_the_shading_override_keeps_common_parameters() -> None:
     gold = rt.published("conductors/gold")
-    beckmann = translated(gold, "beckmann")
+    beckmann = convert_material(gold, "beckmann")
     assert (beckmann.alpha, beckmann.n, beckmann.k) == (gold.alpha, gold.n, gold.k)
     plastic = rt.Material(kd=(0.25, 0.125, 0.1), ks=0.5, h=100)
     # Blinn's exponent is 2 / alpha^2 - 2 (Walter 2007).
-    assert 2 / translated(plastic, "ggx").alpha ** 2 - 2 == pytest.approx(4 * 100, rel=1e-12)
-    assert translated(translated(plastic, "ggx"), "phong").h == pytest.approx(100)
-    assert translated(rt.Material("cook_torrance", ks=0.5, f0=(0.9, 0.6, 0.4)), "ggx").f0 == (0.45, 0.3, 0.2)
-    assert translated(rt.Material("split", rho=(0.9, 0.5, 0.3), metalness=1), "phong").ks == (0.9, 0.5, 0.3)
+    assert 2 / convert_material(plastic, "ggx").alpha ** 2 - 2 == pytest.approx(4 * 100, rel=1e-12)
+    assert convert_material(convert_material(plastic, "ggx"), "phong").h == pytest.approx(100)
+    assert convert_material(rt.Material("cook_torrance", ks=0.5, f0=(0.9, 0.6, 0.4)), "ggx").f0 == (0.45, 0.3, 0.2)
+    assert convert_material(rt.Material("split", rho=(0.9, 0.5, 0.3), metalness=1), "phong").ks == (0.9, 0.5, 0.3)
 
 
 def test_the_shading_override_keeps_the_brightness_of_diffuse_materials() -> None:
     # In the lecture's models kd is an albedo over pi.
     plastic = rt.Material(kd=(0.25, 0.125, 0.1))
-    assert translated(plastic, "lambert").rho == pytest.approx((0.25 * math.pi, 0.125 * math.pi, 0.1 * math.pi))
-    assert translated(rt.Material("lambert", rho=0.5), "phong").kd == pytest.approx((0.5 / math.pi,) * 3)
-    assert translated(rt.Material(kd=(4, 1, 0)), "lambert").rho == (1, 0.25, 0), (
+    assert convert_material(plastic, "lambert").rho == pytest.approx((0.25 * math.pi, 0.125 * math.pi, 0.1 * math.pi))
+    assert convert_material(rt.Material("lambert", rho=0.5), "phong").kd == pytest.approx((0.5 / math.pi,) * 3)
+    assert convert_material(rt.Material(kd=(4, 1, 0)), "lambert").rho == (1, 0.25, 0), (
         "the hue is kept when the brightness is clamped"
     )
 
@@ -149,7 +149,7 @@ def test_the_shading_override_keeps_the_colour_of_metals() -> None:
     n, k = np.array(gold.n), np.array(gold.k)
     normal = tuple((((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)).tolist())
     for model, name in (("phong", "ks"), ("lambert", "rho"), ("split", "f0"), ("strauss", "color")):
-        assert translated(gold, model).get(name) == pytest.approx(normal), model
+        assert convert_material(gold, model).get(name) == pytest.approx(normal), model
 
 
 def test_struct_material_has_only_the_members_of_the_models_in_use() -> None:
@@ -189,7 +189,7 @@ def test_a_ka_with_its_default_follows_the_colour_and_a_chosen_one_stays() -> No
     for material in (red, chosen):
         for same in (eval(repr(material), dict(vars(rt))), pickle.loads(pickle.dumps(material)), copy.copy(material)):
             assert same == material and same.replace(kd=0.2) == material.replace(kd=0.2)
-    assert translated(red, "lambert").ka == red.ka, "--shading keeps the ambient light of the picture"
+    assert convert_material(red, "lambert").ka == red.ka, "--shading keeps the ambient light of the picture"
 
 
 def test_replacing_a_choice_drops_the_parameters_of_the_old_choice() -> None:

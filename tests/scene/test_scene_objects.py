@@ -31,7 +31,7 @@ def test_runs_are_instances_or_the_plain_solids_between_them() -> None:
 
 
 def test_spheres_are_listed_in_the_order_of_the_solids() -> None:
-    for scene in (scenes.of(*MIXED), scenes.of(FLOOR), scenes.of(A), scenes.random_scene(1)):
+    for scene in (scenes.lit_scene(*MIXED), scenes.lit_scene(FLOOR), scenes.lit_scene(A), scenes.random_scene(1)):
         spheres = [leaf for solid in scene.solids() for leaf in leaves(solid) if isinstance(leaf, Sphere)]
         objects = scene.objects
         assert isinstance(objects, SceneObjects)

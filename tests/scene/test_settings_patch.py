@@ -11,8 +11,8 @@ import pytest
 from msgspec import UNSET
 
 import raytracer as rt
-from raytracer.scene.options import ASKED_SAMPLES, CompileOptions, SamplingOptions
-from raytracer.scene.settings_patch import EMPTY, QUALITIES, changes, checked_patch, fewest, flags
+from raytracer.scene.options import DEFAULT_SAMPLE_LIMIT, CompileOptions, SamplingOptions
+from raytracer.scene.settings_patch import EMPTY_PATCH, QUALITIES, changes, checked_patch, flags, minimal_patch
 from raytracer.scene.settings_patch import SettingsPatch as Patch
 from tests import scenes
 
@@ -42,13 +42,13 @@ def test_a_quality_overrides_earlier_sampling_settings_and_settings_beside_it_ov
 
 
 def test_samples_do_not_limit_an_error_or_a_time_of_a_later_patch() -> None:
-    assert merged(Patch(samples=16), Patch(max_error=0.1)).samples == ASKED_SAMPLES
+    assert merged(Patch(samples=16), Patch(max_error=0.1)).samples == DEFAULT_SAMPLE_LIMIT
     assert merged(Patch(samples=16, time=1.0), Patch(max_error=0.1)).samples == 16
     assert merged(Patch(max_error=0.1), Patch(samples=16)).samples == 16
     assert merged(Patch(max_error=0.1), Patch(adaptive=0.2)).max_error is None
-    assert merged(Patch(adaptive=0.2), Patch(time=1.0)) == rt.Settings(samples=ASKED_SAMPLES, time=1.0)
-    assert merged(Patch(adaptive=0.2)) == rt.Settings(samples=ASKED_SAMPLES, adaptive=0.2)
-    assert merged(Patch(samples=16), Patch(adaptive=0.2)).samples == ASKED_SAMPLES
+    assert merged(Patch(adaptive=0.2), Patch(time=1.0)) == rt.Settings(samples=DEFAULT_SAMPLE_LIMIT, time=1.0)
+    assert merged(Patch(adaptive=0.2)) == rt.Settings(samples=DEFAULT_SAMPLE_LIMIT, adaptive=0.2)
+    assert merged(Patch(samples=16), Patch(adaptive=0.2)).samples == DEFAULT_SAMPLE_LIMIT
     assert merged(Patch(samples=16, adaptive=0.1), Patch(adaptive=0.2)).samples == 16
     assert merged(Patch(samples=16, time=1.0), Patch(adaptive=0.2)) == rt.Settings(samples=16, adaptive=0.2)
     with pytest.raises(rt.InputError, match="adaptive: cannot be combined with max_error"):
@@ -59,7 +59,7 @@ def test_settings_with_an_error_or_a_time_allow_as_many_samples_as_render_does()
     cases: tuple[dict[str, Any], ...] = {"max_error": 0.1}, {"time": 1.0}, {"adaptive": 0.1}
     for fields in cases:
         none: dict[str, Any] = dict.fromkeys(fields)
-        assert rt.Settings(**fields).samples == ASKED_SAMPLES
+        assert rt.Settings(**fields).samples == DEFAULT_SAMPLE_LIMIT
         assert rt.Settings(**fields) == merged(Patch(**fields)) == rt.Settings().replace(**fields)
         assert rt.Settings(**fields, samples=1).samples == 1 == rt.Settings().replace(**fields, samples=1).samples
         assert rt.Settings(samples=16).replace(**fields).samples == 16
@@ -68,7 +68,7 @@ def test_settings_with_an_error_or_a_time_allow_as_many_samples_as_render_does()
 
 
 PATCHES = (
-    EMPTY,
+    EMPTY_PATCH,
     Patch(samples=64, shadows="soft"),
     Patch(samples=16, adaptive=0.01),
     Patch(samples=36, sequence="grid"),
@@ -82,15 +82,15 @@ SETTINGS = (
     rt.Settings(samples=256, shadows="soft"),
     rt.Settings(samples=16, adaptive=0.02, precision=64),
     rt.Settings(samples=16, max_error=0.00123456789),
-    rt.Settings(samples=ASKED_SAMPLES, max_error=0.002, bounces=2),
-    rt.Settings(samples=ASKED_SAMPLES, adaptive=0.01),
+    rt.Settings(samples=DEFAULT_SAMPLE_LIMIT, max_error=0.002, bounces=2),
+    rt.Settings(samples=DEFAULT_SAMPLE_LIMIT, adaptive=0.01),
 )
 
 
 @pytest.mark.parametrize("before", PATCHES)
 @pytest.mark.parametrize("settings", SETTINGS)
 def test_the_fewest_overrides_make_the_settings_and_none_is_superfluous(before, settings) -> None:
-    patch = fewest(settings, before)
+    patch = minimal_patch(settings, before)
     assert (before | patch).resolve() == settings
     for name in patch.fields():
         with suppress(rt.InputError):
@@ -98,12 +98,12 @@ def test_the_fewest_overrides_make_the_settings_and_none_is_superfluous(before, 
 
 
 def test_flags_are_options_of_the_command_line_with_all_digits() -> None:
-    assert flags(fewest(rt.Settings())) == ""
+    assert flags(minimal_patch(rt.Settings())) == ""
     soft = rt.Settings(samples=16, adaptive=0.01, shadows="soft")
-    assert flags(fewest(soft)) == "--samples 16 --shadows soft --adaptive 0.01"
-    assert flags(fewest(rt.Settings(samples=16), Patch(samples=16, adaptive=0.1))) == "--adaptive none"
-    asked = rt.Settings(samples=ASKED_SAMPLES, max_error=0.0012345678)
-    assert flags(fewest(asked, Patch(shading="ggx"))) == "--shading none --max-error 0.0012345678"
+    assert flags(minimal_patch(soft)) == "--samples 16 --shadows soft --adaptive 0.01"
+    assert flags(minimal_patch(rt.Settings(samples=16), Patch(samples=16, adaptive=0.1))) == "--adaptive none"
+    asked = rt.Settings(samples=DEFAULT_SAMPLE_LIMIT, max_error=0.0012345678)
+    assert flags(minimal_patch(asked, Patch(shading="ggx"))) == "--shading none --max-error 0.0012345678"
 
 
 def test_the_parts_and_the_patch_have_the_fields_and_defaults_of_settings() -> None:
@@ -111,7 +111,7 @@ def test_the_parts_and_the_patch_have_the_fields_and_defaults_of_settings() -> N
     assert sorted(parts) == sorted(rt.Settings.__struct_fields__)
     assert Patch.__struct_fields__ == ("quality", *rt.Settings.__struct_fields__)
     assert (rt.Settings().sampling, rt.Settings().compile_options) == (SamplingOptions(), CompileOptions())
-    assert EMPTY.resolve() == rt.Settings() and EMPTY.fields() == {}
+    assert EMPTY_PATCH.resolve() == rt.Settings() and EMPTY_PATCH.fields() == {}
 
 
 def test_the_changes_between_settings_turn_the_first_into_the_second() -> None:

@@ -69,12 +69,12 @@ def test_reflected_shares_above_1_warn_and_emission_and_indices_do_not() -> None
 
 def test_warnings_name_only_the_first_of_many_materials() -> None:
     spheres = [rt.Sphere((i, 0, 0), 0.4, rt.Material(kd=2 + i, name=f"m{i}")) for i in range(40)]
-    texts = scene_warnings(scenes.of(*spheres), rt.Settings())
+    texts = scene_warnings(scenes.lit_scene(*spheres), rt.Settings())
     assert len(texts) == 6 and "'m4'" in texts[4] and texts[5].startswith("35 more materials")
 
 
 def test_soft_shadows_without_a_light_or_without_a_radius_warn() -> None:
-    point = scenes.under_spheres(scenes.assignment(), 0.0)
+    point = scenes.with_light_radii(scenes.assignment(), 0.0)
     (warning,) = scene_warnings(point, rt.Settings(shadows="soft"))
     assert "no light has a radius" in warning
     dark = msgspec.structs.replace(point, lights=())
@@ -133,7 +133,7 @@ def test_examples_and_published_materials_do_not_warn() -> None:
     materials = [published(name) for name in names]
     defaults = [rt.Material(model) for model in MODELS if model != "merl"]
     spheres = [rt.Sphere((i, 0, 0), 0.4, material) for i, material in enumerate([*materials, *defaults])]
-    assert len(materials) > 100 and scene_warnings(scenes.of(*spheres), rt.Settings()) == []
+    assert len(materials) > 100 and scene_warnings(scenes.lit_scene(*spheres), rt.Settings()) == []
 
 
 def test_the_precision_warning_measures_distances_to_outlines_or_from_inside_to_the_far_side() -> None:
@@ -147,6 +147,6 @@ def test_the_precision_warning_measures_distances_to_outlines_or_from_inside_to_
             for ball, power in zip(balls, powers, strict=True)
         ]
         farthest, smallest = max(reached), min(ball.radius for ball in balls)
-        texts = scene_warnings(scenes.of(*balls, eye=eye), rt.Settings())
+        texts = scene_warnings(scenes.lit_scene(*balls, eye=eye), rt.Settings())
         assert len(texts) == (farthest > 0.01 * 2.0**22 * smallest)
         assert all(f"({farthest:.2g})" in text and f"({smallest:.2g})" in text for text in texts)

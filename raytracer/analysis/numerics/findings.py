@@ -10,26 +10,26 @@ from dataclasses import dataclass
 class Finding:
     """One measurement: its value `found` must be at most `bound`."""
 
-    what: str  # the row of the ledger
+    row: str  # the row of the ledger
     at: str  # the place in the row's range
     bits: int  # the precision of intersections; 32 if the measurement has no other
     measure: str  # the measured quantity
-    found: float  # the measured value
+    measured: float  # the measured value
     bound: float
     note: str = ""
 
     @property
     def kept(self) -> bool:
         """Whether the value is within its bound. A NaN is not."""
-        return self.found <= self.bound
+        return self.measured <= self.bound
 
 
 def worst(findings: Iterable[Finding]) -> list[Finding]:
     """Return the largest finding for each row, measure and precision. Findings beyond their bounds come first."""
     groups: dict[object, list[Finding]] = {}
     for finding in findings:
-        groups.setdefault((finding.what, finding.measure, finding.bits), []).append(finding)
-    return [max(group, key=lambda finding: (not finding.kept, finding.found)) for group in groups.values()]
+        groups.setdefault((finding.row, finding.measure, finding.bits), []).append(finding)
+    return [max(group, key=lambda finding: (not finding.kept, finding.measured)) for group in groups.values()]
 
 
 @dataclass(frozen=True)

@@ -19,12 +19,14 @@ def summary(rows: Iterable[LedgerRow]) -> list[list[str]]:
     """Return the cells of a line under HEADING for each row."""
     lines = []
     for row in rows:
-        near = max((f.found / f.bound for f in row.findings if f.bits == 32 and 0.0 < f.bound < math.inf), default=0.0)
-        in_fact = [[f.found for f in row.findings if f.bits == bits and IN_FACT in f.measure] for bits in (32, 64)]
+        near = max(
+            (f.measured / f.bound for f in row.findings if f.bits == 32 and 0.0 < f.bound < math.inf), default=0.0
+        )
+        in_fact = [[f.measured for f in row.findings if f.bits == bits and IN_FACT in f.measure] for bits in (32, 64)]
         broken = sum(not f.kept for f in row.findings)
         lines.append(
             [
-                row.findings[0].what,
+                row.findings[0].row,
                 str(len(row.findings)),
                 f"**{broken}**" if broken else "none",
                 number_text(near),
@@ -65,7 +67,7 @@ def as_markdown(rows: Sequence[LedgerRow], measured: str) -> str:
         *_lines(HEADING, summary(rows)),
     ]
     for row in rows:
-        title = row.findings[0].what
+        title = row.findings[0].row
         lines += ["", f"## {title[0].upper()}{title[1:]}", "", row.about, "", *_by_place(row.findings)]
     return "\n".join(lines) + "\n"
 
@@ -75,7 +77,7 @@ def _by_place(findings: list[Finding]) -> list[str]:
     cells: dict[tuple[str, str], list[str]] = {}
     bounds: dict[str, dict[str, None]] = {}
     for f in findings:
-        text = number_text(f.found)
+        text = number_text(f.measured)
         cells.setdefault((f.at, f.measure), []).append(text if f.kept else f"**{text}**")
         bounds.setdefault(f.measure, {})[number_text(f.bound)] = None
         if f.note:

@@ -11,7 +11,7 @@ from raytracer.analysis.reflectance.expectations import EXPECTATIONS, NOT_RECIPR
 from raytracer.analysis.reflectance.properties import RECIPROCAL, RECIPROCAL_TABLE, RESOLVED, MaterialProperties
 from raytracer.analysis.reflectance.tried_parameters import Parameters
 from raytracer.analysis.reflectance.verification import Verification
-from raytracer.core.terminal import cell, say, say_table
+from raytracer.core.terminal import print_lines, print_table, table_cell
 from raytracer.scene.materials.models import AMBIENT_SHARE, MODELS, Parameter
 
 _HEADING = ("model", "settings", "reciprocal", "conserving", "largest albedo", "furnace", "(vi)", "outcome")
@@ -24,24 +24,26 @@ def print_checks(checks: Sequence[Verification]) -> None:
 
     table = Table(*_HEADING)
     for check in checks:
-        table.add_row(*map(cell, _row(check)))
-    say_table(table)
+        table.add_row(*map(table_cell, _row(check)))
+    print_table(table)
     if len(checks) == 1:
         _print_albedos(checks[0].properties)
     share = f"{RECIPROCAL:g} (in a measured table {RECIPROCAL_TABLE:g}), which is rounding"
-    say(f"reciprocal: the relative difference of f(wi, wo) and f(wo, wi) is at most {share}")
-    say(f"largest albedo: over 0 to 89.9 degrees; ?: not resolved to {RESOLVED:g}; *: includes an ideal reflection")
-    say("furnace, (vi): difference from 1 of the weak white furnace test, and of the area of visible facets")
+    print_lines(f"reciprocal: the relative difference of f(wi, wo) and f(wo, wi) is at most {share}")
+    print_lines(
+        f"largest albedo: over 0 to 89.9 degrees; ?: not resolved to {RESOLVED:g}; *: includes an ideal reflection"
+    )
+    print_lines("furnace, (vi): difference from 1 of the weak white furnace test, and of the area of visible facets")
     for check in checks:
         for differs in check.differs:
-            say(f"{check.name} {parameters_text(check.parameters)}: {differs}".replace("  ", " "))
+            print_lines(f"{check.name} {parameters_text(check.parameters)}: {differs}".replace("  ", " "))
     wrong = sum(bool(check.differs) for check in checks)
     without = sum(check.expectation is None for check in checks)
     partly = sum(check.expectation is not None and check.expectation.conserving is None for check in checks)
     parts = [f"{len(checks)} measured, {f'{wrong} not' if wrong else 'all'} as expected"]
     parts += [f"{without} without an expectation"] if without else []
     parts += [f"{partly} without an expectation about energy"] if partly else []
-    say("; ".join(parts))
+    print_lines("; ".join(parts))
 
 
 def _row(check: Verification) -> list[str]:
@@ -77,9 +79,9 @@ def _print_albedos(properties: MaterialProperties) -> None:
         pairs = (seen,) if same else (seen, beam)
         cells = [text for a in pairs for text in (f"{a.value:.5f}{'' if a.resolved else '?'}", f"{a.error:.0e}")]
         table.add_row(f"{seen.degrees:.4g}", *cells)
-    say_table(table)
+    print_table(table)
     if not same:
-        say("Not reciprocal: the albedo under equal light from everywhere differs from the albedo of a beam.")
+        print_lines("Not reciprocal: the albedo under equal light from everywhere differs from the albedo of a beam.")
 
 
 def parameters_text(parameters: Parameters) -> str:
@@ -171,16 +173,16 @@ def print_models(models: Sequence[str], measured: Mapping[str, Sequence[Verifica
 
     for name in models:
         model = MODELS[name]
-        say("", f"{name}: {model.about} ({model.source})")
+        print_lines("", f"{name}: {model.about} ({model.source})")
         if checks := measured.get(name):
             answers = properties_in_words(checks)
-            say(f"reciprocal: {answers['reciprocal']}; conserving: {answers['conserving']}")
+            print_lines(f"reciprocal: {answers['reciprocal']}; conserving: {answers['conserving']}")
         else:
-            say("not measured: the model needs a file")
+            print_lines("not measured: the model needs a file")
         table = Table("name", "kind", "range", "default", "unit", "meaning", "source")
         for parameter in model.parameters.values():
-            table.add_row(*map(cell, _parameter_row(parameter)))
-        say_table(table)
+            table.add_row(*map(table_cell, _parameter_row(parameter)))
+        print_table(table)
 
 
 def models_json(models: Sequence[str], measured: Mapping[str, Sequence[Verification]]) -> str:

@@ -15,7 +15,7 @@ from raytracer.analysis.tradeoffs.configurations import MAIN, Configuration, Ext
 from raytracer.core.validation import InputError
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.instances import Instances
-from raytracer.scene.materials.convert import normal_reflectance, translated
+from raytracer.scene.materials.convert import convert_material, normal_reflectance
 from raytracer.scene.materials.material import Material
 from raytracer.scene.scene import Scene
 from raytracer.scene.solids import Solid, with_leaves
@@ -69,8 +69,8 @@ def with_materials(scene: Scene, change: Change) -> Scene:
 def _series(extent: Extent, renderer: Renderer) -> Iterator[_Series]:
     yield _Series(
         "highlight",
-        ("Phong, h", lambda m: translated(m, "phong")),
-        (("Blinn, 4 h", lambda m: translated(translated(m, "phong"), "blinn")),),
+        ("Phong, h", lambda m: convert_material(m, "phong")),
+        (("Blinn, 4 h", lambda m: convert_material(convert_material(m, "phong"), "blinn")),),
     )
     glass = Material("ggx", fresnel="dielectric", ior=_IOR)
     yield _Series(
@@ -98,7 +98,7 @@ def _series(extent: Extent, renderer: Renderer) -> Iterator[_Series]:
 
 def _with(model: str, **parameters: Any) -> Change:
     """Return a function that converts a material to a model, and sets some parameters."""
-    return lambda material: translated(material, model).replace(**parameters)
+    return lambda material: convert_material(material, model).replace(**parameters)
 
 
 def _only(model: str, **parameters: Any) -> Change:
@@ -120,15 +120,15 @@ def _rough(extent: Extent) -> _Series:
         "rough diffuse",
         (
             f"integral (xxiii), {extent.most_nodes} nodes",
-            lambda m: translated(m, "diffuse_microfacet").replace(
+            lambda m: convert_material(m, "diffuse_microfacet").replace(
                 alpha=alpha, distribution="beckmann", nodes=extent.most_nodes
             ),
         ),
         (
-            ("Oren-Nayar, full", lambda m: translated(m, "oren_nayar").replace(sigma=SIGMA)),
-            ("Oren-Nayar, short", lambda m: translated(m, "oren_nayar").replace(sigma=SIGMA, form="short")),
+            ("Oren-Nayar, full", lambda m: convert_material(m, "oren_nayar").replace(sigma=SIGMA)),
+            ("Oren-Nayar, short", lambda m: convert_material(m, "oren_nayar").replace(sigma=SIGMA, form="short")),
             ("EON", _with("eon", roughness=min(1.0, b / a))),
-            ("Lambert", lambda m: translated(m, "lambert")),
+            ("Lambert", lambda m: convert_material(m, "lambert")),
         ),
     )
 

@@ -12,7 +12,7 @@ from raytracer.scene.options import Evaluator, Shadows
 from raytracer.scene.scene import Scene
 from raytracer.scene.sequences import SEQUENCES
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import EMPTY, SettingsPatch
+from raytracer.scene.settings_patch import EMPTY_PATCH, SettingsPatch
 
 # The radius of a light for soft shadows, in a scene whose lights have none, as a share of the light's distance from the
 # point that the camera looks at. So penumbras look equally wide in all scenes. The sun has 0.005, a lamp over a table
@@ -51,7 +51,7 @@ class Plan(msgspec.Struct):
     targets: dict[str, Target]
     configurations: list[Configuration]
     left_out: list[tuple[str, str]]  # knobs that are not measured, and why
-    file_settings: SettingsPatch = EMPTY  # the scene file's [settings]
+    file_settings: SettingsPatch = EMPTY_PATCH  # the scene file's [settings]
 
 
 class Extent(NamedTuple):
@@ -98,7 +98,7 @@ QUICK = Extent(
 MAIN = "hard shadows"
 
 
-def plan(scene: Scene, extent: Extent = FULL, file_settings: SettingsPatch = EMPTY) -> Plan:
+def plan(scene: Scene, extent: Extent = FULL, file_settings: SettingsPatch = EMPTY_PATCH) -> Plan:
     """Plan the measurements on `scene`, without shading approximations (approximations.py).
 
     Settings that do not vary, and the base values of all knobs, come from the scene file's [settings], except hard

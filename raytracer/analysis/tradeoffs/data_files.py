@@ -9,7 +9,7 @@ from typing import Any
 
 from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs
 from raytracer.analysis.tradeoffs.summaries import shadow_differences, slopes
-from raytracer.scene.settings_patch import SettingsPatch, fewest, flags
+from raytracer.scene.settings_patch import SettingsPatch, flags, minimal_patch
 
 _FIELDS: tuple[str, ...] = (
     "target",
@@ -45,7 +45,7 @@ def as_row(result: Result, file_settings: SettingsPatch) -> dict[str, Any]:
         "target": configuration.target,
         "configuration": configuration.label,
         "knobs": "; ".join(configuration.knobs),
-        "flags": flags(fewest(configuration.settings, file_settings)),
+        "flags": flags(minimal_patch(configuration.settings, file_settings)),
         "scale": configuration.scale,
         "refused": result.refused,
     }

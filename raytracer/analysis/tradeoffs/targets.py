@@ -13,7 +13,7 @@ from raytracer.analysis.tradeoffs.configurations import Target
 from raytracer.compiler.compiled_scene import compile
 from raytracer.core.progress import Progress
 from raytracer.core.validation import InputError
-from raytracer.formats.estimate import LEAST, UNSEEN, rests_on_few
+from raytracer.formats.estimate import LOWER_BOUND_FACTOR, UNSEEN, is_dominated_by_few
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.scene import Scene
 from raytracer.scene.solids import leaves
@@ -130,8 +130,8 @@ def _by_gpu(
     a, b = (image.radiance.astype(np.float64) for image in (first, second))
     squares = np.sum((a - b) ** 2, axis=2)
     error = math.sqrt(float(squares.mean()) / 3.0) / 2.0
-    if few := rests_on_few(squares):
-        error *= LEAST
+    if few := is_dominated_by_few(squares):
+        error *= LOWER_BOUND_FACTOR
     estimate = first.estimate
     assert estimate
     if estimate.rmse is not None and target.settings.shadows == "soft":

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.core.progress import Progress
-from raytracer.formats.estimate import rests_on_few
+from raytracer.formats.estimate import is_dominated_by_few
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.scene import Scene
 from raytracer.scene.sequences import SampleSequence
@@ -53,7 +53,7 @@ class Trials:
         self._known: dict[Settings, Trial] = {}
         self._compiled: set[tuple[bool, bool, bool]] = set()
 
-    def refer(self, samples: int, progress: Progress | None = None) -> None:
+    def draw_reference(self, samples: int, progress: Progress | None = None) -> None:
         """Draw a reference for pictures with this number of `samples`, unless the present reference suffices."""
         needed = min(max(FEWEST, TIMES * samples), MOST)
         if needed > self.samples:
@@ -85,11 +85,11 @@ class Trials:
             self._known[settings] = Trial(settings, seconds, error, samples, seconds, uncertain)
         return self._known[settings]
 
-    def known(self) -> list[Trial]:
+    def trials(self) -> list[Trial]:
         """Return all trials against the present reference, each with a single time."""
         return [trial for trial in self._known.values() if not math.isnan(trial.error)]
 
-    def knows(self, settings: Settings) -> bool:
+    def has_trial(self, settings: Settings) -> bool:
         """Whether these settings have a trial against the present reference."""
         return settings in self._known
 
@@ -105,7 +105,7 @@ class Trials:
             return math.nan, False
         squares = np.sum((radiance - self._reference) ** 2, axis=2)
         error = math.sqrt(float(squares.mean()) / 3.0)
-        uncertain = rests_on_few(squares) and error < _RESOLVED * self._doubt(self._reference)
+        uncertain = is_dominated_by_few(squares) and error < _RESOLVED * self._doubt(self._reference)
         # All sequences share the points on lights, so the picture's own points are a part of the reference.
         return error / (1.0 - min(0.5, samples / self.samples)) if self._shared else error, uncertain
 

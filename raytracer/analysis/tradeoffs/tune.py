@@ -18,7 +18,7 @@ import msgspec
 
 from raytracer.analysis.tradeoffs.trials import MOST, TIMES, Trial, Trials
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.options import ASKED_SAMPLES
+from raytracer.scene.options import DEFAULT_SAMPLE_LIMIT
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
 
@@ -39,8 +39,8 @@ _UNSURE_ERROR, _UNSURE_TIME = 1.1, 1.25
 # factor _CLOSE of the fastest are timed _MORE_ROUNDS times.
 _FEW, _ROUNDS, _CLOSE, _MORE_ROUNDS = 6, 3, 1.4, 9
 # The largest ratio of the error with the most samples of LADDER to a requested error for which `max_error` candidates,
-# with up to ASKED_SAMPLES samples, are tried: the error of a smooth picture falls as 1 / samples.
-_HOPELESS = _UNSURE_ERROR * ASKED_SAMPLES / LADDER[-1]
+# with up to DEFAULT_SAMPLE_LIMIT samples, are tried: the error of a smooth picture falls as 1 / samples.
+_HOPELESS = _UNSURE_ERROR * DEFAULT_SAMPLE_LIMIT / LADDER[-1]
 # A single picture may take this many times as long as usual.
 _ONCE = 2.5
 # The number of times that each candidate is timed at the small size.
@@ -74,10 +74,10 @@ def grid(base: Settings) -> list[Settings]:
     return fixed + adaptive
 
 
-def asked(base: Settings, error: float) -> list[Settings]:
+def candidates_for_error(base: Settings, error: float) -> list[Settings]:
     """Return the candidates with `max_error`: the requested error, and some larger ones with three digits."""
     errors = (error if share == 1.0 else float(f"{share * error:.3g}") for share in ASKED_ERRORS)
-    return [msgspec.structs.replace(base, samples=ASKED_SAMPLES, max_error=limit) for limit in errors]
+    return [msgspec.structs.replace(base, samples=DEFAULT_SAMPLE_LIMIT, max_error=limit) for limit in errors]
 
 
 def tune(
@@ -107,7 +107,7 @@ def tune(
     try:
         return _search(small, full, base, goal, progress)
     except KeyboardInterrupt:
-        if not (known := full.known()):
+        if not (known := full.trials()):
             raise
         met = sorted(filter(goal.is_met, known), key=goal.order)
         best = met[0] if met else min(known, key=goal.miss)
@@ -116,7 +116,7 @@ def tune(
 
 def _search(small: Trials, full: Trials, base: Settings, goal: _Goal, progress: Callable[[str], None]) -> Tuned:
     ranked, hopeless = _ranked(small, full, base, goal, progress)
-    extra = asked(base, goal.max_error) if goal.max_error is not None and not hopeless else []
+    extra = candidates_for_error(base, goal.max_error) if goal.max_error is not None and not hopeless else []
     tried: list[Trial] = []
     count = 0
     while ranked or extra:
@@ -156,7 +156,7 @@ def _descended(full: Trials, met: list[Trial], goal: _Goal, progress: Callable[[
     count = 0
     while True:
         beside = dict.fromkeys(settings for trial in leading for settings in _beside(trial.settings))
-        new = [settings for settings in beside if not full.knows(settings)]
+        new = [settings for settings in beside if not full.has_trial(settings)]
         if new:
             progress(f"measuring {_counted(new, 'neighbour')} of the best candidates")
         # A single time may be far too long, so that candidates near the target are timed again.
@@ -230,14 +230,14 @@ def _ranked(
     max_error, time = goal.max_error, goal.time
     first = msgspec.structs.replace(base, samples=4)
     progress(f"predicting times and errors from pictures of {_text(small.size)}")
-    small.refer(MOST // TIMES)
-    full.refer(first.samples)
+    small.draw_reference(MOST // TIMES)
+    full.draw_reference(first.samples)
     scale = _scale(small, full, first)
     start = _first_fixed(small, scale, base, max_error, time)
     predicted = small.measure(start).error * scale[0]
     hopeless = max_error is not None and predicted > _HOPELESS * max_error
     progress(f"rendering a reference of {_text(full.size)}")
-    full.refer(start.samples * (1 if max_error is not None else 4))
+    full.draw_reference(start.samples * (1 if max_error is not None else 4))
     if hopeless:
         return [small.measure(start)._replace(error=predicted)], True
     scales = {False: _scale(small, full, start)}

@@ -10,7 +10,7 @@ from raytracer.app.commands.material_arguments import labelled_materials, model_
 from raytracer.app.help_text import HELP, HelpFormatter, command_texts
 from raytracer.app.options import add_backend
 from raytracer.core.progress import progress_bar
-from raytracer.core.terminal import say, say_json
+from raytracer.core.terminal import print_json, print_lines
 from raytracer.core.validation import InputError
 from raytracer.scene.materials.models import MODELS
 
@@ -123,7 +123,7 @@ def _list(options: argparse.Namespace) -> int:
 
         from raytracer.formats.material_schema import materials_schema
 
-        say_json(json.dumps(materials_schema(), indent=1))
+        print_json(json.dumps(materials_schema(), indent=1))
         return 0
     from raytracer.analysis.reflectance import tables
     from raytracer.analysis.reflectance.properties import COMPLETE
@@ -131,7 +131,7 @@ def _list(options: argparse.Namespace) -> int:
     from raytracer.gpu.device import shared_device
 
     if options.markdown:
-        say(*tables.markdown().splitlines())
+        print_lines(*tables.markdown().splitlines())
         return 0
     with progress_bar("measuring") as progress:
         checks = verify_all(
@@ -139,7 +139,7 @@ def _list(options: argparse.Namespace) -> int:
         )
     measured = {model: [check for check in checks if check.name == model] for model in models}
     if options.json:
-        say_json(tables.models_json(models, measured))
+        print_json(tables.models_json(models, measured))
     else:
         tables.print_models(models, measured)
     return 0
@@ -164,7 +164,7 @@ def _check(options: argparse.Namespace) -> int:
         checks = verify_all(whole, device, progress)
         checks += [verify(name, parameters, device) for name, parameters in single]
     if options.json:
-        say_json(checks_json(checks))
+        print_json(checks_json(checks))
     else:
         print_checks(checks)
     return 1 if any(check.differs for check in checks) else 0
@@ -189,7 +189,7 @@ def _plot(options: argparse.Namespace) -> int:
         with progress_bar(f"plotting {output.name}") as progress:
             renderer = Renderer(shared_device(options.backend, options.device))
             plot_materials(output, materials, renderer, progress, options.write)
-    say(f"wrote {output}")
+    print_lines(f"wrote {output}")
     return 0
 
 
@@ -208,7 +208,9 @@ def _gallery(options: argparse.Namespace) -> int:
             progress,
             options.write,
         )
-    say(f"wrote {options.output}" + ("" if options.merl else ", without the model merl (add it with --merl FILE)"))
+    print_lines(
+        f"wrote {options.output}" + ("" if options.merl else ", without the model merl (add it with --merl FILE)")
+    )
     return 0
 
 
@@ -223,7 +225,7 @@ def _bake(options: argparse.Namespace) -> int:
     table = brdf.bake(material, device=shared_device(options.backend, options.device))
     with options.write(output) as file:
         merl.write(table, file)
-    say(f'wrote {output}: {options.material}, to be used with model = "merl"')
+    print_lines(f'wrote {output}: {options.material}, to be used with model = "merl"')
     return 0
 
 

@@ -17,7 +17,7 @@ from raytracer.analysis.image_difference import (
     measure_difference,
 )
 from raytracer.core.output import check_output
-from raytracer.core.terminal import say, say_json
+from raytracer.core.terminal import print_json, print_lines
 from raytracer.core.validation import InputError, number
 from raytracer.formats.image_files import FORMATS, load_radiance, read_size
 
@@ -99,7 +99,7 @@ def run(options: argparse.Namespace) -> int:
     within = options.tolerance is None or comparison.rmse <= options.tolerance
     size = a.shape[1], a.shape[0]
     if options.json:
-        say_json(json.dumps(_json(comparison, options, size, clipped, within), indent=1, allow_nan=False))
+        print_json(json.dumps(_json(comparison, options, size, clipped, within), indent=1, allow_nan=False))
     else:
         _print(comparison, options, size, clipped, within)
     return 0 if within else 1
@@ -130,4 +130,4 @@ def _print(
     if options.output:
         rows.append(("wrote", options.output))
     width = max(len(name) for name, _ in rows)
-    say(*(f"{name:{width}}  {value}" for name, value in rows))
+    print_lines(*(f"{name:{width}}  {value}" for name, value in rows))

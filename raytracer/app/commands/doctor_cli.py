@@ -7,7 +7,7 @@ import json
 import sys
 from typing import TYPE_CHECKING
 
-from raytracer.core.terminal import cell, say, say_json, say_table
+from raytracer.core.terminal import print_json, print_lines, print_table, table_cell
 
 if TYPE_CHECKING:
     from raytracer.gpu.context_report import ContextReport
@@ -27,7 +27,7 @@ def run(options: argparse.Namespace) -> int:
 
     reports = examine_contexts()
     if options.json:
-        say_json(json.dumps(msgspec.to_builtins(reports), indent=2))
+        print_json(json.dumps(msgspec.to_builtins(reports), indent=2))
     else:
         _print_table(reports)
     return 0 if any(report.opens for report in reports) else 1
@@ -39,17 +39,17 @@ def _print_table(reports: list[ContextReport]) -> None:
 
     from raytracer.gpu.context import PACKAGES
 
-    table = Table("backend", *(cell(report.name) for report in reports))
-    table.add_row("opens", *("yes" if report.opens else f"no: {cell(report.problem)}" for report in reports))
+    table = Table("backend", *(table_cell(report.name) for report in reports))
+    table.add_row("opens", *("yes" if report.opens else f"no: {table_cell(report.problem)}" for report in reports))
     for name in ("renderer", "vendor", "version"):
-        table.add_row(name, *(cell(getattr(report, name)) for report in reports))
+        table.add_row(name, *(table_cell(getattr(report, name)) for report in reports))
     table.add_row("largest texture", *(f"{r.max_texture_size}" if r.opens else "" for r in reports))
     table.add_row("uniform block", *(f"{r.max_uniform_block // 1024} KiB" if r.opens else "" for r in reports))
-    say_table(table)
+    print_table(table)
     if sys.platform != "linux":
         return
     for backend in dict.fromkeys(report.backend for report in reports):
         if not any(report.opens for report in reports if report.backend == backend):
             without_screen = "; without a screen, run under xvfb-run" if backend == "window" else ""
             packages = PACKAGES[backend]
-            say(f"To use the backend {backend} on Debian or Ubuntu: apt-get install {packages}{without_screen}")
+            print_lines(f"To use the backend {backend} on Debian or Ubuntu: apt-get install {packages}{without_screen}")

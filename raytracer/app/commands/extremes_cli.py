@@ -7,9 +7,9 @@ import platform
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from raytracer.app.options import add_backend, whole
-from raytracer.core.progress import progress_bar, tell_step
-from raytracer.core.terminal import cell, say, say_table
+from raytracer.app.options import add_backend, parse_integer
+from raytracer.core.progress import announce_step, progress_bar
+from raytracer.core.terminal import print_lines, print_table, table_cell
 
 if TYPE_CHECKING:
     from raytracer.analysis.numerics.findings import LedgerRow
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--fuzz",
         metavar="N",
-        type=whole,
+        type=parse_integer,
         default=1000,
         help="number of random scenes, with values from all ranges at once. Default: 1000.",
     )
@@ -51,10 +51,10 @@ def run(options: argparse.Namespace) -> int:
     check_folder(folder, *_FILES)
     renderer = Renderer(shared_device(options.backend, options.device))
     with progress_bar("measuring") as progress:
-        rows = measure_ledger(renderer, short=options.short, scenes=options.fuzz, progress=progress, step=tell_step)
+        rows = measure_ledger(renderer, short=options.short, scenes=options.fuzz, progress=progress, step=announce_step)
         _print(rows)
         if 64 not in renderer.device.limits.precisions:
-            say("64-bit precision was not measured: it needs OpenGL 4.0")
+            print_lines("64-bit precision was not measured: it needs OpenGL 4.0")
         form = "in the short form" if options.short else "in full"
         machine = describe_machine(renderer)
         how = (
@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
         for name, text in zip(_FILES, (as_csv(findings), as_markdown(rows, how)), strict=True):
             with options.write(folder / name) as file:
                 file.write(text.encode())
-            say(f"wrote {folder / name}")
+            print_lines(f"wrote {folder / name}")
     return 0 if all(finding.kept for finding in findings) else 1
 
 
@@ -77,11 +77,11 @@ def _print(rows: list[LedgerRow]) -> None:
 
     table = Table(*HEADING)
     for line in summary(rows):
-        table.add_row(*map(cell, line))
-    say_table(table)
+        table.add_row(*map(table_cell, line))
+    print_table(table)
     findings = [finding for row in rows for finding in row.findings]
     beyond = [finding for finding in findings if not finding.kept]
     for finding in beyond:
-        at = f"{finding.what}, {finding.at}, {finding.bits} bits"
-        say(f"{at}: {finding.measure}: {number_text(finding.found)}, bound {number_text(finding.bound)}")
-    say(f"{len(findings)} measurements, {len(beyond) or 'none'} beyond their bounds")
+        at = f"{finding.row}, {finding.at}, {finding.bits} bits"
+        print_lines(f"{at}: {finding.measure}: {number_text(finding.measured)}, bound {number_text(finding.bound)}")
+    print_lines(f"{len(findings)} measurements, {len(beyond) or 'none'} beyond their bounds")

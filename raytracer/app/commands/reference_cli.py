@@ -11,12 +11,12 @@ from raytracer.app.options import (
     add_size,
     chosen_settings,
     chosen_size,
+    parse_integer,
     warn_about,
-    whole,
 )
 from raytracer.core.output import check_output
 from raytracer.core.progress import progress_bar
-from raytracer.core.terminal import complain, say
+from raytracer.core.terminal import print_error, print_lines
 from raytracer.core.validation import about, check_size
 from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.scene.options import MAX_SAMPLES
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--samples",
         metavar="N",
-        type=whole,
+        type=parse_integer,
         default=SAMPLES,
         help=f"limit of samples per pixel. Every pixel gets {FIRST_SAMPLES}, which are doubled until the error is "
         f"below --tolerance. Default: {SAMPLES}. Range: {FIRST_SAMPLES}-{MAX_SAMPLES}.",
@@ -63,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
     from raytracer.ground_truth.converged import trace_converged
     from raytracer.ground_truth.cost import check_cost, estimate_cost
     from raytracer.ground_truth.job import Job
-    from raytracer.ground_truth.picture import REFERENCE_SIZE, WORTH_MENTION
+    from raytracer.ground_truth.picture import REFERENCE_SIZE, WARN_SECONDS
 
     chosen = chosen_settings(
         options
@@ -86,8 +86,8 @@ def run(options: argparse.Namespace) -> int:
     def before(job: Job) -> None:
         nonlocal traced
         traced = True
-        if (takes := estimate_cost(job)).seconds > WORTH_MENTION:
-            complain(f"this takes {takes}")
+        if (takes := estimate_cost(job)).seconds > WARN_SECONDS:
+            print_error(f"this takes {takes}")
 
     with progress_bar(f"tracing {output.name}") as progress:
         image = trace_converged(
@@ -107,5 +107,5 @@ def run(options: argparse.Namespace) -> int:
     reason = f" ({estimate.unknown})" if estimate.uncertain else ""
     duration = f"{time.monotonic() - start:.1f} s" if traced else "from the cache"
     samples = f"{n.min()} to {n.max()} samples per pixel, {n.mean():.1f} on average"
-    say(f"wrote {output}: {size[0]}x{size[1]}, {samples}, RMSE {estimate.in_words}{reason}, {duration}")
+    print_lines(f"wrote {output}: {size[0]}x{size[1]}, {samples}, RMSE {estimate.in_words}{reason}, {duration}")
     return 0

@@ -14,7 +14,7 @@ from msgspec import UNSET
 from raytracer.app.options import add_backend, add_scene, add_settings, chosen_settings, chosen_size, warn_about
 from raytracer.core.memory import check_memory, picture_bytes
 from raytracer.core.progress import progress_bar
-from raytracer.core.terminal import complain, say
+from raytracer.core.terminal import print_error, print_lines
 from raytracer.core.validation import about, check_size
 from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE
@@ -67,12 +67,14 @@ def run(options: argparse.Namespace) -> int:
     with options.write(output) as file:
         image.write(file, output.suffix)
     seconds = time.monotonic() - start
-    say(f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {seconds:.1f} s", str(image.estimate))
+    print_lines(
+        f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {seconds:.1f} s", str(image.estimate)
+    )
     if missed := _missed(image, settings):
         if _is_error_chosen(section.settings, chosen):
-            complain(f"{output}: {missed}")
+            print_error(f"{output}: {missed}")
             return 1
-        say(missed)  # a quality set max_error, and limits the samples: no failure
+        print_lines(missed)  # a quality set max_error, and limits the samples: no failure
     return 0
 
 

@@ -6,10 +6,10 @@ import argparse
 import os
 from pathlib import Path
 
-from raytracer.app.options import add_backend, add_scene, add_size, chosen_size, warn_about, whole
+from raytracer.app.options import add_backend, add_scene, add_size, chosen_size, parse_integer, warn_about
 from raytracer.core.interrupts import STATUS
-from raytracer.core.progress import step_bar, tell_step
-from raytracer.core.terminal import say
+from raytracer.core.progress import announce_step, step_bar
+from raytracer.core.terminal import print_lines
 from raytracer.core.validation import InputError, about, check_size
 from raytracer.formats.scene_file import find_scene, read_document
 
@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rounds",
         metavar="N",
-        type=whole,
+        type=parse_integer,
         help="how often each configuration is timed; all configurations take turns. "
         f"Default: {_ROUNDS}, with --quick {_QUICK_ROUNDS}.",
     )
@@ -97,13 +97,13 @@ def run(options: argparse.Namespace) -> int:
     measured = f"{sum(result.measured for result in trade.results)} configurations of {scene.name}"
     folder.mkdir(exist_ok=True)
     write_tables(trade, folder, options.write)
-    tell_step("drawing trade.html")
+    announce_step("drawing trade.html")
     try:
         page = write_page(trade, renderer, folder, options.write)
     except KeyboardInterrupt:
-        say(f"wrote trade.csv and trade.json in {folder}: {measured}", "interrupted: trade.html is missing")
+        print_lines(f"wrote trade.csv and trade.json in {folder}: {measured}", "interrupted: trade.html is missing")
         return STATUS
-    say(f"wrote {page}, with trade.csv and trade.json: {measured}")
+    print_lines(f"wrote {page}, with trade.csv and trade.json: {measured}")
     if not trade.complete:
-        say("interrupted: the files have the results until then")
+        print_lines("interrupted: the files have the results until then")
     return 0 if trade.complete else STATUS

@@ -16,12 +16,12 @@ from raytracer.app.options import (
     warn_about,
 )
 from raytracer.core.interrupts import STATUS
-from raytracer.core.terminal import complain, note, say
+from raytracer.core.terminal import print_error, print_lines, print_note
 from raytracer.core.validation import about, check_size, number
-from raytracer.formats.estimate import FEW_PIXELS, LEAST
+from raytracer.formats.estimate import FEW_PIXELS, LOWER_BOUND_FACTOR
 from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE, SettingsSection, section_text
-from raytracer.scene.settings_patch import fewest, flags
+from raytracer.scene.settings_patch import flags, minimal_patch
 
 if TYPE_CHECKING:
     from raytracer.analysis.tradeoffs.tune import Tuned
@@ -79,10 +79,10 @@ def run(options: argparse.Namespace) -> int:
                 settings,
                 max_error=options.max_error,
                 time=options.time,
-                progress=note,
+                progress=print_note,
             )
     except KeyboardInterrupt:
-        complain("interrupted before a picture of the full size was measured")
+        print_error("interrupted before a picture of the full size was measured")
         return STATUS
     _report(tuned, size, section)
     if not tuned.complete:
@@ -94,18 +94,20 @@ def _report(tuned: Tuned, size: tuple[int, int], section: SettingsSection) -> No
     """Print the best settings with their time and error."""
     best = tuned.best
     # Options are printed even if the file, or the defaults, already have the same settings.
-    options = flags(fewest(best.settings, section.settings)) or flags(fewest(best.settings))
+    options = flags(minimal_patch(best.settings, section.settings)) or flags(minimal_patch(best.settings))
     options = options or f"--samples {best.settings.samples}"
     error = f"{best.error:.2g} (RMSE, linear radiance)"
     if best.uncertain:  # the reference may have the same error as the picture
-        error = f"at least {LEAST * best.error:.2g} (RMSE, linear radiance), perhaps far more: {FEW_PIXELS}"
+        error = (
+            f"at least {LOWER_BOUND_FACTOR * best.error:.2g} (RMSE, linear radiance), perhaps far more: {FEW_PIXELS}"
+        )
     line = (
         f"{options}: {best.seconds:.3g} s, error {error}, {best.samples:.3g} samples per pixel at {size[0]}x{size[1]}"
     )
     if not tuned.complete:
-        say(f"interrupted: the best of {tuned.tried} measured candidates:")
+        print_lines(f"interrupted: the best of {tuned.tried} measured candidates:")
     if tuned.pick:
-        say(line, "", *section_text(best.settings, section.size).splitlines())
+        print_lines(line, "", *section_text(best.settings, section.size).splitlines())
     else:
         others = ", and no other is likely to" if tuned.hopeless else ""
-        say(f"none of {tuned.tried} candidates reaches the target{others}; closest: {line}")
+        print_lines(f"none of {tuned.tried} candidates reaches the target{others}; closest: {line}")

@@ -25,7 +25,7 @@ from raytracer.scene.options import Shadows
 from raytracer.scene.scene import Scene, used_models
 from raytracer.scene.sequences import PROGRESSIVE
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import SettingsPatch, changes, checked_patch, fewest, flags
+from raytracer.scene.settings_patch import SettingsPatch, changes, checked_patch, flags, minimal_patch
 from raytracer.scene.warnings import NO_RADIUS
 
 T = TypeVar("T")
@@ -116,19 +116,19 @@ class Failed(msgspec.Struct, frozen=True):
     error: str
 
 
-class Told(msgspec.Struct, frozen=True):
+class NoticeShown(msgspec.Struct, frozen=True):
     """The window has a notice for the user."""
 
     notice: str
 
 
-class Hinted(msgspec.Struct, frozen=True):
+class HintShown(msgspec.Struct, frozen=True):
     """The window has a hint for the user, shown for some seconds. "" removes the hint."""
 
     hint: str
 
 
-Event = Key | Press | Release | Cursor | Wheel | Loaded | Failed | Told | Hinted
+Event = Key | Press | Release | Cursor | Wheel | Loaded | Failed | NoticeShown | HintShown
 
 
 def start(document: SceneDocument, chosen: SettingsPatch) -> State:
@@ -172,14 +172,14 @@ def step(state: State, event: Event) -> tuple[State, Redo]:
             new = _set(_resettled(_reloaded(new, document.scene), document), document=document, error="")
         case Failed(error):
             new = _set(new, error=error)
-        case Told(notice):
+        case NoticeShown(notice):
             new = _set(new, notice=notice)
-        case Hinted(hint):
+        case HintShown(hint):
             new = _set(state, hint=hint)
     return new, redo | _changes(state, new)
 
 
-def reverted(state: State, good: State) -> State:
+def revert_picture(state: State, good: State) -> State:
     """Return `state` with the picture of `good`, because the picture of `state` cannot be drawn."""
     light = min(state.light, max(0, len(good.scene.lights) - 1))
     picture = {name: getattr(good, name) for name in ("document", "scene", "settings", "limit", "show")}
@@ -316,4 +316,4 @@ def command(state: State, size: tuple[int, int], path: str) -> str:
     """Return the command line that renders the scene file `path`, exported from `state`, to the window's picture."""
     output = path.removesuffix(".toml") + "-rendered.png"  # screenshots by P never have this name
     parts = "raytracer render", shlex.quote(path), "-o", shlex.quote(output), f"--size {size[0]}x{size[1]}"
-    return " ".join(filter(None, (*parts, flags(fewest(state.settings, state.document.section.settings)))))
+    return " ".join(filter(None, (*parts, flags(minimal_patch(state.settings, state.document.section.settings)))))

@@ -16,14 +16,14 @@ from raytracer.app.viewer.canvas import Canvas
 from raytracer.app.viewer.events import (
     Event,
     Failed,
-    Hinted,
+    HintShown,
     Key,
     Loaded,
+    NoticeShown,
     Redo,
     State,
-    Told,
     command,
-    reverted,
+    revert_picture,
     start,
     step,
 )
@@ -33,7 +33,7 @@ from raytracer.app.viewer.overlay import label, panels
 from raytracer.app.viewer.titles import HELP, compiling, compiling_title, title
 from raytracer.compiler.glsl.preprocessor import ShaderError
 from raytracer.core.output import write_numbered
-from raytracer.core.terminal import complain, say
+from raytracer.core.terminal import print_error, print_lines
 from raytracer.core.validation import InputError, about
 from raytracer.formats.companion_files import copied
 from raytracer.formats.scene_file import companion_paths, edit_positions, find_scene, parse_document, read_document
@@ -60,7 +60,7 @@ _HINT = 6.0
 
 def view(scene: str, chosen: SettingsPatch, size: tuple[int, int] | None, budget: float) -> None:
     """Show a scene until the user closes the window. Arguments and errors: see opened()."""
-    with opened(scene, chosen, size, budget) as viewer:
+    with open_viewer(scene, chosen, size, budget) as viewer:
         while not glfw.window_should_close(viewer.window):
             wait = viewer.frame()
             if wait > 0.0:
@@ -71,7 +71,7 @@ def view(scene: str, chosen: SettingsPatch, size: tuple[int, int] | None, budget
 
 
 @contextmanager
-def opened(
+def open_viewer(
     scene: str | os.PathLike[str], chosen: SettingsPatch, size: tuple[int, int] | None, budget: float
 ) -> Iterator[Viewer]:
     """Open a window with a scene, and close it after the block.
@@ -120,7 +120,7 @@ class Viewer:
         self._hinted: tuple[str, float] = "", 0.0  # the current hint, and the time when it appeared
         connect(window, self.handle)
         glfw.set_window_refresh_callback(window, self._on_refresh)
-        self.handle(Hinted(HELP))
+        self.handle(HintShown(HELP))
 
     def close(self) -> None:
         """Write a screenshot that is due, and release all GPU resources."""
@@ -140,7 +140,7 @@ class Viewer:
             self._screenshot_due = True
             settings = self.state.settings
             samples = f"{'up to ' if settings.sampling.is_adaptive else ''}{settings.samples} samples per pixel"
-            self.handle(Told(f"the screenshot will be written when the picture has {samples}"))
+            self.handle(NoticeShown(f"the screenshot will be written when the picture has {samples}"))
         if Redo.EXPORT in redo:
             self._write(self._export)
 
@@ -153,7 +153,7 @@ class Viewer:
         still_in = self._moved_at + _STILL - begin
         hint, since = self._hinted
         if hint and begin > since + _HINT:
-            self.handle(Hinted(""))
+            self.handle(HintShown(""))
         if Redo.SAMPLES in self._redo or size != picture.size:
             if self._drawn and not self._is_compiled():
                 self._announce()
@@ -205,7 +205,7 @@ class Viewer:
         try:
             self.picture.step()
         except ShaderError as error:  # in the programs of the error estimate, without which the picture continues
-            complain(*str(error).splitlines())
+            print_error(*str(error).splitlines())
             self.handle(Failed(str(error)))
 
     def _begin(self, size: tuple[int, int], *, moving: bool) -> None:
@@ -224,10 +224,10 @@ class Viewer:
             if not self._drawn:
                 raise error from None
             message = str(error)
-            complain(*message.splitlines())
-            self.state = reverted(self.state, self._drawn)
+            print_error(*message.splitlines())
+            self.state = revert_picture(self.state, self._drawn)
             self._start(self.state, size, moving)
-            self.handle(Failed(message) if self._reloaded else Told(message))
+            self.handle(Failed(message) if self._reloaded else NoticeShown(message))
         self._drawn, self._reloaded = self.state, False
 
     def _start(self, state: State, size: tuple[int, int], moving: bool) -> None:
@@ -269,7 +269,7 @@ class Viewer:
             with about(path):
                 self.handle(Loaded(document))
         except InputError as error:
-            complain(*str(error).splitlines())
+            print_error(*str(error).splitlines())
             self.handle(Failed(str(error)))
         self._reloaded = True
         self._redo |= Redo.SAMPLES
@@ -280,11 +280,11 @@ class Viewer:
         except (OSError, RuntimeError) as error:
             reason = error.strerror if isinstance(error, OSError) else ""
             notice = f"{Path.cwd()}: expected a folder that can be written to: {reason}" if reason else str(error)
-            complain(*notice.splitlines())
+            print_error(*notice.splitlines())
         else:
             with suppress(OSError):  # the terminal may be closed
-                say(notice)
-        self.handle(Told(notice))
+                print_lines(notice)
+        self.handle(NoticeShown(notice))
 
     def _take_screenshot(self) -> None:
         """Write a screenshot of the last picture, if a screenshot is due.

@@ -31,7 +31,7 @@ def _roots(index: int, spheres: int, surface: str) -> str:
     return f"{'sphere' if index < spheres else 'plane'}Roots(ray, {surface})"
 
 
-def roth(trees: list[Tree], spheres: int, surfaces: Mapping[int, str]) -> list[str]:
+def roth_text(trees: list[Tree], spheres: int, surfaces: Mapping[int, str]) -> list[str]:
     """Generate the evaluator `roth`: a function of the assignment's filters for each object, and the nearest first hit.
 
     `surfaces` has the GLSL expression for each surface.
@@ -79,7 +79,7 @@ _HOLDS: dict[type[Solid], str] = {Union: "max({}, {})", Intersection: "min({}, {
 _LOGIC: dict[type[Solid], str] = {Union: "{} || {}", Intersection: "{} && {}", Difference: "{} && !{}"}
 
 
-def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, with_owner: bool) -> list[str]:
+def walk_text(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, with_owner: bool) -> list[str]:
     """Generate the evaluator `walk`: a walk over all objects, to the first root at which an object's value changes.
 
     `surfaces` has the GLSL expression for each surface. With `with_owner` the text is rayCSG(), else blockedAt().
@@ -105,7 +105,7 @@ def walk(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, with_o
         "        at = next;",
         "    }",
     ]
-    return _walk_function(lines, [*owner(trees), "    pointAt(mat, ray, P, N);"] if with_owner else None)
+    return _walk_function(lines, [*owner_text(trees), "    pointAt(mat, ray, P, N);"] if with_owner else None)
 
 
 def _walk_function(lines: list[str], owner_lines: list[str] | None) -> list[str]:
@@ -158,7 +158,7 @@ def _holds(tree: Tree, name: str) -> list[str]:
     return [*lines, f"        real {name} = {stack[0]};"]
 
 
-def owner(trees: list[Tree], offset: str = "") -> list[str]:
+def owner_text(trees: list[Tree], offset: str = "") -> list[str]:
     """Generate the lines that find the owner of the surface at `at`.
 
     The owner is in the first object that changes there, and below an operator in the first operand that changes.
@@ -190,7 +190,7 @@ def owner(trees: list[Tree], offset: str = "") -> list[str]:
     return [*lines, *(f"    if (b{k} != a{k}) mat = o{k};" for k in reversed(objects))]
 
 
-def nearest_plane(planes: list[NamedPlane], *, with_owner: bool) -> list[str]:
+def nearest_plane_text(planes: list[NamedPlane], *, with_owner: bool) -> list[str]:
     """Generate the walk for objects that are single half-spaces: to the nearest root ahead."""
     lines = ["    real at = ray.distance, root;"]
     for s, index in planes:
@@ -204,7 +204,7 @@ def nearest_plane(planes: list[NamedPlane], *, with_owner: bool) -> list[str]:
     return _walk_function(lines, ["    if (mat != 0) pointAt(mat, ray, P, N);"] if with_owner else None)
 
 
-def holds_of(tree: Tree, leaf: str) -> str:
+def hold_expression(tree: Tree, leaf: str) -> str:
     """Return the expression for the distance up to which a tree's value at `at` holds.
 
     `leaf` is the expression for leaf {}.

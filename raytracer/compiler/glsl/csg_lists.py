@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from raytracer.compiler.glsl.csg import BLOCKED_AT, RAY_CSG, NamedPlane, Tree, holds_of, owner
+from raytracer.compiler.glsl.csg import BLOCKED_AT, RAY_CSG, NamedPlane, Tree, hold_expression, owner_text
 
 
-def seen(depth: int, planes: list[NamedPlane]) -> list[str]:
+def camera_query_text(depth: int, planes: list[NamedPlane]) -> list[str]:
     """Generate rayCSG() for camera rays against programs and single half-spaces, with the lists of lists.glsl.
 
     `depth` is the largest stack depth of a program that is no chain; 0 if all are chains. `planes` are the single
@@ -34,7 +34,7 @@ _OTHER_DRAWN = [
 ]
 
 
-def seen_shapes(shapes: list[Tree], planes: list[NamedPlane] | None, handed: int) -> list[str]:
+def shapes_query_text(shapes: list[Tree], planes: list[NamedPlane] | None, handed: int) -> list[str]:
     """Generate rayCSG() for camera rays against one object of a common shape, and otherAt() for all other objects.
 
     Args:
@@ -69,7 +69,7 @@ def seen_shapes(shapes: list[Tree], planes: list[NamedPlane] | None, handed: int
     ]
 
 
-def blocked(
+def shadow_query_text(
     shapes: list[Tree],
     programs: bool,
     depth: int,
@@ -123,7 +123,7 @@ def blocked(
     ]
 
 
-def anywhere(planes: list[NamedPlane]) -> list[str]:
+def mirror_query_text(planes: list[NamedPlane]) -> list[str]:
     """Generate rayCSG() for rays from any origin. It needs the text of blocked() `with_owner` before it."""
     return [
         *RAY_CSG,
@@ -194,7 +194,7 @@ def _spans(shapes: list[Tree]) -> list[str]:
 def _shape_holds(shapes: list[Tree]) -> list[str]:
     """Generate shapeHolds(): the distance up to which a shape's value at `at` holds."""
     parameters = ", ".join(f"real2 {span}" for span in _spans(shapes))
-    holds = [holds_of(tree, "holds(s{}, at)") for tree in shapes]
+    holds = [hold_expression(tree, "holds(s{}, at)") for tree in shapes]
     choice = "".join(f"shape == {k} ? {text} : " for k, text in enumerate(holds[:-1])) + holds[-1]
     return [f"real shapeHolds(int shape, {parameters}, real at) {{", f"    return {choice};", "}"]
 
@@ -204,7 +204,7 @@ def _shape_owner(shapes: list[Tree]) -> list[str]:
     parameters = ", ".join(f"real2 {span}" for span in _spans(shapes))
     lines = [f"int shapeOwner(int shape, int first, {parameters}, real at) {{", "    int mat = 0;"]
     for k, tree in enumerate(shapes):
-        lines += [f"    if (shape == {k}) {{", *(f"    {line}" for line in owner([tree], "first + ")), "    }"]
+        lines += [f"    if (shape == {k}) {{", *(f"    {line}" for line in owner_text([tree], "first + ")), "    }"]
     return [*lines, "    return mat;", "}"]
 
 

@@ -19,8 +19,8 @@ def camera_query(compiled: CompiledScene, handed: Handed) -> list[str]:
     if compiled.has_lists:
         planes = named_planes(compiled, handed)
         if not compiled.batches.programs:
-            return csg.nearest_plane(planes, with_owner=True)
-        return csg_lists.seen(compiled.batches.program_depth, planes)
+            return csg.nearest_plane_text(planes, with_owner=True)
+        return csg_lists.camera_query_text(compiled.batches.program_depth, planes)
     return _walk(compiled, handed, with_owner=True)
 
 
@@ -28,7 +28,7 @@ def mirror_query(compiled: CompiledScene, handed: Handed) -> list[str]:
     """Generate rayCSG() for rays from any origin. For some evaluators the text also has blockedAt()."""
     if not compiled.has_lists:
         return camera_query(compiled, handed)
-    return [*shadow_query(compiled, handed), *csg_lists.anywhere(named_planes(compiled, handed))]
+    return [*shadow_query(compiled, handed), *csg_lists.mirror_query_text(named_planes(compiled, handed))]
 
 
 def shadow_query(compiled: CompiledScene, handed: Handed) -> list[str]:
@@ -36,7 +36,7 @@ def shadow_query(compiled: CompiledScene, handed: Handed) -> list[str]:
     if compiled.options.evaluator == "roth":
         return _roth(compiled, handed)
     if compiled.has_lists:
-        return csg_lists.blocked(
+        return csg_lists.shadow_query_text(
             shape_trees(compiled),
             bool(compiled.batches.programs),
             compiled.batches.program_depth,
@@ -52,14 +52,14 @@ def _roth(compiled: CompiledScene, handed: Handed) -> list[str]:
     """Generate rayCSG() and blockedAt() of the evaluator `roth`."""
     most = max(map(max_hits, compiled.scene.solids()))
     trees = _trees(compiled.scene, compiled.surfaces.spheres)
-    text = csg.roth(trees, compiled.surfaces.spheres, surface_texts(compiled, handed))
+    text = csg.roth_text(trees, compiled.surfaces.spheres, surface_texts(compiled, handed))
     return [f"#define MAX_HITS {most}", '#include "csg/roth.glsl"', *text]
 
 
 def _walk(compiled: CompiledScene, handed: Handed, *, with_owner: bool) -> list[str]:
     """Generate rayCSG() of the evaluator `walk`, or without `with_owner` blockedAt()."""
     trees = _trees(compiled.scene, compiled.surfaces.spheres)
-    text = csg.walk(trees, compiled.surfaces.spheres, surface_texts(compiled, handed), with_owner=with_owner)
+    text = csg.walk_text(trees, compiled.surfaces.spheres, surface_texts(compiled, handed), with_owner=with_owner)
     return ['#include "csg/walk.glsl"', *text]
 
 

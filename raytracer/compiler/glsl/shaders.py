@@ -136,7 +136,7 @@ def _shapes_source(compiled: CompiledScene, handed: Handed, *, geometry: bool) -
     lines = _set_constants(spheres + _surface_constants(compiled, handed))
     vertex = assemble("passes/shapes.vert", defines | {"VERTEX": 1}, {"constants.glsl": "\n".join(lines)})
     planes = None if compiled.batches.programs else named_planes(compiled, handed)
-    generated = [*_includes(compiled, handed), "", *csg_lists.seen_shapes(trees, planes, handed.leaves)]
+    generated = [*_includes(compiled, handed), "", *csg_lists.shapes_query_text(trees, planes, handed.leaves)]
     defines |= {"SHAPES": 1} | ({"GEOMETRY": 1} if geometry else {})
     return ProgramSource(vertex, assemble("passes/visibility.frag", defines, {"scene.glsl": "\n".join(generated)}))
 
@@ -167,7 +167,7 @@ def _shade_source(compiled: CompiledScene, handed: Handed) -> Source:
     generated = _includes(compiled, handed)
     if compiled.is_over_planes:
         defines["OVER_PLANES"] = 1
-        generated += csg.nearest_plane(named_planes(compiled, handed), with_owner=True)
+        generated += csg.nearest_plane_text(named_planes(compiled, handed), with_owner=True)
     if lights or has_mirrors:
         generated += [*_lights(compiled), *_light_rays(compiled)]
     if has_mirrors:
@@ -193,13 +193,13 @@ def _plane_only_source(compiled: CompiledScene, handed: Handed, samples: int = 1
         defines["ONLY"] = planes[0][0]
         defines |= {"ONLY_MATERIAL": 1} if handed.material else {}
     generated = ['#include "geometry/plane.glsl"', *_declared(compiled, handed), '#include "geometry/hit.glsl"']
-    generated += csg.nearest_plane(planes, with_owner=True)
+    generated += csg.nearest_plane_text(planes, with_owner=True)
     if compiled.lights:
         visible = {compiled.surfaces.material[plane] for plane in compiled.batches.planes}
         generated += [*_lights(compiled, [compiled.materials[i] for i in visible]), *_light_rays(compiled)]
     if compiled.lights and compiled.options.shadows != "off" and len(planes) > 1:
         defines["SHADOWS"] = 1
-        generated += [*csg.nearest_plane(planes, with_owner=False), _shadow(compiled.options.shadows)]
+        generated += [*csg.nearest_plane_text(planes, with_owner=False), _shadow(compiled.options.shadows)]
     texts = {"scene.glsl": "\n".join(generated)} | _material(compiled)
     return assemble("passes/picture.frag", defines | _sample_defines(samples), texts)
 

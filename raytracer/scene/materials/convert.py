@@ -22,7 +22,7 @@ _BLACK = (0.0, 0.0, 0.0)
 WITHOUT_PI = ("phong", "blinn", "strauss")
 
 
-def translated(material: Material, model: str) -> Material:
+def convert_material(material: Material, model: str) -> Material:
     """Convert a material to another reflectance model.
 
     From "phong" to "blinn" the exponent h is multiplied by 4, as in the lecture: then the highlights have the same

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from raytracer.core.record import Record, public
-from raytracer.core.validation import MAX_COLOR, MAX_EXPONENT, InputError, set_fields, three
+from raytracer.core.validation import MAX_COLOR, MAX_EXPONENT, InputError, set_fields, three_numbers
 
 # The largest coefficient of a lobe. With larger ones, the lobe overflows for any useful exponent.
 MAX_COEFFICIENT = 1e3
@@ -42,11 +42,11 @@ class Lobe(Record, frozen=True, repr_omit_defaults=True):
         c = (-MAX_COEFFICIENT, MAX_COEFFICIENT)
         set_fields(
             self,
-            cx=three(self.cx, "cx", *c),
-            cy=None if self.cy is None else three(self.cy, "cy", *c),
-            cz=three(self.cz, "cz", *c),
-            n=three(self.n, "n", 0.0, MAX_EXPONENT),
-            scale=three(self.scale, "scale", 0.0, MAX_COLOR),
+            cx=three_numbers(self.cx, "cx", *c),
+            cy=None if self.cy is None else three_numbers(self.cy, "cy", *c),
+            cz=three_numbers(self.cz, "cz", *c),
+            n=three_numbers(self.n, "n", 0.0, MAX_EXPONENT),
+            scale=three_numbers(self.scale, "scale", 0.0, MAX_COLOR),
         )
         for parts in zip(self.cx, self.cy or self.cx, self.cz, self.n, self.scale, strict=True):
             if peak(*parts) > MAX_COLOR:

@@ -17,7 +17,7 @@ from raytracer.core.validation import (
     direction,
     items,
     number,
-    three,
+    three_numbers,
     within,
 )
 from raytracer.scene.materials.lobe import Lobe
@@ -167,7 +167,7 @@ def _checked(parameter: Parameter, value: Any) -> Any:
                 raise InputError(f"expected {expected}, got {shown(value)}", name)
             return int(result)
         case "color":
-            return three(value, name, low, high)
+            return three_numbers(value, name, low, high)
         case "direction":
             return direction(value, name)
         case "choice":
