@@ -16,8 +16,8 @@ import raytracer as rt
 from raytracer.formats.estimate import Estimate
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
+from raytracer.scene.options import DEFAULT_SAMPLE_LIMIT
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import DEFAULT_SAMPLE_LIMIT
 from tests.processes import output_of
 
 SIZE = (1280, 720)

@@ -25,9 +25,8 @@ from benchmarks.unseen import unseen
 from raytracer.formats.image import Image
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
-from raytracer.scene.options import Shadows
+from raytracer.scene.options import DEFAULT_SAMPLE_LIMIT, Shadows
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import DEFAULT_SAMPLE_LIMIT
 
 SAMPLES = 4, 16, 64, 256
 # A quarter of the pixels of unseen.SIZE, for which thin features were designed: they are thinner here, and fewer pixels

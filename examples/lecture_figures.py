@@ -9,19 +9,23 @@ The solid is the one of the assignment: two spheres A and B intersect in a lens,
 out. Change `A` to `D`, `RAY_ORIGIN` or `VIEW` to draw figures of another solid.
 """
 
+from __future__ import annotations
+
 import argparse
+import sys
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
 import raytracer as rt
+from raytracer.analysis.figures import new_figure, require_matplotlib, save_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # Linear RGB of the solids, and the colours of the same solids in diagrams.
 RED, BLUE, GREEN = (rt.Material(kd=kd) for kd in ((0.64, 0.08, 0.08), (0.08, 0.16, 0.72), (0.08, 0.64, 0.16)))
@@ -152,7 +156,7 @@ def highlights_figure() -> Figure:
 def row_of(images: dict[str, rt.Image]) -> Figure:
     """Draw images side by side, with their names as titles."""
     width, height = next(iter(images.values())).radiance.shape[1::-1]
-    figure = Figure(figsize=(3 * len(images), 3 * height / width + 0.3), layout="constrained")
+    figure = new_figure(3 * len(images), 3 * height / width + 0.3)
     for axes, (name, image) in zip(figure.subplots(1, len(images)), images.items(), strict=True):
         axes.imshow(image.srgb8())
         axes.set_title(name, family="monospace", fontsize=11)
@@ -171,7 +175,7 @@ def roth_figure() -> Figure:
     assert abs(first_hit() - whole[0][0]) < 1e-5, "the diagram and the ray tracer disagree"
     # Inches: both axes are 5.8 wide, and the section is as high as its 6 x 3.6 units of length need.
     width, height = 7.7, 5.9
-    figure = Figure(figsize=(width, height))
+    figure = new_figure(width, height, layout=None)
     section = figure.add_axes((1.8 / width, 2.4 / height, 5.8 / width, 5.8 * 0.6 / height))
     diagram = figure.add_axes((1.8 / width, 0.3 / height, 5.8 / width, 2.1 / height), sharex=section)
     _draw_section(section, whole)
@@ -189,6 +193,8 @@ def _point_at(distance: float) -> tuple[float, float]:
 
 
 def _draw_section(axes: Axes, whole: list[Interval]) -> None:
+    from matplotlib.patches import Circle
+
     left, right, bottom, top = -3.0, 3.0, 0.2, 3.8
     z = float(RAY_ORIGIN[2])
     center, distance = ((left + right) / 2, (bottom + top) / 2, z), 12.0
@@ -237,20 +243,24 @@ FIGURES = {
 }
 
 
-def main() -> None:
-    """Write all figures."""
+def main() -> int:
+    """Write all figures, and return the exit status: 2 for wrong input and without matplotlib."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, default=Path("figures"), help="folder (default: figures)")
     parser.add_argument("--format", choices=("svg", "pdf", "png"), default="svg", help="default: svg")
     options = parser.parse_args()
+    try:
+        require_matplotlib()
+    except rt.InputError as error:
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        return 2
     options.output.mkdir(parents=True, exist_ok=True)
-    matplotlib.rcParams["svg.hashsalt"] = "lecture"  # so that equal figures are equal files
     for name, draw in FIGURES.items():
         path = options.output / f"{name}.{options.format}"
-        date = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[options.format]
-        draw().savefig(path, dpi=160, metadata=date)
+        save_figure(draw(), path, name)
         print(f"wrote {path}")
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from raytracer.core.output import Writer, written_whole
+from raytracer.core.suggest import missing_extra
 from raytracer.core.validation import InputError
 from raytracer.scene.sequences import SampleSequence
 from raytracer.version import __version__
@@ -73,7 +74,7 @@ def require_matplotlib() -> None:
     try:
         import matplotlib.figure  # noqa: F401
     except ImportError:
-        raise InputError("plots need matplotlib, which is not installed: pip install 'roth-raytracer[plots]'") from None
+        raise InputError(missing_extra("plots need", "matplotlib", "plots")) from None
 
 
 def new_figure(width: float, height: float, layout: Any = "constrained") -> Any:

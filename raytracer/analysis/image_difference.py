@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from raytracer.core.arrays import number_array
 from raytracer.core.record import Record, public
+from raytracer.core.suggest import missing_extra
 from raytracer.core.validation import MAX_SIDE, InputError, Keys, check_choice, number, vector
 from raytracer.formats.image import Image
 from raytracer.formats.radiance import MAX_RADIANCE, check_radiance, row_blocks
@@ -182,9 +183,7 @@ def _flip(a: PictureRows, b: PictureRows, span: Span) -> float:
     try:
         import flip_evaluator
     except ImportError:
-        raise InputError(
-            "FLIP needs flip-evaluator, which is not installed: pip install 'roth-raytracer[flip]'"
-        ) from None
+        raise InputError(missing_extra("FLIP needs", "flip-evaluator", "flip")) from None
     # FLIP accepts no negative radiance and only contiguous arrays.
     most = 1.0 if span == "ldr" else MAX_RADIANCE
     test, reference = (np.ascontiguousarray(np.clip(picture[:], 0.0, most), np.float32) for picture in (a, b))
@@ -214,7 +213,8 @@ METRICS = (
     Metric(
         "flip",
         lambda c: ("FLIP", f"{c.flip:.3g}"),
-        "also measure FLIP; for two .npz files in high dynamic range (needs flip-evaluator)",
+        "also measure FLIP; for two .npz files in high dynamic range. Needs flip-evaluator: pip install -e '.[flip]' "
+        "in the checkout.",
         _flip,
     ),
 )

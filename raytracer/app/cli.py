@@ -7,7 +7,7 @@ write with `options.write` (core.output.Writer), so that the message after Ctrl-
 Exit status:
     0    done
     1    any other failure, for example a picture that did not reach `--max-error`
-    2    wrong input: one line on standard error says where and what, and nothing is written
+    2    wrong input: one line on standard error says where and what, and nothing is written; or no command: the help
     130  after Ctrl-C
 """
 
@@ -75,6 +75,9 @@ class _Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
         args = [*(sys.argv[1:] if args is None else args)]
+        if not args and self._subparsers:
+            self.print_help()
+            self.exit(2)
         if args and self._subparsers and args[0].startswith("-"):  # before argparse reports a missing command
             option = args[0].partition("=")[0]
             name = option if option.startswith("--") else option[:2]
@@ -122,7 +125,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog=program_epilog(),
         formatter_class=HelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=f"raytracer {__version__}")
+    parser.add_argument("--version", action="version", version=f"raytracer {__version__}", help="print the version")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Command)
     for name in (name for name in HELP if " " not in name):
         description, epilog = command_texts(name)

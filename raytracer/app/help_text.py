@@ -12,7 +12,9 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 _FAILED = "failed, for example because no OpenGL context opens or the disk is full"
+_FAILED_WITHOUT_OPENGL = "failed, for example because the disk is full"
 _INTERRUPTED = "interrupted by Ctrl-C"
+_PLOTS = "pip install -e '.[plots]' in the checkout"
 
 
 class CommandHelp(NamedTuple):
@@ -24,6 +26,7 @@ class CommandHelp(NamedTuple):
     details: str = ""
     failure: str = ""  # exit status 1, besides the failures that every command may have
     interrupt: str = _INTERRUPTED  # exit status 130
+    uses_opengl: bool = True
 
 
 HELP = {
@@ -49,9 +52,9 @@ HELP = {
     ),
     "extremes": CommandHelp(
         "measure the error of pictures at the ends of all value ranges",
-        ("-o benchmarks/results", "--fuzz 10000"),
+        ("--short --fuzz 20", "--fuzz 10000"),
         "docs/accuracy.md",
-        "Each error is compared with its bound.",
+        "Each error is compared with its bound. Prints a table, and writes it to extremes.md and extremes.csv.",
         "an error exceeds its bound",
     ),
     "brdf": CommandHelp(
@@ -61,18 +64,19 @@ HELP = {
             "check ggx --set alpha=0.1",
             "plot blinn phong_normalized ggx:alpha=0.1 -o lobes.png",
         ),
-        "docs/models.md",
+        "docs/reflectance.md",
         failure="check: a measurement differs from the expected result",
     ),
     "brdf list": CommandHelp(
         "list the reflectance models, their parameters and their measured properties",
         ("", "ggx", "--schema"),
         "docs/models.md",
+        "The properties are measured with OpenGL. --markdown and --schema need no OpenGL.",
     ),
     "brdf check": CommandHelp(
         "measure whether reflectance models are reciprocal and conserve energy",
         ("ggx --set alpha=0.1", "phong blinn", "lafortune/clay"),
-        "docs/models.md",
+        "docs/reflectance.md",
         "The results are compared with the results expected by theory. Without --set, a model is measured with its "
         "default parameters, at both ends of each parameter's range, and with some combinations.",
         "a measurement differs from the expected result",
@@ -80,17 +84,19 @@ HELP = {
     "brdf plot": CommandHelp(
         "plot polar lobes, albedo and a lit sphere of materials, side by side",
         ("blinn phong_normalized ggx:alpha=0.1 -o lobes.png", "--lecture -o lecture.png"),
-        "docs/models.md",
+        "docs/reflectance.md",
+        f"Needs matplotlib: {_PLOTS}.",
     ),
     "brdf gallery": CommandHelp(
         "render the same scene with each reflectance model",
         ("-o gallery.png", "-o small.png --cell 96 --samples 4"),
-        "docs/models.md",
+        "docs/reflectance.md",
+        "Writes all pictures to one file, each with the name of its model.",
     ),
     "brdf bake": CommandHelp(
         "write an isotropic material as a table in the file format of the MERL database",
         ("ggx:alpha=0.3 -o ggx.binary", "ggx --set alpha=0.3 -o ggx.binary"),
-        "docs/models.md",
+        "docs/reflectance.md",
         'A material with model = "merl" reads the table.',
     ),
     "reference": CommandHelp(
@@ -98,6 +104,7 @@ HELP = {
         ("assignment -o reference.npz", "assignment -o reference.npz --size 640x360 --shadows soft"),
         "docs/accuracy.md",
         "Slow: it uses the CPU, none of the shaders, and up to --samples rays per pixel.",
+        uses_opengl=False,
     ),
     "compare": CommandHelp(
         "measure how far a picture is from a reference",
@@ -107,12 +114,14 @@ HELP = {
         ),
         "docs/accuracy.md",
         failure="the root mean square error (RMSE) is above --tolerance",
+        uses_opengl=False,
     ),
     "trade": CommandHelp(
         "measure the time and the error of each setting for a scene",
         ("assignment -o trade", "assignment -o trade --quick"),
         "docs/choosing.md",
-        "Settings are measured alone and in useful combinations. Takes minutes.",
+        "Settings are measured alone and in useful combinations, and shown as plots in trade.html. Takes minutes. "
+        f"Needs matplotlib: {_PLOTS}.",
         interrupt="interrupted by Ctrl-C; the results until then are written",
     ),
     "tune": CommandHelp(
@@ -156,12 +165,15 @@ def command_texts(name: str) -> tuple[str, str]:
     command = HELP[name]
     description = f"{command.summary[0].upper()}{command.summary[1:]}. {command.details}".strip()
     examples = (f"raytracer {name} {arguments}".strip() for arguments in command.examples)
-    return description, _epilog(examples, command.page, command.failure, command.interrupt)
+    failed = _FAILED if command.uses_opengl else _FAILED_WITHOUT_OPENGL
+    failure = f"{command.failure}, or the command failed" if command.failure else failed
+    return description, _epilog(examples, command.page, failure, command.interrupt)
 
 
 def program_epilog() -> str:
     """Return the text under the list of commands."""
-    return _epilog(EXAMPLES, "docs/command-line.md", "", _INTERRUPTED)
+    explained = "raytracer COMMAND --help explains a command; raytracer alone prints this help, with exit status 2."
+    return f"{explained}\n\n{_epilog(EXAMPLES, 'docs/command-line.md', _FAILED, _INTERRUPTED)}"
 
 
 def _epilog(examples: Iterable[str], page: str, failure: str, interrupt: str) -> str:
@@ -169,7 +181,7 @@ def _epilog(examples: Iterable[str], page: str, failure: str, interrupt: str) ->
         [
             "exit status:",
             "  0    done",
-            f"  1    {failure}, or the command failed" if failure else f"  1    {_FAILED}",
+            f"  1    {failure}",
             "  2    wrong input; nothing is written",
             f"  130  {interrupt}",
             "",

@@ -8,13 +8,23 @@ import warnings
 from functools import partial
 from typing import Any, get_args
 
+from raytracer.core.validation import InputError
 from raytracer.formats.scene_file import examples
-from raytracer.scene.materials.models import MODELS, SHADINGS
-from raytracer.scene.options import MAX_BOUNCES, MAX_SAMPLES, CompileOptions, Evaluator, Precision, Shadows
+from raytracer.scene.materials.models import SHADINGS
+from raytracer.scene.options import (
+    DEFAULT_SAMPLE_LIMIT,
+    MAX_BOUNCES,
+    MAX_SAMPLES,
+    CompileOptions,
+    Evaluator,
+    Precision,
+    Shadows,
+    check_shading,
+)
 from raytracer.scene.scene import Scene
 from raytracer.scene.sequences import SEQUENCES, SampleSequence
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import DEFAULT_SAMPLE_LIMIT, QUALITIES, SettingsPatch, flags
+from raytracer.scene.settings_patch import QUALITIES, SettingsPatch, flags
 from raytracer.scene.warnings import scene_warnings
 
 # Digits of a whole number; further digits are cut off. A number of 300 digits is beyond all limits, and longer than an
@@ -34,8 +44,9 @@ def add_backend(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--backend",
         metavar="NAME",
-        help="way to open OpenGL: auto, egl, window or osmesa. Default: the environment variable RAYTRACER_BACKEND, "
-        "else auto.",
+        help="way to open OpenGL. egl: without a display, on a GPU or by Mesa on the CPU; window: by a hidden window, "
+        "which needs a display; osmesa: by Mesa on the CPU, into memory; auto: the first of these that opens. Default: "
+        "the environment variable RAYTRACER_BACKEND, else auto.",
     )
     parser.add_argument(
         "--device",
@@ -63,20 +74,20 @@ def add_compile_options(
     options: dict[str, dict[str, Any]] = {
         "shading": {
             "metavar": "MODEL",
-            "choices": ("none", *SHADINGS),
             "type": _model,
             "help": "reflectance model for all materials, which are converted as closely as the model allows. "
             "Default: none, the scene's own models. Models: " + ", ".join(SHADINGS) + ".",
         },
         "shadows": {
             "choices": get_args(Shadows),
-            "help": "shadows; soft needs a light with a radius. Default: hard.",
+            "help": "off: no shadows; hard: an occluded light contributes nothing; diluted: the nearer the occluder, "
+            "the darker; soft: penumbras of lights with a radius. Default: hard.",
         },
         "evaluator": {
             "choices": get_args(Evaluator),
-            "help": "CSG evaluator; all three draw the same picture: cells tests only the objects that may be visible "
-            "in a cell of the picture, walk tests all objects, roth merges hit lists as in the assignment. "
-            "Default: cells.",
+            "help": "algorithm that intersects rays with CSG solids; all draw the same picture. cells: test only the "
+            "objects that may be visible in a square of 16x16 pixels; walk: step along each ray through all surfaces; "
+            "roth: merge sorted hit lists (S. D. Roth, 1982). Default: cells.",
         },
         "precision": {
             "choices": get_args(Precision),
@@ -145,8 +156,9 @@ def add_settings(
             "--adaptive",
             metavar="T",
             type=_number,
-            help="draw more than 3 samples only near pixels whose estimated error exceeds T. Linear radiance, for "
-            "example 0.01; none: all samples in every pixel. Default: none.",
+            help="draw 3 samples per pixel, which meet every detail of a pixel's size, and more only near "
+            "pixels whose estimated error exceeds T. Linear radiance, for example 0.01; none: all samples in every "
+            "pixel. Default: none.",
         )
     add(
         "--sequence",
@@ -190,10 +202,10 @@ def picture_size(text: str) -> tuple[int, int]:
 
 
 def _model(text: str) -> str:
-    if text in MODELS and text not in SHADINGS:
-        table = f'model = "{text}" and file = "..."'
-        raise argparse.ArgumentTypeError(f"{text} needs a data file, which only a scene file can name: {table}")
-    return text
+    try:
+        return check_shading(text, ("none", *SHADINGS))
+    except InputError as error:
+        raise argparse.ArgumentTypeError(error.reason) from None
 
 
 def _number(text: str) -> float | str:

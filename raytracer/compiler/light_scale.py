@@ -9,6 +9,7 @@ the scale 1.
 from __future__ import annotations
 
 import math
+from typing import assert_never
 
 import msgspec
 import numpy as np
@@ -60,9 +61,12 @@ def _most_light(frame: Frame) -> float:
 
 def _most_irradiance(light: PointLight) -> float:
     """Return the largest irradiance of a light at any distance, as computed by irradiance.glsl."""
-    if light.falloff == "none":
-        return max(light.color)
-    return min(max(light.color) / max(light.radius, MIN_RADIUS) ** 2, MAX_COLOR)
+    match light.falloff:
+        case "none":
+            return max(light.color)
+        case "inverse_square":
+            return min(max(light.color) / max(light.radius, MIN_RADIUS) ** 2, MAX_COLOR)
+    assert_never(light.falloff)
 
 
 def in_light(frame: Frame, scale: float) -> Frame:

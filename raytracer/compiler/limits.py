@@ -10,9 +10,11 @@ from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.core.validation import InputError
 from raytracer.scene.options import Precision
 
-# llvmpipe's compile time triples with every two more successive loops: 2 s for 11, 5 s for 13, 16 s for 15.
+# llvmpipe's compile time grows by a factor of 2.5 with every two more successive loops: 4 s for 11, 10 s for 13, 16 s
+# for 14, on 2 cores without Mesa's shader cache.
 MAX_ROTH_LOOPS = 14
-# The evaluators walk and roth write all trees out in one shader: llvmpipe compiles 100 spheres in 2 s, 512 in 17 s.
+# The evaluators walk and roth, and 64 bits, write all trees out in one shader: llvmpipe compiles 100 primitives in
+# about 2 s, 300 in about 10 s (walk: 1.7 s and 9 s, 64 bits: 2.7 s and 12 s).
 MAX_PRIMITIVES = 512
 
 

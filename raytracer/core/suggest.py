@@ -1,4 +1,4 @@
-"""Suggestions for an unknown name in an error message: the most similar known name, and a list of known names."""
+"""Remedies in error messages: the known name most similar to an unknown one, and the extra with a missing package."""
 
 from __future__ import annotations
 
@@ -71,3 +71,9 @@ def _is_of_kind(name: str, suffix: str) -> bool:
     """Whether the file `name` has this suffix or a similar one. An empty suffix accepts every file."""
     own = Path(name).suffix
     return not suffix or own == suffix or bool(nearest(suffix[1:], [own[1:]]))
+
+
+def missing_extra(use: str, package: str, extra: str) -> str:
+    """Return the error message for a `use` that needs a package of an extra, such as "plots need", "matplotlib"."""
+    remedy = f"install the extra {extra} in the checkout: pip install -e '.[{extra}]'"
+    return f"{use} {package}, which is not installed; {remedy}"

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from raytracer.core.record import Record
+from raytracer.version import __version__
 
 if TYPE_CHECKING:
     import numpy as np
@@ -94,3 +95,14 @@ class Estimate(Record, frozen=True):
             f"error {self.in_words} (RMSE, linear radiance), {worst} near pixel ({x}, {y}); "
             f"details smaller than {self.spacing:.2g} pixels may be missing"
         )
+
+
+def picture_texts(title: str, description: str, estimate: Estimate | None, *, is_timed: bool = True) -> dict[str, str]:
+    """Return the text entries of a picture's file, by name. `is_timed`: whether to include the time."""
+    texts = {"Title": title, "Software": f"raytracer {__version__}", "Description": description}
+    if estimate:
+        texts["Samples"] = f"{estimate.samples:.6g}"
+        if is_timed:
+            texts["Seconds"] = f"{estimate.seconds:.3g}"
+        texts["Error"] = str(estimate)
+    return texts

@@ -43,6 +43,7 @@ from raytracer.formats.estimate import (
     Estimate,
     is_dominated_by_few,
     largest,
+    picture_texts,
 )
 from raytracer.formats.image import Image
 from raytracer.ground_truth import disk_cache
@@ -82,7 +83,7 @@ def trace_converged(
     Returns:
         The picture. `error` is the estimated standard error of each pixel [H, W], `samples` its number of samples
         [H, W]. depth, normal and material belong to the rays through the pixels' centres. `estimate.seconds` is the
-        time of this call.
+        time of this call. `metadata` has it only if the picture was traced.
 
     Raises:
         InputError: a wrong value.
@@ -91,6 +92,7 @@ def trace_converged(
     job = make_job(scene, size, settings or Settings(), samples, tolerance)
     file = disk_cache.path_of(job) if cache else None
     image = disk_cache.read(file, job) if file else None
+    is_traced = image is None
     if image is None:
         if before:
             before(job)
@@ -99,7 +101,17 @@ def trace_converged(
             disk_cache.write(file, image)
     assert image.error is not None and image.samples is not None
     estimate = _estimate(image.error, float(image.samples.mean()), time.perf_counter() - begin)
-    return image.replace(estimate=estimate)
+    metadata = picture_texts(scene.name, _description(job), estimate, is_timed=is_traced)
+    return image.replace(estimate=estimate, metadata=metadata)
+
+
+def _description(job: Job) -> str:
+    """Describe a job, as renderer.metadata() describes the settings of other pictures."""
+    settings = job.settings
+    return (
+        f"{job.size[0]}x{job.size[1]}, float64 reference(samples={job.samples}, tolerance={job.tolerance:g}, "
+        f"shading={settings.shading!r}, shadows={settings.shadows!r}, bounces={settings.bounces})"
+    )
 
 
 def _estimate(error: NDArray[np.float64], samples: float, seconds: float) -> Estimate:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
+from typing import assert_never
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,9 +54,14 @@ def light_rays(
     d = np.linalg.norm(to_center, axis=1)
     W = to_center / np.where(d == 0.0, 1.0, d)[:, None]
     I = np.broadcast_to(light.color, W.shape)
-    if light.falloff == "inverse_square":
-        nearest = np.maximum(d, max(light.radius, MIN_RADIUS))
-        I = np.minimum(I / nearest[:, None] ** 2, MAX_COLOR)
+    match light.falloff:
+        case "none":
+            pass
+        case "inverse_square":
+            nearest = np.maximum(d, max(light.radius, MIN_RADIUS))
+            I = np.minimum(I / nearest[:, None] ** 2, MAX_COLOR)
+        case _:
+            assert_never(light.falloff)
     if not light.radius:
         yield W, d, I
         return

@@ -76,9 +76,10 @@ def render(
     multiprocessing.get_context("spawn").
 
     Warns (UserWarning) about a scene whose distances and radii differ by more than 32 bits resolve, about soft shadows
-    if no light has a radius, and about each material that reflects more light than it receives. Raises InputError for
-    a wrong value or a scene beyond the driver's limits, ContextError if no OpenGL context opens or in a forked child,
-    RuntimeError if `progress` calls render(), MemoryError if the picture does not fit into memory.
+    if no light has a radius, about soft and diluted shadows without a light, and about each material that reflects more
+    light than it receives. Raises InputError for a wrong value or a scene beyond the driver's limits, ContextError if
+    no OpenGL context opens or in a forked child, RuntimeError if `progress` calls render(), MemoryError if the picture
+    does not fit into memory.
     """
     scene = checked_scene(scene)
     chosen = SettingsPatch.without_none(

@@ -10,7 +10,7 @@ from raytracer.compiler.draws import TOGETHER
 from raytracer.compiler.features import NO_FEATURES
 from raytracer.compiler.frame import Frame, make_frame
 from raytracer.core.progress import Progress
-from raytracer.formats.estimate import Estimate
+from raytracer.formats.estimate import Estimate, picture_texts
 from raytracer.formats.image import Image
 from raytracer.gpu.device import Device
 from raytracer.rendering.accumulation import is_measured, margin
@@ -36,16 +36,7 @@ def metadata(
     scene: Scene, size: tuple[int, int], settings: Settings, estimate: Estimate | None = None
 ) -> dict[str, str]:
     """Return the text entries of a picture's file, by name."""
-    from raytracer.version import __version__
-
-    text = {
-        "Title": scene.name,
-        "Software": f"raytracer {__version__}",
-        "Description": f"{size[0]}x{size[1]}, {settings}",
-    }
-    if estimate:
-        text |= {"Samples": f"{estimate.samples:.6g}", "Seconds": f"{estimate.seconds:.3g}", "Error": str(estimate)}
-    return text
+    return picture_texts(scene.name, f"{size[0]}x{size[1]}, {settings}", estimate)
 
 
 class _Kept(NamedTuple):

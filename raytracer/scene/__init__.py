@@ -13,16 +13,16 @@ import OpenGL, and imports NumPy only for instances, measured materials and some
     materials: a subpackage with its own list
     settings: Settings
     options: CompileOptions, SamplingOptions (the halves of Settings), Shadows, Evaluator, Precision,
-        MAX_SAMPLES, MAX_BOUNCES
-    settings_patch: SettingsPatch, EMPTY_PATCH, Quality, quality, QUALITIES, DEFAULT_SAMPLE_LIMIT, minimal_patch, flags,
-        changes, checked_patch (partial settings and their precedence)
+        MAX_SAMPLES, MAX_BOUNCES, DEFAULT_SAMPLE_LIMIT, check_shading
+    settings_patch: SettingsPatch, EMPTY_PATCH, Quality, quality, QUALITIES, minimal_patch, flags, changes,
+        checked_patch (partial settings and their precedence)
     sequences: SampleSequence, SEQUENCES, PROGRESSIVE, sample_place, sample_points, is_scattered, light_index,
         replicate_place
     warnings: scene_warnings, NO_RADIUS
 
 To add a sample sequence, add a row in sequences.py.
-To add a falloff, add a name in lights.py, a formula in irradiance.glsl, and the formula in float64 in
-ground_truth/light_rays.py.
+To add a falloff, add a name in lights.py, a formula in irradiance.glsl, the formula in float64 in
+ground_truth/light_rays.py, and its bounds in compiler/light_scale.py and compiler/bright_features.py.
 To add a setting, add a field with its check in options.py (CompileOptions or SamplingOptions), a field with its
 description in settings.py, a field in settings_patch.py, and a command line option in app/options.py.
 """

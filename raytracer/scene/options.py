@@ -6,12 +6,14 @@ Each half checks its own fields. `Settings` has all fields and documents them.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 import msgspec
+from msgspec import UNSET
 
 from raytracer.core.record import Record
 from raytracer.core.shown import shown
+from raytracer.core.suggest import did_you_mean
 from raytracer.core.validation import InputError, check_choice, integer, number, set_fields
 from raytracer.scene.materials.models import MODELS, SHADINGS, Shading
 from raytracer.scene.sequences import PROGRESSIVE, SEQUENCES, SampleSequence
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
     from raytracer.scene.materials.material import Material
 
 MAX_SAMPLES = 65536
+# The default of `samples` if `max_error`, `time` or `adaptive` is set. Further samples would lower the error by less
+# than 1e-3 (linear radiance).
+DEFAULT_SAMPLE_LIMIT = 4096
 MAX_BOUNCES = 64
 
 Shadows = Literal["off", "hard", "diluted", "soft"]
@@ -45,8 +50,8 @@ class CompileOptions(Record, frozen=True):
             evaluator=check_choice(self.evaluator, "evaluator", get_args(Evaluator)),
             precision=_check_precision(self.precision),
         )
-        if (shading := self.shading) is not None:
-            set_fields(self, shading=check_choice(shading, "shading", SHADINGS, hint=shading_hint(shading)))
+        if self.shading is not None:
+            set_fields(self, shading=check_shading(self.shading))
 
     def shaded(self, material: Material) -> Material:
         """Convert `material` to the model `shading`; return it unchanged if `shading` is None.
@@ -65,18 +70,24 @@ class CompileOptions(Record, frozen=True):
 
 
 class SamplingOptions(Record, frozen=True):
-    """The settings that decide how many samples the pixels get, and where in a pixel."""
+    """The settings that decide how many samples the pixels get, and where in a pixel.
 
-    samples: int = 1
+    Without an argument, `samples` is 1, or DEFAULT_SAMPLE_LIMIT if `adaptive`, `max_error` or `time` is set.
+    """
+
+    samples: int = cast("int", UNSET)
     sequence: SampleSequence = "sobol"
     adaptive: float | None = None
     max_error: float | None = None
     time: float | None = None
 
     def __post_init__(self) -> None:
+        samples = self.samples
+        if cast("Any", samples) is UNSET:
+            samples = DEFAULT_SAMPLE_LIMIT if self.is_adaptive else 1
         set_fields(
             self,
-            samples=integer(self.samples, "samples", 1, MAX_SAMPLES),
+            samples=integer(samples, "samples", 1, MAX_SAMPLES),
             sequence=check_choice(self.sequence, "sequence", SEQUENCES),
         )
         for key, unit in (("adaptive", "linear radiance"), ("max_error", "linear radiance"), ("time", "seconds")):
@@ -115,11 +126,21 @@ class SamplingOptions(Record, frozen=True):
 _ESTIMATING = tuple(name for name, traits in SEQUENCES.items() if traits.estimates_error)
 
 
-def shading_hint(name: Any) -> str:
-    """Return the end of an error about a shading if the model `name` needs a file, else ""."""
-    if isinstance(name, str) and name in MODELS and name not in SHADINGS:
-        return f'; {name} needs a file, so only a material can have it: model = "{name}", file = "brass.binary"'
-    return ""
+def check_shading(name: Any, choices: tuple[str, ...] = SHADINGS) -> str:
+    """Return `name` if it is one of the `choices`; raise InputError with a remedy otherwise.
+
+    The list of choices is long, so the message has it only if no choice is similar to `name`.
+    """
+    if isinstance(name, str) and name not in choices:
+        if name in MODELS:
+            remedy = f'{name} needs a file, which only a material can name: model = "{name}", file = "brass.binary"'
+            raise InputError(f"expected a model without a file, got {shown(name)}; {remedy}", "shading")
+        if name == "none":
+            remedy = "the materials keep their models without this setting, in Python also with None"
+            raise InputError(f"expected a reflectance model, got {shown(name)}; {remedy}", "shading")
+        if near := did_you_mean(name, choices):
+            raise InputError(f"expected a reflectance model, got {shown(name)}{near}", "shading")
+    return check_choice(name, "shading", choices)
 
 
 def _check_precision(bits: Any) -> int:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any, Self, cast
+
 import msgspec
+from msgspec import UNSET
 
 from raytracer.core.record import Record, public
 from raytracer.core.shown import shown
@@ -20,7 +23,7 @@ class Settings(Record, frozen=True):
 
     Args:
         samples: the number of samples per pixel; with `adaptive`, `max_error` or `time`, the largest number. Range: 1
-            to 65536. Default: 1.
+            to 65536. Default: 1, with `adaptive`, `max_error` or `time` 4096.
         shading: a reflectance model to which all materials are converted. None keeps the material's own model.
             Default: None.
         shadows: the shadow of an occluded point P. Default: "hard".
@@ -33,7 +36,7 @@ class Settings(Record, frozen=True):
         evaluator: the algorithm that intersects rays with CSG trees. All produce the same picture. Default: "cells".
             "cells": tests only the surfaces that may be met in a screen tile or in a range of directions from a light.
             "walk": steps along the ray through all surfaces.
-            "roth": merges sorted hit lists (Roth diagrams) as in the assignment, written to be read.
+            "roth": merges sorted hit lists, the diagrams of S. D. Roth (1982). The shader is written to be read.
         precision: bits of the floating-point numbers in which rays and surfaces are intersected: 32, or 64 for scenes
             that 32 bits do not resolve (needs OpenGL 4.0). Default: 32.
         adaptive: an error in linear radiance, above 0, such as 0.01. Every pixel gets 3 samples. Only pixels whose
@@ -53,12 +56,9 @@ class Settings(Record, frozen=True):
 
     Raises:
         InputError: a wrong value, or settings that exclude each other.
-
-    A `max_error` or `time` needs a larger `samples` in this constructor, whose default is 1. The keyword arguments of
-    `render` and the command line replace this default by 4096 if one of `adaptive`, `max_error` and `time` is set.
     """
 
-    samples: int = 1
+    samples: int = cast("int", UNSET)
     shading: Shading | None = None
     shadows: Shadows = "hard"
     evaluator: Evaluator = "cells"
@@ -72,6 +72,19 @@ class Settings(Record, frozen=True):
     def __post_init__(self) -> None:
         for half in (self.sampling, self.compile_options):  # whose constructors check the fields
             set_fields(self, **msgspec.structs.asdict(half))
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with other values for some fields. The new values are checked as in the constructor.
+
+        A new `adaptive`, `max_error` or `time` raises a `samples` of 1, which cannot be its limit, to the default 4096,
+        unless `changes` sets `samples`. Raises InputError for a wrong value and for an unknown field.
+        """
+        is_new = any(changes.get(name) is not None for name in ("adaptive", "max_error", "time"))
+        if is_new and self.samples == 1 and not self.sampling.is_adaptive:
+            changes = {"samples": UNSET, **changes}
+        return super().replace(**changes)
+
+    __replace__ = replace
 
     @property
     def compile_options(self) -> CompileOptions:

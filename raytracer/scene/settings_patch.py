@@ -16,10 +16,6 @@ from raytracer.scene.options import CompileOptions, Evaluator, Precision, Sampli
 from raytracer.scene.sequences import SampleSequence
 from raytracer.scene.settings import Settings
 
-# The default of `samples` if `max_error`, `time` or `adaptive` is set. Further samples would lower the error by less
-# than 1e-3 (linear radiance).
-DEFAULT_SAMPLE_LIMIT = 4096
-
 Quality = Literal["draft", "normal", "high", "reference"]
 
 
@@ -48,8 +44,8 @@ class SettingsPatch(Record, frozen=True, repr_omit_defaults=True):
 
         `adaptive` in `later` disables `max_error` and `time` of this patch, and the other way round, because they
         exclude each other. If `later` is the first to set `max_error`, `time` or `adaptive`, and does not set
-        `samples`, `samples` becomes DEFAULT_SAMPLE_LIMIT: an earlier `samples` was not meant as the limit of these.
-        Raises InputError for an unknown quality.
+        `samples`, `samples` becomes UNSET, which stands for DEFAULT_SAMPLE_LIMIT: an earlier `samples` was not meant as the
+        limit of these. Raises InputError for an unknown quality.
         """
         return SettingsPatch(**_merged(_merged({}, self.fields()), later.fields()))
 
@@ -147,7 +143,7 @@ def _merged(before: dict[str, Any], later: dict[str, Any]) -> dict[str, Any]:
     else:
         return fields
     if "samples" not in later and not has_limit:
-        fields["samples"] = DEFAULT_SAMPLE_LIMIT
+        fields.pop("samples", None)  # the default of SamplingOptions is DEFAULT_SAMPLE_LIMIT
     return fields
 
 

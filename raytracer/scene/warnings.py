@@ -37,8 +37,10 @@ NO_RADIUS = "no light has a radius"
 
 
 def shadows_warning(scene: Scene, settings: Settings) -> str | None:
-    """Return a warning if shadows are soft but every light is a point, else None."""
-    if settings.shadows != "soft" or not scene.lights or any(light.radius for light in scene.lights):
+    """Return a warning if soft or diluted shadows have no effect, else None."""
+    if not scene.lights and settings.shadows in ("soft", "diluted"):
+        return f"{settings.shadows} shadows have no effect here, because the scene has no light: add one to [[lights]]"
+    if settings.shadows != "soft" or any(light.radius for light in scene.lights):
         return None
     return f"soft shadows look like hard ones here, because {NO_RADIUS}: set one for a light, such as radius = 0.5"
 

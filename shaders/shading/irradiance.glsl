@@ -14,5 +14,6 @@ vec3 irradiance(Light light, real distance) {
     distance = max(distance, light.radius);
 #endif
     if (light.falloff == 0) return light.color;
-    return min(light.color / max(float(distance * distance), LEAST_SQUARE), mostLight);
+    if (light.falloff == 1) return min(light.color / max(float(distance * distance), LEAST_SQUARE), mostLight);
+    return vec3(mostLight, 0.0, mostLight);  // a new falloff without a formula here: the picture shows it
 }

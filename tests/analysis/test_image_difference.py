@@ -219,7 +219,7 @@ def test_without_matplotlib_the_figure_is_refused_before_pictures_are_read(
     a = save(tmp_path / "a.npz", grey(0.5))
     assert main(["compare", a, a]) == 0
     assert main(["compare", a, "nowhere.npz", "-o", str(tmp_path / "d.svg")]) == 2
-    assert "pip install 'roth-raytracer[plots]'" in capsys.readouterr().err
+    assert "in the checkout: pip install -e '.[plots]'" in capsys.readouterr().err
 
 
 def test_flip_is_0_for_equal_pictures_and_grows_with_noise(tmp_path: Path) -> None:
@@ -246,7 +246,7 @@ def test_flip_without_its_package_names_the_extra(
     a = save(tmp_path / "a.npz", grey(0.5))
     assert main(["compare", a, a]) == 0
     assert main(["compare", a, a, "--flip"]) == 2
-    assert "pip install 'roth-raytracer[flip]'" in capsys.readouterr().err
+    assert "in the checkout: pip install -e '.[flip]'" in capsys.readouterr().err
 
 
 def test_each_metric_is_in_the_help_the_table_and_the_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -261,7 +261,8 @@ def test_a_failed_page_leaves_the_tables_and_no_older_page(
     assert {file.name for file in tmp_path.iterdir()} == {"trade.csv", "trade.json"}
     assert len(json.loads((tmp_path / "trade.json").read_text())["configurations"]) == 2
     said = capsys.readouterr()
-    steps = [f"rendering the reference of {MAIN}", f"measuring {MAIN}", "measuring in turns", "drawing trade.html"]
+    timing = "timing all 2 configurations in turns, 2 times"
+    steps = [f"rendering the reference of {MAIN} (1 of 1)", f"measuring {MAIN} (1 of 1)", timing, "drawing trade.html"]
     assert said.err.splitlines()[: len(steps)] == steps, "without a terminal it prints each step"
     assert "trade.html is missing" in said.out if why == "Ctrl-C" else "no more" in said.err
 
@@ -271,7 +272,7 @@ def test_without_matplotlib_nothing_is_measured(
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     assert main(["trade", SCENE, "-o", str(tmp_path / "trade")]) == 2
-    assert "pip install 'roth-raytracer[plots]'" in capsys.readouterr().err
+    assert "in the checkout: pip install -e '.[plots]'" in capsys.readouterr().err
     assert not (tmp_path / "trade").exists()
 
 

@@ -62,7 +62,6 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "COMMAND"),
         (["--foo"], "unknown option '--foo' (see"),
         (["--versoin"], """unknown option '--versoin'; did you mean "--version"?"""),
         (["-x", "render"], "unknown option '-x'"),
@@ -108,8 +107,8 @@ def test_render_writes_arrays_of_the_stated_shapes_and_types(tmp_path: Path) -> 
         (["render", SCENE, "-o", "{tmp}/a.png", "--size", "9" * 100_000], " ... "),
         (["render", SCENE, "-o", "{tmp}/a.png", "more"], "expected no more arguments, got 'more'"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--shading", "ggz"], 'did you mean "ggx"?'),
-        (["render", SCENE, "-o", "{tmp}/a.png", "--shading", "merl"], "needs a data file, which only a scene file"),
-        (["tune", SCENE, "--time", "1", "--shading", "merl"], "needs a data file, which only a scene file"),
+        (["render", SCENE, "-o", "{tmp}/a.png", "--shading", "merl"], "needs a file, which only a material can name"),
+        (["tune", SCENE, "--time", "1", "--shading", "merl"], "needs a file, which only a material can name"),
         (["render", SCENE, "-o", "{tmp}/a.png", "--shadows", "sotf"], 'did you mean "soft"?'),
         (["brdf", "chek"], 'did you mean "check"?'),
         (["brdf", "list", "--jsno"], 'did you mean "--json"? (see raytracer brdf list --help)'),
@@ -133,6 +132,28 @@ def test_help_shows_examples(command: list[str], capsys: pytest.CaptureFixture[s
         main([*command, "--help"])
     assert end.value.code == 0
     assert "examples:\n  raytracer " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", [[], ["brdf"]])
+def test_a_missing_command_prints_the_help_with_status_2(
+    command: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(command)
+    said = capsys.readouterr()
+    assert end.value.code == 2 and said.out.startswith("usage: ") and said.err == ""
+    with pytest.raises(SystemExit):
+        main([*command, "--help"])
+    assert capsys.readouterr().out == said.out
+
+
+@pytest.mark.parametrize(("command", "opens"), [("render", True), ("reference", False), ("compare", False)])
+def test_the_help_mentions_opengl_only_for_commands_that_use_it(
+    command: str, opens: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    assert ("OpenGL" in capsys.readouterr().out) == opens
 
 
 SMALL = "--size", "64x36"

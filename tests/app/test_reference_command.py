@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import json
 import operator
 import os
 import re
@@ -51,6 +52,11 @@ def test_reference_writes_the_arrays_and_prints_a_summary(
     with np.load(out) as arrays:
         assert arrays["radiance"].shape == (18, 32, 3) and arrays["radiance"].dtype == np.float64
         assert {*arrays} == {"radiance", "depth", "normal", "material", "samples", "error", "metadata"}
+        texts, mean = json.loads(str(arrays["metadata"])), arrays["samples"].mean()
+    reference = "float64 reference(samples=32, tolerance=0.01, shading=None, shadows='hard', bounces=8)"
+    assert (texts["Title"], texts["Description"]) == ("assignment", f"32x18, {reference}")
+    assert texts["Samples"] == f"{mean:.6g}" and texts["Error"].startswith("error about 0.00")
+    assert "Seconds" not in texts, "reading the cache takes another time than tracing"
     for arguments, message in (
         (["-o", str(tmp_path / "a.png")], "ends in .npz"),
         (["-o", str(out), "--samples", "3"], "samples"),

@@ -1,10 +1,12 @@
 """Unknown names: the message suggests a similar name."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import raytracer as rt
+from raytracer.app.cli import main
 from raytracer.core.suggest import did_you_mean, nearest
 from raytracer.formats.image_files import load_radiance
 from raytracer.formats.scene_file import loads
@@ -108,9 +110,32 @@ def test_the_error_of_a_misspelt_file_or_example_suggests_the_right_one(tmp_path
         rt.load(tmp_path / "scene.toml")
 
 
-def test_the_error_of_a_model_that_needs_a_file_shows_the_lines_of_a_scene_file() -> None:
-    with pytest.raises(rt.InputError, match=r'^shading: .*; merl needs a file, .*: model = "merl", file = "'):
-        rt.Settings(shading="merl")  # pyright: ignore[reportArgumentType]
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        (
+            "merl",
+            "expected a model without a file, got 'merl'; merl needs a file, which only a material can name: "
+            'model = "merl", file = "brass.binary"',
+        ),
+        ("phog", "expected a reflectance model, got 'phog'; did you mean \"phong\"?"),
+        ("q", "expected one of "),
+        ("none", "expected a reflectance model, got 'none'; the materials keep their models without this setting"),
+    ],
+)
+def test_a_wrong_shading_has_the_same_message_everywhere(
+    name: Any, reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(rt.InputError) as error:
+        rt.Settings(shading=name)
+    assert str(error.value).startswith(f"shading: {reason}")
+    file = tmp_path / "a.toml"
+    file.write_text(f'{GOOD.partition("[settings]")[0]}[settings]\nshading = "{name}"\n')
+    with pytest.raises(rt.InputError) as error:
+        rt.load_settings(file)
+    assert f"settings.shading: {reason}" in str(error.value)
+    assert name == "none" or main(["render", str(file), "-o", "a.png", "--shading", name]) == 2
+    assert name == "none" or f"argument --shading: {reason}" in capsys.readouterr().err
 
 
 def test_many_and_long_names_are_compared_in_bounded_time() -> None:

@@ -10,7 +10,10 @@ import pytest
 
 import raytracer as rt
 from raytracer import glsl
+from raytracer.compiler import packing
+from raytracer.core.validation import set_fields
 from raytracer.ground_truth import ray_tracer
+from raytracer.ground_truth.light_rays import light_rays
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.options import Evaluator, Shadows
 from raytracer.scene.settings import Settings
@@ -128,6 +131,19 @@ def test_soft_shadows_tend_to_hard_shadows_as_the_radius_tends_to_0(renderer: Re
     assert sources(scene, soft()) == sources(scene), "the shader has no code for sphere lights"
     tiny = renderer.render(scenes.with_light_radii(scene, 1e-12), (96, 54), soft(4, evaluator=evaluator)).radiance
     np.testing.assert_allclose(tiny, hard, rtol=1e-6)
+
+
+def test_a_falloff_without_a_formula_is_magenta_in_a_picture_and_an_error_in_a_reference(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(packing, "FALLOFFS", ("none", "new", "inverse_square"))  # number 2 has no formula
+    scene = at((0, 0, 0), rt.PointLight((0, 2, 0), falloff="inverse_square"))
+    red, green, blue = renderer.render(scene, (2, 2), Settings()).radiance[0, 0]
+    assert red == blue > 1e6 and green == 0.0
+    light = rt.PointLight((0, 2, 0))
+    set_fields(light, falloff="new")
+    with pytest.raises(AssertionError, match="new"):
+        next(light_rays(light, np.ones((1, 3)), np.zeros(1, np.bool_), np.ones((1, 3)), 1))
 
 
 def test_inverse_square_falloff_divides_by_the_squared_distance(renderer: Renderer) -> None:

@@ -5,21 +5,14 @@ import itertools
 import operator
 import re
 from contextlib import suppress
+from typing import Any
 
 import pytest
 from msgspec import UNSET
 
 import raytracer as rt
-from raytracer.scene.options import CompileOptions, SamplingOptions
-from raytracer.scene.settings_patch import (
-    DEFAULT_SAMPLE_LIMIT,
-    EMPTY_PATCH,
-    QUALITIES,
-    changes,
-    checked_patch,
-    flags,
-    minimal_patch,
-)
+from raytracer.scene.options import DEFAULT_SAMPLE_LIMIT, CompileOptions, SamplingOptions
+from raytracer.scene.settings_patch import EMPTY_PATCH, QUALITIES, changes, checked_patch, flags, minimal_patch
 from raytracer.scene.settings_patch import SettingsPatch as Patch
 from tests import scenes
 
@@ -60,6 +53,18 @@ def test_samples_do_not_limit_an_error_or_a_time_of_a_later_patch() -> None:
     assert merged(Patch(samples=16, time=1.0), Patch(adaptive=0.2)) == rt.Settings(samples=16, adaptive=0.2)
     with pytest.raises(rt.InputError, match="adaptive: cannot be combined with max_error"):
         merged(Patch(adaptive=0.2, max_error=0.1))
+
+
+def test_settings_with_an_error_or_a_time_allow_as_many_samples_as_render_does() -> None:
+    cases: tuple[dict[str, Any], ...] = {"max_error": 0.1}, {"time": 1.0}, {"adaptive": 0.1}
+    for fields in cases:
+        none: dict[str, Any] = dict.fromkeys(fields)
+        assert rt.Settings(**fields).samples == DEFAULT_SAMPLE_LIMIT
+        assert rt.Settings(**fields) == merged(Patch(**fields)) == rt.Settings().replace(**fields)
+        assert rt.Settings(**fields, samples=1).samples == 1 == rt.Settings().replace(**fields, samples=1).samples
+        assert rt.Settings(samples=16).replace(**fields).samples == 16
+        assert merged(Patch(**fields), Patch(**none)) == rt.Settings()
+    assert rt.Settings().samples == rt.Settings(max_error=None).samples == 1
 
 
 PATCHES = (

@@ -73,14 +73,19 @@ def test_warnings_name_only_the_first_of_many_materials() -> None:
     assert len(texts) == 6 and "'m4'" in texts[4] and texts[5].startswith("35 more materials")
 
 
-def test_soft_shadows_without_a_light_radius_warn() -> None:
+def test_soft_shadows_without_a_light_or_without_a_radius_warn() -> None:
     point = scenes.with_light_radii(scenes.assignment(), 0.0)
     (warning,) = scene_warnings(point, rt.Settings(shadows="soft"))
     assert "no light has a radius" in warning
+    dark = msgspec.structs.replace(point, lights=())
+    for shadows in ("soft", "diluted"):
+        (warning,) = scene_warnings(dark, rt.Settings(shadows=shadows))
+        assert warning.startswith(f"{shadows} shadows have no effect here, because the scene has no light")
     for scene, settings in (
         (point, rt.Settings()),
+        (point, rt.Settings(shadows="diluted")),
         (scenes.assignment(), rt.Settings(shadows="soft")),
-        (msgspec.structs.replace(point, lights=()), rt.Settings(shadows="soft")),
+        (dark, rt.Settings()),
     ):
         assert scene_warnings(scene, settings) == []
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from raytracer.analysis.reflectance.expectations import EXPECTATIONS, NOT_RECIPROCAL
-from raytracer.analysis.reflectance.properties import RECIPROCAL, RESOLVED, MaterialProperties
+from raytracer.analysis.reflectance.properties import RECIPROCAL, RECIPROCAL_TABLE, RESOLVED, MaterialProperties
 from raytracer.analysis.reflectance.tried_parameters import Parameters
 from raytracer.analysis.reflectance.verification import Verification
 from raytracer.core.terminal import print_lines, print_table, table_cell
@@ -28,7 +28,8 @@ def print_checks(checks: Sequence[Verification]) -> None:
     print_table(table)
     if len(checks) == 1:
         _print_albedos(checks[0].properties)
-    print_lines(f"reciprocal: f(wi, wo) and f(wo, wi) differ by at most {RECIPROCAL:g} of the larger one")
+    share = f"{RECIPROCAL:g} (in a measured table {RECIPROCAL_TABLE:g}), which is rounding"
+    print_lines(f"reciprocal: the relative difference of f(wi, wo) and f(wo, wi) is at most {share}")
     print_lines(
         f"largest albedo: over 0 to 89.9 degrees; ?: not resolved to {RESOLVED:g}; *: includes an ideal reflection"
     )

@@ -105,18 +105,19 @@ def measure_tradeoffs(
     trade = Tradeoffs(scene.name, size, rounds, describe_machine(renderer), plan, {}, [])
     total = len(plan.configurations) * rounds
     try:
-        for target in plan.targets.values():
-            with bar(f"rendering the reference of {target.name}") as progress:
+        for number, target in enumerate(plan.targets.values(), 1):
+            place = f"({number} of {len(plan.targets)})"
+            with bar(f"rendering the reference of {target.name} {place}") as progress:
                 trade.references[target.name] = make_reference(
                     target, size, renderer, method, gpu_samples=gpu_samples, progress=progress
                 )
-            with bar(f"measuring {target.name}") as progress:
+            with bar(f"measuring {target.name} {place}") as progress:
                 for configuration in plan.configurations:
                     if configuration.target == target.name:
                         trade.results.append(_first(configuration, trade, renderer))
                         if progress:
                             progress(len(trade.results), total)
-        with bar("measuring in turns") as progress:
+        with bar(f"timing all {len(trade.results)} configurations in turns, {rounds} times") as progress:
             for k in range(len(trade.results), total):
                 result = trade.results[k % len(trade.results)]
                 if not result.refused:

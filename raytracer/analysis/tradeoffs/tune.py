@@ -11,16 +11,16 @@ count. Settings do not reach an error if few pixels hold most of it, and the ref
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sized
 from typing import NamedTuple
 
 import msgspec
 
 from raytracer.analysis.tradeoffs.trials import MOST, TIMES, Trial, Trials
 from raytracer.rendering.renderer import Renderer
+from raytracer.scene.options import DEFAULT_SAMPLE_LIMIT
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import DEFAULT_SAMPLE_LIMIT
 
 # The numbers of samples of candidates: 1, 2, 3, 4, 6, 8, 12, ...
 LADDER = sorted({2**k for k in range(11)} | {3 * 2**k for k in range(9)})
@@ -124,21 +124,24 @@ def _search(small: Trials, full: Trials, base: Settings, goal: _Goal, progress: 
         candidates = extra + [predicted.settings for predicted in batch]
         extra = []
         count += len(candidates)
-        progress(f"{len(candidates)} candidates at {full.size[0]}x{full.size[1]}")
+        progress(f"measuring {_counted(candidates, 'more candidate' if tried else 'candidate')} at {_text(full.size)}")
         trials = [full.measure(settings) for settings in candidates]
         # Candidates far from the target are not timed again.
         trials = full.in_turns(filter(goal.is_near, trials), _ROUNDS) or trials
         if met := sorted(filter(goal.is_met, trials), key=goal.order):
-            progress("the best of them again")
+            progress(f"timing the best of them {_MORE_ROUNDS} times")
             met = full.in_turns((trial for trial in met if goal.is_close(trial, met[0])), _MORE_ROUNDS)
         tried += [*trials, *met]
         if met := list(filter(goal.is_met, met)):
             pick, more = _descended(full, met, goal, progress)
             return Tuned(pick, pick, count + more, full.samples)
-        # Scale the other predictions by the best ratio of measured to predicted values in this batch.
-        ratios = (goal.miss(full.measure(trial.settings)) / max(goal.miss(trial), _LEAST) for trial in batch)
-        luck = min(1.0, *ratios)
-        hopeful = [trial for trial in ranked if goal.may_be_met(trial, luck)]
+        # Scale the other predictions by the best ratio of measured to predicted values in this batch. A ratio above 1
+        # rules nothing out, but candidates that reach the target in spite of it are tried first.
+        ratio = min(
+            (goal.miss(full.measure(trial.settings)) / max(goal.miss(trial), _LEAST) for trial in batch), default=1.0
+        )
+        hopeful = [trial for trial in ranked if goal.may_be_met(trial, min(1.0, ratio))]
+        hopeful.sort(key=lambda trial: not goal.may_be_met(trial, ratio))
         hopeless, ranked = hopeless or len(hopeful) < len(ranked), hopeful
     return Tuned(None, min(tried, key=goal.miss), count, full.samples, hopeless=hopeless)
 
@@ -155,7 +158,7 @@ def _descended(full: Trials, met: list[Trial], goal: _Goal, progress: Callable[[
         beside = dict.fromkeys(settings for trial in leading for settings in _beside(trial.settings))
         new = [settings for settings in beside if not full.has_trial(settings)]
         if new:
-            progress(f"{len(new)} candidates beside the best")
+            progress(f"measuring {_counted(new, 'neighbour')} of the best candidates")
         # A single time may be far too long, so that candidates near the target are timed again.
         trials = full.in_turns(filter(goal.is_near, map(full.measure, new)), _ROUNDS)
         better = [trial for trial in trials if goal.is_met(trial) and goal.is_close(trial, leading[0])]
@@ -226,14 +229,14 @@ def _ranked(
     """
     max_error, time = goal.max_error, goal.time
     first = msgspec.structs.replace(base, samples=4)
-    progress(f"numbers of samples at {small.size[0]}x{small.size[1]}")
+    progress(f"predicting times and errors from pictures of {_text(small.size)}")
     small.draw_reference(MOST // TIMES)
     full.draw_reference(first.samples)
     scale = _scale(small, full, first)
     start = _first_fixed(small, scale, base, max_error, time)
     predicted = small.measure(start).error * scale[0]
     hopeless = max_error is not None and predicted > _HOPELESS * max_error
-    progress(f"the reference, with {TIMES} times {start.samples} samples")
+    progress(f"rendering a reference of {_text(full.size)}")
     full.draw_reference(start.samples * (1 if max_error is not None else 4))
     if hopeless:
         return [small.measure(start)._replace(error=predicted)], True
@@ -250,8 +253,10 @@ def _ranked(
         middle = min(near, key=lambda s: abs(math.log((s.adaptive or error) / (8 * error))) + s.samples / start.samples)
         scales[True] = _scale(small, full, middle)
     k = LADDER.index(start.samples)
-    near += [msgspec.structs.replace(base, samples=n) for n in LADDER[max(0, k - 2) : k + 3]]
-    progress(f"{len(near)} candidates at {small.size[0]}x{small.size[1]}")
+    # Within a time all smaller numbers of samples are candidates, because full pictures may take longer than predicted.
+    lowest = max(0, k - 2) if time is None else 0
+    near += [msgspec.structs.replace(base, samples=n) for n in LADDER[lowest : k + 3]]
+    progress(f"measuring {_counted(near, 'candidate')} at {_text(small.size)}, to rank them")
     predictions = []
     for trial in small.in_turns([small.measure(settings) for settings in near], _SMALL_ROUNDS):
         settings = trial.settings
@@ -264,6 +269,14 @@ def _ranked(
     # The best candidate without adaptive samples comes first, because its prediction is the most reliable.
     plain = [prediction for prediction in ranked if prediction.settings.adaptive is None][:1]
     return plain + [prediction for prediction in ranked if prediction not in plain], False
+
+
+def _counted(items: Sized, noun: str) -> str:
+    return f"{len(items)} {noun}{'' if len(items) == 1 else 's'}"
+
+
+def _text(size: tuple[int, int]) -> str:
+    return f"{size[0]}x{size[1]}"
 
 
 def _scale(small: Trials, full: Trials, settings: Settings) -> tuple[float, float]:

@@ -69,12 +69,12 @@ def _plot_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="plot how much Phong's (R.V)^h and Blinn's (N.H)^4h differ, instead of materials; --set h=32 sets h",
     )
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help="a .png, .svg or .pdf (needs matplotlib)")
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help="file to write: .png, .svg or .pdf")
     add_backend(parser)
 
 
 def _gallery_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help="file to write: .png")
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help="file to write: .png with all pictures")
     parser.add_argument(
         "--cell",
         metavar="N",
@@ -82,7 +82,9 @@ def _gallery_arguments(parser: argparse.ArgumentParser) -> None:
         default=176,
         help="width and height of each picture in pixels. Default: 176. Range: 64-2048.",
     )
-    parser.add_argument("--samples", metavar="N", type=int, default=16, help="samples per pixel. Default: 16.")
+    parser.add_argument(
+        "--samples", metavar="N", type=int, default=16, help="samples per pixel. Default: 16. Range: 1-65536."
+    )
     parser.add_argument(
         "--merl", metavar="FILE", help="measured material of the MERL database (.binary), shown beside the models"
     )

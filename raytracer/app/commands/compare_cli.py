@@ -42,9 +42,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="T",
         type=float,
         default=THRESHOLD,
-        help=f"count the pixels with a channel that differs by more (linear radiance, default: {THRESHOLD:g})",
+        help=f"count the pixels with a channel that differs by more than T. Linear radiance. Default: {THRESHOLD:g}.",
     )
-    parser.add_argument("--tolerance", metavar="RMSE", type=float, help="exit status 1 if the RMSE is above this")
+    parser.add_argument(
+        "--tolerance",
+        metavar="RMSE",
+        type=float,
+        help="exit status 1 if the RMSE is above this. Linear radiance. Default: no limit.",
+    )
     for metric in _OPTIONAL:
         parser.add_argument(f"--{metric.field}", action="store_true", help=metric.help)
     parser.add_argument(
@@ -52,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="OUT",
         help="write a figure of the largest channel difference of each pixel, with a logarithmic colour scale from "
-        "0.0001 to 1: .png, .svg or .pdf (needs matplotlib)",
+        "0.0001 to 1: .png, .svg or .pdf. Needs matplotlib: pip install -e '.[plots]' in the checkout.",
     )
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table; an infinite PSNR is null")
     parser.set_defaults(run=run)

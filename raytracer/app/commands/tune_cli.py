@@ -79,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
                 settings,
                 max_error=options.max_error,
                 time=options.time,
-                progress=lambda step: print_note(f"measuring {step}"),
+                progress=print_note,
             )
     except KeyboardInterrupt:
         print_error("interrupted before a picture of the full size was measured")

@@ -19,6 +19,9 @@ _SMALLEST = 6.0
 # A letter's width by its height, the fewest letters of a line (about two words), and the most lines of a text, which
 # would otherwise hide the picture.
 _LETTER_WIDTH, _FEWEST_LETTERS, _MOST_LINES = 0.55, 20, 20
+# The widths of the descriptions in the table of controls, in letters: the narrowest that fits into the window. With 28
+# the table takes 31 % of the width of a window of 1280x720; with 80 each description has one line.
+_TABLE_LETTERS = (28, 36, 48, 80)
 _INK, _GROUND, _WRONG = (255, 255, 255, 255), (16, 16, 24, 208), (140, 16, 16, 232)
 
 
@@ -30,8 +33,7 @@ def panels(state: State, size: tuple[int, int], scale: float) -> list[tuple[NDAr
     """
     boxes: list[tuple[NDArray[np.uint8], tuple[int, int]]] = []
     if state.help:
-        columns = ["\n".join(c.key for c in CONTROLS), "\n".join(c.does for c in CONTROLS)]
-        table = _fitted(columns, size, scale, _GROUND)
+        table = _controls(size, scale)
         boxes.append((table, (0, size[1] - table.shape[0])))
     width = max(_FEWEST_LETTERS, int(size[0] / (_LETTER_WIDTH * _FONT_SIZE * scale)))
     bottom = 0
@@ -44,6 +46,18 @@ def panels(state: State, size: tuple[int, int], scale: float) -> list[tuple[NDAr
             boxes.append((box, (0, bottom)))
             bottom += box.shape[0]
     return boxes
+
+
+def _controls(size: tuple[int, int], scale: float) -> NDArray[np.uint8]:
+    """Draw the table of controls as narrow as the window's height allows, so that it hides little of the picture."""
+    columns: list[str] = []
+    for letters in _TABLE_LETTERS:
+        rows = [(control.key, textwrap.wrap(control.does, letters)) for control in CONTROLS]
+        columns = ["\n".join(key + "\n" * (len(lines) - 1) for key, lines in rows)]
+        columns += ["\n".join(line for _, lines in rows for line in lines)]
+        if _box(columns, _FONT_SIZE * scale, _GROUND).shape[0] <= size[1]:
+            break
+    return _fitted(columns, size, scale, _GROUND)
 
 
 def _fitted(columns: list[str], size: tuple[int, int], scale: float, ground: tuple[int, ...]) -> NDArray[np.uint8]:
