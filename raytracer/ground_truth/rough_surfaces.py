@@ -72,7 +72,7 @@ def lafortune(m: Material, N: Array, L: Array, V: Array) -> Array:
 
 
 def oren_nayar(m: Material, N: Array, L: Array, V: Array) -> Array:
-    """Return the model of Oren and Nayar (1994), appendix A, with negative values set to 0, or its short form."""
+    """Return the full form of Oren and Nayar's model (1994) with negative values set to 0, or its short form."""
     theta_i, theta_r, phi = _angle(N, L), _angle(N, V), _azimuth(N, L, V)
     a, b, c = np.maximum(theta_i, theta_r), np.minimum(theta_i, theta_r), np.cos(phi)
     s2 = math.radians(m.sigma) ** 2

@@ -264,7 +264,7 @@ MODELS: dict[str, Model] = {
     ),
     "split": _model(
         "light that facets do not reflect is diffuse: (1 - F) Lambert + F D G / (4 N.L N.V)",
-        "the cheat sheet; Karis 2013",
+        '"Physical based rendering cheat sheet"; Karis 2013',
         _RHO,
         _number("metalness", 0.0, 0.0, 1.0, "0: dielectric; 1: metal, without a diffuse part and with rho as its f0"),
         _color("f0", 0.04, "reflectance at normal incidence of the dielectric"),
@@ -275,7 +275,7 @@ MODELS: dict[str, Model] = {
     ),
     "diffuse_microfacet": _model(
         "Lambertian facets, by quadrature over their normals",
-        "equation (xxiii) of the article; Heitz and Dupuy 2015",
+        'equation (xxiii) of "Microfacet BRDFs from Scratch"; Heitz and Dupuy 2015',
         _RHO,
         _ALPHA,
         _DISTRIBUTION,
