@@ -34,7 +34,7 @@ def fresnel(m: Material, c: Array) -> Array:
     """Return the Fresnel reflectance of a facet [R, 3], by the cosine of the angle of incidence [R]."""
     if m.fresnel == "schlick":
         return schlick(np.array(m.f0), c)
-    # Amplitudes for a complex index of refraction (Born and Wolf). The index of a dielectric is real.
+    # Amplitudes for a complex index of refraction (Born and Wolf, Principles of Optics). A dielectric's index is real.
     index = np.array(m.n) + 1j * np.array(m.k) if m.fresnel == "conductor" else np.array([m.ior] * 3, complex)
     c3 = column(c)
     inside = np.sqrt(index**2 - 1.0 + c3**2)

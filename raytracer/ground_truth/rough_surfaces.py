@@ -72,7 +72,7 @@ def lafortune(m: Material, N: Array, L: Array, V: Array) -> Array:
 
 
 def oren_nayar(m: Material, N: Array, L: Array, V: Array) -> Array:
-    """Return the model of Oren and Nayar (1994), appendix A, with negative values set to 0, or its short form."""
+    """Return the full form of Oren and Nayar's model (1994) with negative values set to 0, or its short form."""
     theta_i, theta_r, phi = _angle(N, L), _angle(N, V), _azimuth(N, L, V)
     a, b, c = np.maximum(theta_i, theta_r), np.minimum(theta_i, theta_r), np.cos(phi)
     s2 = math.radians(m.sigma) ** 2
@@ -118,7 +118,10 @@ def eon_mean_albedo(r: float) -> float:
 
 
 def diffuse_microfacet(m: Material, N: Array, L: Array, V: Array) -> Array:
-    """Return equation xxiii by the shader's quadrature rule of m.nodes nodes, so that differences are rounding only."""
+    """Return the model by the shader's quadrature rule of m.nodes nodes, so that differences are rounding only.
+
+    The model is equation (xxiii) of the article "Microfacet BRDFs from Scratch": Lambertian facets.
+    """
     parts = max(int(math.sqrt(m.nodes / 120)), 1)
     x, weights = np.polynomial.legendre.leggauss(5)
     x = ((x + 1) / 2 + np.arange(parts)[:, None]).ravel() / parts
@@ -126,7 +129,7 @@ def diffuse_microfacet(m: Material, N: Array, L: Array, V: Array) -> Array:
 
 
 def diffuse_microfacet_integral(m: Material, N: Array, L: Array, V: Array, nodes: int = 100) -> Array:
-    """Return equation xxiii by an accurate quadrature of 8 nodes^2 nodes."""
+    """Return the model of Lambertian facets, see diffuse_microfacet(), by an accurate quadrature of 8 nodes^2 nodes."""
     x, weights = np.polynomial.legendre.leggauss(2 * nodes)
     return _diffuse_microfacet(m, N, L, V, nodes, (x + 1) / 2, weights / 2)
 
@@ -170,9 +173,9 @@ _erfc = np.vectorize(math.erfc, otypes=[float])
 
 
 def he(m: Material, N: Array, L: Array, V: Array) -> Array:
-    """Return the model of He et al. (1991) with Westin's corrections, without the mirror term.
+    """Return the model of He et al. (1991), corrected as in Westin's implementation, without the mirror term.
 
-    The products of the polarisation vectors are those printed in the article.
+    The products of the polarisation vectors are those printed in the paper.
     """
     theta_i, theta_r, v = _angle(N, L), _angle(N, V), L + V
     v_z, v_xy = dot(N, v), np.linalg.norm(np.cross(N, v), axis=-1)

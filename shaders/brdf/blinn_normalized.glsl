@@ -1,6 +1,7 @@
 // Blinn's model with a normalised highlight: f = kd / pi + ks c (N.H)^h.
 // Provides blinn_normalized(): f cos(theta_i), per colour channel (Blinn 1977). With c the highlight's albedo at normal
-// incidence is ks: c = (h + 2) (h + 4) / (8 pi (2^(-h/2) + h)) (Giesen 2009, "Phong normalization factor").
+// incidence is ks: c = (h + 2) (h + 4) / (8 pi (2^(-h/2) + h)) (Giesen 2009, "Derivation of Phong and Blinn-Phong BRDF
+// normalization factors").
 // N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
 // the viewer; N.L > 0. H is halfway between L and V.
 

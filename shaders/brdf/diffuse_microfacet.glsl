@@ -1,8 +1,8 @@
 // The diffuse microfacet model: Lambertian facets, without light from facet to facet.
 // Provides diffuse_microfacet(): f cos(theta_i), per colour channel, by numerical integration over the facets m:
 //     f = rho / (N.L N.V) 1/pi int <L.m> <V.m> G(L, V) D(m) dm.
-// This is equation xxiii of the course's article on microfacet models. The integral has no closed form (Heitz and Dupuy
-// 2015). G is Smith's masking, equal for all m.
+// This is rho times equation (xxiii) of "Microfacet BRDFs from Scratch" (S. J. Khadka), with G in place of its G1. The
+// integral has no closed form (Heitz and Dupuy 2015). G is Smith's masking, equal for all m.
 // N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
 // the viewer; N.L > 0.
 //

@@ -7,7 +7,8 @@
 //
 // With roughness r, c1 = 1/2 - 2 / (3 pi), c2 = 2/3 - 28 / (15 pi), A = 1 / (1 + c1 r):
 //     f = rho / pi A (1 + r s / t) + rho_ms / pi (1 - E(N.L)) (1 - E(N.V)) / (1 - <E>),
-// where s = L.V - N.L N.V, and t = max(N.L, N.V) if s > 0, else 1.
+// where s = L.V - N.L N.V, t = max(N.L, N.V) if s > 0, else 1, and rho_ms = rho^2 <E> / (1 - rho (1 - <E>)). The rho_ms
+// in the code is this divided by rho.
 // 1 - E = A r k(mu) and 1 - <E> = A r (c1 - c2) would cancel for a small r or mu. So eonLost() sums k directly, and r
 // drops out. For s near -1, the code computes 1 + s as (|l + v|^2 + (N.L)^2 + (N.V)^2) / 2, where l and v are the parts
 // of L and V in the tangent plane.

@@ -1,6 +1,7 @@
 // The Fresnel reflectance of a smooth metal of complex index n + i k, per channel.
-// Provides conductorFresnel(), a share in [0, 1] of unpolarised light (Fresnel 1823; Born and Wolf, section 14.2). VoH
-// is the cosine of the angle between the direction and the facet's normal, clamped to [0, 1].
+// Provides conductorFresnel(), a share in [0, 1] of unpolarised light: Fresnel's equations with a complex index (Born
+// and Wolf, Principles of Optics, 7th edition, section 14.2). VoH is the cosine of the angle between the direction and
+// the facet's normal, clamped to [0, 1].
 //
 // Let a + i b be the square root of (n + i k)^2 - sin^2. Only one of a and b does not cancel: it is computed first, and
 // the other one follows from a b = n k. Metals have k > n, for which the usual formula for a loses most of its bits.

@@ -1,4 +1,4 @@
-// The distribution of facet normals with Gaussian slopes (Beckmann 1963).
+// The distribution of facet normals with Gaussian slopes (Beckmann and Spizzichino 1963).
 // Provides gaussianSlopes(): the density, in 1/sr, at the direction S, which need not be unit. It is
 // exp(-tan^2 / alpha^2) / (pi alpha^2 cos^4) of the angle between S and the unit normal N. The slopes have the variance
 // alpha^2 / 2 along each axis.

@@ -1,5 +1,6 @@
 // He's model: reflection by a rough surface in wave optics (He, Torrance, Sillion and Greenberg 1991).
-// Provides he(), heMirrored(), with Westin's corrections: shadowing with its e^(-q^2), and tau over the wavelength.
+// Provides he(), heMirrored(), with two corrections of the paper, as in Westin's implementation: shadowing with its
+// e^(-q^2), and tau over the wavelength.
 // N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
 // the viewer; N.L > 0. The lengths sigma0 (height), tau (correlation) and the wavelengths have one unit.
 // Needs the generated fresnel(), which calls the Fresnel form that the material chooses.

@@ -1,6 +1,6 @@
 // Correlated masking and shadowing of facets: low facets are hidden from both sides.
 // Provides correlatedMasking(): G / (N.L N.V), where G = 1 / (1 + Lambda(L) + Lambda(V)) is the share of facets that
-// both the light and the viewer see (Smith 1967; Heitz 2014, equation 99).
+// both the light and the viewer see (Heitz 2014, equation 99). Lambda is Smith's auxiliary function (1967).
 // NoL and NoV are N.L and N.V. l is N.L (1 + Lambda(L)) and v is N.V (1 + Lambda(V)), the results of slope(): so
 // nothing is divided by a small cosine.
 

@@ -1,7 +1,7 @@
 // Phong's model as a reflectance that conserves energy: f = kd / pi + ks (h + 2) / (2 pi) max(R.V, 0)^h.
 // Provides phong_normalized(): f cos(theta_i), per colour channel (Lafortune and Willems 1994, "Using the modified
-// Phong reflectance model"). R is the mirror direction of L. The model is reciprocal, and its albedo is at most
-// kd + ks.
+// Phong reflectance model for physically based rendering"). R is the mirror direction of L. The model is reciprocal,
+// and its albedo is at most kd + ks.
 // N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
 // the viewer; N.L > 0.
 

@@ -1,6 +1,6 @@
 // Smith's masking for Beckmann's distribution, by a rational fit that is 0.35 % off.
 // Provides rationalSmith(): mu / G1 for a direction with the cosine mu to the normal. G1, the share of facets visible
-// from there, is the fit of Walter et al. (2007), which pbrt and Mitsuba use.
+// from there, is the fit of Walter et al. (2007), which pbrt-v3 and Mitsuba use.
 
 #include "materials.glsl"
 

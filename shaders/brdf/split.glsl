@@ -5,8 +5,9 @@
 // the viewer; N.L > 0.
 // Needs the generated D(), slope() and masking(), which call the distribution and masking that the material chooses.
 //
-// The course's cheat sheet has kd f_lambert + ks f_microfacet with ks = F. Here F occurs once, within f_microfacet.
-// 1 - F is Schlick's at V.H. It is not the share that passes into the material and out again.
+// The "Physical based rendering cheat sheet" has kd f_lambert + ks f_cook-torrance, ks = F and kd = 1 - F. Cook and
+// Torrance's f contains F already, so here F occurs once. 1 - F is Schlick's at V.H. It is not the share that passes
+// into the material and out again.
 
 #include "brdf/numbers.glsl"
 #include "materials.glsl"

@@ -4,7 +4,8 @@
 // N, L and V are unit vectors in view space: the normal on the viewer's side, and the directions to the light and to
 // the viewer; N.L > 0. F is taken at the angle between V and H.
 // Needs the generated fresnel(), which calls the Fresnel form that the material chooses.
-// The paper leaves c free. c = 0 stands for 1 / (pi m^2), which makes the integral over D cos equal to 1 for a small m.
+// D is written as by Cook and Torrance (1982), where c is an arbitrary constant. Here c = 0 stands for 1 / (pi m^2),
+// which makes the integral over D cos equal to 1 for a small m.
 
 #include "brdf/angle.glsl"
 #include "brdf/numbers.glsl"

@@ -74,7 +74,8 @@ def test_iv_facets_have_more_area_than_the_surface() -> None:
 def test_ix_visible_normals_are_a_distribution() -> None:
     """(ix) D_wo(m) = G1(wo, m) D(m) <wo.m> / cos(theta_o) is never negative, and its integral is 1.
 
-    The article states that D_wo is between 0 and 1. It is a density, however, and exceeds 1 for similar facets.
+    The article states that D_wo is between 0 and 1. It is a density, however, and exceeds 1 on
+    smooth surfaces, where all facets have nearly the same normal.
     """
     for material in FACETS:
         for degrees in VIEWS:

@@ -346,7 +346,10 @@ def integral(distribution: str, alpha: float, wi: Array, wo: Array) -> Array:
 
 
 def test_the_integral_equals_a_plain_sum_over_normals() -> None:
-    """Sum equation xxiii over theta and phi, without substitution, where both cosines are large."""
+    """The directions have large cosines, so a sum over theta and phi needs no substitution.
+
+    It is equation (xxiii) of the article "Microfacet BRDFs from Scratch".
+    """
     alpha, wi, wo = 0.5, direction([0.8], 0.3), direction([0.6], 2.0)
     x, w = np.polynomial.legendre.leggauss(1000)
     theta, phi = (x + 1) * np.pi / 4, 2 * np.pi * np.arange(1000) / 1000

@@ -94,8 +94,8 @@ def test_a_sphere_above_the_horizon_lights_like_its_centre(
 
 
 def test_only_the_part_of_a_sphere_above_the_horizon_lights(renderer: Renderer) -> None:
-    # Lagarde and de Rousiers 2014, "Moving Frostbite to PBR", after Quilez: the irradiance for a radiance of 1, over
-    # pi.
+    # The irradiance for a radiance of 1, over pi: the form factor of a sphere for a tilted patch, from Lagarde and de
+    # Rousiers 2014, "Moving Frostbite to Physically Based Rendering".
     for height, radius, distance in ((0.5, 1.5, 3.0), (-0.5, 1.5, 3.0), (0.0, 1.0, 2.0)):
         d = math.hypot(height, distance)
         cosine, h = height / d, d / radius

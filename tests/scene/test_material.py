@@ -127,7 +127,7 @@ def test_the_shading_override_keeps_common_parameters() -> None:
     beckmann = convert_material(gold, "beckmann")
     assert (beckmann.alpha, beckmann.n, beckmann.k) == (gold.alpha, gold.n, gold.k)
     plastic = rt.Material(kd=(0.25, 0.125, 0.1), ks=0.5, h=100)
-    # Blinn's exponent is 2 / alpha^2 - 2 (Walter 2007).
+    # Blinn's exponent is 2 / alpha^2 - 2 (Walter et al. 2007).
     assert 2 / convert_material(plastic, "ggx").alpha ** 2 - 2 == pytest.approx(4 * 100, rel=1e-12)
     assert convert_material(convert_material(plastic, "ggx"), "phong").h == pytest.approx(100)
     assert convert_material(rt.Material("cook_torrance", ks=0.5, f0=(0.9, 0.6, 0.4)), "ggx").f0 == (0.45, 0.3, 0.2)

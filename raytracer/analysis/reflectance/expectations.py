@@ -98,13 +98,13 @@ def _lecture(model: str, lobe: str) -> tuple[Expectation, ...]:
     )
 
 
-def _normalized(model: str) -> tuple[Expectation, ...]:
+def _normalized(model: str, source: str) -> tuple[Expectation, ...]:
     return (
         Expectation(
             model,
             True,
             True,
-            "albedo kd + ks straight from above, the largest (Lafortune and Willems 1994)",
+            f"albedo kd + ks straight from above, the largest ({source})",
             {"kd": 0.5, "ks": 0.5},
             (1.0, 1e-3),
             law=True,
@@ -117,7 +117,7 @@ def _normalized(model: str) -> tuple[Expectation, ...]:
 
 
 def _cavities(model: str, more: Parameters) -> tuple[Expectation, ...]:
-    beyond = "constants other than 1/4 reflect more than facets can: 4/pi and 4 times as much (Walter 2007)"
+    beyond = "constants other than 1/4 reflect more than facets can: 4/pi and 4 times as much (Walter et al. 2007)"
     return (
         Expectation(
             model,
@@ -145,8 +145,8 @@ EXPECTATIONS: tuple[Expectation, ...] = (
         "minnaert", True, True, "albedo rho (N.V)^(k-1), k at least 1: at most rho", {"k": (1.0, 100.0)}, law=True
     ),
     Expectation("minnaert", True, True, _BLACK, {"rho": 0.0}, (0.0, 0.0), law=True),
-    *_normalized("phong_normalized"),
-    *_normalized("blinn_normalized"),
+    *_normalized("phong_normalized", "Lafortune and Willems 1994"),
+    *_normalized("blinn_normalized", "Giesen 2009"),
     Expectation(
         "strauss",
         False,
@@ -210,7 +210,13 @@ EXPECTATIONS: tuple[Expectation, ...] = (
     Expectation("oren_nayar", True, True, "rough: 0.89 at most, for rho = 1", {"sigma": 90.0}, law=True),
     Expectation("oren_nayar", True, True, "full", {"sigma": 90.0, "form": "full"}, (0.68571, 1e-3), 89.9),
     Expectation("oren_nayar", True, True, _BLACK, {"rho": 0.0}, (0.0, 0.0), law=True),
-    Expectation("eon", True, True, "albedo 1 from anywhere for rho = 1, by the exact E (Portsmouth 2025)", law=True),
+    Expectation(
+        "eon",
+        True,
+        True,
+        "albedo 1 from anywhere for rho = 1, by the exact E (Portsmouth, Kutz and Hill 2025)",
+        law=True,
+    ),
     *_cavities("torrance_sparrow", {"c": 0.0}),
     Expectation("torrance_sparrow", True, False, "a height c that is not 1 / (pi m^2)", {"c": 1e12}),
     *_cavities("cook_torrance", {}),

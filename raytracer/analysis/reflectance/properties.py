@@ -68,7 +68,8 @@ class Albedo(msgspec.Struct, frozen=True):
 class Facets(msgspec.Struct, frozen=True):
     """The largest differences from 1 of two integrals over facets. D is the facets' distribution, G1 their masking.
 
-    `normals`: the integral of G1 D <wo.m> over all facets m, divided by cos(theta_o): the article's equation (vi).
+    `normals`: the integral of G1 D <wo.m> over all facets m, divided by cos(theta_o): equation (vi) of the
+    article "Microfacet BRDFs from Scratch".
     `furnace`: the integral of G1 D / (4 cos(theta_o)) over all light, also from below, that a facet reflects to the
     viewer: the weak white furnace test of Heitz (2014). `error`: the estimated error of both.
     """

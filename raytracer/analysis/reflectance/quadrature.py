@@ -47,8 +47,8 @@ def halfway(w: Array, fine: Fineness) -> Rule:
     """Return a rule in polar coordinates of the halfway vector H between its directions and a unit direction `w` (3,).
 
     In these coordinates, lobes in N.H have the same shape for any `w`; in coordinates of the directions themselves they
-    become long and thin at grazing angles. A solid angle of directions is 4 w.H times the solid angle of
-    H: equation (xx) of the course's article.
+    become long and thin at grazing angles. A solid angle of directions is 4 w.H times the solid angle of H: equation
+    (xx) of the article "Microfacet BRDFs from Scratch".
     """
     tilt = _tilt(w)
     x, y = _across(w)
@@ -85,7 +85,7 @@ def polar(axis: Array, fine: Fineness, kinks: Array | None = None) -> Rule:
 def about_all(axes: Sequence[Array], fine: Fineness) -> Rule:
     """Return a rule that resolves lobes around several axes: the union of polar rules about each axis.
 
-    Weights are combined by the balance heuristic (Veach 1995), from the densities of the rules' directions.
+    Weights are combined by the balance heuristic (Veach and Guibas 1995), from the densities of the rules' directions.
     """
 
     def density(axis: Array, directions: Array) -> Array:

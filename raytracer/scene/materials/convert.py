@@ -134,7 +134,7 @@ def _exponent(material: Material) -> float:
 
 
 def _widths(model: str, h: float) -> dict[str, float]:
-    """Return the highlight's width, for Phong's exponent h, in the parameters of all models (Walter 2007 for alpha)."""
+    """Return the highlight's width, for Phong's exponent h, in each model's parameters (alpha: Walter et al. 2007)."""
     alpha = math.sqrt(2.0 / (4.0 * h + 2.0))
     return {
         "h": 4.0 * h if model.startswith("blinn") else h,

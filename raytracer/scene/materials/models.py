@@ -96,7 +96,7 @@ _ALPHA = _number(
     1e-4,
     1.0,
     "roughness of the microfacets: the spread of their slopes",
-    source="Walter 2007",
+    source="Walter et al. 2007",
 )
 _H = _number("h", 32.0, 0.0, MAX_EXPONENT, "exponent of the highlight")
 _KD = _color("kd", 0.8, "diffuse factor", MAX_COLOR, unit=REFLECTED)
@@ -124,7 +124,7 @@ _SMITH = _choice(
     "Smith's masking of Beckmann's facets: exact, or the rational fit in common use, which is 0.35 % off",
     "exact",
     "rational",
-    source="Smith 1967; Walter 2007",
+    source="Smith 1967; Walter et al. 2007",
 )
 _DISTRIBUTION = _choice("distribution", "distribution of the microfacets' normals", "ggx", "beckmann")
 
@@ -178,7 +178,7 @@ def _v_cavity(m: str) -> tuple[Parameter, ...]:
             "cook",
             "unnormalized",
             values=(0.25, 1.0 / math.pi, 1.0),
-            source="1/4: Walter 2007",
+            source="1/4: Walter et al. 2007",
         ),
     )
 
@@ -249,14 +249,14 @@ MODELS: dict[str, Model] = {
     ),
     "ggx": _model(
         "mirror facets, a long-tailed distribution",
-        "Trowbridge and Reitz 1975; Walter 2007",
+        "Trowbridge and Reitz 1975; Walter et al. 2007",
         _ALPHA,
         *_fresnel(0.8),
         _MASKING,
     ),
     "beckmann": _model(
         "mirror facets of a Gaussian rough surface",
-        "Beckmann 1963; Walter 2007",
+        "Beckmann and Spizzichino 1963; Walter et al. 2007",
         _ALPHA,
         *_fresnel(0.8),
         _MASKING,
@@ -264,7 +264,7 @@ MODELS: dict[str, Model] = {
     ),
     "split": _model(
         "light that facets do not reflect is diffuse: (1 - F) Lambert + F D G / (4 N.L N.V)",
-        "the course's cheat sheet; Karis 2013",
+        '"Physical based rendering cheat sheet"; Karis 2013',
         _RHO,
         _number("metalness", 0.0, 0.0, 1.0, "0: dielectric; 1: metal, without a diffuse part and with rho as its f0"),
         _color("f0", 0.04, "reflectance at normal incidence of the dielectric"),
@@ -275,7 +275,7 @@ MODELS: dict[str, Model] = {
     ),
     "diffuse_microfacet": _model(
         "Lambertian facets, by quadrature over their normals",
-        "equation (xxiii) of the article; Heitz and Dupuy 2015",
+        'equation (xxiii) of "Microfacet BRDFs from Scratch"; Heitz and Dupuy 2015',
         _RHO,
         _ALPHA,
         _DISTRIBUTION,
@@ -292,7 +292,7 @@ MODELS: dict[str, Model] = {
     ),
     "he": _model(
         "a rough surface by wave optics",
-        "He, Torrance, Sillion and Greenberg 1991; Westin's errata",
+        "He, Torrance, Sillion and Greenberg 1991; Westin's implementation",
         msgspec.structs.replace(_RHO, default=(0.0,) * 3, meaning="albedo of the uniform diffuse part"),
         _color("ks", 1.0, "scale of all but the diffuse part", unit=REFLECTED),
         _number("sigma0", 0.18, 0.0, 1e3, "root mean square of the surface height", unit="um"),
