@@ -63,7 +63,7 @@ class Choice(NamedTuple):
     """A choice of blocks of pixels. Masks are (rows, columns)."""
 
     active: Mask  # the blocks that get more samples
-    spare: Mask | None  # the blocks that qualify to stop by the present samples alone
+    spare: Mask | None  # the blocks with a small enough error: they stop if the next choice confirms it
 
 
 def chooses_blocks(options: SamplingOptions) -> bool:
