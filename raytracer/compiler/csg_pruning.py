@@ -39,7 +39,7 @@ PUSH, AND_LEAF, OR_LEAF, AND, OR, TRUE = range(6)
 LEAF_SHIFT, SWAPPED, NEGATED = 5, 1 << 4, 1 << 3
 _DROPPED = -1
 # The number of pairs of a cell and a leaf that are pruned at a time.
-_AT_ONCE = 2**19
+_PAIRS_AT_ONCE = 2**19
 
 
 class _Events(NamedTuple):
@@ -123,7 +123,7 @@ class Pruner:
         begin = 0
         while begin < len(cell):
             # Whole cells at a time. Intermediate results take a few hundred bytes for each pair.
-            end = begin + _AT_ONCE
+            end = begin + _PAIRS_AT_ONCE
             end = int(np.searchsorted(cell, cell[end])) if end < len(cell) else len(cell)
             if end <= begin:
                 end = int(np.searchsorted(cell, cell[begin], side="right"))

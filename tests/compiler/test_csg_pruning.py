@@ -82,7 +82,7 @@ def test_programs_have_the_values_and_owners_of_whole_random_trees() -> None:
 
 
 def test_programs_do_not_depend_on_the_number_of_pairs_pruned_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(csg_pruning, "_AT_ONCE", 5)
+    monkeypatch.setattr(csg_pruning, "_PAIRS_AT_ONCE", 5)
     rng = np.random.default_rng(4)
     for _ in range(20):
         check(random_tree(rng, int(rng.integers(1, 41))), rng, 8, 0.5)
