@@ -208,6 +208,6 @@ class _Analysis:
         )
 
     def _leaf_at_light(self, light: PointLight) -> int | None:
-        """Return the number (of _distinct_surfaces()) of the first leaf on which the light lies, spheres before planes."""
+        """Return the number in _distinct_surfaces() of the first leaf on which the light lies, spheres first."""
         order = sorted(range(len(self._leaves)), key=lambda k: not isinstance(self._leaves[k], Sphere))
         return next((self._first_coincident(k) for k in order if self._leaves[k].touches(light.position)), None)

@@ -64,7 +64,7 @@ class BlockMeasurements:
         return is_current(self._versions)
 
     def brightest(self, area: Rectangle) -> float:
-        """Return the brightest channel of the sums in an area: of about _PIXELS_READ pixels in it, or of all its pixels."""
+        """Return the brightest channel of the sums in an area: of about _PIXELS_READ of its pixels, or of all."""
         stride = max(1, math.isqrt(area[2] * area[3] // _PIXELS_READ))
         columns, rows = (-(-side // (stride * BLOCK)) for side in area[2:])
         mesh = Cells(cell_blocks(np.ones((rows, columns), bool)), 1)
