@@ -64,11 +64,11 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[geometry.GeometryRequest]:
     views: list[geometry.GeometryRequest] = []
     draw = geometry.draw_geometry
 
-    def note(device: devices.Device, view: geometry.GeometryRequest) -> Geometry:
+    def record_view(device: devices.Device, view: geometry.GeometryRequest) -> Geometry:
         views.append(view)
         return draw(device, view)
 
-    monkeypatch.setattr(geometry, "draw_geometry", note)
+    monkeypatch.setattr(geometry, "draw_geometry", record_view)
     return views
 
 
