@@ -120,6 +120,6 @@ def test_pictures_differ_if_spheres_are_not_enlarged_by_the_light_radius(
     if case == "listed":
         monkeypatch.setattr(compiled_scene, "FEW", 0)
     for module in (culling, candidate_lists):
-        monkeypatch.setattr(module, "widening", lambda *_: 0.0)
+        monkeypatch.setattr(module, "ball_growth", lambda *_: 0.0)
     with pytest.raises(AssertionError):
         check_cells(renderer, scene, size, soft_settings())
