@@ -44,14 +44,14 @@ def recorded() -> Iterator[list[Recorded]]:
         return values
 
     def record_top_first(player: DrawPlayer, name: str, area: Rectangle, out: NDArray[np.float32]) -> None:
-        def again() -> NDArray[np.float32]:
+        def read_again() -> NDArray[np.float32]:
             values = np.empty_like(out)
             read_top_first(player, name, area, values)
             return values
 
         read_top_first(player, name, area, out)
         # A copy, because the caller of the recorded call divides `out` afterwards.
-        calls.append(Recorded(again, out.copy()))
+        calls.append(Recorded(read_again, out.copy()))
 
     def record_bind(buffers: SceneBuffers) -> None:
         calls.append(Recorded(partial(bind, buffers)))

@@ -126,16 +126,16 @@ def approximations(trade: Tradeoffs) -> str:
     return _table(["exact model", "approximation", "ms", "ms, exact model", "error", "largest error"], rows)
 
 
-def blind() -> str:
+def missed_features() -> str:
     """Format the shares of randomly placed discs and lines that no sample hits, by their width."""
     rows = []
     for shape, length, n in (("discs", 0, 4), ("discs", 0, 16), ("discs", 0, 64), ("lines, 10 pixels long", 10, 16)):
-        missed = [_missed(width / math.sqrt(n), length, n) for width in _WIDTHS]
+        missed = [_missed_share(width / math.sqrt(n), length, n) for width in _WIDTHS]
         rows.append([shape, str(n), f"{1.0 / math.sqrt(n):g}", *(f"{share:.0%}" for share in missed)])
     return _table(["shape", "samples", "spacing, pixels", *(f"width {width:g} spacings" for width in _WIDTHS)], rows)
 
 
-def _missed(width: float, length: float, n: int) -> float:
+def _missed_share(width: float, length: float, n: int) -> float:
     rng = np.random.default_rng(2)
     centers = rng.uniform(8, 56, (2000, 2))
     angle = rng.uniform(0.0, math.pi, len(centers))
@@ -174,7 +174,7 @@ def measure_tables(name: str, size: tuple[int, int], rounds: int, extent: Extent
     write_plots(trade, folder)
     tables = {table.__name__: table(trade) for table in (front, sequences, shadows, exact, approximations)}
     machine = "; ".join(f"{key}: {value}" for key, value in trade.machine.items())
-    return tables | {"blind": blind(), "machine": f"{size[0]}x{size[1]}; {machine}"}
+    return tables | {"blind": missed_features(), "machine": f"{size[0]}x{size[1]}; {machine}"}
 
 
 def write_plots(trade: Tradeoffs, folder: Path) -> None:

@@ -38,10 +38,10 @@ WITHIN, BOUND, SHARE = 0.25, 1.25, 0.95
 MOST, MET = 1.1, 0.98
 # The largest share of estimates that may be marked as uncertain: on ordinary scenes with any number of samples, on hard
 # scenes with 64 samples.
-MARKED = {"ordinary": 0.15, "hard": 0.5}
+MOST_UNCERTAIN = {"ordinary": 0.15, "hard": 0.5}
 # The seeds below 2000 were used to develop the estimate.
-FIRST = 2000
-SETS: dict[str, Callable[[int], tuple[rt.Scene, Shadows, str]]] = {
+FIRST_SEED = 2000
+SCENE_SETS: dict[str, Callable[[int], tuple[rt.Scene, Shadows, str]]] = {
     "ordinary": lambda seed: (*unseen(seed), ""),
     "hard": hard_scene,
 }
@@ -56,7 +56,7 @@ def _rms(image: Image, truth: NDArray[np.floating]) -> float:
 
 def measure_scene(name: str, seed: int) -> dict[str, float | int | str]:
     """Measure a scene, and return its row of the table. The column `truth` is the ground truth's own error estimate."""
-    scene, shadows, kind = SETS[name](seed)
+    scene, shadows, kind = SCENE_SETS[name](seed)
     renderer = Renderer(shared_device())
 
     def picture(**fields: object) -> Image:
@@ -105,7 +105,7 @@ def as_markdown(rows: list[dict[str, str]]) -> str:
         "",
         f"Written by `python -m benchmarks.estimates`, at {SIZE[0]}x{SIZE[1]}.",
     ]
-    for name in SETS:
+    for name in SCENE_SETS:
         chosen = [row for row in rows if row["set"] == name]
         if chosen:
             lines += ["", *_table(name, chosen)]
@@ -117,7 +117,7 @@ def _table(name: str, rows: list[dict[str, str]]) -> list[str]:
         f"**{len(rows)} {name} scenes, seeds from {min(int(row['seed']) for row in rows)} on**",
         "",
         f"Goal: in {SHARE:.0%} of the pictures the stated error is within {WITHIN:.0%} of the true error, or marked as "
-        f"uncertain and at most {BOUND} times the true error. At most {MARKED[name]:.0%} are uncertain"
+        f"uncertain and at most {BOUND} times the true error. At most {MOST_UNCERTAIN[name]:.0%} are uncertain"
         f"{' with 64 samples' if name == 'hard' else ''}.",
         "",
         "| samples | stated / true error: median | 5th to 95th percentile | uncertain | meet the goal |",
@@ -142,12 +142,12 @@ def _table(name: str, rows: list[dict[str, str]]) -> list[str]:
         f"the pictures (goal: {MET:.0%}). {np.mean(reached):.0%} reach E, with a true error of "
         f"{np.median(shares[reached]):.2f} E in the median and {shares[reached].max():.2f} E at most.",
     ]
-    if missed := _missed(rows):
+    if missed := _rows_outside_goal(rows):
         lines += ["", "Outside the goal: " + "; ".join(missed) + "."]
     return lines
 
 
-def _missed(rows: list[dict[str, str]]) -> list[str]:
+def _rows_outside_goal(rows: list[dict[str, str]]) -> list[str]:
     missed = []
     for row in rows:
         where = f"seed {row['seed']}{' (' + row['kind'] + ')' if row['kind'] else ''}"
@@ -166,7 +166,7 @@ def main() -> None:
     """Measure all scenes that estimates.csv lacks, print the tables, and write estimates.csv and estimates.md."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", type=int, default=100)
-    parser.add_argument("--first", type=int, default=FIRST)
+    parser.add_argument("--first", type=int, default=FIRST_SEED)
     parser.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results"))
     options = parser.parse_args()
     path = options.output / "estimates.csv"
@@ -176,7 +176,7 @@ def main() -> None:
             rows = list(csv.DictReader(file))
     measured = {(row["set"], int(row["seed"])) for row in rows}
     seeds = range(options.first, options.first + options.scenes)
-    missing = [(name, seed) for seed in seeds for name in SETS if (name, seed) not in measured]
+    missing = [(name, seed) for seed in seeds for name in SCENE_SETS if (name, seed) not in measured]
     for name, seed in track(missing, "scenes"):
         row = measure_scene(name, seed)
         rows.append({key: str(row[key]) for key in COLUMNS})

@@ -76,31 +76,31 @@ def in_process(scene: rt.Scene, rounds: int) -> dict[str, float]:
     Return the medians.
     """
 
-    def made() -> rt.Scene:
+    def make_scene() -> rt.Scene:
         # A list, because rt.Scene would share the prepared objects of the other scene, and prepare nothing.
         return rt.Scene(list(scene.objects), scene.lights, scene.camera)
 
-    def rendered(scene: rt.Scene) -> float:
+    def time_picture(scene: rt.Scene) -> float:
         return seconds(lambda: rt.render(scene, _SIZE, geometry=False))
 
-    def moved(scene: rt.Scene) -> rt.Scene:
+    def move_camera(scene: rt.Scene) -> rt.Scene:
         x, y, z = scene.camera.position
         return msgspec.structs.replace(scene, camera=rt.Camera((x + 0.01, y, z), scene.camera.look_at))
 
-    kept, other = made(), scenes.many(2)
+    kept, other = make_scene(), scenes.many(2)
 
-    def first() -> float:
+    def time_first_picture() -> float:
         # A picture of another scene first: the renderer keeps the last scene, also for a new scene of equal solids.
         rt.render(other, _SIZE, geometry=False)
-        return rendered(made())
+        return time_picture(make_scene())
 
     return medians(
         rounds,
         {
-            "scene": lambda: seconds(made),
-            "first": first,
-            "camera": lambda: rendered(moved(kept)),
-            "again": lambda: rendered(kept),
+            "scene": lambda: seconds(make_scene),
+            "first": time_first_picture,
+            "camera": lambda: time_picture(move_camera(kept)),
+            "again": lambda: time_picture(kept),
         },
     )
 

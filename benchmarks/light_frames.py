@@ -32,7 +32,7 @@ def crowd(primitives: int, lights: int) -> rt.Scene:
     return rt.Scene([spheres, rt.Plane((0, 1, 0), 0, GREY)], [rt.PointLight(tuple(p)) for p in places], camera)
 
 
-def changed(scene: rt.Scene, change: str, k: int) -> rt.Scene:
+def change_scene(scene: rt.Scene, change: str, k: int) -> rt.Scene:
     """Return the scene of frame k, in which the named part differs from the other frames."""
     first, *others = scene.lights
     if change == "a light's color":
@@ -57,7 +57,7 @@ class Frames:
         """Return the time to prepare frame k after one change. The change "all" starts a new scene."""
         if change == "all":
             self._scene, self._frame = crowd(self._primitives, self._lights), None
-        scene, before = changed(self._scene, change, k), self._frame
+        scene, before = change_scene(self._scene, change, k), self._frame
         begin = time.perf_counter()
         compiled = compile(scene, self._settings.compile_options, before.compiled if before else None)
         self._frame = make_frame(compiled, SIZE, LIMITS, before)

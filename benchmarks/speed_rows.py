@@ -143,12 +143,14 @@ def _against_fewer(bench: Bench) -> Timing:
 def _light_moved(bench: Bench) -> Timing:
     scene, settings, steps = scenes.many(10_000), rt.Settings(), itertools.count(1)
 
-    def moved() -> rt.Scene:
+    def move_light() -> rt.Scene:
         x, y, z = scene.lights[0].position
         return scene.replace(lights=[rt.PointLight((x + _STEP * next(steps), y, z))])
 
-    ours, theirs = in_turns(bench.rounds, lambda: bench.call(moved(), settings), lambda: bench.call(scene, settings))
-    return Timing(ours, theirs, bench.agreement(moved()))
+    ours, theirs = in_turns(
+        bench.rounds, lambda: bench.call(move_light(), settings), lambda: bench.call(scene, settings)
+    )
+    return Timing(ours, theirs, bench.agreement(move_light()))
 
 
 def _other_samples(make: Callable[[], rt.Scene], bench: Bench, estimates: bool = True) -> Timing:

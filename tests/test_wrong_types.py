@@ -100,12 +100,12 @@ WRONG: dict[str, Any] = {
 }
 
 
-def without(*names: str) -> dict[str, Any]:
+def wrong_values_except(*names: str) -> dict[str, Any]:
     return {name: value for name, value in WRONG.items() if name not in names}
 
 
-NAMES = without("text", "number as text")  # both are valid names
-SETTINGS = without("None")
+NAMES = wrong_values_except("text", "number as text")  # both are valid names
+SETTINGS = wrong_values_except("None")
 GREY = np.full((3, 4, 3), 0.5, np.float32)
 IMAGE = rt.Image(GREY)
 PICTURES: dict[str, Any] = WRONG | {
@@ -119,7 +119,7 @@ PICTURES: dict[str, Any] = WRONG | {
     "masked array": np.ma.masked_less(GREY, 1.0),
 }
 
-ODD_DEVICES = without("None", "text", "number as text", "surrogate", "null")
+ODD_DEVICES = wrong_values_except("None", "text", "number as text", "surrogate", "null")
 
 PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
     "Sphere.center": ("center", lambda v: api.Sphere(v, 1), WRONG),
@@ -162,7 +162,7 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
     "Instances.positions": ("positions", lambda v: api.Instances(BALL, v), WRONG),
     "Instances.positions[0]": ("positions", lambda v: api.Instances(BALL, [v]), WRONG),
     "Instances.positions[0][0]": ("positions", lambda v: api.Instances(BALL, [[v, 0, 0]]), WRONG),
-    "Instances.scales": ("scales", lambda v: api.Instances(BALL, [[0, 0, 0]], v), without("(1,)")),
+    "Instances.scales": ("scales", lambda v: api.Instances(BALL, [[0, 0, 0]], v), wrong_values_except("(1,)")),
     "Instances.scales[0]": ("scales", lambda v: api.Instances(BALL, [[0, 0, 0]], [v]), WRONG),
     "Scene.objects": ("objects", lambda v: api.Scene(v, [], CAMERA), WRONG),
     "Scene.objects[0]": ("objects", lambda v: api.Scene([v], [], CAMERA), WRONG),
@@ -175,21 +175,29 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
         f"Settings.{name}": (name, lambda v, name=name: api.Settings(**{name: v}), SETTINGS)
         for name in rt.Settings.__struct_fields__
     },
-    "load": ("path", api.load, without("text", "number as text")),
-    "load_settings": ("path", api.load_settings, without("text", "number as text")),
+    "load": ("path", api.load, wrong_values_except("text", "number as text")),
+    "load_settings": ("path", api.load_settings, wrong_values_except("text", "number as text")),
     "quality": ("quality", api.quality, WRONG),
     "render.scene": ("scene", lambda v: api.render(v, (8, 8)), WRONG),
     "render.size": ("size", lambda v: api.render(SCENE, v), WRONG),
     "render.size[0]": ("size", lambda v: api.render(SCENE, (v, 8)), WRONG),
     "render.backend": ("backend", lambda v: api.render(SCENE, (8, 8), backend=v), SETTINGS),
     "render.device": ("device", lambda v: api.render(SCENE, (8, 8), device=v), ODD_DEVICES),
-    "render.geometry": ("geometry", lambda v: api.render(SCENE, (8, 8), geometry=v), without("True", "NumPy's True")),
+    "render.geometry": (
+        "geometry",
+        lambda v: api.render(SCENE, (8, 8), geometry=v),
+        wrong_values_except("True", "NumPy's True"),
+    ),
     "render.progress": ("progress", lambda v: api.render(SCENE, (8, 8), progress=v), SETTINGS),
     "render.settings": ("settings", lambda v: api.render(SCENE, (8, 8), v), SETTINGS),
     "reference.scene": ("scene", lambda v: api.reference(v, (8, 8)), WRONG),
     "reference.size": ("size", lambda v: api.reference(SCENE, v), WRONG),
     "reference.settings": ("settings", lambda v: api.reference(SCENE, (8, 8), v), SETTINGS),
-    "reference.cache": ("cache", lambda v: api.reference(SCENE, (8, 8), cache=v), without("True", "NumPy's True")),
+    "reference.cache": (
+        "cache",
+        lambda v: api.reference(SCENE, (8, 8), cache=v),
+        wrong_values_except("True", "NumPy's True"),
+    ),
     **{
         f"reference.{name}": (name, lambda v, name=name: api.reference(SCENE, (8, 8), **{name: v}), SETTINGS)
         for name in ("shading", "shadows", "bounces", "workers", "progress")
@@ -204,17 +212,21 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
     "compare.b[0][0][0]": ("b", lambda v: api.compare(GREY, [[[v, 0, 0]]]), PICTURES),
     "compare.threshold": ("threshold", lambda v: api.compare(GREY, GREY, threshold=v), WRONG),
     "compare.flip": ("flip", lambda v: api.compare(GREY, GREY, flip=v), SETTINGS),
-    "load_all": ("path", api.load_all, without("text", "number as text")),
-    "load_radiance": ("path", load_radiance, without("text", "number as text")),
+    "load_all": ("path", api.load_all, wrong_values_except("text", "number as text")),
+    "load_radiance": ("path", load_radiance, wrong_values_except("text", "number as text")),
     "Scene.replace": ("camera", lambda v: SCENE.replace(camera=v), WRONG),
     "Settings.replace": ("samples", lambda v: rt.Settings().replace(samples=v), WRONG),
     "Material.replace": ("kd", lambda v: rt.Material().replace(kd=v), WRONG),
     "Image": ("radiance", api.Image, PICTURES),
     **{
-        f"Image.{name}": (name, lambda v, name=name: IMAGE.replace(**{name: v}), without("None", "dict"))
+        f"Image.{name}": (name, lambda v, name=name: IMAGE.replace(**{name: v}), wrong_values_except("None", "dict"))
         for name in ("depth", "normal", "material", "samples", "error", "estimate", "metadata")
     },
-    "Image.save": ("path", rt.Image(np.zeros((2, 2, 3), np.float32)).save, without("text", "number as text")),
+    "Image.save": (
+        "path",
+        rt.Image(np.zeros((2, 2, 3), np.float32)).save,
+        wrong_values_except("text", "number as text"),
+    ),
     "brdf.evaluate.material": ("material", lambda v: api.brdf.evaluate(v, (0, 0, 1), (0, 0, 1)), WRONG),
     "brdf.evaluate.wi": ("wi", lambda v: api.brdf.evaluate(rt.Material(), v, (0, 0, 1)), WRONG),
     "brdf.evaluate.wo[0]": ("wo", lambda v: api.brdf.evaluate(rt.Material(), (0, 0, 1), [[0, 0, v]]), WRONG),
@@ -236,8 +248,8 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
     "PointLight.is_bulb": ("sphere", api.PointLight((0, 0, 0)).is_bulb, WRONG | {"another": FLOOR}),
     "Settings.cast": ("light", api.Settings().cast, WRONG),
     "Settings.shaded": ("material", api.Settings().shaded, WRONG),
-    "Material.get": ("name", api.Material().get, without("text", "number as text", "surrogate", "null")),
-    "Image.write_png": ("file", lambda v: IMAGE.write_png(v), without("hostile")),
+    "Material.get": ("name", api.Material().get, wrong_values_except("text", "number as text", "surrogate", "null")),
+    "Image.write_png": ("file", lambda v: IMAGE.write_png(v), wrong_values_except("hostile")),
 }
 
 

@@ -56,7 +56,7 @@ WINDOW_SAMPLES = 256
 Pixels = NDArray[np.uint8]
 
 
-def page_pictures(page: str, wanted: Callable[[str], bool]) -> Iterator[tuple[str, Pixels]]:
+def page_pictures(page: str, is_requested: Callable[[str], bool]) -> Iterator[tuple[str, Pixels]]:
     """Run the page's own `raytracer render` commands and `image.save()` scripts, and yield their pictures."""
     environment = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
     with tempfile.TemporaryDirectory() as folder:
@@ -68,13 +68,13 @@ def page_pictures(page: str, wanted: Callable[[str], bool]) -> Iterator[tuple[st
                 texts[block.language].append(block.text)
         for command in "".join(texts["bash"]).splitlines():
             output = re.match(r"raytracer render .*-o ([\w-]+)\.png", command)
-            if output and wanted(output[1]):
+            if output and is_requested(output[1]):
                 run = [sys.executable, "-m", *shlex.split(command)]
                 subprocess.run(run, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
                 yield output[1], pixels_of(Path(folder) / f"{output[1]}.png")
         for code in texts["python"]:
             output = re.search(r'image\.save\("([\w-]+)\.png"\)', code)
-            if output and wanted(output[1]):
+            if output and is_requested(output[1]):
                 run = [sys.executable, "-c", code]
                 subprocess.run(run, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
                 yield output[1], pixels_of(Path(folder) / f"{output[1]}.png")
@@ -199,14 +199,14 @@ def main() -> None:
     names = {*parser.parse_args().names}
     shown = {name for page in PAGES for name in re.findall(r"pictures/([\w-]+)\.png", text_of(page))}
 
-    def wanted(name: str) -> bool:
+    def is_requested(name: str) -> bool:
         return name in (names or shown)
 
     def made() -> Iterator[tuple[str, Pixels]]:
         for page in PAGES:
-            yield from page_pictures(page, wanted)
+            yield from page_pictures(page, is_requested)
         for maker, own in MAKERS.items():
-            if any(map(wanted, own)):
+            if any(map(is_requested, own)):
                 yield from maker()
 
     FOLDER.mkdir(exist_ok=True)

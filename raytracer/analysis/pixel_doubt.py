@@ -70,10 +70,10 @@ class _Analysis:
         t, surface = self._tracer.first(np.zeros(world.shape), world)
         hit = surface >= 0
         rays = Rays(np.zeros((count, 3)), world @ self._R.T, none, none, True)
-        roots = {k: self._roots(k, rays) for k in self._distinct()}
+        roots = {k: self._roots(k, rays) for k in self._distinct_surfaces()}
         depth = np.zeros(count)
         for k in range(len(self._leaves)):
-            leaf_roots = roots[self._same(k)]
+            leaf_roots = roots[self._first_coincident(k)]
             nearer = np.argmin(np.abs(leaf_roots.t - np.where(hit, t, 0.0)), axis=0)
             depth = np.where(surface == k, leaf_roots.error[nearer, np.arange(count)], depth)
         doubtful = order_in_doubt(list(roots.values()), np.where(hit, t + depth, np.inf))
@@ -98,12 +98,12 @@ class _Analysis:
             radiance.reshape(shape),
         )
 
-    def _same(self, k: int) -> int:
+    def _first_coincident(self, k: int) -> int:
         """Return the first leaf whose surface coincides with leaf k's: their roots are identical numbers."""
         return int(np.argmax(self._tracer.coincide[k]))
 
-    def _distinct(self) -> list[int]:
-        return sorted({self._same(k) for k in range(len(self._leaves))})
+    def _distinct_surfaces(self) -> list[int]:
+        return sorted({self._first_coincident(k) for k in range(len(self._leaves))})
 
     def _roots(self, k: int, rays: Rays) -> Roots:
         return root_errors(self._view, self._leaves[k], rays)
@@ -126,7 +126,7 @@ class _Analysis:
             rd = rays.rd[on]
             # The normal is the sum of two legs, from the centre to the chord's middle, and along half the chord.
             half = np.abs(t[on] - rd @ c)
-            legs = moment_error(c, rd, u) + roots[self._same(k)].half[on] + FEW * u * half
+            legs = moment_error(c, rd, u) + roots[self._first_coincident(k)].half[on] + FEW * u * half
             normal[on] = legs / leaf.radius + FEW * u
             by_center = u * np.linalg.norm(c) + leaf.radius * (normal[on] + 2.0 * u) + 2.0 * u * t[on]
             point[on] = np.where(leaf.radius < t[on], by_center, by_depth)
@@ -146,13 +146,16 @@ class _Analysis:
         with np.errstate(divide="ignore", invalid="ignore"):
             L = to_light / distance[:, None]
             L_error = moved / np.maximum(distance - moved, 0.0) + 4.0 * u
-        on = self._on(light)
+        on = self._leaf_at_light(light)
         grazes = np.zeros(len(t), bool)
         if on is not None and not isinstance(self._leaves[on], Sphere):
             grazes = self._tracer.coincide[on][surface]
         doubt = ~np.isfinite(L_error) | (~(np.abs(dot(n, L)) > normal + L_error + 4.0 * u) & ~grazes)
         rays = Rays(P, np.nan_to_num(L), point, np.nan_to_num(L_error, posinf=1.0), False)
-        all_roots = [self._between(k, rays, surface, n, normal, light, distance, k == on) for k in self._distinct()]
+        all_roots = [
+            self._light_ray_roots(k, rays, surface, n, normal, light, distance, k == on)
+            for k in self._distinct_surfaces()
+        ]
         end = distance - moved - 2.0 * u * distance, distance + moved + 2.0 * u * distance
         doubt |= order_in_doubt(all_roots, end[1])
         for roots in all_roots:
@@ -177,7 +180,7 @@ class _Analysis:
             lobe = np.where(ks > 0.0, ks * (steep * vectors + 4.0 * FEW * UNIT[32]), 0.0)
         return doubt & ~grazes, max(light.color) * (kd * vectors + lobe)
 
-    def _between(
+    def _light_ray_roots(
         self, k: int, rays: Rays, surface: Any, n: Array, normal: Array, light: PointLight, distance: Array, lit: bool
     ) -> Roots:
         """Return the roots of leaf k for rays that leave `surface` towards a light.
@@ -204,7 +207,7 @@ class _Analysis:
             t=np.where(known, t, roots.t), error=np.where(known, error, roots.error), tangent=roots.tangent & ~known
         )
 
-    def _on(self, light: PointLight) -> int | None:
-        """Return the first leaf, spheres before planes, on which the light lies, by its number in _distinct()."""
+    def _leaf_at_light(self, light: PointLight) -> int | None:
+        """Return the number in _distinct_surfaces() of the first leaf on which the light lies, spheres first."""
         order = sorted(range(len(self._leaves)), key=lambda k: not isinstance(self._leaves[k], Sphere))
-        return next((self._same(k) for k in order if self._leaves[k].touches(light.position)), None)
+        return next((self._first_coincident(k) for k in order if self._leaves[k].touches(light.position)), None)

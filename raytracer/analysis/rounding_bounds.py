@@ -154,7 +154,7 @@ def interval(roots: Roots) -> tuple[Array, Array]:
 
 
 def order_in_doubt(leaves: list[Roots], end: Array) -> Mask:
-    """Return for each ray whether the order or the number of the roots between 0 and `end` is in doubt (R,)."""
+    """Return for each ray whether rounding may change the order or number of its roots between 0 and `end` (R,)."""
     doubt = np.zeros(len(end), bool)
     for roots in leaves:
         ahead = (roots.middle + roots.reach >= 0.0) & (roots.middle - roots.reach <= end)

@@ -95,34 +95,34 @@ def make_batches(objects: SceneObjects) -> Batches:
     spheres, planes = np.zeros((2, len(objects)), np.int64)  # in one object of each entry
     for shape, own in items.items():
         spheres[own], planes[own] = shape.count(Sphere), shape.count(Plane)
-    first_sphere = _sums(counts * spheres)
-    first_plane = first_sphere[-1] + _sums(counts * planes)
-    number = _sums(counts)
+    first_sphere = _running_sums(counts * spheres)
+    first_plane = first_sphere[-1] + _running_sums(counts * planes)
+    number = _running_sums(counts)
     programs: list[ProgramBatch] = []
     named: list[int] = []
     for shape, own in items.items():
         if shape in compiled:
             continue
         if shape == (Plane,) and totals[shape] <= NAMED_PLANES:
-            named = _spread(first_plane[own], 1, counts[own]).tolist()
+            named = _sequences(first_plane[own], 1, counts[own]).tolist()
             continue
         tree = objects.tree(own[0])
         columns = []
         sphere = plane = 0
         for node in tree:
             if isinstance(node, Plane):
-                columns.append(_spread(first_plane[own], shape.count(Plane), counts[own]) + plane)
+                columns.append(_sequences(first_plane[own], shape.count(Plane), counts[own]) + plane)
                 plane += 1
             elif isinstance(node, Sphere):
-                columns.append(_spread(first_sphere[own], shape.count(Sphere), counts[own]) + sphere)
+                columns.append(_sequences(first_sphere[own], shape.count(Sphere), counts[own]) + sphere)
                 sphere += 1
-        order = _spread(number[own], 1, counts[own])
+        order = _sequences(number[own], 1, counts[own])
         programs.append(ProgramBatch(Pruner(tree), np.column_stack(columns), order))
     shapes = [
         ShapeBatch(
-            _numbered(objects.tree(own[0])),
-            _spread(first_sphere[own], shape.count(Sphere), counts[own]),
-            _spread(number[own], 1, counts[own]),
+            _number_leaves(objects.tree(own[0])),
+            _sequences(first_sphere[own], shape.count(Sphere), counts[own]),
+            _sequences(number[own], 1, counts[own]),
         )
         for shape in compiled
         for own in (items[shape],)
@@ -132,18 +132,18 @@ def make_batches(objects: SceneObjects) -> Batches:
     return Batches(shapes, programs, named, np.concatenate(orders))
 
 
-def _sums(counts: Ints) -> Ints:
+def _running_sums(counts: Ints) -> Ints:
     """Return (N + 1,): the sum of the counts before each entry, and the total."""
     return np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
 
 
-def _spread(starts: Ints, step: int, counts: Ints) -> Ints:
+def _sequences(starts: Ints, step: int, counts: Ints) -> Ints:
     """Return the sequences start, start + step, start + 2 step, ... of all entries, each with `counts` numbers."""
-    within = np.arange(counts.sum()) - np.repeat(_sums(counts)[:-1], counts)
+    within = np.arange(counts.sum()) - np.repeat(_running_sums(counts)[:-1], counts)
     return np.repeat(starts, counts) + step * within
 
 
-def _numbered(tree: list[Solid]) -> list[Solid | int]:
+def _number_leaves(tree: list[Solid]) -> list[Solid | int]:
     """Replace the leaves of a postfix tree by their numbers."""
     count = iter(range(len(tree)))
     return [next(count) if isinstance(node, Primitive) else node for node in tree]
@@ -201,10 +201,10 @@ def balls(batch: ShapeBatch, centers: Array, radii: Array) -> Balls:
         place = centers[batch.first + leaf]
         return Balls(place, radii[batch.first + leaf], np.zeros_like(place), radii[batch.first + leaf])
 
-    return combined(batch.tree, ball, _common, _around)
+    return combined(batch.tree, ball, _balls_around_intersections, _balls_around_unions)
 
 
-def _common(a: Balls, b: Balls) -> Balls:
+def _balls_around_intersections(a: Balls, b: Balls) -> Balls:
     """Return bounding spheres of the intersections of two balls: around the lens, or else the smaller ball.
 
     Let r be the smaller radius, and let both balls grow by d, or approach each other by 2 d. The plane of the lens's
@@ -234,7 +234,7 @@ def _common(a: Balls, b: Balls) -> Balls:
     )
 
 
-def _around(a: Balls, b: Balls) -> Balls:
+def _balls_around_unions(a: Balls, b: Balls) -> Balls:
     """Return the smallest balls around pairs of balls."""
     distance = np.linalg.norm(b.centers - a.centers, axis=1)
     radius = np.maximum(np.maximum(a.radii, b.radii), (distance + a.radii + b.radii) / 2.0)

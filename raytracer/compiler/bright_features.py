@@ -35,8 +35,8 @@ _NARROW = 0.01
 _HALVINGS = 11
 # The number of pairs of a surface and a light in one array: arrays of this size fit a processor's cache.
 _PAIRS = 2**14
-# The most pairs of a surface and a light for one eye. They take a tenth of a second. Of more surfaces, a sample is
-# taken.
+# The most pairs of a surface and a light for one camera or its mirror image: they take a tenth of a second. If there
+# are more, only every second, third ... surface is examined.
 _MOST_PAIRS = 2**18
 # The smallest cosine between a normal and a direction, so that no quotient is infinite.
 _GRAZING = 1e-3

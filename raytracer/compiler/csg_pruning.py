@@ -39,7 +39,7 @@ PUSH, AND_LEAF, OR_LEAF, AND, OR, TRUE = range(6)
 LEAF_SHIFT, SWAPPED, NEGATED = 5, 1 << 4, 1 << 3
 _DROPPED = -1
 # The number of pairs of a cell and a leaf that are pruned at a time.
-_AT_ONCE = 2**19
+_PAIRS_AT_ONCE = 2**19
 
 
 class _Events(NamedTuple):
@@ -123,7 +123,7 @@ class Pruner:
         begin = 0
         while begin < len(cell):
             # Whole cells at a time. Intermediate results take a few hundred bytes for each pair.
-            end = begin + _AT_ONCE
+            end = begin + _PAIRS_AT_ONCE
             end = int(np.searchsorted(cell, cell[end])) if end < len(cell) else len(cell)
             if end <= begin:
                 end = int(np.searchsorted(cell, cell[begin], side="right"))
@@ -142,13 +142,14 @@ class Pruner:
 
     @property
     def _mask(self) -> int:
-        """The bits of the place in a pair, cell << bits | place."""
+        """The mask of the lowest bits of a pair, which hold the place: cell << bits | place."""
         return (1 << self._bits) - 1
 
     def _chain(self, cell: Ints, place: Ints) -> Ints:
-        """Return the remaining codes of a tree whose leaves have one parent.
+        """Return the codes of the programs of all cells, for a tree whose leaves have one parent.
 
-        A code is (cell << bits | number) << LEAF_SHIFT | operation.
+        `cell` and `place`, each (M,), are the listed leaves. A code here is (cell << bits | number of the node)
+        << LEAF_SHIFT | operation.
         """
         start = np.flatnonzero(_differs(cell))
         left = np.add.reduceat(self._killer[place], start) == self._killer[self._leaf].sum()
@@ -158,7 +159,7 @@ class Pruner:
         return ((cell << self._bits | self._number[place]) << LEAF_SHIFT | how)[kept]
 
     def _paths(self, cell: Ints, place: Ints) -> Ints:
-        """Return the remaining codes of any tree, in the form of _chain()."""
+        """Return the codes of the programs of all cells, for any tree, in the form of _chain()."""
         return np.sort(np.concatenate(self._down(self._up(cell << self._bits | place))))
 
     def _up(self, pairs: Ints) -> list[_Events]:

@@ -181,7 +181,7 @@ def _angles(a: Array, b: Array) -> Array:
 
 
 def _cell_corners(cell: NDArray[np.int64], grid: int) -> Array:
-    """Return the corners (4, N, 3) of N cells around a light, which hemisphere_cells() numbers.
+    """Return the directions to the corners (4, N, 3) of N cells around a light; hemisphere_cells() numbers the cells.
 
     The projection maps a cone without the opposite pole to a disc, so a cone that holds a cell's corners holds the
     cell.

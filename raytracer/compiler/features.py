@@ -13,9 +13,11 @@ from raytracer.compiler.meshes import Mask
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# The expected number of samples that meet a feature from which it counts as met: independent samples miss it in 2 %.
+# The smallest expected number of samples on a feature with which the samples count as having hit it. With 4, all of
+# them miss it in 2 % of the cases, if they are independent.
 _MET = 4.0
-# The same number for all features together. Half of them may be hidden; six equal squares show an error (replicate.py).
+# The smallest expected number of samples on all features together with which the samples themselves show the error.
+# Six equal squared errors show it (replicate.py), and half of the features may be hidden behind other objects.
 _ENOUGH = 12.0
 
 

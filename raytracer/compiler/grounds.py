@@ -68,18 +68,20 @@ def make_sight(view: View, planes: Sequence[int], occupied: Mask, size: tuple[in
         depth = view.depths[plane - view.surfaces.spheres]
         slope = rays @ normal
         # With a margin, because rounding may change the sign of a slope near 0.
-        empty &= ~_any(slope * np.sign(depth) > -MARGIN * lengths)
+        empty &= ~_cells_with_any_corner(slope * np.sign(depth) > -MARGIN * lengths)
         steep = np.abs(slope) > _FLATTEST * CELL * sum(rays.shape[:2]) * lengths
         ahead = steep & (slope * depth > 0.0)
         # The slope is linear in the pixel, so a cell sees the face if one of its corners does. Flat corners count as
         # well, because rounding may change their sign.
-        visible = free & _any(ahead | ~steep) & (depth != 0.0)
+        visible = free & _cells_with_any_corner(ahead | ~steep) & (depth != 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             points = np.where(ahead, depth / slope, 0.0)[..., None] * rays
         cell = np.flatnonzero(visible)
         places = np.ascontiguousarray(np.moveaxis(corners(points).reshape(4, -1, 3)[:, cell], -1, 0))
         distance = np.sqrt(np.sum(places * places, axis=0))
-        grounds.append(Ground(plane, normal, depth, cell, places, distance, _all(ahead).ravel()[cell]))
+        grounds.append(
+            Ground(plane, normal, depth, cell, places, distance, _cells_with_all_corners(ahead).ravel()[cell])
+        )
     return Sight(free, empty, grounds)
 
 
@@ -175,17 +177,17 @@ def _shadowed(places: Array, error: Array, around: _Occupied) -> Mask:
     return shadowed
 
 
-def _over(combined: np.ufunc, values: NDArray[Any]) -> NDArray[Any]:
+def _combine_corners(combined: np.ufunc, values: NDArray[Any]) -> NDArray[Any]:
     """Combine the values at the four corners of each cell (rows, columns, ...)."""
     columns = combined(values[:-1], values[1:])
     return combined(columns[:, :-1], columns[:, 1:])
 
 
-def _any(corners: Mask) -> Mask:
+def _cells_with_any_corner(corners: Mask) -> Mask:
     """Return the cells (rows, columns) with any corner that is True."""
-    return _over(np.logical_or, corners)
+    return _combine_corners(np.logical_or, corners)
 
 
-def _all(corners: Mask) -> Mask:
+def _cells_with_all_corners(corners: Mask) -> Mask:
     """Return the cells (rows, columns) whose corners are all True."""
-    return _over(np.logical_and, corners)
+    return _combine_corners(np.logical_and, corners)

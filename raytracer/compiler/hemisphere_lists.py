@@ -138,11 +138,11 @@ def _small_keys(
     for side in (y, x):
         side *= scale
         side += half
-        first = _whole(np.subtract(side, radius), np.float32(keys.grid - 1), word)
+        first = _round_down(np.subtract(side, radius), np.float32(keys.grid - 1), word)
         side += radius
         key *= word(keys.grid)
         key += first
-        more.append(_whole(side, np.float32(keys.grid - 1), word) - first)
+        more.append(_round_down(side, np.float32(keys.grid - 1), word) - first)
     key <<= shift
     key += low
     rows, columns = more
@@ -163,7 +163,7 @@ def _small_keys(
     return [*keys_of_balls, beside, above, beside.take((rows.take(right) > 0).nonzero()[0]) + up], others
 
 
-def _whole(numbers: Floats, top: np.float32, word: type[Any]) -> Words:
+def _round_down(numbers: Floats, top: np.float32, word: type[Any]) -> Words:
     """Round numbers down to whole numbers from 0 to `top`. Changes `numbers` in place."""
     np.maximum(numbers, np.float32(0.0), out=numbers)
     np.minimum(numbers, top, out=numbers)

@@ -123,7 +123,7 @@ def fill_rows(batch: ProgramBatch, rows: Rows, bare: Rows, pairs: Ints, cells: I
     size = int(bare.start[1])
     check_listed(float(len(cells)) * count * size, most)
     every = (cells[:, None] * count + np.arange(count)).ravel()
-    missing = every[~_among(every, pairs)]
+    missing = every[~_are_in(every, pairs)]
     cell, instance = np.divmod(missing, count)
     code = bare.code.reshape(count, size)[instance].ravel()
     start = np.concatenate((rows.start, rows.start[-1] + size * np.arange(1, len(cell) + 1)))
@@ -131,7 +131,7 @@ def fill_rows(batch: ProgramBatch, rows: Rows, bare: Rows, pairs: Ints, cells: I
     return Rows(np.concatenate((rows.cell, cell)), order, start, np.concatenate((rows.code, code)))
 
 
-def _among(values: Ints, sorted_values: Ints) -> Mask:
+def _are_in(values: Ints, sorted_values: Ints) -> Mask:
     """Return whether each of the values is among `sorted_values`."""
     if not len(sorted_values):
         return np.zeros(len(values), bool)

@@ -97,11 +97,11 @@ def touched_surfaces(surfaces: Surfaces, lights: Sequence[PointLight]) -> list[i
             off -= slack
             # Spheres count as near if squares leave float32's range: comparisons with such numbers are False.
             near = ~(off > _COARSE * max(map(abs, (a, b, c, own)))) | (distance < _NEAREST)
-            touched.append(_touched(surfaces, light, np.flatnonzero(near)))
+            touched.append(_surface_at_light(surfaces, light, np.flatnonzero(near)))
     return touched
 
 
-def _touched(surfaces: Surfaces, light: PointLight, near: NDArray[np.int64]) -> int | None:
+def _surface_at_light(surfaces: Surfaces, light: PointLight, near: NDArray[np.int64]) -> int | None:
     """Return the index of the first surface that a light lies on, among the planes and the spheres `near` it."""
     distance = np.linalg.norm(surfaces.centers[near] - light.position, axis=1)
     largest = max(map(abs, (*light.position, light.radius)))

@@ -34,7 +34,7 @@ def run_guarded(load: Callable[[], Callable[[], int]]) -> int:
     # The parent process may have set SIGINT to be ignored, as a shell does for `raytracer ... &`: keep ignoring it.
     is_handled = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if is_handled:
-        signal.signal(signal.SIGINT, _end)
+        signal.signal(signal.SIGINT, _exit_on_interrupt)
     main = load()
     if not is_handled:
         return main()
@@ -74,7 +74,7 @@ def deferred() -> Iterator[None]:
             handler(*waiting[0])
 
 
-def _end(*_: object) -> None:
+def _exit_on_interrupt(*_: object) -> None:
     """Handle SIGINT during the imports, when nothing needs cleaning up."""
     try:
         os.write(2, b"raytracer: interrupted, nothing written\n")

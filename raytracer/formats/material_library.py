@@ -41,7 +41,7 @@ def published(name: str) -> Material:
         InputError: there is no such material.
     """
     if not isinstance(name, str):
-        raise InputError(f"expected {_some(collections())}, got {shown(name)}", "name")
+        raise InputError(f"expected {_library_hint(collections())}, got {shown(name)}", "name")
     with within("name"):
         return _library().material(str.__str__(name))
 
@@ -66,7 +66,7 @@ class MaterialLibrary:
             known = collections()
             if collection not in known:
                 hint = did_you_mean(collection, known)
-                raise InputError(f"expected {_some(known)}, got {shown(name)}{hint}")
+                raise InputError(f"expected {_library_hint(known)}, got {shown(name)}{hint}")
             self._tables[collection] = read_collection(collection)
         tables = self._tables[collection]
         if key not in tables:
@@ -82,5 +82,5 @@ def _library() -> MaterialLibrary:
     return MaterialLibrary()
 
 
-def _some(known: list[str]) -> str:
+def _library_hint(known: list[str]) -> str:
     return f"a published material as {'/..., '.join(known)}/..."

@@ -49,12 +49,12 @@ def _model(name: str) -> dict[str, Any]:
     }
     if needed := [p.name for p in model.parameters.values() if p.default is None]:
         schema["required"] = needed
-    if conditions := {p.name: _only(name, *p.when) for p in model.parameters.values() if p.when}:
+    if conditions := {p.name: _condition(name, *p.when) for p in model.parameters.values() if p.when}:
         schema["dependentSchemas"] = conditions
     return schema
 
 
-def _only(model: str, choice: str, value: str) -> dict[str, Any]:
+def _condition(model: str, choice: str, value: str) -> dict[str, Any]:
     """Return the condition that the parameter `choice` has a value, which may be its default."""
     is_default = MODELS[model].parameters[choice].default == value
     return {"properties": {choice: {"const": value}}, **({} if is_default else {"required": [choice]})}
@@ -77,7 +77,7 @@ def _kind(p: Parameter) -> dict[str, Any]:
         case "whole":
             return {"type": "integer", "minimum": int(p.low), "maximum": int(p.high)}
         case "color":
-            return _three(p.low, p.high)
+            return _one_or_three_numbers(p.low, p.high)
         case "choice":
             return {"enum": [*p.choices]}
         case "direction":
@@ -85,15 +85,15 @@ def _kind(p: Parameter) -> dict[str, Any]:
         case "measured":
             return {"type": "string"}
         case "lobes":
-            factor = _three(-MAX_COEFFICIENT, MAX_COEFFICIENT)
+            factor = _one_or_three_numbers(-MAX_COEFFICIENT, MAX_COEFFICIENT)
             lobe = {
                 "type": "object",
                 "properties": {
                     "cx": factor,
                     "cy": factor,
                     "cz": factor,
-                    "n": _three(0.0, MAX_EXPONENT),
-                    "scale": _three(0.0, MAX_COLOR),
+                    "n": _one_or_three_numbers(0.0, MAX_EXPONENT),
+                    "scale": _one_or_three_numbers(0.0, MAX_COLOR),
                 },
                 "required": ["cx", "cz", "n"],
                 "additionalProperties": False,
@@ -105,7 +105,7 @@ def _number(low: float, high: float) -> dict[str, Any]:
     return {"type": "number", "minimum": low, "maximum": high}
 
 
-def _three(low: float, high: float) -> dict[str, Any]:
+def _one_or_three_numbers(low: float, high: float) -> dict[str, Any]:
     """Return the schema of three numbers, or one number for all three."""
     one = _number(low, high)
     return {"anyOf": [one, {"type": "array", "items": one, "minItems": 3, "maxItems": 3}]}

@@ -18,9 +18,10 @@ SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _BEGIN = struct.Struct(">L4s2L5BL")
 # For each colour type: the number of channels, and the allowed numbers of bits per channel.
 _COLOURS = {0: (1, (1, 2, 4, 8, 16)), 2: (3, (8, 16)), 3: (1, (1, 2, 4, 8)), 4: (2, (8, 16)), 6: (4, (8, 16))}
-_PALETTE = 3
+_PALETTE = 3  # the colour type of pictures with a palette
 # The passes of an interlaced picture: first column, first row, column step and row step.
 _PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
+# The only pass of a picture that is not interlaced, in the form of _PASSES.
 _WHOLE = ((0, 0, 1, 1),)
 # The number of bytes that are processed at once.
 _PIECE = 1 << 16

@@ -14,7 +14,7 @@ from raytracer.core.validation import Vec3
 from raytracer.formats.toml_text import statements
 
 # The most characters of all these statements together, for which tomlkit takes a second or two.
-_MOST = 1 << 18
+_MOST_CHARACTERS = 1 << 18
 _HEADER = re.compile(r"""[ \t]*\[\[?[ \t]*(?:(["']?)(camera|lights)\1[ \t]*\])?""")
 _KEY = re.compile(r"""[ \t]*(["']?)(camera|lights|position)\1[ \t]*[.=]""")
 
@@ -40,7 +40,7 @@ def replace_positions(text: str, camera: Vec3, lights: Sequence[Vec3]) -> str:
             table["position"] = list(position)
 
     parts: list[str] = []
-    copied, room = 0, _MOST
+    copied, room = 0, _MOST_CHARACTERS
     # The current table: "" before the first header, "camera", "lights", or None for any other table.
     table: str | None = ""
     for at in statements(text):
@@ -51,7 +51,7 @@ def replace_positions(text: str, camera: Vec3, lights: Sequence[Vec3]) -> str:
             continue
         room -= at.stop - at.start
         if room < 0:
-            raise ValueError(f"expected positions in at most {_MOST} characters")
+            raise ValueError(f"expected positions in at most {_MOST_CHARACTERS} characters")
         try:
             document: Any = tomlkit.parse(text[at])
             if table:

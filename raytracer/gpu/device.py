@@ -141,7 +141,7 @@ class Device:
 
     def forget(self) -> None:
         """Release all programs without a holder. The context must be current."""
-        for key in self._not_held():
+        for key in self._programs_without_holder():
             self._programs.pop(key).release()
 
     def trim(self) -> None:
@@ -151,13 +151,13 @@ class Device:
         """
         lengths = {key: max(len(key[0]) + len(key[1]) - _COMMON_TEXT, 0) for key in self._programs}
         total = sum(lengths.values())
-        for key in self._not_held():
+        for key in self._programs_without_holder():
             if total <= KEPT_TEXT:
                 break
             total -= lengths[key]
             self._programs.pop(key).release()
 
-    def _not_held(self) -> list[tuple[str, str]]:
+    def _programs_without_holder(self) -> list[tuple[str, str]]:
         """Return the texts of the programs without a holder, the least recently used first."""
         held = set().union(*self._held.values())
         return [key for key, program in self._programs.items() if program not in held]

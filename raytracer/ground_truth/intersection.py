@@ -136,10 +136,15 @@ class Tracer:
             own = spans[first_leaf : first_leaf + count]
             t = np.full(len(rd), np.inf)
             for root in (root for span in own for root in span):
-                before, after = _inside(tree, _before(own, root))[-1], _inside(tree, _after(own, root))[-1]
+                before, after = (
+                    _inside(tree, _is_inside_before(own, root))[-1],
+                    _inside(tree, _is_inside_after(own, root))[-1],
+                )
                 t = np.where((before != after) & (root > 0.0) & (root < t), root, t)
             closer = t < nearest
-            owner = first_leaf + _owner(tree, _inside(tree, _before(own, t)), _inside(tree, _after(own, t)))
+            owner = first_leaf + _owner(
+                tree, _inside(tree, _is_inside_before(own, t)), _inside(tree, _is_inside_after(own, t))
+            )
             nearest, surface = np.where(closer, t, nearest), np.where(closer, owner, surface).astype(np.int32)
             first_leaf += count
         return nearest, surface
@@ -157,11 +162,11 @@ class Tracer:
         return result
 
 
-def _before(spans: list[tuple[Array, Array]], t: Array) -> list[Mask]:
+def _is_inside_before(spans: list[tuple[Array, Array]], t: Array) -> list[Mask]:
     return [(entry < t) & (t <= exit) for entry, exit in spans]
 
 
-def _after(spans: list[tuple[Array, Array]], t: Array) -> list[Mask]:
+def _is_inside_after(spans: list[tuple[Array, Array]], t: Array) -> list[Mask]:
     return [(entry <= t) & (t < exit) for entry, exit in spans]
 
 

@@ -21,7 +21,7 @@ TOLERANCE = 5e-4
 # pixels are few: the assignment at 160x90 has an error of 3e-4 in all, and a picture with 16 samples has 3.5e-3.
 SAMPLES = 1024
 # The share of pixels that are expected to need more samples after the first round.
-_GOING_ON = 0.1
+_SHARE_AFTER_FIRST_ROUND = 0.1
 
 
 class Job(msgspec.Struct, frozen=True):
@@ -44,7 +44,7 @@ class Job(msgspec.Struct, frozen=True):
     @property
     def expected_samples(self) -> float:
         """The expected mean number of samples per pixel, a guess before tracing."""
-        return FIRST_SAMPLES + _GOING_ON * (self.most_samples - FIRST_SAMPLES)
+        return FIRST_SAMPLES + _SHARE_AFTER_FIRST_ROUND * (self.most_samples - FIRST_SAMPLES)
 
 
 def make_job(scene: Scene, size: tuple[int, int], settings: Settings, samples: int, tolerance: float) -> Job:

@@ -142,7 +142,7 @@ class Accumulation:
     def _can_draw_together(self) -> bool:
         """Whether TOGETHER samples at once save time, and no decision is due before the last of them."""
         after = self.samples + TOGETHER
-        # A sum ends at a multiple of TOGETHER.
+        # Samples that are drawn at once must not belong to two sums of SUMMED samples, a multiple of TOGETHER.
         if not self._renderer.draws_together or after > self._options.samples or after % TOGETHER:
             return False
         return not any(self._is_anything_due(n) for n in range(self.samples + 1, after))
@@ -266,7 +266,7 @@ class Accumulation:
         return self._statistics if self.samples >= 2 else None
 
     def _rmse(self) -> float | None:
-        """Estimate the part's root mean square error; None if there is no estimate (yet)."""
+        """Estimate the root mean square error of the part of the picture; None if there is no estimate (yet)."""
         statistics, blocks, part = self._known, self._blocks, self._part
         if statistics is None:
             return None

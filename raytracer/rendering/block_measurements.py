@@ -22,7 +22,7 @@ from raytracer.rendering.stopping_rule import APRON, NEXT
 
 _SUMMED_BEFORE = {"summedBefore": "summedBefore"}
 # The number of pixels of which brightest() takes the maximum. To read all 1280x720 pixels takes as long as a sample.
-_SEEN = 4096
+_PIXELS_READ = 4096
 
 
 def _source(name: str, **defines: int) -> Source:
@@ -64,8 +64,8 @@ class BlockMeasurements:
         return is_current(self._versions)
 
     def brightest(self, area: Rectangle) -> float:
-        """Return the brightest channel in the sums of about _SEEN pixels, spread over an area, or of all its pixels."""
-        stride = max(1, math.isqrt(area[2] * area[3] // _SEEN))
+        """Return the brightest channel of the sums in an area: of about _PIXELS_READ of its pixels, or of all."""
+        stride = max(1, math.isqrt(area[2] * area[3] // _PIXELS_READ))
         columns, rows = (-(-side // (stride * BLOCK)) for side in area[2:])
         mesh = Cells(cell_blocks(np.ones((rows, columns), bool)), 1)
         draw = self._draw("brightest", "blocks", (columns, rows), mesh, {}, stride=stride, drawn=area[2:])

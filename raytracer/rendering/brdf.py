@@ -29,7 +29,7 @@ _SLICE = 2**17
 # Tolerance of a direction's squared length: it covers rounding to float32, and a user's rounding to 4 digits.
 _OFF_UNIT = 1e-3
 # The most rows of a list: 400 MB as float64. An array may have more.
-_MOST = 2**24
+_MOST_ROWS = 2**24
 
 
 def evaluate(material: Material, wi: ArrayLike, wo: ArrayLike, *, device: Device | None = None) -> NDArray[np.float32]:
@@ -79,7 +79,7 @@ def bake(material: Material, *, device: Device | None = None) -> Measured:
     _check(material, device)
     if make_layout([material]).is_anisotropic:
         raise InputError("expected cx equal to cy: MERL's format is for isotropic materials", "lobes")
-    wi, wo = (_above(part.reshape(-1, 3)) for part in directions())
+    wi, wo = (_raise_above_horizon(part.reshape(-1, 3)) for part in directions())
     slices = [slice(i, i + _SLICE) for i in range(0, len(wi), _SLICE)]
     f = np.concatenate([evaluate(material, wi[part], wo[part], device=device) / wi[part, 2:] for part in slices])
     return Measured(f.reshape(*SHAPE, 3))
@@ -92,7 +92,7 @@ def _check(material: Any, device: Any) -> None:
         raise InputError(f"expected a Device or None, got {shown(device)}", "device")
 
 
-def _above(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+def _raise_above_horizon(directions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Raise all directions to at least half a cell, half a degree, above the horizon."""
     least = np.sin(np.radians(0.5))
     x, y, z = directions.T
@@ -101,7 +101,7 @@ def _above(directions: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _directions(value: Any, name: str) -> NDArray[np.float32]:
-    array = number_array(value, name, _MOST, _direction)
+    array = number_array(value, name, _MOST_ROWS, _direction)
     if array.ndim not in (1, 2) or array.shape[-1] != 3:
         raise InputError(f"expected unit directions (N, 3), got an array of shape {array.shape}", name)
     with np.errstate(over="ignore"):  # a number that overflows is part of no unit direction

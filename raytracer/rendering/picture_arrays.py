@@ -72,7 +72,9 @@ class PictureArrays:
         else:
             for i, tile in enumerate(tiles):
                 accumulation = Accumulation(renderer, measurements, self.options, tile, [tile], self.size)
-                self._complete(renderer, accumulation, tile, math.inf, partial(_add, progress, i, len(tiles)))
+                self._complete(
+                    renderer, accumulation, tile, math.inf, partial(_report_progress, progress, i, len(tiles))
+                )
             for _ in self.measure(renderer, tiles):
                 pass
         return time.perf_counter() - begin
@@ -89,7 +91,7 @@ class PictureArrays:
         until = math.inf if options.time is None else time.perf_counter() + options.time
         accumulation = Accumulation(renderer, measurements, options, whole, tiles, self.size, features=self._features)
         while True:
-            self._complete(renderer, accumulation, whole, until, partial(_add, progress, 0, 1))
+            self._complete(renderer, accumulation, whole, until, partial(_report_progress, progress, 0, 1))
             for _ in self.measure(renderer, tiles):
                 pass
             if not accumulation.resume(self.estimate(0.0), self._seconds_left(accumulation, until)):
@@ -173,7 +175,7 @@ class PictureArrays:
         return _WHY_ONE_SAMPLE if self.options.samples == 1 else _WHY_NO_TIME
 
 
-def _add(progress: Progress | None, part: int, parts: int, done: int, most: int) -> None:
+def _report_progress(progress: Progress | None, part: int, parts: int, done: int, most: int) -> None:
     """Report progress: `done` of at most `most` samples of the part with the index `part`, of `parts` parts."""
     if progress:
         progress(part * most + done, parts * most)

@@ -48,13 +48,13 @@ BLOCKS = 128
 # The least effective number of blocks of a certain error. With six blocks the root mean square scatters by a fifth.
 _FEW = 6.0
 # The distance of a lower bound from the sum of contributions, in standard errors.
-_BELOW = 1.5
+_BOUND_DISTANCE = 1.5
 # The least lower bound, as a share of the sum. If one of the two pictures hit a bright feature by chance, the error is
 # less than a tenth of the difference only if less than 0.1 samples hit the feature on average: in one of ten cases.
-_LEAST = 0.01
+_LEAST_BOUND = 0.01
 # The most squared error that possibly missed features may add to a certain error, as a share of the measured squared
 # error: with half as much again the root is off by less than a quarter.
-_UNSEEN = 0.5
+_UNSEEN_SHARE = 0.5
 
 
 class Spread(NamedTuple):
@@ -148,7 +148,7 @@ def squared_error(squares: Array, probabilities: Array) -> tuple[float, float, b
     """
     contributions = np.sort(squares / probabilities)
     sums, fourths = np.cumsum(contributions), np.cumsum(np.square(contributions))
-    least = max(_LEAST * float(sums[-1]), float(np.max(sums - _BELOW * np.sqrt(fourths))))
+    least = max(_LEAST_BOUND * float(sums[-1]), float(np.max(sums - _BOUND_DISTANCE * np.sqrt(fourths))))
     return float(sums[-1]), least, is_dominated_by_few(contributions, _FEW)
 
 
@@ -217,7 +217,7 @@ def estimate(
     errors = spread.relative_errors()
     worst, worst_at = largest(errors)
     total = measurement.least if measurement.is_uncertain else measurement.total
-    unknown = FEW_PIXELS if measurement.is_uncertain else UNSEEN if unseen > _UNSEEN * total else ""
+    unknown = FEW_PIXELS if measurement.is_uncertain else UNSEEN if unseen > _UNSEEN_SHARE * total else ""
     rmse = math.sqrt(total / (3 * errors.size))
     return Estimate(
         samples, seconds, rmse, WORST_PIXEL_FACTOR * measurement.scale * worst, worst_at, unknown, max_error

@@ -46,9 +46,9 @@ FIRST = 3
 NEXT = 8
 # The width in pixels of the border around a block on which decisions about the block depend, too.
 APRON = 1
-# The share of the permitted squared error that stopped blocks may hold together: a fortieth of the error.
-_LEFT = 0.05
-# Blocks that qualified at half the number of samples may now hold this many times the share _LEFT.
+# The share of the permitted squared error that stopped blocks may hold together. It adds a fortieth to the error.
+_STOPPED_SHARE = 0.05
+# Blocks that qualified at half the number of samples may now hold this many times the share _STOPPED_SHARE.
 _MISJUDGED = 2.0
 # Safety factors by which an estimate must be below `max_error`, from _SURE_FROM samples on, and with fewer samples: the
 # estimate may be wrong by as much.
@@ -63,7 +63,7 @@ class Choice(NamedTuple):
     """A choice of blocks of pixels. Masks are (rows, columns)."""
 
     active: Mask  # the blocks that get more samples
-    spare: Mask | None  # the blocks that qualify to stop by the present samples alone
+    spare: Mask | None  # the blocks with a small enough error: they stop if the next choice confirms it
 
 
 def chooses_blocks(options: SamplingOptions) -> bool:
@@ -106,8 +106,8 @@ def choose_blocks(
     goal = squared_errors.sum() / max(growth, 1.0) ** (2.0 * P)
     if options.max_error is not None:
         goal = max(goal, options.max_error**2 * 3 * pixels)
-    now = _surest(active, errors, squared_errors, _LEFT * goal)
-    if spare is None or squared_errors[spare & active].sum() > _MISJUDGED * _LEFT * goal:
+    now = _surest(active, errors, squared_errors, _STOPPED_SHARE * goal)
+    if spare is None or squared_errors[spare & active].sum() > _MISJUDGED * _STOPPED_SHARE * goal:
         # The picture has features that this number of samples often misses.
         return Choice(active, now)
     return Choice(active & ~(spare & now), now)

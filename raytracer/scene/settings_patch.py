@@ -44,8 +44,8 @@ class SettingsPatch(Record, frozen=True, repr_omit_defaults=True):
 
         `adaptive` in `later` disables `max_error` and `time` of this patch, and the other way round, because they
         exclude each other. If `later` is the first to set `max_error`, `time` or `adaptive`, and does not set
-        `samples`, `samples` becomes UNSET, which stands for DEFAULT_SAMPLE_LIMIT: an earlier `samples` was not meant as the
-        limit of these. Raises InputError for an unknown quality.
+        `samples`, `samples` becomes UNSET, which stands for DEFAULT_SAMPLE_LIMIT: an earlier `samples` was not meant as
+        the limit of these. Raises InputError for an unknown quality.
         """
         return SettingsPatch(**_merged(_merged({}, self.fields()), later.fields()))
 

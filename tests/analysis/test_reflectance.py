@@ -45,7 +45,7 @@ MEASURED = properties.COMPLETE
 
 
 @functools.cache
-def checked(model: str) -> list[Verification]:
+def verifications(model: str) -> list[Verification]:
     return verify_all([model])
 
 
@@ -61,7 +61,7 @@ def albedo(material: Material, *cosines: float) -> list[float]:
 @pytest.mark.gl
 @pytest.mark.parametrize("model", MEASURED)
 def test_every_model_meets_its_expectations_at_the_ends_of_its_parameter_ranges(model: str) -> None:
-    checks = checked(model)
+    checks = verifications(model)
     assert len(checks) > 1 and all(check.expectation for check in checks)
     assert [f"{check.parameters}: {check.differs}" for check in checks if check.differs] == []
 
@@ -78,7 +78,7 @@ def test_every_model_but_merl_has_expectations_and_each_expectation_has_a_reason
 
 
 # A parameter whose range ends above this number, such as an exponent, is drawn by its logarithm, not evenly.
-_LONG = 1e3
+_LONG_AXIS = 1e3
 
 
 def random_material(model: str, fixed: Mapping[str, Any], random: np.random.Generator) -> Material:
@@ -97,7 +97,7 @@ def random_material(model: str, fixed: Mapping[str, Any], random: np.random.Gene
             values[name] = str(random.choice(p.choices))
         elif p.kind == "whole":
             values[name] = int(random.integers(int(low), int(high), endpoint=True))
-        elif high > _LONG:
+        elif high > _LONG_AXIS:
             values[name] = float(np.exp(random.uniform(np.log(max(low, 1e-3)), np.log(high))))
         elif p.kind in ("number", "color"):
             values[name] = float(random.uniform(*fixed.get(name, (low, high))))
@@ -149,7 +149,7 @@ def test_measurements_confirm_the_properties_that_theory_predicts() -> None:
     """Well-known examples, with the parameters that differ from the defaults."""
 
     def measured_properties(model: str, **settings: Any) -> properties.MaterialProperties:
-        return next(c.properties for c in checked(model) if dict(c.parameters) == settings)
+        return next(c.properties for c in verifications(model) if dict(c.parameters) == settings)
 
     assert not measured_properties("phong").reciprocal and measured_properties("phong").conserving is False
     assert measured_properties("minnaert").reciprocal and measured_properties("minnaert").conserving is False  # k = 0.5

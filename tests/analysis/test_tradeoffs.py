@@ -244,17 +244,17 @@ def test_an_interrupted_trade_keeps_its_measurements_and_the_page_escapes_the_sc
 def test_a_failed_page_leaves_the_tables_and_no_older_page(
     why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def ends(*_: object) -> None:
+    def stop(*_: object) -> None:
         raise KeyboardInterrupt if why == "Ctrl-C" else RuntimeError("no more")
 
-    def little(*arguments: Any) -> Plan:
+    def smaller_plan(*arguments: Any) -> Plan:
         made = plan(*arguments)
         made.targets = {MAIN: made.targets[MAIN]}
         made.configurations = [c for c in made.configurations if c.target == MAIN][:2]
         return made
 
-    monkeypatch.setattr(page, "strips", ends)
-    monkeypatch.setattr(configurations, "plan", little)
+    monkeypatch.setattr(page, "strips", stop)
+    monkeypatch.setattr(configurations, "plan", smaller_plan)
     monkeypatch.setattr(approximations, "add_approximations", lambda *_: None)
     (tmp_path / "trade.html").write_text("an older one")
     assert main(["trade", SCENE, "-o", str(tmp_path), "--quick", "--size", "32x18"]) == (130 if why == "Ctrl-C" else 1)

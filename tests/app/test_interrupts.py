@@ -110,7 +110,7 @@ opened, os.open = os.open, interrupted
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("function", ["pathlib.Path.replace", "raytracer.app.commands.render_cli.say"])
+@pytest.mark.parametrize("function", ["pathlib.Path.replace", "raytracer.app.commands.render_cli.print_lines"])
 def test_ctrl_c_between_writing_and_the_message_still_reports_the_written_file(function: str, tmp_path: Path) -> None:
     module, _, name = function.rpartition(".")
     script = f"""

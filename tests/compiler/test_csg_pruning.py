@@ -48,7 +48,7 @@ def execute(codes: list[int], before: Mask, after: Mask) -> tuple[Mask, Mask, ND
     return (*stack[0], deepest) if codes else (no, no, np.full(len(no), -1), 0)
 
 
-def check(solid: Solid, rng: np.random.Generator, cells: int, listed: float) -> Pruner:
+def assert_programs_equal_tree(solid: Solid, rng: np.random.Generator, cells: int, listed: float) -> Pruner:
     """Compare the programs of random cells, which list each leaf with probability `listed`, with the whole tree."""
     nodes = postfix(solid)
     pruner = Pruner(nodes)
@@ -78,14 +78,14 @@ def check(solid: Solid, rng: np.random.Generator, cells: int, listed: float) -> 
 def test_programs_have_the_values_and_owners_of_whole_random_trees() -> None:
     rng = np.random.default_rng(1)
     for _ in range(150):
-        check(random_tree(rng, int(rng.integers(1, 41))), rng, 8, rng.choice([0.1, 0.5, 1.0]))
+        assert_programs_equal_tree(random_tree(rng, int(rng.integers(1, 41))), rng, 8, rng.choice([0.1, 0.5, 1.0]))
 
 
 def test_programs_do_not_depend_on_the_number_of_pairs_pruned_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(csg_pruning, "_AT_ONCE", 5)
+    monkeypatch.setattr(csg_pruning, "_PAIRS_AT_ONCE", 5)
     rng = np.random.default_rng(4)
     for _ in range(20):
-        check(random_tree(rng, int(rng.integers(1, 41))), rng, 8, 0.5)
+        assert_programs_equal_tree(random_tree(rng, int(rng.integers(1, 41))), rng, 8, 0.5)
 
 
 def test_the_memory_for_a_deep_tree_is_proportional_to_the_listed_leaves() -> None:
@@ -101,7 +101,7 @@ def test_the_memory_for_a_deep_tree_is_proportional_to_the_listed_leaves() -> No
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 100e6 and len(code) == start[-1] > 10000
-    check(tree, rng, 4, 0.001)
+    assert_programs_equal_tree(tree, rng, 4, 0.001)
 
 
 def spheres(count: int) -> list[Solid]:
@@ -117,7 +117,7 @@ def balanced(solids: list[Solid], *operators: Callable[[Solid, Solid], Solid]) -
     return solids[0]
 
 
-def flipped(a: Solid, b: Solid) -> Solid:
+def subtract_from(a: Solid, b: Solid) -> Solid:
     return b - a
 
 
@@ -127,16 +127,16 @@ def flipped(a: Solid, b: Solid) -> Solid:
         (functools.reduce(operator.sub, spheres(1000)), 2),
         (spheres(1000)[0] - balanced(spheres(999), operator.or_), 2),
         (balanced(spheres(1000), operator.or_), 2),
-        (functools.reduce(flipped, spheres(1000)), 2),  # right-deep, with alternating operators once flattened
+        (functools.reduce(subtract_from, spheres(1000)), 2),  # right-deep, with alternating operators once flattened
         (functools.reduce(lambda a, b: ~(a | b) & b, spheres(500)), 2),
         (balanced(spheres(1024), operator.or_, operator.and_), 11),
-        (balanced(spheres(1000), operator.sub, operator.or_, flipped), None),
+        (balanced(spheres(1000), operator.sub, operator.or_, subtract_from), None),
     ],
     ids=["left-deep", "minus-union", "union", "right-deep", "complements", "alternating", "mixed"],
 )
 def test_programs_of_a_thousand_leaves_stay_within_the_stack_depth(tree: Solid, depth: int | None) -> None:
-    pruner = check(tree, np.random.default_rng(2), 4, 0.02)
-    full = check(tree, np.random.default_rng(3), 1, 1.0)
+    pruner = assert_programs_equal_tree(tree, np.random.default_rng(2), 4, 0.02)
+    full = assert_programs_equal_tree(tree, np.random.default_rng(3), 1, 1.0)
     assert full.depth == pruner.depth and depth in (None, pruner.depth)
 
 

@@ -35,7 +35,7 @@ def complements(solid: rt.Solid, count: int) -> rt.Solid:
     return solid
 
 
-def joined(solids: list[rt.Solid]) -> rt.Solid:
+def shallow_union(solids: list[rt.Solid]) -> rt.Solid:
     """Return the union of the solids, as a shallow tree."""
     while len(solids) > 1:
         solids = [functools.reduce(operator.or_, solids[i : i + 2]) for i in range(0, len(solids), 2)]
@@ -166,9 +166,9 @@ def test_too_many_spheres_times_lights_are_refused(renderer: Renderer, monkeypat
     renderer.render(scene, SIZE, Settings(shadows="off"))
 
 
-def row(count: int) -> rt.Scene:
+def row_of_shells(count: int) -> rt.Scene:
     """Return spheres along the line of sight, each minus a larger sphere: rays pass all of them and hit none."""
-    less, more = (joined([rt.Sphere((0, 0, -3.0 * i), r) for i in range(count)]) for r in (1.0, 1.1))
+    less, more = (shallow_union([rt.Sphere((0, 0, -3.0 * i), r) for i in range(count)]) for r in (1.0, 1.1))
     return rt.Scene([less - more], [], rt.Camera((0, 0, 6), (0, 0, 0), vertical_fov=10))
 
 
@@ -176,7 +176,7 @@ def test_rays_that_take_more_steps_than_the_driver_allows_are_refused(
     renderer: Renderer, has_round_limit: bool
 ) -> None:
     # llvmpipe ends every loop after 65,535 rounds. Pictures then showed surfaces that do not exist.
-    scene = row(150)
+    scene = row_of_shells(150)
     image = renderer.render(scene, SIZE, Settings())
     np.testing.assert_array_equal(
         image.radiance, np.broadcast_to(np.array(scene.background, np.float32), image.radiance.shape)
@@ -184,17 +184,19 @@ def test_rays_that_take_more_steps_than_the_driver_allows_are_refused(
     if has_round_limit:
         for geometry in (False, True):
             with pytest.raises(rt.InputError, match=r"at most 65535 steps .* remedies are fewer primitives"):
-                renderer.render(row(400), SIZE, Settings(), geometry=geometry)
-        balls = rt.Scene([*row(400).objects, *[rt.Sphere((0, 0, -5), 0.1)] * 9], [], row(1).camera)
+                renderer.render(row_of_shells(400), SIZE, Settings(), geometry=geometry)
+        balls = rt.Scene([*row_of_shells(400).objects, *[rt.Sphere((0, 0, -5), 0.1)] * 9], [], row_of_shells(1).camera)
         with pytest.raises(rt.InputError, match="at most 65535 steps"):  # even if other spheres are drawn over the row
             renderer.render(balls, SIZE, Settings())
-        lit = msgspec.structs.replace(row(150), lights=[rt.PointLight((0, 0, 9))] * 100)
+        lit = msgspec.structs.replace(row_of_shells(150), lights=[rt.PointLight((0, 0, 9))] * 100)
         lit = msgspec.structs.replace(lit, objects=[*lit.objects, rt.Sphere((0, 0, -1000), 100)])
         with pytest.raises(rt.InputError, match="at most 65535 steps"):  # the limit counts all rays of a pixel together
             renderer.render(lit, SIZE, Settings())
 
 
-def split(objects: Sequence[rt.Solid | rt.Instances], light: rt.PointLight, count: int, camera: rt.Camera) -> rt.Scene:
+def split_light(
+    objects: Sequence[rt.Solid | rt.Instances], light: rt.PointLight, count: int, camera: rt.Camera
+) -> rt.Scene:
     """Return a scene whose `light` is split into `count` weaker lights at the same place."""
     part = msgspec.structs.replace(light, color=tuple(c / count for c in light.color))
     return rt.Scene(objects, [part] * count, camera)
@@ -231,14 +233,14 @@ def test_loops_of_every_kind_that_the_driver_cuts_short_are_refused(
 ) -> None:
     light = rt.PointLight((0, 30, 0))
     one, several = (
-        renderer.render(split(objects, light, count, camera), (16, 9), Settings(**settings)).radiance
+        renderer.render(split_light(objects, light, count, camera), (16, 9), Settings(**settings)).radiance
         for count in (1, few)
     )
     assert one.max() > 0.1
     np.testing.assert_allclose(several, one, rtol=1e-4)
     if has_round_limit:
         with pytest.raises(rt.InputError, match="at most 65535 steps"):
-            renderer.render(split(objects, light, many, camera), (16, 9), Settings(**settings))
+            renderer.render(split_light(objects, light, many, camera), (16, 9), Settings(**settings))
 
 
 @pytest.mark.parametrize("show", ["picture", "normal", "depth", "material"])
@@ -249,14 +251,14 @@ def test_the_progressive_picture_refuses_loops_that_the_driver_cuts_short(
     with renderer.device.context:
         if has_round_limit:
             with pytest.raises(rt.InputError, match="at most 65535 steps"):
-                picture.start(row(400), Settings(), show, SIZE, moving=False)
+                picture.start(row_of_shells(400), Settings(), show, SIZE, moving=False)
                 picture.step()
         picture.close()
 
 
 def test_more_lights_without_shadows_take_more_steps(renderer: Renderer, has_round_limit: bool) -> None:
     facets = rt.Instances(rt.Sphere((0, 0, 0), 1, FACETS), [(0, 0, -3.0 * i) for i in range(20)])
-    one, many = (split([facets], rt.PointLight((0, 30, 0)), count, AHEAD) for count in (1, 200))
+    one, many = (split_light([facets], rt.PointLight((0, 30, 0)), count, AHEAD) for count in (1, 200))
     settings = Settings(shadows="off")
     picture = ProgressivePicture(renderer.device, 1e9)
     with renderer.device.context:
@@ -272,5 +274,5 @@ def test_more_lights_without_shadows_take_more_steps(renderer: Renderer, has_rou
 @pytest.mark.slow
 def test_a_scene_may_have_many_spheres_and_many_lights(renderer: Renderer) -> None:
     spheres = rt.Instances(BALL, np.random.default_rng(1).uniform(-3, 3, (100_000, 3)), 0.02)
-    scene = split([spheres], rt.PointLight((4, 7, 4)), 43, AHEAD)
+    scene = split_light([spheres], rt.PointLight((4, 7, 4)), 43, AHEAD)
     assert renderer.render(scene, (16, 9), Settings(), geometry=False).radiance.max() > 0.1

@@ -32,7 +32,7 @@ from tests.compiled import compiled
 
 SIZE = 48, 32
 TILE = 0, 0, *SIZE
-FOUR = SamplingOptions(samples=4)
+FOUR_SAMPLES = SamplingOptions(samples=4)
 
 
 def coverage(**cells: list[str]) -> Coverage:
@@ -44,7 +44,7 @@ def coverage(**cells: list[str]) -> Coverage:
 GROUND = coverage(see=["#..", ".#."], shade=["#..", ".#."], plane_only=[".##", "..."], empty=["...", "#.#"])
 
 
-def played(steps: list[Step]) -> list[str]:
+def step_lines(steps: list[Step]) -> list[str]:
     """Return one line per step, as a player would that only takes notes."""
     lines = []
     for step in steps:
@@ -57,30 +57,30 @@ def played(steps: list[Step]) -> list[str]:
 
 def draws_of(picture: Coverage, *numbers: int, mask: np.ndarray | None = None, shades: bool = True) -> list[Step]:
     meshes = tile_meshes(picture, TILE, mask, ())
-    samples = [sample_at(number, FOUR) for number in numbers]
+    samples = [sample_at(number, FOUR_SAMPLES) for number in numbers]
     return sample_draws(meshes, TILE, samples, ["surface"], shades=shades, constants={})
 
 
 def test_the_first_sample_replaces_and_later_samples_are_added() -> None:
     see = "see into surface: replace"
     lights = ("shade", "plane_only", "empty")
-    assert played(draws_of(GROUND, 0)) == [see, *(f"{name} into radiance: replace" for name in lights)]
-    assert played(draws_of(GROUND, 1)) == [see, *(f"{name} into radiance: add" for name in lights)]
-    assert played(draws_of(GROUND, SUMMED)) == played(draws_of(GROUND, 0))
+    assert step_lines(draws_of(GROUND, 0)) == [see, *(f"{name} into radiance: replace" for name in lights)]
+    assert step_lines(draws_of(GROUND, 1)) == [see, *(f"{name} into radiance: add" for name in lights)]
+    assert step_lines(draws_of(GROUND, SUMMED)) == step_lines(draws_of(GROUND, 0))
 
 
 def test_samples_drawn_together_share_the_draws_of_empty_and_plane_only_cells() -> None:
     see, shade = "see into surface: replace", "shade into radiance: add"
     several = msgspec.structs.replace(GROUND, cells={**GROUND.cells, SEVERAL: GROUND.cells[PLANE_ONLY]})
     start = [f"{name} into radiance: replace" for name in ("several", "empty", "shade")]
-    assert played(draws_of(several, 0, 1, 2, 3)) == [see, *start, *(3 * [see, shade])]
+    assert step_lines(draws_of(several, 0, 1, 2, 3)) == [see, *start, *(3 * [see, shade])]
     steps = draws_of(several, 4, 5, 6, 7)
-    assert played(steps)[1:4] == [line.replace("replace", "add") for line in start]
+    assert step_lines(steps)[1:4] == [line.replace("replace", "add") for line in start]
     for step in steps:
         if isinstance(step, Draw) and step.program in (SEVERAL, EMPTY):
             assert step.uniforms["samples"] == 4
-            assert step.uniforms["samplePlaces"] == [sample_at(number, FOUR).place for number in range(4, 8)]
-    assert played(draws_of(GROUND, 4, 5, 6, 7)).count("plane_only into radiance: add") == 4
+            assert step.uniforms["samplePlaces"] == [sample_at(number, FOUR_SAMPLES).place for number in range(4, 8)]
+    assert step_lines(draws_of(GROUND, 4, 5, 6, 7)).count("plane_only into radiance: add") == 4
 
 
 def test_only_cells_in_the_mask_are_drawn_and_their_sum_starts_at_zero() -> None:
@@ -88,7 +88,7 @@ def test_only_cells_in_the_mask_are_drawn_and_their_sum_starts_at_zero() -> None
     mask[1, 2] = mask[5, 9] = True  # a block of the first cell and a block of the last cell
     for number, clear in ((1, []), (SUMMED, ["clear radiance to 0"])):
         steps = draws_of(GROUND, number, mask=mask)
-        assert played(steps) == [
+        assert step_lines(steps) == [
             *clear, "see into surface: replace", "shade into radiance: add", "empty into radiance: add"
         ]  # fmt: skip
         cells = {step.program: step.mesh for step in steps if isinstance(step, Draw)}
@@ -111,16 +111,16 @@ def test_rectangles_are_drawn_after_cells_and_only_inside_the_tile() -> None:
     rectangles = np.array([[0, 0, 10, 10], [20, 20, 26, 21], [40, 2, 48, 32]], np.int32)
     picture = msgspec.structs.replace(GROUND, rectangles=rectangles)
     shapes = "shapes into surface: replace"
-    assert played(draws_of(picture, 0, shades=False)) == ["see into surface: replace", "clear depth to 1", shapes]
+    assert step_lines(draws_of(picture, 0, shades=False)) == ["see into surface: replace", "clear depth to 1", shapes]
     alone = msgspec.structs.replace(picture, cells={SHADE: GROUND.cells[SHADE]})
-    assert played(draws_of(alone, 0, shades=False)) == ["clear surface to 0", "clear depth to 1", shapes]
+    assert step_lines(draws_of(alone, 0, shades=False)) == ["clear surface to 0", "clear depth to 1", shapes]
     mesh = tile_meshes(picture, (0, 0, 32, 32), None, ()).rectangles
     assert mesh and mesh.numbers.tolist() == [0, 1] and mesh.largest == 10
 
 
 def test_every_draw_has_the_uniforms_of_its_sample() -> None:
     tile = 16, 0, 32, 32
-    sample = sample_at(3, FOUR)
+    sample = sample_at(3, FOUR_SAMPLES)
     constants = {"focus": 1.0}
     meshes = tile_meshes(GROUND, tile, None, ())
     for step in sample_draws(meshes, tile, [sample], ["surface"], shades=True, constants=constants):

@@ -28,7 +28,7 @@ FEW, MANY = scenes.lit_scene(*BALLS[:2], GROUND), scenes.lit_scene(*BALLS, GROUN
 SETTINGS = [Settings(), Settings(shadows="soft"), Settings(precision=64), Settings(evaluator="walk")]
 
 
-def following(before: Frame, scene: rt.Scene, settings: Settings) -> Frame:
+def next_frame(before: Frame, scene: rt.Scene, settings: Settings) -> Frame:
     compiled = compile_scene(scene, settings.compile_options, before.compiled)
     return make_frame(compiled, before.size, LIMITS, before)
 
@@ -40,12 +40,12 @@ def parts(frame: Frame) -> dict[tuple[str, int], Any]:
     return {(name, 0): part for name, part in alone.items()} | textures
 
 
-def others(before: Frame, after: Frame) -> set[str]:
+def changed_names(before: Frame, after: Frame) -> set[str]:
     """Return the names of the parts that are other objects in `after` than in `before`."""
-    return {name for name, _ in other_parts(before, after)}
+    return {name for name, _ in changed_parts(before, after)}
 
 
-def other_parts(before: Frame, after: Frame) -> set[tuple[str, int]]:
+def changed_parts(before: Frame, after: Frame) -> set[tuple[str, int]]:
     old, new = parts(before), parts(after)
     assert old.keys() == new.keys()
     return {part for part in new if new[part] is not old[part]}
@@ -56,8 +56,8 @@ def other_parts(before: Frame, after: Frame) -> set[tuple[str, int]]:
 def test_settings_of_sampling_change_no_part(scene: rt.Scene, settings: Settings) -> None:
     before = frame(scene, SIZE, settings)
     for sampling in ({"samples": 64}, {"samples": 9, "adaptive": 0.01}, {"samples": 9, "max_error": 0.1}, {"time": 9}):
-        assert others(before, following(before, scene, settings.replace(**sampling))) == set()
-    assert others(before, following(before, msgspec.structs.replace(scene), settings)) == set()
+        assert changed_names(before, next_frame(before, scene, settings.replace(**sampling))) == set()
+    assert changed_names(before, next_frame(before, msgspec.structs.replace(scene), settings)) == set()
 
 
 @pytest.mark.parametrize("settings", SETTINGS)
@@ -66,10 +66,10 @@ def test_a_light_changes_only_the_parts_that_depend_on_lights(scene: rt.Scene, s
     before = frame(scene, SIZE, settings)
     (light, *rest) = scene.lights
     colored = msgspec.structs.replace(scene, lights=[msgspec.structs.replace(light, color=(0.1, 0.2, 0.3)), *rest])
-    assert others(before, following(before, colored, settings)) == {"Lights"}
+    assert changed_names(before, next_frame(before, colored, settings)) == {"Lights"}
     moved = msgspec.structs.replace(scene, lights=[msgspec.structs.replace(light, position=(1, 5, 2)), *rest])
     lists = {"lists", "ends"} if before.lists else set()
-    assert others(before, following(before, moved, settings)) <= {"Lights", "cells"} | lists
+    assert changed_names(before, next_frame(before, moved, settings)) <= {"Lights", "cells"} | lists
 
 
 @pytest.mark.parametrize("settings", SETTINGS)
@@ -87,7 +87,7 @@ def test_a_frame_made_from_another_frame_equals_a_frame_made_alone(scene: rt.Sce
         FEW,
         MANY,
     ):
-        before = following(before, other, settings)
+        before = next_frame(before, other, settings)
         alone = frame(other, SIZE, settings)
         assert before.uniforms == alone.uniforms and before.rounds == alone.rounds
         assert dict(before.blocks) == dict(alone.blocks) and before.textures.keys() == alone.textures.keys()
@@ -106,18 +106,18 @@ def test_moving_a_light_changes_no_list_of_another_light(shadows: str) -> None:
     scene = msgspec.structs.replace(MANY, lights=lights)
     before = frame(scene, SIZE, settings)
     moved = [*lights[:1], rt.PointLight((1, 4.5, 3), radius=0.2), *lights[2:]]
-    after = following(before, msgspec.structs.replace(scene, lights=moved), settings)
+    after = next_frame(before, msgspec.structs.replace(scene, lights=moved), settings)
     # In "lists", all objects and the picture come before the lights. In "ends", the texels of the lights come first.
-    assert other_parts(before, after) == {("Lights", 0), ("cells", 0), ("lists", 3), ("ends", 0), ("ends", 2)}
+    assert changed_parts(before, after) == {("Lights", 0), ("cells", 0), ("lists", 3), ("ends", 0), ("ends", 2)}
     assert before.lists and after.lists and after.lists.picture_ends is before.lists.picture_ends
     shadows_before, shadows_after = before.cells.shadows, after.cells.shadows
     assert len(shadows_before) == len(shadows_after) == 4
     assert sum(shadow is shadows_before.get(caster) for caster, shadow in shadows_after.items()) == 3
-    reversed_ = following(after, msgspec.structs.replace(scene, lights=moved[::-1]), settings)
+    reversed_ = next_frame(after, msgspec.structs.replace(scene, lights=moved[::-1]), settings)
     assert reversed_.lists and all(a is b for a, b in zip(reversed_.lists.own, after.lists.own[::-1], strict=True))
     camera = rt.Camera((1, 2, 7), (0, 0, 0))
-    turned = following(after, msgspec.structs.replace(scene, lights=moved, camera=camera), settings)
-    assert {("lists", i) for i in range(2, 6)} <= other_parts(after, turned)
+    turned = next_frame(after, msgspec.structs.replace(scene, lights=moved, camera=camera), settings)
+    assert {("lists", i) for i in range(2, 6)} <= changed_parts(after, turned)
 
 
 def test_lights_at_one_place_share_their_lists() -> None:
@@ -129,14 +129,14 @@ def test_lights_at_one_place_share_their_lists() -> None:
 def test_lights_on_surfaces_are_not_searched_again_unless_they_change(monkeypatch: pytest.MonkeyPatch) -> None:
     calls: list[str] = []
 
-    def counted(module: Any, name: str, times: Callable[..., int]) -> None:
+    def count_calls(module: Any, name: str, times: Callable[..., int]) -> None:
         function = getattr(module, name)
         monkeypatch.setattr(
             module, name, lambda *arguments: (calls.extend([name] * times(*arguments)), function(*arguments))[1]
         )
 
-    counted(packing, "coincidences", lambda *_: 1)
-    counted(frame_module, "touched_surfaces", lambda _, lights: len(lights))
+    count_calls(packing, "coincidences", lambda *_: 1)
+    count_calls(frame_module, "touched_surfaces", lambda _, lights: len(lights))
     lights = [rt.PointLight((0.1 * i, -1.5, 0)) for i in range(20)]
     scene = msgspec.structs.replace(MANY, lights=lights)
     before = frame(scene, SIZE)
@@ -144,10 +144,10 @@ def test_lights_on_surfaces_are_not_searched_again_unless_they_change(monkeypatc
     assert set(before.lights.touched.values()) == {20}, "the lights touch the ground, surface 20 after 20 spheres"
     calls.clear()
     moved = msgspec.structs.replace(scene, lights=[*lights[1:], rt.PointLight((0, 1, 0), (0.5, 0.5, 0.5))])
-    after = following(before, moved, Settings())
+    after = next_frame(before, moved, Settings())
     assert calls == ["touched_surfaces"], "only the new light is searched"
     calls.clear()
-    following(after, msgspec.structs.replace(moved, camera=rt.Camera((1, 2, 7), (0, 0, 0))), Settings())
+    next_frame(after, msgspec.structs.replace(moved, camera=rt.Camera((1, 2, 7), (0, 0, 0))), Settings())
     assert calls == ["coincidences"], "coincidences are computed once per camera"
     assert surfaces.touched_surfaces is not frame_module.touched_surfaces
 
@@ -173,11 +173,11 @@ def test_only_changed_parts_are_written_to_buffers(renderer: Renderer, monkeypat
         buffers.upload(before)
         assert sorted(written) == ["Lights", *["texels"] * 6]
         written.clear()
-        buffers.upload(following(before, MANY, Settings(samples=256)))
+        buffers.upload(next_frame(before, MANY, Settings(samples=256)))
         assert written == []
         (light, *rest) = MANY.lights
         brighter = msgspec.structs.replace(MANY, lights=[msgspec.structs.replace(light, color=(1, 0, 0)), *rest])
-        buffers.upload(following(before, brighter, Settings()))
+        buffers.upload(next_frame(before, brighter, Settings()))
         assert written == ["Lights"]
         buffers.close()
 
@@ -198,7 +198,7 @@ def test_buffers_hold_all_parts_after_a_change_of_any_part(renderer: Renderer) -
                     lights = [rt.PointLight(place), *lights[1:]]
                 case _:
                     lights = lights[1:]
-            before = following(before, msgspec.structs.replace(MANY, lights=lights), Settings())
+            before = next_frame(before, msgspec.structs.replace(MANY, lights=lights), Settings())
             buffers.upload(before)
             for name, texels in before.textures.items():
                 buffer = buffers._textures[name]._buffer

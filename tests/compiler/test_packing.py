@@ -10,7 +10,7 @@ from raytracer.compiler.view_space import make_view
 from raytracer.scene.options import Precision
 from tests import scenes
 
-# The usual odd factor, and a factor for which the key of a row depends on its last column only.
+# Factors of the hash by which coincident surfaces are sorted: the usual odd one, and 0, with which most hashes collide.
 MIXING = packing._MIXING, np.uint64(0)
 
 

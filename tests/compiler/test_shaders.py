@@ -23,7 +23,7 @@ A, B = rt.Sphere((0, 0, 0), 1), rt.Sphere((1, 0, 0), 1)
 FLOOR = rt.Plane((0, 1, 0), 0)
 
 
-def called(source: Source, function: str) -> set[str]:
+def called_functions(source: Source, function: str) -> set[str]:
     """Return the functions of the source that `function` calls, directly or indirectly."""
     bodies: dict[str, str] = {}
     for name, body in re.findall(r"^\w+ (\w+)\([^()]*\) \{$(.*?)^\}", code(source), re.MULTILINE | re.DOTALL):
@@ -143,10 +143,10 @@ def test_the_program_for_several_samples_has_one_copy_per_sample() -> None:
 def test_a_shadow_ray_computes_no_normal_and_no_material(shadows: Shadows) -> None:
     for objects in ([A - B, FLOOR, *CROWD], [FLOOR, rt.Plane((1, 0, 0), 2), *CROWD]):
         shade = programs_of(objects, 2, Settings(shadows=shadows, evaluator="walk"))["shade"]
-        reached = called(shade, "blockedAt")
+        reached = called_functions(shade, "blockedAt")
         assert reached & {"sphereRoots", "planeRoots", "planeRoot"}
         assert not reached & {"pointAt", "sphereNormal", "indexOf", "reflected", "rayCSG", "isBefore"}
-        assert "pointAt" in called(shade, "main") and "normal" not in "".join(reached).lower()
+        assert "pointAt" in called_functions(shade, "main") and "normal" not in "".join(reached).lower()
         body = code(shade).partition("real blockedAt(Ray ray) {")[2].partition("\n}")[0]
         assert "mat" not in body and "N" not in re.findall(r"\w+", body)
 

@@ -23,7 +23,7 @@ RADII = [1e-6, 0.05, 1.0, 6.0, 40.0]
 RED, BLUE, GREEN, GREY = scenes.COLORS
 
 
-def soft(**fields: object) -> Settings:
+def soft_settings(**fields: object) -> Settings:
     return Settings(samples=3, shadows="soft", **fields)  # pyright: ignore[reportArgumentType]
 
 
@@ -41,8 +41,8 @@ def some_lights(rng: np.random.Generator, size: float) -> list[rt.PointLight]:
 @pytest.mark.parametrize("precision", [32, 64])
 def test_the_assignment_looks_the_same_by_cells(renderer: Renderer, radius: float, precision: int) -> None:
     scene = scenes.with_light_radii(scenes.assignment(), radius)
-    check_cells(renderer, scene, (160, 90), soft(precision=precision))
-    check_cells(renderer, scene, (101, 67), soft(precision=precision), tile=48)
+    check_cells(renderer, scene, (160, 90), soft_settings(precision=precision))
+    check_cells(renderer, scene, (101, 67), soft_settings(precision=precision), tile=48)
 
 
 @pytest.mark.parametrize("seed", range(16))
@@ -51,7 +51,7 @@ def test_few_objects_look_the_same_by_cells(renderer: Renderer, seed: int) -> No
     second = rt.Plane(tuple(rng.normal(size=3).tolist()), -3.0, GREEN)
     eye = tuple((rng.normal(size=3) + np.array((0, 2, 5))).tolist())
     scene = still_life(*([second] if seed % 2 else []), lights=some_lights(rng, 3.0), eye=eye)
-    check_cells(renderer, scene, SIZE, soft())
+    check_cells(renderer, scene, SIZE, soft_settings())
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -85,7 +85,7 @@ def test_a_light_may_touch_or_contain_points_and_spheres(
         light = rt.PointLight(place, radius=radius)
         scene = rt.Scene([*balls, floor], [light], rt.Camera((0, 2, 5), (0, 0.5, 0)))
         check_lists(renderer, scene, (96, 54), shadows="soft", samples=2)
-        check_cells(renderer, scene, (96, 54), soft())
+        check_cells(renderer, scene, (96, 54), soft_settings())
 
 
 def test_lights_that_differ_only_in_radius_have_separate_lists(renderer: Renderer, always_listed: None) -> None:
@@ -101,13 +101,13 @@ def test_large_lights_among_many_objects_use_a_grid_that_is_coarse_enough(render
     for places in (near, np.concatenate([near, far])):
         many = rt.Instances(lens(0, 0, 0), places, 0.2)
         scene = rt.Scene([many], [rt.PointLight((0, 60, 0), radius=100.0)], rt.Camera((0, 0, 100), (0, 0, 0)))
-        assert np.isfinite(renderer.render(scene, (32, 18), soft(), geometry=False).radiance).all()
+        assert np.isfinite(renderer.render(scene, (32, 18), soft_settings(), geometry=False).radiance).all()
 
 
 def test_larger_lights_leave_fewer_plane_only_cells_but_some() -> None:
     scene, size = scenes.assignment(), (640, 360)
     hard, soft_, large = (
-        cells(scenes.with_light_radii(scene, radius), size, soft())[0].mean() for radius in (0.0, 0.5, 2.0)
+        cells(scenes.with_light_radii(scene, radius), size, soft_settings())[0].mean() for radius in (0.0, 0.5, 2.0)
     )
     assert hard > soft_ > large > 0.3
 
@@ -120,6 +120,6 @@ def test_pictures_differ_if_spheres_are_not_enlarged_by_the_light_radius(
     if case == "listed":
         monkeypatch.setattr(compiled_scene, "FEW", 0)
     for module in (culling, candidate_lists):
-        monkeypatch.setattr(module, "widening", lambda *_: 0.0)
+        monkeypatch.setattr(module, "ball_growth", lambda *_: 0.0)
     with pytest.raises(AssertionError):
-        check_cells(renderer, scene, size, soft())
+        check_cells(renderer, scene, size, soft_settings())

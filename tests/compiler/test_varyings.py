@@ -50,7 +50,7 @@ SETTINGS = {
 }
 
 
-def lit(scene: rt.Scene, settings: Settings) -> rt.Scene:
+def with_soft_lights(scene: rt.Scene, settings: Settings) -> rt.Scene:
     """Return `scene`; with soft shadows, its lights have radii and falloff."""
     if settings.shadows != "soft":
         return scene
@@ -74,7 +74,7 @@ def components(vertex: Source) -> int:
 @pytest.mark.parametrize("name", SCENES)
 def test_no_shader_declares_more_varyings_than_the_limit(name: str) -> None:
     for settings in SETTINGS.values():
-        scene = lit(SCENES[name], settings)
+        scene = with_soft_lights(SCENES[name], settings)
         for limit in (PROMISED, USUAL):
             programs = sources(scene, settings, varyings=limit, several=True)
             for vertex in {source.vertex for name, source in programs.items() if name != "empty"}:
@@ -86,7 +86,7 @@ def test_without_a_tight_limit_all_handed_constants_are_varyings() -> None:
         components(source.vertex)
         for scene in SCENES.values()
         for settings in SETTINGS.values()
-        for name, source in sources(lit(scene, settings), settings).items()
+        for name, source in sources(with_soft_lights(scene, settings), settings).items()
         if name != "empty"
     )
     assert PROMISED < most <= 128
@@ -121,7 +121,7 @@ def test_pictures_have_the_same_bits_with_few_varyings(renderer: Renderer, name:
         settings = SETTINGS[key]
         if settings.precision not in renderer.device.limits.precisions:
             continue
-        scene = lit(SCENES[name], settings)
+        scene = with_soft_lights(SCENES[name], settings)
         own, other = (maker.render(scene, SIZE, settings) for maker in (renderer, few))
         np.testing.assert_array_equal(other.radiance, own.radiance, err_msg=key)
         np.testing.assert_array_equal(other.depth, own.depth, err_msg=key)

@@ -47,7 +47,7 @@ def rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def stated(image: Image) -> np.ndarray:
+def stated_error(image: Image) -> np.ndarray:
     assert image.error is not None
     return image.error
 
@@ -60,8 +60,8 @@ def test_an_edge_is_correct_within_the_stated_error(samples: int, tolerance: flo
     cut = (coverage(size) > 0) & (coverage(size) < 1)
     # With so many pixels, and at least 3 degrees of freedom in each, the ratio is known to 10 %.
     assert cut.sum() > 150
-    assert rms(difference[cut]) == pytest.approx(rms(stated(image)[cut]), rel=0.25)
-    assert not difference[~cut].any() and not stated(image)[~cut].any()
+    assert rms(difference[cut]) == pytest.approx(rms(stated_error(image)[cut]), rel=0.25)
+    assert not difference[~cut].any() and not stated_error(image)[~cut].any()
     # One sample in each of n boxes has an error of sqrt(0.15) n^(-3/4). Four sets and several rounds cost a factor of
     # 2.2.
     assert rms(difference[cut]) < 1.2 * max(2.2 * math.sqrt(0.15) * samples**-0.75, tolerance)
@@ -72,9 +72,9 @@ def test_the_stated_error_is_the_rms_of_the_pixels_or_half_of_it_if_few_pixels_h
         image = trace_converged(scene, (40, 24), samples=64, cache=False, workers=1)
         estimate = image.estimate
         assert estimate and estimate.worst_at and estimate.uncertain == few and estimate.reached is None
-        assert estimate.rmse == pytest.approx((0.5 if few else 1.0) * rms(stated(image)))
+        assert estimate.rmse == pytest.approx((0.5 if few else 1.0) * rms(stated_error(image)))
         x, y = estimate.worst_at
-        assert estimate.worst == 3.0 * stated(image)[y, x] == 3.0 * stated(image).max()
+        assert estimate.worst == 3.0 * stated_error(image)[y, x] == 3.0 * stated_error(image).max()
 
 
 def test_only_pixels_above_the_tolerance_and_their_neighbours_get_more_samples() -> None:
@@ -82,7 +82,7 @@ def test_only_pixels_above_the_tolerance_and_their_neighbours_get_more_samples()
     assert image.samples is not None and {*np.unique(image.samples)} <= {16, 32, 64, 128, 256, 512}
     far = np.abs(np.arange(48) - 24) > 12
     assert (image.samples[:, far] == 16).all() and image.samples.max() == 512
-    assert rms(stated(image)) < 5e-3
+    assert rms(stated_error(image)) < 5e-3
     # Pixels beside the edge get more samples as well, and other pixels do not.
     cut = (coverage((48, 32)) > 0) & (coverage((48, 32)) < 1)
     beside = np.lib.stride_tricks.sliding_window_view(np.pad(cut, 1), (3, 3)).any(axis=(2, 3))
@@ -92,7 +92,7 @@ def test_only_pixels_above_the_tolerance_and_their_neighbours_get_more_samples()
 def test_the_neighbours_of_an_inaccurate_pixel_get_all_samples_also_after_they_stopped() -> None:
     image = trace_converged(scenes.assignment(), (64, 36), samples=256, tolerance=2e-3, cache=False, workers=1)
     assert image.samples is not None
-    near = np.lib.stride_tricks.sliding_window_view(np.pad(stated(image) > 2e-3, 1), (3, 3)).any(axis=(2, 3))
+    near = np.lib.stride_tricks.sliding_window_view(np.pad(stated_error(image) > 2e-3, 1), (3, 3)).any(axis=(2, 3))
     assert near.sum() > 100 and (image.samples[near] == 256).all() and (image.samples == 16).sum() > 1000
 
 
@@ -146,7 +146,7 @@ def test_a_penumbra_is_correct_within_the_stated_error() -> None:
     expected = points.reshape(size[1], parts, size[0], parts).mean(axis=(1, 3))
     assert expected.max() - expected.min() > 0.4, "light and shadow"
     difference = image.radiance[..., 0] - expected
-    assert rms(difference) == pytest.approx(rms(stated(image)), rel=0.2)
+    assert rms(difference) == pytest.approx(rms(stated_error(image)), rel=0.2)
     # Stratified rays to a half-hidden light have an error of 0.36 n^(-3/4); each sample shoots 4 rays.
     assert rms(difference) < 2.2 * 0.36 * LIGHT.color[0] * (4 * 64) ** -0.75
 

@@ -16,12 +16,12 @@ ALL = np.ones((4, 4), bool)
 WHOLE = slice(0, 4), slice(0, 4)
 
 
-def measured(moved: float, most: float) -> np.ndarray:
+def movement_and_most(moved: float, most: float) -> np.ndarray:
     return np.full((4, 4, 2), (moved, most), np.float32)
 
 
 def test_the_error_follows_the_last_movement_and_falls_like_independent_samples() -> None:
-    statistics = updated_statistics(empty_statistics((4, 4)), 8, measured(48.0, 1.0), ALL)
+    statistics = updated_statistics(empty_statistics((4, 4)), 8, movement_and_most(48.0, 1.0), ALL)
     for n in (8, 16):
         samples = np.full((4, 4), n, np.int32)
         np.testing.assert_allclose(statistics.squared_errors(samples), FACTOR * 48.0 * 8 / n)
@@ -30,10 +30,10 @@ def test_the_error_follows_the_last_movement_and_falls_like_independent_samples(
 
 
 def test_a_look_keeps_earlier_statistics_and_inactive_blocks() -> None:
-    first = updated_statistics(empty_statistics((4, 4)), 4, measured(1.0, 3.0), ALL)
+    first = updated_statistics(empty_statistics((4, 4)), 4, movement_and_most(1.0, 3.0), ALL)
     active = ALL.copy()
     active[0] = False
-    second = updated_statistics(first, 8, measured(5.0, 7.0), active)
+    second = updated_statistics(first, 8, movement_and_most(5.0, 7.0), active)
     assert np.unique(first.at).tolist() == [4] and np.unique(first.moved).tolist() == [1.0]
     for field, old, new in (("at", 4, 8), ("moved", 1, 5), ("most", 3, 7)):
         values = getattr(second, field)
@@ -41,7 +41,7 @@ def test_a_look_keeps_earlier_statistics_and_inactive_blocks() -> None:
 
 
 def test_the_estimate_of_a_part_has_its_worst_place() -> None:
-    measurements = measured(1.0, 1.0)
+    measurements = movement_and_most(1.0, 1.0)
     measurements[3, 1] = 4.0, 4.0
     statistics = updated_statistics(empty_statistics((4, 4)), 8, measurements, ALL)
     estimate = statistics.estimate(np.full((4, 4), 8, np.int32), WHOLE, (16, 16), 8.0, 1.5, None)

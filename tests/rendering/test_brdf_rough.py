@@ -51,10 +51,10 @@ def pairs(count: int, seed: int = 0) -> tuple[Array, Array]:
     wi, wo = np.concatenate([wi, few, up]), np.concatenate([wo, near, up[::-1]])
     wi, wo = (w / np.linalg.norm(w, axis=-1, keepdims=True) for w in (wi, wo))
     above = (wi[:, 2] > GRAZING) & (wo[:, 2] > GRAZING)
-    return rounded(wi[above]), rounded(wo[above])
+    return round_directions(wi[above]), round_directions(wo[above])
 
 
-def rounded(vectors: Array) -> Array:
+def round_directions(vectors: Array) -> Array:
     """Round vectors to float32, and normalise them again."""
     single = vectors.astype(np.float32).astype(float)
     return single / np.linalg.norm(single, axis=-1, keepdims=True)
@@ -142,7 +142,7 @@ def call(function: str, m: Material, *arguments: Any) -> Any:
     return glsl.call(function, *passed, generated=generated, file="top.glsl")
 
 
-def three(value: float) -> tuple[float, float, float]:
+def grey(value: float) -> tuple[float, float, float]:
     return (value, value, value)
 
 
@@ -156,30 +156,30 @@ EMPIRICAL = [
     material("strauss", kf=1.001, kg=1.001, transparency=1.0),
     material("strauss", kf=10.0, kg=10.0, kj=1.0),
     *(
-        material("lafortune", rho=0.0, lobes=(Lobe(three(-1.0), three(1.0), three(n)),))
+        material("lafortune", rho=0.0, lobes=(Lobe(grey(-1.0), grey(1.0), grey(n)),))
         for n in (0.0, 1.0, 20.0, 1e3, 1e5, 1e6)
     ),
     material("lafortune", lobes=()),
 ]
 # The first lobes of brushed metal and of house paint (Lafortune et al. 1997, from Cornell), over their largest value.
 LOBES = (
-    Lobe(three(-1.0), (0.90539, 0.90723, 0.91143), (15.8708, 15.6489, 15.4571), scale=(5.92, 5.76, 5.79)),
-    Lobe(three(-1.0), (0.66020, 0.62230, 0.57820), (111.267, 88.9222, 65.2179), scale=(325.0, 250.0, 190.0)),
-    Lobe(three(1.0), (0.88941, 0.72327, 0.87432), (21.820103, 18.597755, 7.472717), scale=(0.0485, 0.057, 0.0507)),
+    Lobe(grey(-1.0), (0.90539, 0.90723, 0.91143), (15.8708, 15.6489, 15.4571), scale=(5.92, 5.76, 5.79)),
+    Lobe(grey(-1.0), (0.66020, 0.62230, 0.57820), (111.267, 88.9222, 65.2179), scale=(325.0, 250.0, 190.0)),
+    Lobe(grey(1.0), (0.88941, 0.72327, 0.87432), (21.820103, 18.597755, 7.472717), scale=(0.0485, 0.057, 0.0507)),
 )
 
 
-def stored(lobes: tuple[Lobe, ...]) -> tuple[Lobe, ...]:
+def round_lobes(lobes: tuple[Lobe, ...]) -> tuple[Lobe, ...]:
     """Round the numbers of lobes to float32."""
     exact = lambda values: tuple(float(np.float32(v)) for v in values) if values else None  # noqa: E731
     return tuple(Lobe(*(exact(getattr(lobe, name)) for name in ("cx", "cz", "n", "cy", "scale"))) for lobe in lobes)
 
 
-TURNED = stored((Lobe((-1.0, 0.5, 0.25), (0.9, -1.0, 1.0), (100.0, 3.0, 40.0), cy=(-0.5, 0.25, -1.0)),))
+TURNED_LOBES = round_lobes((Lobe((-1.0, 0.5, 0.25), (0.9, -1.0, 1.0), (100.0, 3.0, 40.0), cy=(-0.5, 0.25, -1.0)),))
 ROUGH = [
-    material("lafortune", rho=0.03, lobes=stored(LOBES)),
-    material("lafortune", lobes=TURNED, tangent=(3.0, 4.0, 1.0)),
-    material("lafortune", lobes=TURNED, tangent=(0.0, 0.0, 2.0)),
+    material("lafortune", rho=0.03, lobes=round_lobes(LOBES)),
+    material("lafortune", lobes=TURNED_LOBES, tangent=(3.0, 4.0, 1.0)),
+    material("lafortune", lobes=TURNED_LOBES, tangent=(0.0, 0.0, 2.0)),
     *(material("oren_nayar", form=form, sigma=s) for form in ("full", "short") for s in (0.0, 1.0, 17.0, 30.0)),
     material("oren_nayar", form="short", sigma=90.0),
     *(material("eon", roughness=r, rho=rho) for r in (0.0, 1e-4, 0.3, 1.0) for rho in (0.01, 1.0)),
@@ -270,7 +270,7 @@ def test_a_lafortune_lobe_can_equal_phongs_lobe(n: float) -> None:
 
 
 def test_a_quarter_turn_of_the_tangent_swaps_cx_and_cy() -> None:
-    lobe = Lobe((-1.0, 0.5, 0.25), three(0.75), three(4.0), (-0.5, 0.25, -1.0))
+    lobe = Lobe((-1.0, 0.5, 0.25), grey(0.75), grey(4.0), (-0.5, 0.25, -1.0))
     swapped = Lobe(lobe.cy, lobe.cz, lobe.n, lobe.cx)
     wi, wo = pairs(200)
     a = brdf.evaluate(Material("lafortune", lobes=[lobe], tangent=(0, 3, 0)), wi, wo)
@@ -415,7 +415,7 @@ def test_he_tends_to_geometric_optics_with_beckmanns_distribution_on_very_rough_
     alpha = 0.2
     m = Material("he", sigma0=100, tau=2 * 100 / alpha, f0=0.8)
     rng = np.random.default_rng(1)
-    wi, wo = (rounded(direction(rng.uniform(0.8, 1, 200), rng.uniform(0, 2 * np.pi, 200))) for _ in range(2))
+    wi, wo = (round_directions(direction(rng.uniform(0.8, 1, 200), rng.uniform(0, 2 * np.pi, 200))) for _ in range(2))
     H = (wi + wo) / np.linalg.norm(wi + wo, axis=-1, keepdims=True)
     tan2 = 1 / H[:, 2] ** 2 - 1
     D = np.exp(-tan2 / alpha**2) / (np.pi * alpha**2 * H[:, 2] ** 4)
@@ -432,7 +432,7 @@ def mirrored(m: Material, cosines: Array) -> Array:
 def test_hes_mirrored_part_agrees_with_float64() -> None:
     cosines = np.array([1.0, 0.9, 0.5, 0.1, 0.01], np.float32).astype(float)
     for m in (material("he"), material("he", sigma0=0.03), material("he", sigma0=0.5, tau=1.0)):
-        V = rounded(direction(cosines, 0.0))
+        V = round_directions(direction(cosines, 0.0))
         expected = rough_surfaces.he_mirrored(m, np.broadcast_to(NORMAL, V.shape), V)
         assert mirrored(m, cosines) == pytest.approx(expected, rel=2e-5, abs=1e-12)
 
@@ -474,7 +474,7 @@ def test_the_gpu_agrees_for_any_normal(m: Material) -> None:
     """
     wi, wo = pairs(300)
     axes, _ = np.linalg.qr(np.random.default_rng(5).normal(size=(len(wi), 3, 3)))
-    N, L, V = (rounded(np.einsum("nij,nj->ni", axes, np.broadcast_to(w, wi.shape))) for w in (NORMAL, wi, wo))
+    N, L, V = (round_directions(np.einsum("nij,nj->ni", axes, np.broadcast_to(w, wi.shape))) for w in (NORMAL, wi, wo))
     expected = reflected(m, N, L, V)
     values = call(m.model, m, "m", *(w.astype(np.float32) for w in (N, L, V)))
     assert np.isfinite(values).all() and (values >= 0).all()
@@ -483,6 +483,6 @@ def test_the_gpu_agrees_for_any_normal(m: Material) -> None:
     assert np.median(error) <= MEDIAN and error.max() <= MOST
 
     # A viewer that rounding puts below the horizon.
-    below = rounded(V - (np.sum(N * V, axis=-1) + 1e-7)[:, None] * N).astype(np.float32)
+    below = round_directions(V - (np.sum(N * V, axis=-1) + 1e-7)[:, None] * N).astype(np.float32)
     values = call(m.model, m, "m", N.astype(np.float32), L.astype(np.float32), below)
     assert np.isfinite(values).all() and (values >= 0).all()

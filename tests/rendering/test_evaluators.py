@@ -86,7 +86,7 @@ class Surroundings:
         axis *= radius * (1.0 - 10.0 ** self._rng.uniform(-9, -0.5))
         return self._sphere(center - axis, radius) & self._sphere(center + axis, radius)
 
-    def half(self) -> rt.Solid:
+    def half_space(self) -> rt.Solid:
         n = self._rng.choice([direction(self._rng), np.array((0.0, 1.0, 0.0))])
         depth = self.scale * 10.0 ** self._rng.uniform(-2, 1)
         return rt.Plane(tuple(n.tolist()), float(n @ self.eye - depth), self._color())
@@ -112,20 +112,26 @@ class Surroundings:
         return rt.Camera(tuple(self.eye.tolist()), tuple(at.tolist()), vertical_fov=fov)
 
 
-def _many(around: Surroundings, balls: int) -> list[rt.Solid]:
+def _balls_and_trees(around: Surroundings, balls: int) -> list[rt.Solid]:
     """Return balls, and ten more primitives in trees and alone."""
     trees = [around.ball() - around.ball(), around.ball() | around.ball() | around.ball(), around.lens()]
-    return [*(around.ball() for _ in range(balls)), *trees, around.half(), ~around.ball(), around.half()]
+    return [*(around.ball() for _ in range(balls)), *trees, around.half_space(), ~around.ball(), around.half_space()]
 
 
 STRUCTURES: dict[str, Callable[[Surroundings], list[rt.Solid]]] = {
-    "half-spaces": lambda around: [around.half(), around.half()],
+    "half-spaces": lambda around: [around.half_space(), around.half_space()],
     "a ball": lambda around: [around.ball()],
-    "a ball and a half-space": lambda around: [around.half(), around.ball()],
-    "lenses": lambda around: [around.lens(), around.half(), around.lens() - around.ball()],
-    "bounded trees": lambda around: [around.half(), around.ball() & around.half(), around.ball() - ~around.ball()],
-    "unbounded trees": lambda around: [~(around.ball() | around.ball()), around.half() & around.half()],
-    "many": lambda around: _many(around, 3),  # more primitives than compiled_scene.FEW, so that lists are used
+    "a ball and a half-space": lambda around: [around.half_space(), around.ball()],
+    "lenses": lambda around: [around.lens(), around.half_space(), around.lens() - around.ball()],
+    "bounded trees": lambda around: [
+        around.half_space(),
+        around.ball() & around.half_space(),
+        around.ball() - ~around.ball(),
+    ],
+    "unbounded trees": lambda around: [~(around.ball() | around.ball()), around.half_space() & around.half_space()],
+    "many": lambda around: _balls_and_trees(
+        around, 3
+    ),  # more primitives than compiled_scene.FEW, so that lists are used
 }
 SIZES = [(1, 1), (2, 3), (16, 9), (40, 30), (1, 300), (300, 1), (33, 17), (5, 90), (97, 64)]
 
@@ -145,7 +151,7 @@ def test_random_scenes_have_identical_pictures(
     seen = 0
     for k in range(10):
         around = Surroundings(rng)
-        objects = STRUCTURES[structure](around) if structure in STRUCTURES else _many(around, 30)
+        objects = STRUCTURES[structure](around) if structure in STRUCTURES else _balls_and_trees(around, 30)
         lights = [around.light(soft=shadows == "soft") for _ in range(shadows != "off")]
         scene = rt.Scene(objects, lights, around.camera(objects[-1]))
         settings = Settings(samples=1 + k % 2, shadows=shadows, precision=64 if shadows == "hard" and k < 4 else 32)
@@ -203,11 +209,13 @@ def test_random_scenes_with_mirrors_have_identical_pictures(
         rng = np.random.default_rng((7, k))
         for _ in range(4):
             around = Surroundings(rng)
-            objects = [with_leaves(solid, partial(_painted, rng, mirror)) for solid in STRUCTURES[structure](around)]
+            objects = [
+                with_leaves(solid, partial(_maybe_repaint, rng, mirror)) for solid in STRUCTURES[structure](around)
+            ]
             scene = rt.Scene(objects, [around.light(soft=False)], around.camera(objects[-1]))
             check(renderer, monkeypatch, scene, SIZES[rng.integers(2, len(SIZES))], Settings(bounces=3))
 
 
-def _painted(rng: np.random.Generator, material: rt.Material, leaf: rt.Sphere | rt.Plane) -> rt.Solid:
+def _maybe_repaint(rng: np.random.Generator, material: rt.Material, leaf: rt.Sphere | rt.Plane) -> rt.Solid:
     """Return the primitive, or with a probability of 1/2 a copy with the material."""
     return leaf.replace(material=material) if rng.random() < 0.5 else leaf

@@ -64,11 +64,11 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[geometry.GeometryRequest]:
     views: list[geometry.GeometryRequest] = []
     draw = geometry.draw_geometry
 
-    def note(device: devices.Device, view: geometry.GeometryRequest) -> Geometry:
+    def record_view(device: devices.Device, view: geometry.GeometryRequest) -> Geometry:
         views.append(view)
         return draw(device, view)
 
-    monkeypatch.setattr(geometry, "draw_geometry", note)
+    monkeypatch.setattr(geometry, "draw_geometry", record_view)
     return views
 
 
@@ -125,7 +125,7 @@ def test_programs_are_kept_within_the_limit(
     for image in images:
         assert_same(arrays(image), expected)
     with renderer.device.turn():
-        assert len(renderer.device._not_held()) <= 6
+        assert len(renderer.device._programs_without_holder()) <= 6
 
 
 def test_tiles_of_any_size_make_the_same_geometry(renderer: Renderer, expected: list[np.ndarray]) -> None:

@@ -21,54 +21,54 @@ from tests.compiled import frame
 
 SIZE = (96, 54)
 LAMP = rt.PointLight((-3, 5, 4), (0.5, 0.4, 0.3), radius=0.5)
-NEAR = rt.PointLight((0.5, 2.4, 2), (0.8, 0.6, 0.4), falloff="inverse_square")
+NEAR_LAMP = rt.PointLight((0.5, 2.4, 2), (0.8, 0.6, 0.4), falloff="inverse_square")
 SHINING = rt.Material(model="lafortune", le=(0.1, 0.2, 0.15))
 MANY = [rt.Sphere((0.7 * (i % 9) - 2.8, 0.3 + i // 9, 0), 0.3, scenes.COLORS[i % 4]) for i in range(27)]
 
 
-def lit(scene: rt.Scene, times: float, surfaces: float = 1.0) -> rt.Scene:
+def scale_light(scene: rt.Scene, times: float, surfaces: float = 1.0) -> rt.Scene:
     """Return the scene with all light multiplied by `times`, and all reflectance by `surfaces`."""
 
-    def dyed(material: rt.Material) -> rt.Material:
+    def scale_material(material: rt.Material) -> rt.Material:
         factors = {name: surfaces for name in ("ka", "kd", "ks")} | {"le": times * surfaces}
         changed = {name: factor for name, factor in factors.items() if name in material.parameters}
         return material.replace(
             **{name: tuple(f * c for c in material.parameters[name]) for name, f in changed.items()}
         )
 
-    def tinted(color: tuple[float, float, float], by: float) -> tuple[float, ...]:
+    def scale_color(color: tuple[float, float, float], by: float) -> tuple[float, ...]:
         return tuple(by * channel for channel in color)
 
     return msgspec.structs.replace(
         scene,
         objects=[
-            with_leaves(solid, lambda leaf: msgspec.structs.replace(leaf, material=dyed(leaf.material)))
+            with_leaves(solid, lambda leaf: msgspec.structs.replace(leaf, material=scale_material(leaf.material)))
             for solid in scene.solids()
         ],
-        lights=[msgspec.structs.replace(light, color=tinted(light.color, times)) for light in scene.lights],
-        ambient=tinted(scene.ambient, times),
-        background=tinted(scene.background, times * surfaces),
+        lights=[msgspec.structs.replace(light, color=scale_color(light.color, times)) for light in scene.lights],
+        ambient=scale_color(scene.ambient, times),
+        background=scale_color(scene.background, times * surfaces),
         materials=(),
     )
 
 
 # Scenes with all sources of light: lamps of both falloffs, ambient, background, and emission in all material layouts.
 SCENES = {
-    "few": scenes.still_life(lights=[LAMP, NEAR]),
+    "few": scenes.still_life(lights=[LAMP, NEAR_LAMP]),
     "many": scenes.still_life(*MANY, lights=[scenes.SUN]),
     "shining": scenes.still_life(rt.Sphere((-1.5, 1, 1), 0.5, SHINING), lights=[scenes.SUN]),
     "shining alone": scenes.still_life(rt.Sphere((-1.5, 1, 1), 0.5, rt.Material(le=(0.1, 0.2, 0.3))), lights=[]),
     "mirror": scenes.still_life(rt.Sphere((-1.5, 1, 1), 0.8, rt.Material(model="mirror"))),
 }
 # Dim scenes, without channels of 1 or more, which are displayed as 1 and have no error for a threshold.
-DIM = {name: lit(scene, 0.25) for name, scene in SCENES.items()}
+DIM = {name: scale_light(scene, 0.25) for name, scene in SCENES.items()}
 # A scene lit only by lamps, because emission and background are at most 1e12.
 BLACK = msgspec.structs.replace(SCENES["few"], lights=[scenes.SUN, LAMP], background=(0.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize("brightest", [1e-35, 1e-20, 1e-8, 1.0, 3.0, 1e8, 1e12, 1e30, 3e38])
 def test_squares_of_scaled_light_fit_into_float32(brightest: float) -> None:
-    scale = light_scale(frame(lit(SCENES["few"], min(brightest, 1.0)), SIZE), brightest)
+    scale = light_scale(frame(scale_light(SCENES["few"], min(brightest, 1.0)), SIZE), brightest)
     assert np.frexp(scale)[0] == 0.5
     assert (1e-3 * brightest * scale) ** 2 > np.finfo(np.float32).tiny and (1e3 * brightest * scale) ** 2 < 1e30
     assert scale == 1.0 or not 1e-8 <= brightest <= 1e8
@@ -84,7 +84,7 @@ def test_the_scale_of_a_dark_scene_causes_no_overflow(brightest: float) -> None:
     bulb, polished = rt.Sphere((0, 0, 1), 1, rt.Material(le=(1e12,) * 3)), rt.Material(ks=(1e6,) * 3)
     for scene, most in (
         (scenes.lit_scene(bulb), 1e12),
-        (scenes.still_life(lights=[NEAR]), 1e24),
+        (scenes.still_life(lights=[NEAR_LAMP]), 1e24),
         (scenes.lit_scene(rt.Sphere((0, 0, 0), 1, polished)), 1e6),
     ):
         scale = light_scale(frame(scene, SIZE), brightest)
@@ -111,7 +111,7 @@ def test_the_error_of_a_dark_picture_scales_with_its_light(renderer: Renderer, n
     settings = Settings(samples=8, shadows="soft")
     image = renderer.render(DIM[name], SIZE, settings)
     for power in (-40, -60, -90):
-        assert_times(image, renderer.render(lit(DIM[name], 2.0**power), SIZE, settings), power)
+        assert_times(image, renderer.render(scale_light(DIM[name], 2.0**power), SIZE, settings), power)
     assert_times(image, renderer.render(DIM[name], SIZE, settings), 0)
 
 
@@ -120,7 +120,7 @@ def test_the_error_of_a_bright_picture_scales_with_its_light(renderer: Renderer)
     for settings in (Settings(samples=8, shadows="soft"), Settings(samples=300)):
         image = renderer.render(BLACK, SIZE, settings)
         for light, surfaces in ((30, 10), (30, 30), (37, 37), (-30, 20)):
-            other = renderer.render(lit(BLACK, 2.0**light, 2.0**surfaces), SIZE, settings)
+            other = renderer.render(scale_light(BLACK, 2.0**light, 2.0**surfaces), SIZE, settings)
             assert_times(image, other, light + surfaces)
 
 
@@ -136,12 +136,12 @@ def test_thresholds_and_goals_scale_with_the_light(renderer: Renderer) -> None:
         assert image.samples is not None and len(np.unique(image.samples)) > 1
         for power in (-40, -60):
             settings = settings_with(key, 2.0**power * value)
-            assert_times(image, renderer.render(lit(scene, 2.0**power), SIZE, settings), power)
+            assert_times(image, renderer.render(scale_light(scene, 2.0**power), SIZE, settings), power)
     # All of this picture is above 1, and displayed as 1.
-    bright = lit(BLACK, 2.0**30, 2.0**10)
+    bright = scale_light(BLACK, 2.0**30, 2.0**10)
     for key, value, more in (("adaptive", 0.01, 1.0), ("max_error", 1e9, 2.0**20)):
         image = renderer.render(bright, SIZE, settings_with(key, value))
-        other = renderer.render(lit(bright, 1.0, 2.0**20), SIZE, settings_with(key, more * value))
+        other = renderer.render(scale_light(bright, 1.0, 2.0**20), SIZE, settings_with(key, more * value))
         assert_times(image, other, 20)
 
 
@@ -168,11 +168,11 @@ def test_very_bright_light_that_the_first_sample_misses_has_a_finite_error(
     scales: set[float] = set()
     original = TileRenderer.draw
 
-    def noted(self: TileRenderer, *arguments: Any, light_scale: float = 1.0, **others: Any) -> None:
+    def record_scale(self: TileRenderer, *arguments: Any, light_scale: float = 1.0, **others: Any) -> None:
         scales.add(light_scale)
         original(self, *arguments, light_scale=light_scale, **others)
 
-    monkeypatch.setattr(TileRenderer, "draw", noted)
+    monkeypatch.setattr(TileRenderer, "draw", record_scale)
     for settings in (Settings(samples=64), Settings(samples=48)):
         image = renderer.render(scene, SIZE, settings)
         assert min(scales) == 1.0 and (max(scales) > 1.0) == (ambient < 1e-9), "the first sample misses the speck"
@@ -222,7 +222,7 @@ def test_the_error_in_the_window_scales_with_the_light(renderer: Renderer) -> No
     picture = ProgressivePicture(renderer.device, 1e9)
     with renderer.device.turn():
         for power in (0, -60, 0):
-            picture.start(lit(scene, 2.0**power), Settings(samples=8), "picture", SIZE, moving=False)
+            picture.start(scale_light(scene, 2.0**power), Settings(samples=8), "picture", SIZE, moving=False)
             while not picture.is_done:
                 picture.step()
             estimate = picture.estimate()

@@ -18,7 +18,7 @@ RED = rt.Material(kd=(0.7, 0.1, 0.1))
 DARK = rt.Material("mirror", f0=(0.9, 0.8, 0.7))
 
 
-def hall(*more: rt.Solid) -> rt.Scene:
+def mirror_scene(*more: rt.Solid) -> rt.Scene:
     """Return a scene of mirrors and other objects on a ground, under two lights."""
     objects = [
         rt.Sphere((-1, 0, 0), 1, DARK) - rt.Sphere((-0.6, 0.6, 0.7), 0.6, RED),
@@ -48,8 +48,8 @@ def hall(*more: rt.Solid) -> rt.Scene:
 def test_pictures_with_mirrors_agree_with_float64(renderer: Renderer, settings: Settings) -> None:
     if settings.precision not in renderer.device.limits.precisions:
         pytest.skip("this driver has no doubles")
-    image = renderer.render(hall(), SIZE, settings)
-    expected = ray_tracer.trace(hall(), SIZE, settings).radiance
+    image = renderer.render(mirror_scene(), SIZE, settings)
+    expected = ray_tracer.trace(mirror_scene(), SIZE, settings).radiance
     difference = np.abs(image.radiance - expected).max(axis=2)
     assert np.isfinite(image.radiance).all()
     # A curved mirror shrinks outlines, so rounding moves them further relative to their size.
@@ -82,7 +82,12 @@ def test_facing_mirrors_reflect_as_often_as_there_are_bounces(renderer: Renderer
 def test_cells_and_walk_draw_the_same_mirrors(renderer: Renderer) -> None:
     many = [rt.Sphere((0.7 * (i % 5) - 1.4, 0.4 * (i // 5), -2.0), 0.15, RED) for i in range(15)]
     tree = scenes.random_tree(np.random.default_rng(1), 13)
-    for scene in (hall(), hall(*many), hall(rt.Plane((1, 0, 0), -3, DARK)), hall(*many[:3], tree)):
+    for scene in (
+        mirror_scene(),
+        mirror_scene(*many),
+        mirror_scene(rt.Plane((1, 0, 0), -3, DARK)),
+        mirror_scene(*many[:3], tree),
+    ):
         a, b = (renderer.render(scene, SIZE, Settings(evaluator=e)).radiance for e in ("cells", "walk"))
         np.testing.assert_array_equal(a, b)
 
@@ -91,7 +96,7 @@ def test_cells_and_walk_draw_the_same_mirrors(renderer: Renderer) -> None:
 def test_mirrors_show_soft_shadows_of_few_and_of_many_objects(renderer: Renderer) -> None:
     many = [rt.Sphere((0.7 * (i % 5) - 1.4, 0.4 * (i // 5), -2.0), 0.15, RED) for i in range(15)]
     lamp = [rt.PointLight((3, 5, 4), radius=0.8)]
-    few, more = (msgspec.structs.replace(scene, lights=lamp) for scene in (hall(), hall(*many)))
+    few, more = (msgspec.structs.replace(scene, lights=lamp) for scene in (mirror_scene(), mirror_scene(*many)))
     for scene in (few, more):
         a, b = (renderer.render(scene, SIZE, Settings(evaluator=e, shadows="soft")).radiance for e in ("cells", "walk"))
         np.testing.assert_array_equal(a, b)
@@ -102,7 +107,7 @@ def test_mirrors_show_soft_shadows_of_few_and_of_many_objects(renderer: Renderer
 
 
 def test_only_scenes_with_mirrors_have_reflection_rays() -> None:
-    scene = hall()
+    scene = mirror_scene()
     words = ("radianceByMirrors(int", "vec3 mirrored(")
     assert all(word in fragment(scene, "picture") for word in words)
     for other in (Settings(shading="phong"), Settings(bounces=0)):

@@ -76,7 +76,7 @@ def drawn(live: Live, renderer: Renderer, scene: rt.Scene, settings: Settings, s
     return shown(live, renderer)
 
 
-def refined(live: Live, scene: rt.Scene, settings: Settings, show: Show = "picture") -> None:
+def refine(live: Live, scene: rt.Scene, settings: Settings, show: Show = "picture") -> None:
     live.start(scene, settings, show, SIZE, moving=False)
     while not live.is_done:
         live.step()
@@ -88,7 +88,7 @@ def test_the_estimate_of_a_picture_at_rest_equals_that_of_render(live: Live, ren
     image = renderer.render(scenes.assignment(), SIZE, settings)
     assert image.estimate and image.estimate.rmse
     with renderer.device.context:
-        refined(live, scenes.assignment(), settings)
+        refine(live, scenes.assignment(), settings)
         estimate = live.estimate()
     assert estimate and estimate.rmse == pytest.approx(image.estimate.rmse, rel=1e-4)
     assert estimate.worst == pytest.approx(image.estimate.worst, rel=1e-4) and estimate.samples == samples
@@ -98,13 +98,13 @@ def test_a_picture_at_rest_stops_at_the_requested_error_time_or_samples(live: Li
     scene, settings = scenes.assignment(), Settings(samples=4096, max_error=0.002)
     truth = renderer.render(scene, SIZE, Settings(samples=1024, sequence="r2")).radiance
     with renderer.device.context:
-        refined(live, scene, settings)
+        refine(live, scene, settings)
         estimate = live.estimate()
         assert 8 <= live.samples <= 128 and estimate and estimate.reached
         assert np.sqrt(np.mean((live.image({}).radiance - truth) ** 2)) < 0.002
-        refined(live, scene, msgspec.structs.replace(settings, max_error=1e-9, time=0.1))
+        refine(live, scene, msgspec.structs.replace(settings, max_error=1e-9, time=0.1))
         assert 1 <= live.samples < 4096  # the number depends on how busy the machine is
-        refined(live, scene, msgspec.structs.replace(settings, max_error=1e-9, samples=64))
+        refine(live, scene, msgspec.structs.replace(settings, max_error=1e-9, samples=64))
         assert live.samples == 64
 
 
@@ -112,7 +112,7 @@ def test_blocks_with_bright_features_continue_as_in_render(live: Live, renderer:
     settings = Settings(samples=128, max_error=0.01)
     image = renderer.render(scenes.glint(), SIZE, settings, geometry=False)
     with renderer.device.context:
-        refined(live, scenes.glint(), settings)
+        refine(live, scenes.glint(), settings)
         estimate = live.estimate()
     assert estimate and image.estimate and estimate.samples == image.estimate.samples
     assert estimate.reached is image.estimate.reached is False
@@ -128,9 +128,9 @@ def test_a_moving_picture_or_another_display_has_no_estimate(renderer: Renderer)
         np.testing.assert_array_equal(live.image({}).radiance, centers)
         live.start(scene, settings, "picture", SIZE, moving=True)
         assert live.is_moving and live.enlarged > 1
-        refined(live, scene, settings, "normal")
+        refine(live, scene, settings, "normal")
         assert not live.is_moving and live.estimate() is None
-        refined(live, scene, settings)
+        refine(live, scene, settings)
         assert live.estimate()
         live.close()
 
@@ -149,7 +149,7 @@ def test_a_mistake_in_the_shader_of_the_error_estimate_leaves_the_picture(render
         assert live.samples == 8 and live.estimate() is None
         file.write_text(good)
         live.reread()
-        refined(live, scenes.assignment(), settings)
+        refine(live, scenes.assignment(), settings)
         assert live.estimate() is not None
         live.close()
 
@@ -203,19 +203,19 @@ def test_moving_the_light_and_the_camera_requests_no_program(
     scene = scenes.assignment()
     drawn(live, renderer, scene, ONE)
 
-    def never(*_: object) -> None:
+    def refuse(*_: object) -> None:
         raise AssertionError("a program was requested")
 
-    monkeypatch.setattr(renderer.device, "program", never)
+    monkeypatch.setattr(renderer.device, "program", refuse)
     for angle in (0.1, 0.2, 0.3):
         moved = turn_camera(turn_light(scene, 0, angle, angle), angle, 0.0)
         picture = drawn(live, renderer, moved, ONE)
         monkeypatch.undo()
         assert np.abs(picture - renderer.render(moved, SIZE, ONE).srgb8()).max() <= 1
-        monkeypatch.setattr(renderer.device, "program", never)
+        monkeypatch.setattr(renderer.device, "program", refuse)
 
 
-def changed(scene: rt.Scene) -> Iterator[rt.Scene]:
+def changed_scenes(scene: rt.Scene) -> Iterator[rt.Scene]:
     """Yield the scene with more and more of its numbers changed, one kind after the other."""
 
     def with_leaves_of(change: Callable[[Primitive], Solid]) -> rt.Scene:
@@ -258,7 +258,7 @@ def test_changing_any_number_of_a_scene_compiles_nothing(renderer: Renderer, eva
     drawn(live, own, scene, settings)
     own.render(scene, SIZE, settings)
     before = dict(own.device._programs)
-    for k, other in enumerate(changed(scene)):
+    for k, other in enumerate(changed_scenes(scene)):
         picture = drawn(live, own, other, settings)
         assert np.abs(picture - own.render(other, SIZE, settings).srgb8()).max() <= 1
         assert own.device._programs == before, k
@@ -447,7 +447,7 @@ def test_the_window_stops_at_the_samples_of_render_with_the_same_picture(
     image = renderer.render(scene, SIZE, settings)
     assert image.estimate and image.estimate.rmse
     with renderer.device.context:
-        refined(live, scene, settings)
+        refine(live, scene, settings)
         np.testing.assert_allclose(live.image({}).radiance, image.radiance, rtol=1e-6)
         estimate = live.estimate()
     assert estimate and estimate.samples == pytest.approx(image.estimate.samples)
@@ -474,10 +474,10 @@ def test_a_change_of_samples_uploads_nothing(live: Live, renderer: Renderer, mon
     scene = scenes.random_scene(3)
     drawn(live, renderer, scene, Settings(samples=16))
 
-    def never(*_: object) -> None:
+    def refuse(*_: object) -> None:
         raise AssertionError("texels were written")
 
-    monkeypatch.setattr(BufferTexture, "write", never)
+    monkeypatch.setattr(BufferTexture, "write", refuse)
     for samples in (1, 4, 1):
         drawn(live, renderer, scene, Settings(samples=samples))
 
@@ -488,13 +488,13 @@ def test_frames_between_decisions_read_nothing_back(
     read: list[tuple[int, str]] = []
     original = DrawPlayer.read
 
-    def noted(self: DrawPlayer, name: str, area: Rectangle, components: int) -> np.ndarray:
+    def record_read(self: DrawPlayer, name: str, area: Rectangle, components: int) -> np.ndarray:
         read.append((live.samples, name))
         return original(self, name, area, components)
 
-    monkeypatch.setattr(DrawPlayer, "read", noted)
+    monkeypatch.setattr(DrawPlayer, "read", record_read)
     with renderer.device.context:
-        refined(live, scenes.assignment(), Settings(samples=40))
+        refine(live, scenes.assignment(), Settings(samples=40))
     # Reads after the last sample measure the error of the finished picture.
     assert [entry for entry in read if entry[0] < 40] == [(n, "blocks") for n in (1, 2, 4, 8, 16, 32)]
 

@@ -17,7 +17,7 @@ from tests.edges import SIZE, lines
 DIGITS = np.stack(np.meshgrid(np.arange(SIZE[0]), np.arange(SIZE[1])[::-1]), axis=-1).reshape(-1, 2).astype(np.uint32)
 
 
-def scattered(places: list[tuple[int, int]]) -> np.ndarray:
+def scrambled_places(places: list[tuple[int, int]]) -> np.ndarray:
     """Scramble sample places for each pixel, as camera.glsl does: offsets from the centres [samples, pixels, 2]."""
     at = DIGITS[:, 0] * np.uint32(3242174889) + DIGITS[:, 1] * np.uint32(2447445413)
     flipped = np.stack([at, at * np.uint32(1010068087)], axis=-1) >> np.uint32(8)
@@ -29,7 +29,7 @@ def test_two_scramblings_estimate_the_error_of_edges_and_lines_within_10_percent
     thickness: float,
 ) -> None:
     inside, exact = lines(np.random.default_rng(3), thickness)
-    samples, replicate = (scattered([place(k) for k in range(64)]) for place in (sample_place, replicate_place))
+    samples, replicate = (scrambled_places([place(k) for k in range(64)]) for place in (sample_place, replicate_place))
     for n in (2, 3, 4, 8, 16, 24, 32, 64):
         mean, other = (inside(points[:n]).mean(axis=0) for points in (samples, replicate))
         error = math.sqrt(np.mean((mean - exact) ** 2))

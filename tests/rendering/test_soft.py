@@ -26,11 +26,11 @@ WHITE = rt.Material(ka=(0, 0, 0), kd=(1, 1, 1), ks=(0, 0, 0))
 FLOOR = rt.Plane((0, 1, 0), 0, WHITE)
 
 
-def soft(samples: int = 256, **fields: object) -> Settings:
+def soft_settings(samples: int = 256, **fields: object) -> Settings:
     return Settings(samples=samples, shadows="soft", **fields)  # pyright: ignore[reportArgumentType]
 
 
-def at(point: tuple[float, float, float], light: rt.PointLight, *objects: rt.Solid) -> rt.Scene:
+def scene_at_point(point: tuple[float, float, float], light: rt.PointLight, *objects: rt.Solid) -> rt.Scene:
     """Return a scene that shows one point of a white floor.
 
     The radiance of the picture is the irradiance at the point.
@@ -89,7 +89,7 @@ def test_a_sphere_above_the_horizon_lights_like_its_centre(
     renderer: Renderer, height: float, radius: float, precision: int
 ) -> None:
     light = rt.PointLight((3, height, 0), (0.7, 0.7, 0.7), radius)
-    measured = irradiance(renderer, at((0, 0, 0), light), soft(precision=precision))
+    measured = irradiance(renderer, scene_at_point((0, 0, 0), light), soft_settings(precision=precision))
     assert measured == pytest.approx(0.7 * height / math.hypot(3, height), rel=1e-3)
 
 
@@ -104,20 +104,22 @@ def test_only_the_part_of_a_sphere_above_the_horizon_lights(renderer: Renderer) 
         side = math.sqrt(1.0 - cosine**2) * math.sqrt(1.0 - y * y)
         expected = ((cosine * math.acos(y) - x * side) / h**2 + math.atan(side / x)) / math.pi * h**2
         light = rt.PointLight((distance, height, 0), radius=radius)
-        assert irradiance(renderer, at((0, 0, 0), light), soft()) == pytest.approx(expected, rel=5e-3)
+        assert irradiance(renderer, scene_at_point((0, 0, 0), light), soft_settings()) == pytest.approx(
+            expected, rel=5e-3
+        )
 
 
 def test_light_within_a_sphere_is_uniform(renderer: Renderer) -> None:
     for place in ((0, 0, 0), (1, -2, 1), (0, 2.999, 0)):
         light = rt.PointLight(place, (0.5, 0.5, 0.5), 3.0)  # pyright: ignore[reportArgumentType]
-        assert irradiance(renderer, at((0, 0, 0), light), soft()) == pytest.approx(0.5, rel=1e-3)
+        assert irradiance(renderer, scene_at_point((0, 0, 0), light), soft_settings()) == pytest.approx(0.5, rel=1e-3)
 
 
 def test_a_wall_up_to_the_centre_of_a_light_blocks_half_of_it(renderer: Renderer) -> None:
     wall = rt.Plane((-1, 0, 0), 0) & rt.Plane((0, -1, 0), -1)  # x >= 0 and y >= 1
     for radius in (0.01, 1.0):
-        scene = at((0, 0, 2), rt.PointLight((0, 4, 0), radius=radius), wall)
-        image = renderer.render(scene, (16, 16), soft()).radiance.mean()
+        scene = scene_at_point((0, 0, 2), rt.PointLight((0, 4, 0), radius=radius), wall)
+        image = renderer.render(scene, (16, 16), soft_settings()).radiance.mean()
         assert image == pytest.approx(0.5 * 4 / math.hypot(4, 2), rel=2e-3)
 
 
@@ -126,10 +128,12 @@ def test_soft_shadows_tend_to_hard_shadows_as_the_radius_tends_to_0(renderer: Re
     cut = rt.Sphere((0, 0, 0), 1.5, scenes.COLORS[0]) - rt.Sphere((1, 1, 1), 1.2, scenes.COLORS[1])
     scene = scenes.lit_scene(cut, rt.Plane((0, 1, 0), -1.5, scenes.COLORS[3]))
     hard = renderer.render(scene, (96, 54), Settings(samples=4, evaluator=evaluator)).radiance
-    point = renderer.render(scene, (96, 54), soft(4, evaluator=evaluator)).radiance
+    point = renderer.render(scene, (96, 54), soft_settings(4, evaluator=evaluator)).radiance
     np.testing.assert_array_equal(point, hard)
-    assert sources(scene, soft()) == sources(scene), "the shader has no code for sphere lights"
-    tiny = renderer.render(scenes.with_light_radii(scene, 1e-12), (96, 54), soft(4, evaluator=evaluator)).radiance
+    assert sources(scene, soft_settings()) == sources(scene), "the shader has no code for sphere lights"
+    tiny = renderer.render(
+        scenes.with_light_radii(scene, 1e-12), (96, 54), soft_settings(4, evaluator=evaluator)
+    ).radiance
     np.testing.assert_allclose(tiny, hard, rtol=1e-6)
 
 
@@ -149,11 +153,13 @@ def test_a_falloff_without_a_formula_is_magenta_in_a_picture_and_an_error_in_a_r
 def test_inverse_square_falloff_divides_by_the_squared_distance(renderer: Renderer) -> None:
     for distance in (0.01, 1.0, 5.0):
         light = rt.PointLight((0, distance, 0), (0.5, 0.5, 0.5), 0.25 * distance, "inverse_square")
-        for settings in (Settings(), Settings(shadows="off"), Settings(shadows="diluted"), soft()):
-            measured = irradiance(renderer, at((0, 0, 0), light), settings)
+        for settings in (Settings(), Settings(shadows="off"), Settings(shadows="diluted"), soft_settings()):
+            measured = irradiance(renderer, scene_at_point((0, 0, 0), light), settings)
             assert measured == pytest.approx(0.5 / distance**2, rel=1e-3)
     inside = rt.PointLight((0, 1, 0), (0.5, 0.5, 0.5), 2.0, "inverse_square")
-    assert irradiance(renderer, at((0, 0, 0), inside), soft()) == pytest.approx(0.5 / 2.0**2, rel=1e-3)
+    assert irradiance(renderer, scene_at_point((0, 0, 0), inside), soft_settings()) == pytest.approx(
+        0.5 / 2.0**2, rel=1e-3
+    )
 
 
 @pytest.mark.parametrize("height", [0.0, 1e-30, 1e-12, 1e-6, 1e12])
@@ -165,7 +171,7 @@ def test_lights_at_any_distance_cause_no_overflow(renderer: Renderer, height: fl
     ]
     camera = rt.Camera((0, 1, 1), (0, 0, 0), vertical_fov=60)
     scene = rt.Scene([rt.Plane((0, 1, 0), 0, bright), rt.Sphere((0, 0, 0), 0.1, bright)], lights, camera)
-    for settings in (Settings(), soft(4), soft(4, precision=64)):
+    for settings in (Settings(), soft_settings(4), soft_settings(4, precision=64)):
         image = renderer.render(scene, (33, 33), settings).radiance
         assert np.isfinite(image).all() and (image >= 0.0).all()
 
@@ -177,7 +183,7 @@ def test_a_bulb_around_a_light_does_not_block_it_and_is_lit_inside(
 ) -> None:
     glass = WHITE.replace(ka=(0.25, 0.25, 0.25))
     light, bulb = rt.PointLight((0.1, 1.3, -0.2), radius=0.7), rt.Sphere((0.1, 1.3, -0.2), 0.7, glass)
-    settings = soft(16, evaluator=evaluator, precision=precision)
+    settings = soft_settings(16, evaluator=evaluator, precision=precision)
     camera = rt.Camera((1, 3, 5), (0, 1, 0), vertical_fov=50)
     with_bulb = renderer.render(rt.Scene([FLOOR, bulb], [light], camera), (64, 48), settings)
     without = renderer.render(rt.Scene([FLOOR], [light], camera), (64, 48), settings)
@@ -191,9 +197,9 @@ def test_a_bulb_around_a_light_does_not_block_it_and_is_lit_inside(
         "the light inside does not reach the outside of the bulb"
     )
     inside = rt.Scene([bulb], [light], rt.Camera((0.3, 1.2, -0.1), (0, 0, 0)))
-    image = renderer.render(inside, (16, 16), soft(256, evaluator=evaluator, precision=precision)).radiance
+    image = renderer.render(inside, (16, 16), soft_settings(256, evaluator=evaluator, precision=precision)).radiance
     assert np.abs(image - 1.25).max() < 0.1 and image.mean() == pytest.approx(1.25, rel=1e-3)
-    truth = ray_tracer.trace(inside, (4, 4), soft(1), rays=32).radiance
+    truth = ray_tracer.trace(inside, (4, 4), soft_settings(1), rays=32).radiance
     np.testing.assert_allclose(truth, 1.25, rtol=1e-3)
 
 
@@ -203,17 +209,17 @@ def penumbra() -> rt.Scene:
     return rt.Scene([FLOOR, rt.Sphere((0, 2, 0), 0.8, WHITE)], [rt.PointLight((2, 6, 0), radius=1.0)], camera)
 
 
-def errors(renderer: Renderer, counts: tuple[int, ...]) -> list[float]:
+def penumbra_errors(renderer: Renderer, counts: tuple[int, ...]) -> list[float]:
     """Return the root mean square errors of the penumbra for each number of samples."""
     truth = ray_tracer.trace(penumbra(), (20, 20), Settings(samples=4, shadows="soft"), rays=24).radiance
     assert truth.std() > 0.15, "the picture shows a penumbra"
-    images = (renderer.render(penumbra(), (20, 20), soft(count), geometry=False).radiance for count in counts)
+    images = (renderer.render(penumbra(), (20, 20), soft_settings(count), geometry=False).radiance for count in counts)
     return [float(np.sqrt(np.mean((image - truth) ** 2))) for image in images]
 
 
 def test_the_error_falls_at_least_with_the_root_of_the_samples(renderer: Renderer) -> None:
     counts = (4, 16, 64, 256)
-    rms_errors = errors(renderer, counts)
+    rms_errors = penumbra_errors(renderer, counts)
     # The slope is -1/2 for independent points. For stratified points it is -3/4 if an edge crosses the square, because
     # the edge crosses only sqrt(n) of n boxes.
     slope = np.polyfit(np.log(counts), np.log(rms_errors), 1)[0]
@@ -223,7 +229,7 @@ def test_the_error_falls_at_least_with_the_root_of_the_samples(renderer: Rendere
 
 def test_tiles_change_no_pixel_of_soft_shadows(renderer: Renderer) -> None:
     scene = scenes.with_light_radii(scenes.assignment(), 0.5)
-    for settings in (soft(5), soft(16, adaptive=0.02), soft(5, evaluator="walk")):
+    for settings in (soft_settings(5), soft_settings(16, adaptive=0.02), soft_settings(5, evaluator="walk")):
         whole = renderer.render(scene, (201, 113), settings, geometry=False)
         tiled = renderer.render(scene, (201, 113), settings, geometry=False, tile=50)
         np.testing.assert_array_equal(whole.radiance, tiled.radiance)
@@ -235,9 +241,9 @@ def test_adaptive_sampling_takes_more_samples_in_a_penumbra(renderer: Renderer) 
     free = msgspec.structs.replace(scene, objects=[FLOOR])
 
     def radiance(scene: rt.Scene, samples: int) -> np.ndarray:
-        return renderer.render(scene, (96, 96), soft(samples), geometry=False).radiance
+        return renderer.render(scene, (96, 96), soft_settings(samples), geometry=False).radiance
 
-    image, truth = renderer.render(scene, (96, 96), soft(64, adaptive=0.02)), radiance(scene, 1024)
+    image, truth = renderer.render(scene, (96, 96), soft_settings(64, adaptive=0.02)), radiance(scene, 1024)
     assert image.samples is not None and image.material is not None
     share = np.where(image.material == 0, truth[..., 0] / radiance(free, 64)[..., 0], 0.0)
     half_lit, lit = image.samples[(share > 0.3) & (share < 0.7)], image.samples[share > 0.999]

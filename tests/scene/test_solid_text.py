@@ -28,11 +28,11 @@ def names() -> dict[str, Any]:
     return dict(vars(rt))
 
 
-def left(depth: int) -> rt.Solid:
+def left_deep(depth: int) -> rt.Solid:
     return functools.reduce(operator.sub, [BALL] * depth, FLOOR)
 
 
-def right(depth: int) -> rt.Solid:
+def right_deep(depth: int) -> rt.Solid:
     return functools.reduce(lambda solid, leaf: leaf - solid, [BALL] * depth, FLOOR)
 
 
@@ -40,7 +40,7 @@ def complements(depth: int) -> rt.Solid:
     return functools.reduce(lambda solid, _: ~solid, range(depth), BALL)
 
 
-def mixed(depth: int) -> rt.Solid:
+def mixed_depth(depth: int) -> rt.Solid:
     rng = random.Random(1)
     solid: rt.Solid = FLOOR
     for i in range(depth):
@@ -58,7 +58,7 @@ def doubled(times: int) -> rt.Solid:
     return functools.reduce(lambda solid, _: solid | solid, range(times), BALL - FLOOR)
 
 
-MAKERS = [left, right, complements, mixed, row]
+MAKERS = [left_deep, right_deep, complements, mixed_depth, row]
 DEEP = [pytest.param(lambda make=make: make(10_000), id=make.__name__) for make in MAKERS]
 DEEP.append(pytest.param(lambda: doubled(200), id="doubled"))
 
@@ -74,7 +74,7 @@ def test_a_deep_tree_equals_its_evaluated_repr_its_pickle_and_its_copies(make: C
     assert pretty_repr(solid).startswith("Solid.from_postfix(")
 
 
-@pytest.mark.parametrize("make", [left, right, complements, mixed, row])
+@pytest.mark.parametrize("make", [left_deep, right_deep, complements, mixed_depth, row])
 def test_a_scene_of_deep_trees_equals_its_evaluated_repr_its_pickle_and_its_copies(
     make: Callable[[int], rt.Solid],
 ) -> None:
@@ -85,7 +85,7 @@ def test_a_scene_of_deep_trees_equals_its_evaluated_repr_its_pickle_and_its_copi
 
 
 @pytest.mark.parametrize("depth", [tree.MAX_NESTING - 1, tree.MAX_NESTING])
-@pytest.mark.parametrize("make", [left, right, complements])
+@pytest.mark.parametrize("make", [left_deep, right_deep, complements])
 def test_python_parses_the_repr_of_trees_at_the_nesting_limit(make: Callable[[int], rt.Solid], depth: int) -> None:
     solid = make(depth)
     assert ("from_postfix" in repr(solid)) == (depth >= tree.MAX_NESTING)
@@ -114,7 +114,7 @@ def test_shared_sub_trees_stay_shared_and_small() -> None:
 
 def test_trees_with_any_difference_are_not_equal() -> None:
     solid, other = row(2000), row(1999) | rt.Sphere((1999, 0, 0), 0.7)
-    assert solid != other and left(50) != right(50) and (BALL | FLOOR) != (FLOOR | BALL) != (FLOOR & BALL)
+    assert solid != other and left_deep(50) != right_deep(50) and (BALL | FLOOR) != (FLOOR | BALL) != (FLOOR & BALL)
     assert BALL != ~BALL and ~BALL != BALL and ~~BALL != BALL
 
 
@@ -150,7 +150,7 @@ def test_a_postfix_list_that_makes_no_single_solid_is_refused(items: Any) -> Non
         rt.Solid.from_postfix(items)
 
 
-@pytest.mark.parametrize("make", [left, right, complements])
+@pytest.mark.parametrize("make", [left_deep, right_deep, complements])
 def test_deep_trees_are_freed_without_recursion(make: Callable[[int], rt.Solid]) -> None:
     solid = make(60_000)
     before = sys.getrefcount(BALL)

@@ -24,7 +24,7 @@ from raytracer.scene.solids import Plane, Solid, Sphere
 
 SIZE = (40, 30)
 # The number of consecutive seeds whose scenes share one structure, and so one compiled program.
-_ALIKE = 25
+_SEEDS_PER_STRUCTURE = 25
 # The most attempts at a scene in which something is visible; some structures are empty.
 _ATTEMPTS = 8
 # The most loops of a Roth filter that compiles within a second.
@@ -40,7 +40,9 @@ def random_scene(seed: int) -> Scene:
     """
     for attempt in itertools.count():
         try:
-            drawn = _draw(np.random.default_rng((1, seed // _ALIKE)), np.random.default_rng((2, seed, attempt)))
+            drawn = _random_scene(
+                np.random.default_rng((1, seed // _SEEDS_PER_STRUCTURE)), np.random.default_rng((2, seed, attempt))
+            )
         except InputError:  # beyond the limits of a scene: lengths above 1e12, radii below 1e-12
             continue
         rays = ray_tracer.camera_rays(drawn.camera, (8, 6)).reshape(-1, 3)
@@ -49,7 +51,7 @@ def random_scene(seed: int) -> Scene:
     raise AssertionError
 
 
-def _draw(structure: np.random.Generator, rng: np.random.Generator) -> Scene:
+def _random_scene(structure: np.random.Generator, rng: np.random.Generator) -> Scene:
     count = int(structure.integers(1, 7))
     scale = _log(rng, -6, 6)
     origin = rng.normal(size=3) * scale * _log(rng, 0, 6)

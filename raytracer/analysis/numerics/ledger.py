@@ -56,16 +56,16 @@ def measure_ledger(
         if progress:
             progress(_ROW * i, total)
         step(f"measuring {row.__name__.replace('_', ' ')}")
-        rows.append(LedgerRow(_about(row), list(row(renderer, short))))
+        rows.append(LedgerRow(_description(row), list(row(renderer, short))))
     if scenes:
         done = _ROW * len(ROWS)
         step(f"measuring {scenes} random scenes")
         findings = fuzz.measure_random_scenes(
             renderer, scenes, progress=(lambda k: progress(done + k, total)) if progress else None
         )
-        rows.append(LedgerRow(_about(fuzz.random_scene), findings))
+        rows.append(LedgerRow(_description(fuzz.random_scene), findings))
     return rows
 
 
-def _about(row: Callable[..., object]) -> str:
+def _description(row: Callable[..., object]) -> str:
     return inspect.cleandoc(row.__doc__ or "")

@@ -60,7 +60,7 @@ def shells(renderer: Renderer, short: bool) -> Iterator[Finding]:
             yield Finding("shells", place, bits, "doubtful pixels and shadows", float(doubtful.mean()), most)
 
 
-def _ties() -> dict[str, tuple[Solid, Solid | None]]:
+def _coincident_solids() -> dict[str, tuple[Solid, Solid | None]]:
     """Return solids with coincident parts, each with an equal simpler solid; None: the solid is empty."""
     a, a2 = Sphere((0, 0, 0), 1, _RED), Sphere((0, 0, 0), 1, _BLUE)
     b = Sphere((0.5, 0.25, 0.5), 1, _GREEN)
@@ -95,18 +95,20 @@ def _ties() -> dict[str, tuple[Solid, Solid | None]]:
 def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
     """Solids whose parts have common faces, compared with equal simpler solids. All pixels agree bit for bit."""
     row = "coincident faces"
-    ties = _ties()
+    ties = _coincident_solids()
     for evaluator, bits in itertools.product(EVALUATORS, renderer.device.limits.precisions):
         if short and bits != 32:
             continue
         settings = Settings(evaluator=evaluator, precision=bits)
         for name, (solid, simple) in list(ties.items())[:: 4 if short and evaluator == "roth" else 1]:
             image = renderer.render(_scene(solid), SIZE, settings)
-            wrong = _differs(image, renderer.render(_scene(simple), SIZE, settings) if simple is not None else None)
+            wrong = _count_different_pixels(
+                image, renderer.render(_scene(simple), SIZE, settings) if simple is not None else None
+            )
             yield Finding(row, f"{name}, {evaluator}", bits, "wrong pixels", wrong, 0)
         twins = _scene(Sphere((0, 0, 0), 1, _RED), Sphere((0, 0, 0), 1, _BLUE))
         alone = renderer.render(_scene(Sphere((0, 0, 0), 1, _RED)), SIZE, settings)
-        wrong = _differs(renderer.render(twins, SIZE, settings), alone)
+        wrong = _count_different_pixels(renderer.render(twins, SIZE, settings), alone)
         yield Finding(row, f"two objects A, {evaluator}", bits, "wrong pixels", wrong, 0)
     # If only single rays hit both surfaces, pictures are compared with float64.
     touching = {
@@ -132,7 +134,7 @@ def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
             yield from findings(renderer, row, f"{name}, {evaluator}, from x = {x:g}", scene, (65, 49), evaluator)
 
 
-def _differs(image: Image, expected: Image | None) -> int:
+def _count_different_pixels(image: Image, expected: Image | None) -> int:
     """Count the pixels in which any output differs from the expected picture. None: an empty picture is expected."""
     assert image.material is not None and image.depth is not None and image.normal is not None
     if expected is None:

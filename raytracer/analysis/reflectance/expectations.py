@@ -34,7 +34,9 @@ class Expectation(msgspec.Struct, frozen=True):
 
     def fits(self, material: Material) -> bool:
         """Whether the expectation is about this material."""
-        return material.model == self.model and all(_is(material.get(name), value) for name, value in self.when.items())
+        return material.model == self.model and all(
+            _matches(material.get(name), value) for name, value in self.when.items()
+        )
 
 
 def expectation_of(material: Material) -> Expectation | None:
@@ -42,7 +44,9 @@ def expectation_of(material: Material) -> Expectation | None:
     if not any(expectation.model == material.model for expectation in EXPECTATIONS):
         return None
     rows = [expectation for expectation in EXPECTATIONS if expectation.fits(material)]
-    if rows and _in_f(material) in [_in_f(Material(material.model, **s)) for s in tried_parameters(material.model)]:
+    if rows and _f_parameters(material) in [
+        _f_parameters(Material(material.model, **s)) for s in tried_parameters(material.model)
+    ]:
         return rows[-1]
     if laws := [expectation for expectation in rows if expectation.law]:
         return msgspec.structs.replace(laws[-1], largest=None, at=None, resolved=False)
@@ -52,12 +56,13 @@ def expectation_of(material: Material) -> Expectation | None:
     return None
 
 
-def _in_f(material: Material) -> Parameters:
+def _f_parameters(material: Material) -> Parameters:
     """Return the parameters on which a material's reflectance depends."""
     return {name: value for name, value in material.parameters.items() if name not in NOT_IN_F}
 
 
-def _is(value: Any, wanted: Any) -> bool:
+def _matches(value: Any, wanted: Any) -> bool:
+    """Whether a value is in the range `wanted` (a pair), or equals `wanted`, or has it in all three channels."""
     if isinstance(wanted, tuple) and wanted:
         return value is not None and wanted[0] <= value <= wanted[1]
     return value in (wanted, (wanted,) * 3)

@@ -120,7 +120,7 @@ def measure_material(
     material: Material, degrees: Sequence[float] = DEGREES, device: Device | None = None
 ) -> MaterialProperties:
     """Measure all properties of a material. `degrees`: the angles to the normal at which albedos are measured."""
-    seen = _Seen(material, device)
+    seen = _RecordingEvaluator(material, device)
     extreme = _extreme_directions()
     pairs = len(extreme)
     seen(np.repeat(extreme, pairs, axis=0), np.tile(extreme, (pairs, 1)))  # only for `least` and `finite`
@@ -139,7 +139,7 @@ def most_reciprocity(material: Material) -> float:
     return RECIPROCAL_TABLE if material.get("file") else RECIPROCAL
 
 
-class _Seen:
+class _RecordingEvaluator:
     """Calls evaluate(), and records the least value, and whether all values are finite."""
 
     def __init__(self, material: Material, device: Device | None) -> None:
@@ -179,12 +179,12 @@ def _extreme_directions() -> Array:
 def _reciprocity(material: Material, seen: Callable[[Array, Array], Array]) -> float:
     """Return the largest relative difference over random pairs of directions: half anywhere, half near lobes."""
     random = np.random.default_rng(1)
-    wo = _upper(random.normal(size=(2 * _PAIRS, 3)))
-    wi = _upper(random.normal(size=(2 * _PAIRS, 3)))
+    wo = _raise_above_surface(random.normal(size=(2 * _PAIRS, 3)))
+    wi = _raise_above_surface(random.normal(size=(2 * _PAIRS, 3)))
     factors = np.array(_factors(material))[np.arange(_PAIRS) % len(_factors(material))]
-    axes = _unit(factors * wo[:_PAIRS])
+    axes = _normalize(factors * wo[:_PAIRS])
     angle = np.exp(random.uniform(np.log(1e-5), 0.0, (_PAIRS, 1)))
-    wi[:_PAIRS] = np.cos(angle) * axes + np.sin(angle) * _unit(np.cross(axes, wi[:_PAIRS]))
+    wi[:_PAIRS] = np.cos(angle) * axes + np.sin(angle) * _normalize(np.cross(axes, wi[:_PAIRS]))
     keep = (wi[:, 2] > _LEAST_COSINE) & (wo[:, 2] > _LEAST_COSINE)
     wi, wo = (w[keep].astype(np.float32).astype(float) for w in (wi, wo))
     there, back = seen(wi, wo) / wi[:, 2:], seen(wo, wi) / wo[:, 2:]
@@ -195,11 +195,11 @@ def _reciprocity(material: Material, seen: Callable[[Array, Array], Array]) -> f
     return float(np.max(np.abs(there - back)[counts] / larger[counts], initial=0.0))
 
 
-def _upper(vectors: Array) -> Array:
-    return _unit(np.column_stack([vectors[:, :2], np.abs(vectors[:, 2])]))
+def _raise_above_surface(vectors: Array) -> Array:
+    return _normalize(np.column_stack([vectors[:, :2], np.abs(vectors[:, 2])]))
 
 
-def _unit(vectors: Array) -> Array:
+def _normalize(vectors: Array) -> Array:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
 
 
@@ -213,7 +213,7 @@ def _factors(material: Material) -> list[tuple[float, ...]]:
 
 def _rule(material: Material, w: Array, fine: Fineness) -> Rule:
     if material.get("lobes"):
-        axes = _unit(np.array(_factors(material)) * w)
+        axes = _normalize(np.array(_factors(material)) * w)
         return about_all([axes[i] for i in np.unique(np.round(axes, 6), axis=0, return_index=True)[1]], fine)
     return _known_rule(material.model, tuple(w), fine)
 

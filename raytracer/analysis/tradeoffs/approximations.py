@@ -81,31 +81,31 @@ def _series(extent: Extent, renderer: Renderer) -> Iterator[_Series]:
     gold = Material("ggx", fresnel="conductor")
     schlick = Material("ggx", f0=normal_reflectance(gold))
     yield _Series("Fresnel factor of gold", ("exact", lambda _: gold), (("Schlick", lambda _: schlick),))
-    yield _rough(extent)
+    yield _rough_diffuse_series(extent)
     yield _Series(
         "quadrature nodes",
-        (f"{extent.most_nodes} nodes", _with("diffuse_microfacet", nodes=extent.most_nodes)),
-        tuple((f"{n} nodes", _with("diffuse_microfacet", nodes=n)) for n in extent.nodes),
+        (f"{extent.most_nodes} nodes", _convert_to("diffuse_microfacet", nodes=extent.most_nodes)),
+        tuple((f"{n} nodes", _convert_to("diffuse_microfacet", nodes=n)) for n in extent.nodes),
     )
     yield _Series(
         "He's terms",
         (f"{extent.most_terms} terms", lambda _: Material("he", terms=extent.most_terms)),
-        tuple((f"{n} terms", _only("he", terms=n)) for n in extent.terms),
+        tuple((f"{n} terms", _replace_by("he", terms=n)) for n in extent.terms),
     )
     if extent.tables:
-        yield _measured(renderer)
+        yield _measured_table_series(renderer)
 
 
-def _with(model: str, **parameters: Any) -> Change:
+def _convert_to(model: str, **parameters: Any) -> Change:
     """Return a function that converts a material to a model, and sets some parameters."""
     return lambda material: convert_material(material, model).replace(**parameters)
 
 
-def _only(model: str, **parameters: Any) -> Change:
+def _replace_by(model: str, **parameters: Any) -> Change:
     return lambda _: Material(model, **parameters)
 
 
-def _rough(extent: Extent) -> _Series:
+def _rough_diffuse_series(extent: Extent) -> _Series:
     """Return the series of rough diffuse surfaces whose slopes have the same standard deviation.
 
     Oren and Nayar's `sigma` is the standard deviation of an angle, in each direction. Beckmann's alpha is sqrt(2) times
@@ -127,13 +127,13 @@ def _rough(extent: Extent) -> _Series:
         (
             ("Oren-Nayar, full", lambda m: convert_material(m, "oren_nayar").replace(sigma=SIGMA)),
             ("Oren-Nayar, short", lambda m: convert_material(m, "oren_nayar").replace(sigma=SIGMA, form="short")),
-            ("EON", _with("eon", roughness=min(1.0, b / a))),
+            ("EON", _convert_to("eon", roughness=min(1.0, b / a))),
             ("Lambert", lambda m: convert_material(m, "lambert")),
         ),
     )
 
 
-def _measured(renderer: Renderer) -> _Series:
+def _measured_table_series(renderer: Renderer) -> _Series:
     """Return the series of GGX and its own table in MERL's format, with steps of 1 degree or less."""
     from raytracer.rendering import brdf
 

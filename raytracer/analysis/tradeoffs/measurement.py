@@ -52,11 +52,11 @@ class Result(msgspec.Struct):
 
 
 class Tradeoffs(msgspec.Struct):
-    """All measurements of a scene, and the machine. `complete` is False if Ctrl-C ended the measurement."""
+    """All measurements of a scene, and the machine that made them. `complete`: whether no Ctrl-C ended them early."""
 
     scene: str
     size: tuple[int, int]
-    rounds: int
+    rounds: int  # the number of times that each configuration is measured
     machine: dict[str, str]
     plan: Plan
     references: dict[str, Reference]

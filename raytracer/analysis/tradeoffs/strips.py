@@ -25,7 +25,10 @@ _TOLERANCE = 1.2
 
 
 class Tile(NamedTuple):
-    """A picture of a strip: its heading, the text below, and PNG files of the crop and of its differences."""
+    """One picture in a strip (a row of crops): its heading, the text below, and PNG files.
+
+    `png` is the crop, `difference` its differences from the reference; None without a picture or a reference.
+    """
 
     heading: str
     text: str

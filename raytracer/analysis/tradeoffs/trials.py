@@ -105,11 +105,11 @@ class Trials:
             return math.nan, False
         squares = np.sum((radiance - self._reference) ** 2, axis=2)
         error = math.sqrt(float(squares.mean()) / 3.0)
-        uncertain = is_dominated_by_few(squares) and error < _RESOLVED * self._doubt(self._reference)
+        uncertain = is_dominated_by_few(squares) and error < _RESOLVED * self._measure_reference_error(self._reference)
         # All sequences share the points on lights, so the picture's own points are a part of the reference.
         return error / (1.0 - min(0.5, samples / self.samples)) if self._shared else error, uncertain
 
-    def _doubt(self, reference: NDArray[np.float64]) -> float:
+    def _measure_reference_error(self, reference: NDArray[np.float64]) -> float:
         """Return the error of the reference, from its difference to a picture with another sequence."""
         if self._reference_error is None:
             other = self._converged("sobol")

@@ -41,14 +41,14 @@ def handed_constants(compiled: CompiledScene, varyings: int) -> Handed:
     """
     real, layout, lights = compiled.options.precision // 32, compiled.layout, len(compiled.lights)
     wanted = Handed(
-        [*_nameable(compiled)],
+        [*_surface_names(compiled)],
         most_leaves(shape_trees(compiled)) if compiled.has_lists and compiled.batches.shapes else 0,
         lights <= CONSTANT_LIGHTS,
         len(compiled.batches.planes) == 1 and layout.is_small,
     )
     room = varyings - _DRAW - _DRAW_REALS * real - (_DRAW_LISTS if compiled.has_lists else 0)
     cells_room = room - (_DRAW_PROGRAMS if compiled.has_lists else 0)
-    return _fitting(
+    return _select_fitting(
         cells_room - (_DRAW_SPHERE_LIGHTS if compiled.has_area_lights else 0),
         room - _DRAW_SHAPES,
         wanted,
@@ -58,7 +58,7 @@ def handed_constants(compiled: CompiledScene, varyings: int) -> Handed:
     )
 
 
-def _fitting(room: int, shapes_room: int, wanted: Handed, lights: int, material: int) -> Handed:
+def _select_fitting(room: int, shapes_room: int, wanted: Handed, lights: int, material: int) -> Handed:
     """Return the part of `wanted` that fits.
 
     Args:
@@ -84,11 +84,11 @@ def shape_trees(compiled: CompiledScene) -> list[Tree]:
 
 def handed_names(compiled: CompiledScene, handed: Handed) -> dict[int, str]:
     """Return the GLSL names of the handed surfaces, by surface index."""
-    names = _nameable(compiled)
+    names = _surface_names(compiled)
     return {k: names[k] for k in handed.surfaces}
 
 
-def _nameable(compiled: CompiledScene) -> dict[int, str]:
+def _surface_names(compiled: CompiledScene) -> dict[int, str]:
     """Return the GLSL names of all surfaces that may be handed on, by surface index."""
     planes, size = compiled.batches.planes, compiled.surfaces.size
     if compiled.has_lists:  # leave room for the leaves of an object of a common shape

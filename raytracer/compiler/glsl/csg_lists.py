@@ -17,7 +17,7 @@ def camera_query_text(depth: int, planes: list[NamedPlane]) -> list[str]:
         "#define OWNERS",
         '#include "csg/chain.glsl"',
         *(_programs(depth, with_owner=True) if depth else []),
-        *_meet(shapes=False, programs=True, trees=bool(depth), any_hit=False),
+        *_meet_list_function(shapes=False, programs=True, trees=bool(depth), any_hit=False),
         "flat in ivec2 cellList;  // where the candidate list of this pixel's cell begins and ends",
         *RAY_CSG,
         *_nearest_plane(planes),
@@ -61,7 +61,7 @@ def shapes_query_text(shapes: list[Tree], planes: list[NamedPlane] | None, hande
         "    mat = 0;",
         *(f"    Surface sphere{j} = surfaceOf(first + {j});" for j in range(handed, len(spans))),
         *(f"    real2 {span} = sphereRoots(ray, sphere{j});" for j, span in enumerate(spans)),
-        *_to_change(f"shapeHolds(shape, {arguments}, at)", "if (next >= ray.distance) return ray.distance;"),
+        *_walk_to_change(f"shapeHolds(shape, {arguments}, at)", "if (next >= ray.distance) return ray.distance;"),
         f"    mat = shapeOwner(shape, first, {arguments}, at);",
         "    pointAt(mat, ray, P, N);",
         "    return at;",
@@ -105,7 +105,7 @@ def shadow_query_text(
         *(['#include "csg/chain.glsl"'] if programs else []),
         *(_programs(depth, with_owner=with_owner) if depth else []),
         *(
-            _meet(bool(shapes), programs, bool(depth), any_hit)
+            _meet_list_function(bool(shapes), programs, bool(depth), any_hit)
             if shapes or programs
             else ["#define meetList(a, b, c, d)"]
         ),
@@ -155,7 +155,7 @@ def _nearest_plane(planes: list[NamedPlane]) -> list[str]:
     return lines
 
 
-def _to_change(holds: str, end: str) -> list[str]:
+def _walk_to_change(holds: str, end: str) -> list[str]:
     """Generate the walk along one object to `at`, where its value changes. `end` leaves the walk if `next` is too
     far."""
     return [
@@ -175,7 +175,7 @@ def _to_change(holds: str, end: str) -> list[str]:
 def _walk_one(holds: str, owner: str) -> list[str]:
     """Generate the walk along one object, which sets `nearest` if the object's first surface is nearer."""
     return [
-        *_to_change(holds, "if (!nearer(next, object, nearest)) return;"),
+        *_walk_to_change(holds, "if (!nearer(next, object, nearest)) return;"),
         f"    nearest = Nearest(at, {owner}, object);",
         "}",
     ]
@@ -261,7 +261,7 @@ def _machine(kind: str, name: str, slots: int) -> list[str]:
     ]
 
 
-def _meet(shapes: bool, programs: bool, trees: bool, any_hit: bool) -> list[str]:
+def _meet_list_function(shapes: bool, programs: bool, trees: bool, any_hit: bool) -> list[str]:
     """Generate meetList(): the walk through a candidate list.
 
     An inner loop searches for the next ball that the ray meets. So pixels that are drawn together search together, and

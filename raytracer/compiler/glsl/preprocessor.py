@@ -15,7 +15,7 @@ from typing import NamedTuple
 from raytracer.core.files import packaged, read_packaged
 
 # The GLSL versions without and with doubles, which need OpenGL 4.0.
-_VERSION, _VERSION_OF_DOUBLES = 330, 400
+_VERSION, _VERSION_WITH_DOUBLES = 330, 400
 
 _INCLUDE = re.compile(r'^[ \t]*#include[ \t]+"([^"\n]+)"[ \t]*$')
 # The step of line numbers between files: line 12 of file 3 has the number 3000012. #line could also set a file number,
@@ -140,7 +140,7 @@ def assemble(
                 texts += expand(piece.include, f"{name}:{piece.end}")
         return texts
 
-    version = _VERSION_OF_DOUBLES if defines and "DOUBLES" in defines else _VERSION
+    version = _VERSION_WITH_DOUBLES if defines and "DOUBLES" in defines else _VERSION
     head = f"#version {version} core\n" + "".join(
         f"#define {name} {value}\n" for name, value in (defines or {}).items()
     )
