@@ -141,7 +141,7 @@ def test_a_falloff_without_a_formula_is_magenta_in_a_picture_and_an_error_in_a_r
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(packing, "FALLOFFS", ("none", "new", "inverse_square"))  # number 2 has no formula
-    scene = at((0, 0, 0), rt.PointLight((0, 2, 0), falloff="inverse_square"))
+    scene = scene_at_point((0, 0, 0), rt.PointLight((0, 2, 0), falloff="inverse_square"))
     red, green, blue = renderer.render(scene, (2, 2), Settings()).radiance[0, 0]
     assert red == blue > 1e6 and green == 0.0
     light = rt.PointLight((0, 2, 0))
