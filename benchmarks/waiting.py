@@ -26,9 +26,9 @@ from tests.processes import output_of
 _SOFT_SIZE = (640, 360)
 _FIRST_FRAME = """
 import sys
-from raytracer.app.viewer.window import opened
-from raytracer.scene.settings_patch import EMPTY
-with opened(sys.argv[1], EMPTY, (1280, 720), budget=0.033) as viewer:
+from raytracer.app.viewer.window import open_viewer
+from raytracer.scene.settings_patch import EMPTY_PATCH
+with open_viewer(sys.argv[1], EMPTY_PATCH, (1280, 720), budget=0.033) as viewer:
     viewer.frame()
 """
 _BARE_WINDOW = """

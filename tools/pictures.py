@@ -37,7 +37,7 @@ PAGES = ("README.md", "docs/tutorial.md")
 
 # Sizes in pixels. Pages show rows of five, four and two pictures at about half of these sizes, because GitHub shrinks a
 # table to its page, which is about 830 wide. So pictures are sharp on displays with two pixels for one.
-STAGE, OPTION, WINDOW = (300, 300), (380, 284), (1000, 600)
+STAGE, OPTION, WINDOW = (300, 300), (380, 284), (1120, 630)
 # The window beside README's lens.png of 640x600, with a bar of this height for the title. The letters of the title are
 # as large as the page's own text when the page shows the picture 410 wide.
 TITLED, TITLE_BAR, TITLE_LETTER = (640, 564), 36, 18
@@ -48,8 +48,9 @@ TITLE_GROUND, TITLE_INK = (46, 48, 56), (236, 236, 240)
 HINT_SECONDS = 7.0
 # The corner of the solid at the cut: edges in all directions. (left, upper, right, lower) of a picture of CROPPED.
 CROPPED, CROP = (320, 240), (90, 98, 128, 126)
-# The window's camera: VIEW of the lecture figures, turned so that the solid is on the right of the table of keys.
-WINDOW_CAMERA = figures.VIEW.replace(look_at=(-1.35, 1.44, 2.25), vertical_fov=46)
+# The camera of the window, which has the default shape: VIEW of the lecture figures, turned so that the table of keys
+# is beside the solid.
+WINDOW_CAMERA = figures.VIEW.replace(look_at=(-0.6, 1.8, 0.9), vertical_fov=34)
 # Samples per pixel of the window's picture.
 WINDOW_SAMPLES = 256
 
