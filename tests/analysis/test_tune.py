@@ -89,7 +89,7 @@ def test_the_search_falls_back_to_fewer_samples_if_all_predictions_are_too_fast(
             self.size, self.samples, self._turns, self._is_full = arguments[3], 256, 0, arguments[3] == SIZE
             self._known = {}
 
-        def refer(self, samples: int, progress: object = None) -> None:
+        def draw_reference(self, samples: int, progress: object = None) -> None:
             pass
 
         def measure(self, settings: Settings) -> Trial:
