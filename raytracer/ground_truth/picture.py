@@ -21,7 +21,7 @@ from raytracer.scene.warnings import scene_warnings
 # The default (width, height): a sixteenth of the pixels of render()'s default, because tracing in float64 on the CPU
 # takes seconds to minutes.
 REFERENCE_SIZE = (320, 180)
-# The time from which a warning is given, in seconds.
+# The estimated time in seconds from which the program warns.
 WARN_SECONDS = 60.0
 # The largest accepted number of processes: no machine has more processors.
 _MOST_WORKERS = 4096

@@ -110,10 +110,8 @@ def changes(before: Settings, after: Settings) -> SettingsPatch:
 
 def minimal_patch(settings: Settings, over: SettingsPatch = EMPTY_PATCH) -> SettingsPatch:
     """Return the smallest patch that turns the patch `over` into `settings`. Default of `over`: an empty patch."""
-    fields = changes(over.resolve(), settings).fields()
-    # Merging max_error, time or adaptive may change the number of samples, so it may have to be set, too.
-    if settings.sampling.is_adaptive:
-        fields["samples"] = settings.samples
+    # Setting or cancelling max_error, time or adaptive may change the number of samples, so it may have to be set, too.
+    fields = {**changes(over.resolve(), settings).fields(), "samples": settings.samples}
     for name in tuple(fields):
         smaller = {key: value for key, value in fields.items() if key != name}
         with suppress(InputError):

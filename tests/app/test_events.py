@@ -321,6 +321,8 @@ def test_reloading_applies_only_the_settings_that_changed_in_the_file() -> None:
     assert other.settings.bounces == 3 and other.settings.shading == "blinn"
     gone = after(other, loaded(TEXT, scenes.assignment()))
     assert (gone.settings.samples, gone.limit, gone.settings.max_error) == (256, 256, None)
+    cancelled = opened(file_settings=SettingsPatch(max_error=0.01), max_error=None)
+    assert (cancelled.settings.samples, cancelled.limit) == (256, 256)
     with pytest.raises(rt.InputError, match=r"^settings.sequence: expected one of sobol, r2, random in the window"):
         after(state, loaded(TEXT, scenes.assignment(), SettingsPatch(sequence="grid")))
     assert opened(file_settings=SettingsPatch(sequence="grid"), sequence="r2").settings.sequence == "r2"

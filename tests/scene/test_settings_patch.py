@@ -84,6 +84,7 @@ SETTINGS = (
     rt.Settings(samples=16, max_error=0.00123456789),
     rt.Settings(samples=DEFAULT_SAMPLE_LIMIT, max_error=0.002, bounces=2),
     rt.Settings(samples=DEFAULT_SAMPLE_LIMIT, adaptive=0.01),
+    rt.Settings(samples=DEFAULT_SAMPLE_LIMIT),  # over a patch with max_error, the merged default is 1 sample
 )
 
 

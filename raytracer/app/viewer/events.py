@@ -137,7 +137,8 @@ def start(document: SceneDocument, chosen: SettingsPatch) -> State:
     The settings `chosen` by the user override the file's settings. Raises InputError for settings that the window does
     not support.
     """
-    settings = _window_settings(_DEFAULTS | document.section.settings | chosen)
+    # File and user are merged first, so that the window's default is valid again if the user cancels the file's limit.
+    settings = _window_settings(_DEFAULTS | (document.section.settings | chosen))
     return State(document, document.scene, settings, settings.samples)
 
 
