@@ -56,9 +56,9 @@ def until_none(group: int) -> None:
 
 TEST_FILE = f"""
 import subprocess, sys
-from tests.processes import running
+from tests.processes import running_process
 def test_it():
-    with running(sys.executable, '-c', {SLEEP!r}, stdout=subprocess.PIPE) as process:
+    with running_process(sys.executable, '-c', {SLEEP!r}, stdout=subprocess.PIPE) as process:
         process.stdout.readline()
         print(process.pid, file=sys.__stderr__, flush=True)
         process.wait()
