@@ -41,8 +41,8 @@ STAGE, OPTION, WINDOW = (300, 300), (380, 284), (1120, 630)
 # The window beside README's lens.png of 640x600, with a bar of this height for the title. The letters of the title are
 # as large as the page's own text when the page shows the picture 410 wide.
 TITLED, TITLE_BAR, TITLE_LETTER = (640, 564), 36, 18
-# This camera is nearer to the camera of the assignment, and looks over the solid, so that the light's marker is free.
-TITLED_CAMERA = figures.VIEW.replace(position=(3.4, 4.4, 4.6), look_at=(0, 2.3, 0), vertical_fov=38)
+# VIEW of the lecture figures, wider and turned up, so that the light's marker is in the picture.
+TITLED_CAMERA = figures.VIEW.replace(look_at=(0, 2.45, 0.3), vertical_fov=44)
 TITLE_GROUND, TITLE_INK = (46, 48, 56), (236, 236, 240)
 # Seconds: longer than the window shows its first hint, "H: help".
 HINT_SECONDS = 7.0
