@@ -96,7 +96,10 @@ def ball_growth(far: float, radius: float) -> float:
 
 
 def rounding_growth(far: float, radius: float) -> float:
-    """Return the part of ball_growth() for rounding. A ray that aims beside a light's centre has twice the rounding."""
+    """Return the amount by which balls must grow because of rounding, the second term of ball_growth().
+
+    `far` is the largest length of rays. If the light has a `radius`, rays aim beside its centre, with twice the error.
+    """
     return ROUNDING_GROWTH * far * (2.0 if radius else 1.0)
 
 

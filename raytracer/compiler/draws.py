@@ -107,9 +107,10 @@ def replicate_at(number: int) -> Sample:
 
 
 def viewport(area: Rectangle) -> tuple[Rectangle, Rectangle]:
-    """Return the viewport for an area of the picture, and the part of the picture that it shows.
+    """Return the viewport for an area of the picture, and the part of the picture that the viewport shows.
 
-    The area is drawn into the lower left of a target.
+    The area is drawn into the lower left of a target. The viewport is larger by MARGIN pixels on each side. Both
+    results are (x, y, width, height).
     """
     x, y, width, height = area
     size = width + 2 * MARGIN, height + 2 * MARGIN

@@ -1,6 +1,7 @@
-"""Upper bounds of the rounds of loops for a pixel's rays: llvmpipe computes no more than MAX_ROUNDS of them.
+"""Upper bounds of the number of loop iterations, here called rounds, that a shader takes for a pixel's rays.
 
-The bounds hold for the shaders' texts. If a compiler unrolls a loop, there are fewer rounds.
+llvmpipe, Mesa's software renderer, computes no more than MAX_ROUNDS of them. The bounds hold for the shaders' texts. If
+a compiler unrolls a loop, there are fewer rounds.
 """
 
 from __future__ import annotations

@@ -16,10 +16,11 @@ from raytracer.scene.solids import ROUNDING, Plane, leaves
 
 Array = NDArray[np.float64]
 
-# The tolerance of a plane's distance, as a share of the largest number: ROUNDING, plus four times as much for the sum
-# of four terms.
+# A light may lie on a plane if its distance is at most this share of the largest number of the two. The share is the
+# tolerance ROUNDING, and four times as much for the rounding of the distance, a sum of four terms in float64.
 _NEAR = 5.0 * ROUNDING
-# The tolerance of a sphere's distance from a light in float32, as a share of their largest numbers: twice the rounding.
+# A light may lie on a sphere if its distance, computed in float32, is at most this share of the largest number of the
+# two. The share is twice the bound of the rounding error of that distance.
 _COARSE = np.float32(2.0**-18)
 # The smallest distance whose square is in float32's range.
 _NEAREST = np.float32(2.0**-50)
@@ -44,7 +45,7 @@ class Surfaces(msgspec.Struct, frozen=True, eq=False):
 
     @property
     def size(self) -> int:
-        """The number S + P of surfaces."""
+        """The number of surfaces, spheres and planes: S + P."""
         return len(self.material)
 
 

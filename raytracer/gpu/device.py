@@ -18,10 +18,11 @@ from raytracer.gpu.context import choose_backend, open_context
 from raytracer.gpu.gl import BufferTexture, Context, Program, varying_components
 from raytracer.gpu.turns import check_process, opengl_lock, turn
 
-# The limit of the cache of programs: the characters in the texts of all programs, less the characters that every text
-# has. llvmpipe takes some 4 MB for the program of a tree of 8 spheres and 200 MB for one of 300, in all 0.8 to 2.3 kB a
-# character. So the limit is up to 1 GB, most often half of it. The largest known need: a page of all knobs
-# (analysis/tradeoffs) times 58 programs with 275,000 characters.
+# The limit of the cache of compiled programs, in characters: the length of the shader texts of each program beyond
+# _COMMON_TEXT, the length that all have in common, summed over programs. llvmpipe takes some 4 MB for the program of a
+# tree of 8 spheres and 200 MB for one of 300, in all 0.8 to 2.3 kB a character. So the limit is up to 1 GB, most often
+# half of it. The largest known need is 275,000 characters: a comparison of all settings (analysis/tradeoffs) draws with
+# 58 programs.
 KEPT_TEXT = 400_000
 _COMMON_TEXT = 24_000
 

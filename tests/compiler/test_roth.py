@@ -43,7 +43,10 @@ def crossings(r: np.ndarray) -> list[list[float]]:
 
 
 def random_diagrams(seed: int, count: int) -> list[list[float]]:
-    """Return crossings at whole numbers, so that many coincide. Some diagrams begin or end at infinity."""
+    """Return random Roth diagrams: the sorted distances at which a ray enters and leaves a solid.
+
+    Distances are whole numbers, so that many of two diagrams coincide. Some diagrams begin or end at infinity.
+    """
     rng = np.random.default_rng(seed)
     diagrams = []
     for _ in range(count):

@@ -52,7 +52,10 @@ class FakeContext:
 
 
 def machine(monkeypatch: pytest.MonkeyPatch, *names: Any) -> list[FakeContext]:
-    """Replace the machine's devices. A device that is a text fails with it. Return the contexts as they are opened."""
+    """Replace the machine's devices by fakes, and return the list to which each opened context is added.
+
+    `names` has a device each: (renderer, vendor), or for a device that does not open, the text of its error.
+    """
     opened: list[FakeContext] = []
 
     def open_one(index: int) -> FakeContext:

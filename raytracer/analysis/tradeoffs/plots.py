@@ -58,7 +58,7 @@ def error_against_time(trade: Tradeoffs, target: str) -> Any:
 
 
 def _technique(result: Result, base: Settings) -> str:
-    """Return the sequence, or the technique if a configuration differs from `base` in another setting."""
+    """Name the technique of a configuration for the legend: its sample sequence if nothing else differs from `base`."""
     settings = result.configuration.settings
     if result.configuration.scale != 1.0:
         return "other resolution"

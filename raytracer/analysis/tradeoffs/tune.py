@@ -38,8 +38,9 @@ _UNSURE_ERROR, _UNSURE_TIME = 1.1, 1.25
 # The number of candidates of a batch at full size, and the number of times that each is timed. Candidates within the
 # factor _CLOSE of the fastest are timed _MORE_ROUNDS times.
 _FEW, _ROUNDS, _CLOSE, _MORE_ROUNDS = 6, 3, 1.4, 9
-# The largest ratio of the error with the most samples of LADDER to a requested error for which `max_error` candidates,
-# with up to DEFAULT_SAMPLE_LIMIT samples, are tried: the error of a smooth picture falls as 1 / samples.
+# If the predicted error with the most samples of LADDER exceeds this multiple of the requested error, the search ends.
+# Candidates with `max_error` take up to DEFAULT_SAMPLE_LIMIT samples, but the error of even a smooth picture falls only
+# as 1 / samples.
 _HOPELESS_RATIO = _UNSURE_ERROR * DEFAULT_SAMPLE_LIMIT / LADDER[-1]
 # A single picture may take this many times as long as usual.
 _SINGLE_TIME_FACTOR = 2.5
